@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 )
 @option("--verdict-only", is_flag=True, section=RESULTS, help="Print the verdicts alone, in less time.")
 @option("--smt", type=FOLDER, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
-@option("--vnnlib", type=FOLDER, default=None, section=RESULTS, help="Folder for VNN-LIB 2.0 queries and their ONNX.")
 @click.pass_context
 def verify(
     context: click.Context, profile: Path, output: Path | None, as_json: bool, full: bool, **options: Any
@@ -170,11 +169,11 @@ def _folders(
 
     if output is not None and options.cells is not None:
         ensure_free(output, asked, options)
-    for folder in (output, options.smt, options.vnnlib):
+    for folder in (output, options.smt):
         if folder is not None:
             runs.room(folder)
-    if options.smt is not None or options.vnnlib is not None:
-        _export(asked, options, console)
+    if options.smt is not None:
+        _export(asked, options.smt, console)
 
 
 def _verdicts(asked: "Sequence[Asked]", stated: "StatedWorld | None", as_json: bool) -> int:
@@ -196,25 +195,17 @@ def _verdicts(asked: "Sequence[Asked]", stated: "StatedWorld | None", as_json: b
     return exit_code(answers)
 
 
-def _export(asked: "Sequence[Asked]", options: "VerifyOptions", console: "Console") -> None:
+def _export(asked: "Sequence[Asked]", folder: Path, console: "Console") -> None:
     """The questions for other programs, and which of the claims have none."""
     from maviper.files import outputs
-    from maviper.verification.exports.vnnlib import vnnlib_files
     from maviper.verification.join import question_files
 
-    ways = (
-        ("smt", options.smt, question_files, "as SMT-LIB", "which is decided by zones without a solver"),
-        ("vnnlib", options.vnnlib, vnnlib_files, "as VNN-LIB with ONNX", "which is not about actions in single states"),
-    )
-    for kind, folder, made, form, why in ways:
-        if folder is None:
-            continue
-        files = made([one.question for one in asked])
-        outputs.write_questions(folder, files, kind)
-        console.line("questions", f"{folder}, {form}")
-        for number, one in enumerate(asked, 1):
-            if not any(name.startswith(f"{number:02d}-") for name in files):
-                console.line("", f"not exported: {one.claim.shown}, {why}")
+    files = question_files([one.question for one in asked])
+    outputs.write_questions(folder, files)
+    console.line("questions", f"{folder}, as SMT-LIB")
+    for number, one in enumerate(asked, 1):
+        if not any(name.startswith(f"{number:02d}-") for name in files):
+            console.line("", f"not exported: {one.claim.shown}, which is decided by zones without a solver")
 
 
 def _write(

@@ -40,10 +40,7 @@ DIFF = Verb("difference.json", r'"difference": "maviper-', r"certificate\.json|p
 ROBUST = Verb("radii.csv", r"row,action,leaf,radius,", r"certificate-\d+-robust\.json")
 NOTHING = r"(?!)"  # a pattern of no name
 CHANGES = Verb("changes.csv", r"row,output,value,", NOTHING)  # of `robust` for outputs
-QUESTIONS = {  # for other programs: names, and what they begin with
-    "smt": (r"\d\d-\w+-[\w-]+\.smt2", r"\A; Profile [0-9a-f]{64}\n; Claim   "),
-    "vnnlib": (r"\d\d-\w+-[\w-]+\.vnnlib", r"; sat: a world state violates the claim; "),
-}
+QUESTION, QUESTION_BEGINS = r"\d\d-\w+-[\w-]+\.smt2", r"\A; Profile [0-9a-f]{64}\n; Claim   "
 
 
 def write_set(folder: Path, files: Mapping[str, str | bytes], verb: Verb, keep: Collection[Path] = ()) -> None:
@@ -214,11 +211,11 @@ def _foreign(path: Path) -> InputError:
     return InputError(what, str(path), "choose another folder with -o, or move the file away")
 
 
-def write_questions(folder: Path, files: Mapping[str, str | bytes], kind: str) -> None:
-    """As `write_set`, for questions for other programs: of one kind of QUESTIONS."""
-    pattern, begins = QUESTIONS[kind]
+def write_questions(folder: Path, files: Mapping[str, str | bytes]) -> None:
+    """Writes questions to other solvers as `write_set` writes files, and removes those of an earlier run."""
     paths = sorted(folder.iterdir()) if folder.is_dir() else []
-    _write(folder, files, [path for path in paths if re.fullmatch(pattern, path.name) and _holds_pattern(path, begins)])
+    stale = [each for each in paths if re.fullmatch(QUESTION, each.name) and _holds_pattern(each, QUESTION_BEGINS)]
+    _write(folder, files, stale)
 
 
 def _removable(path: Path) -> bool:

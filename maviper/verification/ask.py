@@ -74,7 +74,6 @@ class VerifyOptions:
     max_zones: int | None = None
     solver_units: int | None = None
     smt: Path | None = None  # a folder for the queries to the solver
-    vnnlib: Path | None = None  # a folder for the queries to tools for neural networks
     verdict_only: bool = False  # no shares, margins, explanations or files beside the verdicts
     world: Path | None = None  # a world file: claims are about the system that it states
     run_reference: bool = False  # also run user code that the file names
@@ -308,10 +307,9 @@ def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
         if options.solver_units is not None:
             what = "none of these properties is decided by the solver"
             raise InputError(what, "--solver-units", "to limit claims about episodes, use --max-zones")
-        for option, folder in (("--smt", options.smt), ("--vnnlib", options.vnnlib)):
-            if folder is not None:
-                what = "none of these properties gives a query to the solver"
-                raise InputError(what, option, f"{', '.join(names_reading(ZONES))} are decided by zones")
+        if options.smt is not None:
+            what = "none of these properties gives a query to the solver"
+            raise InputError(what, "--smt", f"{', '.join(names_reading(ZONES))} are decided by zones")
     if "max_cells" not in read and options.max_cells is not None:
         what = f"--max-cells limits claims about single decisions; {', '.join(names_reading(ZONES))} are about episodes"
         raise InputError(what, "--max-cells", "to limit claims about episodes, use --max-zones")

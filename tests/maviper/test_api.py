@@ -75,7 +75,6 @@ def test_every_option_of_a_command_is_a_parameter():
         "as_json",
         "output",
         "smt",
-        "vnnlib",
         "list",
         "full",
         "verdict_only",

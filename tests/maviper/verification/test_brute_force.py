@@ -1,4 +1,4 @@
-"""`robust`, `diff`, `--shared`, action masks and VNN-LIB against every cell of many small random profiles."""
+"""`robust`, `diff`, `--shared` and action masks against every cell of many small random profiles."""
 
 import itertools
 import math
@@ -7,24 +7,18 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-import vnnlib
 
 from codegen import ir
 from codegen.legality import illegal_leaves
-from maviper.verification.exports.vnnlib import vnnlib_files
 from tests.support import brute
 from tests.support.observations import ACTIONS, NAMES, blind
-from tests.support.queries import true
 from verify.claims.catalogue import find_claim
-from verify.claims.formula import Acts, below, disjunction
 from verify.claims.observed import View, over
-from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import Viewed
 from verify.extent.radius import radius
 from verify.question import Question
 from verify.result import Verdict
-from verify.semantics import REAL
 from verify.subjects import Game
 from verify.verdicts import decisions
 from verify.verdicts.differences import difference
@@ -218,61 +212,3 @@ def test_leaves_are_illegal_where_a_cell_reaches_them_with_an_illegal_action(cas
 def leaf_of(tree, values):
     """The leaf that an observation reaches, by a tree that has the leaf's number as its action."""
     return brute.action_of(replace(tree, action=np.arange(len(tree.action))), values)
-
-
-@cases(SMALL // 3, many=150)
-def test_a_query_has_a_state_just_where_the_verdict_says_violated(cases):
-    told = set()
-    for seed in cases:
-        rng, trees, features = drawn(seed, 2, 3)
-        profile = blind(trees, features, float(SPAN))
-        viewed = Viewed(profile, View(("angle",)))
-        own = {agent: ["angle" if name == "angle" else f"{agent}.{name}" for name in features[agent]] for agent in "ab"}
-        claim = random_claim(rng, own)
-        question = Question(Game(viewed.profile, viewed=viewed), claim, everywhere(viewed.profile), REAL)
-        verdict = decisions.verdict(question)[0]
-        (text,) = [text for name, text in vnnlib_files([question]).items() if name.endswith(".vnnlib")]
-        some = any(holds(text, viewed.profile, trees, own, point) for point in grid(claim, trees, own))
-        told.add(verdict)
-        assert verdict is (Verdict.VIOLATED if some else Verdict.PROVED), seed
-    assert told == {Verdict.PROVED, Verdict.VIOLATED}
-
-
-def random_claim(rng, own):
-    """An action of `a`, or one of `b`, or a bound of a variable of either."""
-    name = str(rng.choice([*own["a"], *own["b"]]))
-    bound = Fraction(int(rng.integers(-4, 5)), int(rng.choice([2, 3])))
-    parts = [
-        Acts("a", int(rng.integers(3))),
-        Acts("b", int(rng.integers(3))),
-        below({name: int(rng.choice([-1, 1]))}, bound),
-    ]
-    parts += [Acts("a", int(rng.integers(3)))] if rng.random() < 0.5 else []
-    return OwnFormula("team", statement=disjunction(*parts))
-
-
-def grid(claim, trees, own):
-    """An exact point in every cell, with the claim's bound as a threshold too, and with the cells' ends."""
-    bound = next(part for part in claim.statement.parts if not isinstance(part, Acts))
-    ((_, named),) = bound.terms
-    edges = [bound.bound, -bound.bound]
-    box, parts = box_of(own), []
-    for name in box:
-        numbers = {-SPAN, SPAN, *(edges if name == named else ())}
-        for tree, features in zip(trees.values(), own.values(), strict=True):
-            for place, each in enumerate(features):
-                if each == name:
-                    numbers |= {Fraction(float(number)) for number in tree.threshold[tree.feature == place]}
-        ordered = sorted(number for number in numbers if -SPAN <= number <= SPAN)
-        parts.append([*ordered, *((a + b) / 2 for a, b in itertools.pairwise(ordered))])
-    return [dict(zip(box, point, strict=True)) for point in itertools.product(*parts)]
-
-
-def holds(text, profile, trees, own, point):
-    """Whether all facts of a query hold in a point, the networks being the trees."""
-    at = {("W", (place,)): point[name] for place, name in enumerate(profile.world.coordinates())}
-    for number, (agent, tree) in enumerate(trees.items()):
-        values = [point[name] for name in own[agent]]
-        at |= {(f"X_{number}", (0, place)): value for place, value in enumerate(values)}
-        at[f"Y_{number}", (0,)] = Fraction(brute.action_of(tree, values))
-    return all(true(fact.expr, at) for fact in vnnlib.parse_query_string(text).assertions)
