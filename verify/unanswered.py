@@ -15,7 +15,6 @@ Does not: cover what a user can mend (codegen/errors.py), or certificates that t
     `-- BeyondError          what is asked has no answer of this kind
         |-- BeyondZonesError    zones: a test that bounds no coordinate and no difference of two
         |-- NoCertificateError  episodes: no proof in any form (LeftOpenError: a start is left open)
-        |-- NoShareError        extent: no shares of starts
         `-- UndefinedError      systems: an expression without bounds over a box
 """
 

@@ -63,8 +63,7 @@ def verify(
 
     If a claim is violated, --where lists every failing cell: one leaf per agent, and bounds on positions. It also gives
     the exact share of the region that these cells cover, and the largest region found in which the claim is proved
-    although it could fail. With -o, this region is written as a file that --region reads. For
-    reaches and covers, --where gives the share of starts from which they fail.
+    although it could fail. With -o, this region is written as a file that --region reads.
 
     With --world, claims are about the system that a world file defines: stays_in, avoids, reaches and
     reaches_and_stays with regions of its variables, and formulas over single decisions. Verdicts are then of the stated

@@ -57,9 +57,7 @@ class QuestionOptions(TypedDict, total=False):
 class LimitOptions(TypedDict, total=False):
     """Where a claim holds, and what may be spent on that."""
 
-    where: Annotated[
-        bool, Option(False, EXTENT, "Find where claims hold and fail (reaches, covers: the share of starts that fail).")
-    ]
+    where: Annotated[bool, Option(False, EXTENT, "Find where claims about single decisions hold and fail.")]
     max_cells: Annotated[int | None, Option(None, EXTENT, "Limit on failing cells to find (default: 50000).")]
     solver_units: Annotated[
         int | None,

@@ -310,9 +310,9 @@ def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
         if options.smt is not None:
             what = "none of these properties gives a query to the solver"
             raise InputError(what, "--smt", f"{', '.join(names_reading(ZONES))} are decided by zones")
-    if "max_cells" not in read and options.max_cells is not None:
-        what = f"--max-cells limits claims about single decisions; {', '.join(names_reading(ZONES))} are about episodes"
-        raise InputError(what, "--max-cells", "to limit claims about episodes, use --max-zones")
+    if "max_cells" not in read and options.where:
+        what = f"--where is about single decisions; {', '.join(names_reading(ZONES))} are about episodes"
+        raise InputError(what, "--where", "leave it out: the report has the share of sampled starts that fail")
 
 
 def _match_parameters(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]:

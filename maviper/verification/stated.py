@@ -35,7 +35,6 @@ from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
 from verify.claims.uncertified.views import Viewed, select_features
-from verify.extent.starts import NOBODY
 from verify.progress import tell
 from verify.question import Question
 from verify.reach.results import SystemCounterexample
@@ -229,7 +228,9 @@ class StatedWorld:
         if question.claim.curved is not None:
             return self._by_curves(question, question.claim.curved, beside)
         if self.started is not None and self.started.nowhere:
-            return Result(question, Verdict.VACUOUS, NOBODY, SystemEvidence(), Cost(0, 0, BOXES))
+            return Result(
+                question, Verdict.VACUOUS, "the region holds no start at rest", SystemEvidence(), Cost(0, 0, BOXES)
+            )
         measured_steps = self.reference.get("steps")  # first, since a wrong statement is not worth a proof
         bent = not question.claim.about_decisions and any(map(list_curved, self.statement.rules))
         confirm = partial(find_by_rules, self.statement, self.profile, question.claim) if bent else None

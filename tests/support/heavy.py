@@ -10,7 +10,6 @@ ASIDE = {
     "maviper.worlds.outside.vmas",
     "maviper.worlds.outside.pettingzoo",
     "verify.extent.found",
-    "verify.extent.starts",
     "verify.reach.replay",
     "verify.reports.code",
     "verify.reports.episodes",

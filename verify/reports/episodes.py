@@ -6,8 +6,6 @@ Does not: contain times, paths or facts about the machine.
 """
 
 from collections.abc import Mapping, Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
-from fractions import Fraction
 from typing import Any
 
 from codegen.dynamics import partners
@@ -19,8 +17,6 @@ from verify.claims.uncertified.documents import region_document
 from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.starts import name_region
 from verify.decimals import plain
-from verify.extent.starts import StartShare
-from verify.extent.sure import ANSWERS, FACES
 from verify.reports import trusted
 from verify.reports.drawing import VIEW
 from verify.reports.telling import POSITIONS, SHARES, Telling
@@ -50,11 +46,6 @@ CONTACTS = (
     "zone gives.",
     f"Claims about episodes are {COINCIDING}; a region can keep starts apart.",
 )
-SPENT = {
-    ANSWERS: "{:,} answers were looked at, and a larger --max-zones looks at more",
-    FACES: "volumes take too many faces",
-}
-DIGITS = 12  # of shares in report.json
 EDGE = 0.25  # margin of the picture: length units
 NEAREST = 0.5  # least half side of what a picture shows, its margin aside: length units
 
@@ -98,52 +89,13 @@ def facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[s
         "uncertified": evidence.uncertified,
         "counterexample": None if evidence.state is None else _counterexample(profile, result),
         "command": command,
-    } | ({} if evidence.starts is None else {"starts": _starts(evidence.starts)})
+    }
 
 
 def limits(profile: PolicyProfile, results: Sequence[EpisodeResult]) -> list[str]:
     """What these verdicts do not say."""
     edged = [EDGES] if any(result.claim.by_edges for result in results) else []
     return [POSITIONS, *SHARES, *LIMITS, *edged, *(CONTACTS if partners(profile.world) else ())]
-
-
-def _starts(starts: StartShare) -> dict[str, Any]:
-    """How many starts fail, with the bounds rounded outwards."""
-    return {
-        "least": None if starts.reason else _format_decimal(starts.least, ROUND_FLOOR, DIGITS),
-        "most": None if starts.reason else _format_decimal(starts.most, ROUND_CEILING, DIGITS),
-        "exact": starts.exact,
-        "answers": starts.answers,
-        "budget": starts.budget,
-        "says": _says(starts),
-    }
-
-
-def _says(starts: StartShare) -> str:
-    """The share of starts that fail, in words."""
-    if starts.reason:
-        return f"the share of starts that fail is not known: {starts.reason}"
-    least, most = _percent(starts.least, ROUND_FLOOR), _percent(starts.most, ROUND_CEILING)
-    if not starts.exact:
-        return f"between {least} and {most} of starts fail: {SPENT[starts.spent].format(starts.answers)}"
-    share, upper = (_percent(end, ROUND_HALF_EVEN, 6) for end in (starts.least, starts.most))
-    near = _percent(starts.most - starts.least, ROUND_CEILING)
-    if share != upper:  # as where regions are so thin that edges fill them
-        return f"between {least} and {most} of starts fail: {near} are within roundings of an edge"
-    if starts.least == starts.most:
-        return f"exactly {share} of starts fail"
-    return f"exactly {share} of starts fail; {near} are within roundings of an edge"
-
-
-def _percent(share: Fraction, rounding: str, digits: int = 3) -> str:
-    return f"{_format_decimal(100 * share, rounding, digits)} %"
-
-
-def _format_decimal(number: Fraction, rounding: str, digits: int) -> str:
-    """A number as a decimal, with so many significant digits."""
-    context = Context(prec=digits, rounding=rounding)
-    quotient = context.divide(Decimal(number.numerator), Decimal(number.denominator))
-    return f"{quotient.normalize(context):f}"
 
 
 def _certificate(evidence: EpisodeEvidence) -> dict[str, Any]:

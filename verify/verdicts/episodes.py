@@ -34,7 +34,6 @@ from verify.episodes.certificates import LeftOpenError, NoCertificateError
 from verify.episodes.composition import ZonesDecision, decide
 from verify.episodes.contacts import MAX_DRIFT
 from verify.episodes.zones import SCALE, points_of, starts
-from verify.extent.starts import StartShare
 from verify.question import EpisodeQuestion
 from verify.result import SETTLED, Control, Cost, Evidence, Opinion, Result, Verdict
 from verify.states.episodes import (
@@ -82,7 +81,6 @@ class EpisodeEvidence(Evidence):
     opponents: bool  # whether the proof follows agents of other teams by their own trees
     certificate: EpisodeCertificate | LastingCertificate | None = None
     uncertified: str = ""  # why a proof has no certificate, and so one reading only
-    starts: StartShare | None = None  # how many of the region's fail, when that was asked
 
     @property
     def opponents_words(self) -> str:

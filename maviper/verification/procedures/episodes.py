@@ -2,12 +2,11 @@
 
 Does: joins their verdicts with rollouts; certificates and counterexamples as text.
 Assumes: a bench for the profile that is asked about. Such claims are of the deployed arithmetic.
-Does not: decide. No files: the report has the share of starts that fail, and zones decide without a solver.
+Does not: decide. Files of regions and queries: such claims have none.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from codegen.ir import PolicyProfile
@@ -16,7 +15,6 @@ from maviper.verification.files import episodes as episode_files
 from maviper.verification.procedures.procedure import Procedure
 from maviper.verification.replays import rollouts
 from verify.certificates.episodes import to_json
-from verify.extent.starts import start_share
 from verify.question import EpisodeQuestion
 from verify.result import Verdict
 from verify.semantics import MACHINE
@@ -25,11 +23,7 @@ from verify.verdicts.episodes import EpisodeResult
 
 
 def _answer(question: EpisodeQuestion, bench: Bench, region_file: str | None) -> EpisodeResult:
-    asked = question.by(MACHINE)
-    result = episodes.verify_episodes(asked, rollouts(bench.made, bench.world), bench.skipped)
-    if region_file is None:
-        return result
-    return replace(result, evidence=replace(result.evidence, starts=start_share(asked, result.verdict)))
+    return episodes.verify_episodes(question.by(MACHINE), rollouts(bench.made, bench.world), bench.skipped)
 
 
 def _verdict(question: EpisodeQuestion, bench: object) -> tuple[Verdict, str]:
