@@ -17,12 +17,12 @@ from itertools import product
 
 import numpy as np
 
-from maviper.evaluation.optimum import optimum, rules_of, worth
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.bundles import IMITATION, IVIPER, IVIPER_RESAMPLING, MAVIPER, NO_PREDICTION
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
+from tests.support.optimum import optimum, rules_of, worth
 
 ALGORITHMS = (IMITATION, IVIPER, NO_PREDICTION, IVIPER_RESAMPLING, MAVIPER)
 GAMES = ("payoff=0", "payoff=50", "payoff=100", "agree=50", "rule=climbing", "rule=penalty")

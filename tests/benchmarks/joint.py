@@ -25,7 +25,6 @@ import numpy as np
 from codegen.errors import MaviperError
 from maviper.episodes import measures
 from maviper.evaluation.held_out import read_measure
-from maviper.evaluation.optimum import optimum, rules_of, worth
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.bundles import RUNGS
@@ -36,6 +35,7 @@ from maviper.files.profiles import version
 from maviper.worlds import find
 from tests.benchmarks.paired import Paired, detectable, verdicts
 from tests.benchmarks.registered import with_early_stop
+from tests.support.optimum import optimum, rules_of, worth
 
 PLAN_FILE = Path(__file__).with_suffix(".toml")
 FULL, PILOT, QUICK = "full", "pilot", "quick"

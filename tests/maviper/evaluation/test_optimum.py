@@ -8,12 +8,12 @@ import pytest
 from codegen.errors import InputError
 from maviper.episodes.play import play
 from maviper.episodes.trees import agent_policies, among
-from maviper.evaluation.optimum import Search, optimum, rules_of, rules_of_depth, worth
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from tests.support.games import random_tree
+from tests.support.optimum import Search, optimum, rules_of, rules_of_depth, worth
 
 
 def by_hand(world, rules):

@@ -8,7 +8,6 @@ from codegen.errors import InputError
 from codegen.lowering.deploy import deploy_tree
 from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.evaluation.optimum import optimum, rules_of, worth
 from maviper.experts.finding import find_expert
 from maviper.experts.wrapped import Unweighted
 from maviper.extraction.algorithms import extract
@@ -18,6 +17,7 @@ from maviper.extraction.growth.best_first import BestFirstTree
 from maviper.extraction.growth.histogram import Bins
 from maviper.extraction.rgmdt import _Points
 from maviper.extraction.settings import Settings
+from tests.support.optimum import optimum, rules_of, worth
 
 GAMES = [
     "coordination,noise=5",
