@@ -245,6 +245,19 @@ def test_arrays_of_what_is_no_number_are_an_error(dtype, profile):
         module["act_agent_0"](rows[0])
 
 
+def test_masked_numbers_are_an_error(profile):
+    policy, module = deciders(profile, 0.1)
+    n = len(policy.features)
+    whole = np.ma.masked_array(np.full((2, n), 0.3), mask=np.zeros((2, n), bool))
+    wanted = ir.act(policy, np.full((2, n), 0.3)).tolist()
+    assert module["act_agent_0_batch"](whole).tolist() == [module["act_agent_0"](row) for row in whole] == wanted
+    whole.mask[1, 0] = True
+    with pytest.raises(TypeError, match="masked"):
+        module["act_agent_0_batch"](whole)
+    with pytest.raises(TypeError, match="an observation is of numbers"):
+        module["act_agent_0"](whole[1])
+
+
 def test_a_number_beyond_the_doubles_is_an_error(profile):
     policy, module = deciders(profile, 0.1)
     for value in (10**400, Fraction(10**400)):
