@@ -2,7 +2,7 @@
 
 Does: yields every broken rule with its path in the JSON form, so that one run shows all of them.
 Assumes: the dataclasses hold the right Python types (the JSON decoder or the extractor has seen to that).
-Does not: judge texts, labels, evidence and the region that come with a policy (profiles/rules.py), or whether it is any
+Does not: judge texts, labels, evidence and the region that come with a policy (profiles.py), or whether it is any
   good.
 """
 

@@ -1,8 +1,8 @@
 """The JSON form of a policy profile, with its content hash.
 
 Does: encodes a profile to text that people and other programs can read; decodes and checks it, naming the fault's path.
-Assumes: objects in the shape of form/schema.py.
-Does not: read a text (profiles/loading.py), or touch files.
+Assumes: objects in the shape of form.py.
+Does not: read a text (profiles.py), or touch files.
 
 A split of an agent that compares float32 states its threshold twice: `threshold` is the double that decides for doubles
 and float32 alike, `float32` is the float32 itself, exactly, in hexadecimal. They must agree. Of an agent that compares
@@ -22,10 +22,18 @@ import numpy as np
 from codegen.check import Besides, ensure
 from codegen.errors import ProfileError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.form.fault import ADVICE, make_fault
-from codegen.form.layout import layout
-from codegen.form.nodes import nodes_of, tree_of
-from codegen.form.schema import SCHEMA_VERSION, SUMS_VERSION, AgentJson, GrownJson, ProfileJson
+from codegen.form import (
+    ADVICE,
+    SCHEMA_VERSION,
+    SUMS_VERSION,
+    AgentJson,
+    GrownJson,
+    ProfileJson,
+    layout,
+    make_fault,
+    nodes_of,
+    tree_of,
+)
 from codegen.ir import (
     FUNCTIONS,
     ActionSpec,

@@ -2,7 +2,7 @@
 
 Does: the data of such a region, whose bounds are exact text.
 Assumes: coordinates are named as in the world's spec.
-Does not: check states (boxes/bounding.py), or prove anything about a region (the verifier does).
+Does not: check states (boxes.py), or prove anything about a region (the verifier does).
 """
 
 import math

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from maviper import siblings as siblings  # first: it says what is in the way of the imports below
 
 # isort: split
-from codegen.process import flags
+from codegen import process
 from maviper import claims, options
 from maviper import errors as errors
 from maviper.importing.verbs import from_file, from_onnx, from_sklearn
@@ -72,7 +72,7 @@ def version() -> str:
     return installed()
 
 
-@flags.defaults
+@process.defaults
 def load(path: str | Path) -> PolicyProfile:
     """The policy profile in a JSON file, checked. ProfileError (an InputError) with the path of the fault otherwise."""
     from maviper.files.profiles import load as loaded
@@ -80,7 +80,7 @@ def load(path: str | Path) -> PolicyProfile:
     return loaded(path, sums=True)
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.TrainOptions)
 def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions]) -> dict[str, Any]:
     """Trains an expert for a world into the run folder `output`; returns its card, with what was measured.
@@ -96,7 +96,7 @@ def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions])
     return train_expert(world, Path(output), Console(quiet=True), **asked)
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.ExtractOptions)
 def extract(
     expert: str | Path, output: str | Path | None = None, **asked: Unpack[options.ExtractOptions]
@@ -115,7 +115,7 @@ def extract(
     return extract_named(str(expert), None if output is None else Path(output), request(asked), Console(quiet=True))
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.EvaluateOptions)
 def evaluate(subject: str | Path, **asked: Unpack[options.EvaluateOptions]) -> Evaluation:
     """A profile, an expert or a mix measured in play, on held-out episodes that are the same for everybody.
@@ -128,7 +128,7 @@ def evaluate(subject: str | Path, **asked: Unpack[options.EvaluateOptions]) -> E
     return evaluate_named(request(str(subject), **asked))
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.ExploitOptions)
 def exploit(subject: str | Path, team: str, **asked: Unpack[options.ExploitOptions]) -> Exploitability:
     """A lower bound on what the opponents of `team` gain by answering its policies.
@@ -141,7 +141,7 @@ def exploit(subject: str | Path, team: str, **asked: Unpack[options.ExploitOptio
     return exploit_team(str(subject), team, Console(quiet=True), **asked)
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.CompileOptions)
 def compile(
     profile: PolicyProfile, targets: Iterable[str] = TARGETS, **asked: Unpack[options.CompileOptions]
@@ -157,7 +157,7 @@ def compile(
     return compile_and_prove(profile, targets, **asked)
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.VerifyOptions)
 def verify(
     profile: PolicyProfile,
@@ -180,7 +180,7 @@ def verify(
     return results(profile, VerifyOptions.about(claim, str(region), asked))[0]
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.FileOptions)
 def verify_file(
     profile: PolicyProfile, file: str | Path, region: str | Path = "start", **asked: Unpack[options.FileOptions]
@@ -198,7 +198,7 @@ def verify_file(
     return results(profile, VerifyOptions(file=Path(file), region=str(region), **given))
 
 
-@flags.defaults
+@process.defaults
 def check(
     certificate: str | Path,
     profile: PolicyProfile | str | Path | None = None,
@@ -218,7 +218,7 @@ def check(
     return check_file(Path(certificate), first, second, None if world is None else Path(world))
 
 
-@flags.defaults
+@process.defaults
 def replay(
     counterexample: str | Path, profile: PolicyProfile | str | Path | None = None, world: str | Path | None = None
 ) -> Replayed:
@@ -238,7 +238,7 @@ def replay(
     return replayed(Path(counterexample), about, None if world is None else Path(world))
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.RepairOptions)
 def repair(
     profile: PolicyProfile,
@@ -252,13 +252,13 @@ def repair(
     `claims.OwnTarget(landmarks=["landmark_1", "landmark_0"])`; `region`: `start`, or a region file.
     `Repaired.cost` has the measures before and after. InputError for what cannot be asked.
     """
-    from codegen.profiles.rules import ensure
+    from codegen.profiles import ensure
     from maviper.verification.repair import repair_profile, request
 
     return repair_profile(ensure(profile), claim, str(region), request(claim, asked))
 
 
-@flags.defaults
+@process.defaults
 def robust(
     profile: PolicyProfile | str | Path,
     observations: str | Path,
@@ -282,7 +282,7 @@ def robust(
     return radii(given, Path(observations), agent, certify, error)
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.DiffOptions)
 def diff(
     first: PolicyProfile, second: PolicyProfile, region: str | Path = "start", **asked: Unpack[options.DiffOptions]
@@ -298,7 +298,7 @@ def diff(
     return compare_profiles(first, second, str(region), request(**asked))
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.SystemOptions)
 def verify_system(
     profile: PolicyProfile,
@@ -313,7 +313,7 @@ def verify_system(
     """
     from pathlib import Path
 
-    from codegen.profiles.rules import ensure
+    from codegen.profiles import ensure
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import verify_world
 
@@ -322,7 +322,7 @@ def verify_system(
     return verify_world(ensure(profile), about)
 
 
-@flags.defaults
+@process.defaults
 @options.spell_out(options.ReproduceOptions)
 def reproduce(output: str | Path, **asked: Unpack[options.ReproduceOptions]) -> Reproduced:
     """The experiments of the MAVIPER paper, as cells in the folder `output`, with their table and report.

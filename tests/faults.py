@@ -15,13 +15,12 @@ from fractions import Fraction
 import numpy as np
 import z3
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.agreement import selfcheck
 from codegen.agreement.build import Build
 from codegen.errors import DisagreementError, MaviperError
 from codegen.lowering.deploy import deploy_tree
 from codegen.lowering.lower import lower
-from codegen.profiles import loading
 from codegen.targets import TARGETS, emit
 from maviper.compilation import compile, proofs
 from tests.support import contact_readings, episode_cases
@@ -307,7 +306,7 @@ def json_fault(name: str, guard: str, change: Callable[[dict], None]) -> Fault:
         document = json.loads(policy_json.dumps(profile))
         change(document)
         try:
-            loading.loads(json.dumps(document))
+            profiles.loads(json.dumps(document))
         except MaviperError:
             return True
         return False

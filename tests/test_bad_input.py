@@ -19,9 +19,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codegen import policy_json
+from codegen import policy_json, profiles
 from codegen.errors import ExitCode
-from codegen.profiles import loading
 from maviper.cli import main
 from maviper.files import runs
 from maviper.tour import handout
@@ -393,7 +392,7 @@ def test_what_is_not_an_expert(place, document, source, monkeypatch):
 @pytest.mark.parametrize("command", ["show", "verify", "compile"])
 def test_huge_files_are_refused_before_they_are_read(place, command):
     with (place / "huge.json").open("wb") as file:
-        file.truncate(loading.MAX_BYTES + 1)  # sparse: takes no room on the disk
+        file.truncate(profiles.MAX_BYTES + 1)  # sparse: takes no room on the disk
     options = ["-o", place / "out"] if command == "compile" else []
     assert run("-q", command, place / "huge.json", *options) == ExitCode.INPUT
 

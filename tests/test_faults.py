@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from codegen import policy_json
+from codegen import policy_json, profiles
 from codegen.agreement import selfcheck
-from codegen.profiles import loading
 from codegen.targets import emit
 from tests import faults
 from tests.conftest import extracted_quickly
@@ -29,7 +28,7 @@ def test_without_a_fault_no_guard_speaks(profile):
     for policy in profile.agents:
         nothing = np.zeros((0, len(policy.features)), dtype=np.float32)
         assert selfcheck.check_grown(policy, nothing).differences == 0
-    loading.loads(policy_json.dumps(profile))
+    profiles.loads(policy_json.dumps(profile))
     assert not faults.encoder_wrong(profile)
     assert not faults.verdicts_wrong(profile)
     assert not faults.steady_wrong(profile)

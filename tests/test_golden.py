@@ -13,9 +13,9 @@ from codegen import ir
 from codegen.agreement import compiled, probes, selfcheck, vectors
 from codegen.agreement.build import build
 from codegen.equivalence import obligations
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.lowering.lower import AUTO, ORDERED, STYLES, lower
-from codegen.profiles.loading import loads, schema
+from codegen.profiles import loads, schema
 from codegen.targets import TARGETS, c, emit
 from tests.support.small import small_profile
 

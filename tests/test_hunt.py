@@ -12,7 +12,7 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from codegen.policy_json import dumps
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from maviper import manual
 from maviper.verification.join import question_files
 from tests import hunt

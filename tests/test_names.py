@@ -7,7 +7,7 @@ import pytest
 import maviper
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.policy_json import dumps
-from codegen.profiles.rules import UNSEEN, check
+from codegen.profiles import UNSEEN, check
 from codegen.wording import visible
 from maviper.cli import exits, main
 from maviper.console import Console, say

@@ -14,10 +14,10 @@ import numpy as np
 
 from codegen import ir
 from codegen.agreement import probes, sum_probes
-from codegen.boxes.bounding import is_inside
+from codegen.boxes import is_inside
 from codegen.check import identifier
 from codegen.ir import Bool, Float64, Floats, Int32
-from codegen.numbers.rounding import at_most
+from codegen.numbers import at_most
 from codegen.observe import observe
 
 SEED = 20_220_526  # of the random probes

@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.boxes.bounding import is_inside, read_bounds, read_distances
-from codegen.boxes.branches import split_corners
+from codegen.boxes import is_inside, read_bounds, read_distances, split_corners
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS, deciding_double
 from codegen.ir import Float64, Floats, GrownTree, Tree
-from codegen.numbers.rounding import at_most, neighbour
+from codegen.numbers import at_most, neighbour
 from codegen.region import RegionSpec
 
 HUGE = 1e30  # drawing beyond it overflows; paths that demand more get their own bounds

@@ -19,7 +19,7 @@ from codegen.agreement.build import Build
 from codegen.agreement.compiled import CompiledC, ensure_strict
 from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told, differing, reference
 from codegen.agreement.rows import Kept, iterate_rows
-from codegen.boxes.bounding import is_inside
+from codegen.boxes import is_inside
 from codegen.equivalence import structure
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Floats

@@ -14,7 +14,7 @@ from codegen import ir
 from codegen.agreement import probes
 from codegen.floats import FLOAT32
 from codegen.ir import Float64, Floats
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 
 POOL = 4_000  # random observations, of which those that reach a split are moved to its ties
 EACH = 16  # observations moved to each tie

@@ -21,7 +21,7 @@ from pycparser import c_ast, c_generator
 from pycparser.c_parser import ParseError
 
 from codegen.equivalence.structure import enumerators, odd_lines, resolve_function, syntax
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 
 MAX_STEPS = 1_000_000  # statements run for one function, on all its paths together
 SHAPE = "const float *x"  # of what a function is given

@@ -33,7 +33,7 @@ from codegen.importers.summed import ensure_alike, place_sum
 from codegen.ir import MAX_LENGTH, Bool, Floats
 from codegen.lowering.deploy import Given, deploy_tree, with_given
 from codegen.lowering.render import comment
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 
 MAX_NOTES = 8
 TEAM = "team"

@@ -17,7 +17,7 @@ from codegen.errors import DisagreementError, InputError
 from codegen.importers.reading import Answers
 from codegen.importers.sourced import choose_rows
 from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Floats, Tree
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 from codegen.sums import among
 
 RANDOM = 4_000

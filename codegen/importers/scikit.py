@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
-from codegen.boxes.branches import find_point
+from codegen.boxes import find_point
 from codegen.errors import DisagreementError, InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers import steps
@@ -34,9 +34,9 @@ from codegen.importers.products import Tree, origin_of_sum
 from codegen.importers.summed import giving
 from codegen.importers.symbolic.program import Described
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Floats, GrownTree, Int32
-from codegen.numbers.rounding import round_down
+from codegen.numbers import round_down
 from codegen.paths import EVERYTHING, Box
-from codegen.process.unwarned import silence_warnings
+from codegen.process import silence_warnings
 
 # what a subclass may have of its own: no prediction reads it
 UNUSED = frozenset(

@@ -15,7 +15,7 @@ import numpy as np
 
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import CONSTANT, NO_CHILD, NO_FEATURE, ROOT, Float32, Float64, GrownTree, Sum, Tree
-from codegen.numbers.rounding import at_most
+from codegen.numbers import at_most
 from codegen.sums import DOUBLE_SUMS, choose_numbers
 
 

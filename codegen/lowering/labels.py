@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 from codegen.floats import short_hex
 from codegen.lowering.model import Labels
-from codegen.numbers.literals import decimal_literal
+from codegen.numbers import decimal_literal
 
 INT, LONG = 2**31, 2**53  # below which C's int, and every program's 64-bit numbers, hold whole numbers
 PLAIN = {*map(chr, range(0x20, 0x7F))} - {*'"\\?*/'}

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from codegen import ir
-from codegen.boxes.bounding import read_bounds, read_distances
+from codegen.boxes import read_bounds, read_distances
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32, deciding_double, short_hex
@@ -34,8 +34,7 @@ from codegen.lowering.model import (
 )
 from codegen.lowering.names import Names, ensure_distinct, is_reserved, of_agent, of_profile
 from codegen.lowering.summing import lower_sums
-from codegen.numbers.literals import decimal_literal, hex_literal
-from codegen.numbers.rounding import at_most
+from codegen.numbers import at_most, decimal_literal, hex_literal
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
 from codegen.wording import holds

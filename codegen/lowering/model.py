@@ -17,7 +17,7 @@ from codegen.lowering.parts import Double as Double
 from codegen.lowering.parts import Feature as Feature
 from codegen.lowering.parts import Node as Node
 from codegen.lowering.summed import Summed
-from codegen.numbers.literals import decimal_literal
+from codegen.numbers import decimal_literal
 
 TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
 _BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "float": 4, "double": 8}

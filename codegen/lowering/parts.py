@@ -12,7 +12,7 @@ import numpy as np
 
 from codegen.floats import short_hex
 from codegen.ir import Float64
-from codegen.numbers.literals import decimal_literal
+from codegen.numbers import decimal_literal
 
 SINGLE_BITS = 32
 UNIT = 2.0**-53  # by what share of itself a number is off that is rounded to float64

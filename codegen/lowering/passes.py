@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from codegen.boxes.branches import find_point
+from codegen.boxes import find_point
 from codegen.errors import DisagreementError
 from codegen.ir import NO_FEATURE, ROOT, Floats, Tree
 from codegen.paths import EVERYTHING, Box, in_preorder

@@ -16,7 +16,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from codegen.errors import escape_text
 from codegen.intervals import format_share, percent
-from codegen.numbers.literals import smt_literal
+from codegen.numbers import smt_literal
 from codegen.wording import format_count, visible
 
 MAX_SHOWN = 12  # characters of a number that is shown as it is

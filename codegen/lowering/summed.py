@@ -11,7 +11,7 @@ from typing import Literal
 
 from codegen.floats import FLOAT32, NUMBERS, below_zero
 from codegen.lowering.parts import Action, Double, Feature, Node
-from codegen.numbers.literals import decimal_literal
+from codegen.numbers import decimal_literal
 from codegen.sums import CONSTANT, DOUBLE_SUMS, FLOAT32_STEPS
 
 # of float (True), of double: the last number below 0, and 0

@@ -14,7 +14,7 @@ from codegen.check import identifier
 from codegen.floats import FLOAT32, short_hex
 from codegen.lowering.parts import Action, Double, Feature, Node
 from codegen.lowering.summed import Given, Output, SumLine, Summed, SumNode, Term
-from codegen.numbers.literals import decimal_literal
+from codegen.numbers import decimal_literal
 from codegen.sums import FLOAT32_STEPS
 from codegen.wording import describe_sum, holds
 

@@ -18,7 +18,7 @@ from codegen.lowering.covering import Cover, Lookup, look_up
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
 from codegen.lowering.tracking import Edges, Start, Track, track
-from codegen.numbers.literals import decimal_literal
+from codegen.numbers import decimal_literal
 from codegen.region import RegionSpec
 
 ROUNDED = 1.0 + 2.0**-20  # by which a speed at its limit may be above it: simulators round where they cut it

@@ -11,7 +11,7 @@ from codegen import ir
 from codegen.ir import Floats, Int32
 from codegen.lowering.model import Agent, Model
 from codegen.lowering.render import render
-from codegen.numbers.literals import smt_literal
+from codegen.numbers import smt_literal
 
 
 def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:

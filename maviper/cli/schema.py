@@ -15,7 +15,7 @@ from maviper.cli.group import Verb
 def schema() -> int:
     """Print the JSON schema of policy profiles."""
     from codegen.policy_json import layout
-    from codegen.profiles.loading import schema as profile_schema
+    from codegen.profiles import schema as profile_schema
 
     click.echo(layout(profile_schema()))
     return ExitCode.DONE

@@ -19,9 +19,9 @@ from codegen.agreement.build import Build, build
 from codegen.agreement.selfcheck import Agreement, Report
 from codegen.errors import DisagreementError
 from codegen.floats import FLOAT32
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.lowering.lower import AUTO
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.targets import USUAL, smt
 from maviper.episodes.on_policy import in_parts, on_policy
 from maviper.episodes.play import Episodes, Policies

@@ -21,7 +21,7 @@ from codegen.errors import InputError
 from codegen.ir import Float64, PolicyProfile
 from codegen.lowering.covering import Boxes, Cover, Variable
 from codegen.lowering.turning import Turned, ensure_few_sets
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from codegen.region import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
 from maviper.compilation.modes import split_modes

@@ -16,7 +16,7 @@ from codegen.agreement.build import Build
 from codegen.agreement.programs import run
 from codegen.equivalence.contracts import Contracts
 from codegen.errors import MissingToolError
-from codegen.form.layout import layout
+from codegen.form import layout
 
 TOOLS = ("frama-c", "why3", "z3")
 INSTALL = "apt-get install frama-c-base why3 z3"

@@ -20,8 +20,7 @@ from codegen.lowering.covering import Cover
 from codegen.lowering.model import Model
 from codegen.lowering.tracking import MAX_NOISE, Edges, Start, ensure_followed
 from codegen.lowering.watching import Watch, watch, watch_cover, watch_edges, watch_inputs, watch_start
-from codegen.numbers.literals import decimal_literal
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import decimal_literal, nearest_double
 from codegen.region import RegionSpec
 from codegen.targets import monitor
 from maviper.files import kinds, runs

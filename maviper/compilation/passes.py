@@ -9,12 +9,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from codegen import ir
-from codegen.boxes.bounding import read_bounds
+from codegen.boxes import read_bounds
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering import passes
 from codegen.lowering.passes import DROP, MERGE, PASSES, REORDER
 from codegen.policy_json import content_hash
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.wording import format_count
 from maviper.compilation.monitors import spec_of
 from maviper.episodes.on_policy import on_policy

@@ -15,7 +15,7 @@ from codegen.equivalence import obligations
 from codegen.equivalence.obligations import Obligation
 from codegen.equivalence.symbolic import Unreadable
 from codegen.errors import DisagreementError, InputError
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.lowering.model import Model
 from verify.question import Budgets
 from verify.solver.solve import BitsAnswer, ask_bits, solver_name

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from codegen import ir
-from codegen.boxes.branches import split_corners
+from codegen.boxes import split_corners
 from codegen.intervals import percent
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 from codegen.wording import NO_UNIT, describe_sum, format_count, number
 
 

@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from codegen import ir
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from maviper.episodes import measures
 from maviper.episodes.measures import Estimate
 from maviper.episodes.play import Controller

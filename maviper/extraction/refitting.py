@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.errors import InputError
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.intervals import Share
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash

@@ -7,9 +7,9 @@ Does not: write profiles.
 
 from pathlib import Path
 
+from codegen import profiles
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
-from codegen.profiles import loading
 from codegen.sum_rules import ensure_plain
 from maviper.files import kinds, runs
 
@@ -27,9 +27,9 @@ def load(path: str | Path, *, sums: bool = False) -> PolicyProfile:
     an InputError that says which other document of ours the file is. `sums`: whether the caller takes agents that test
     sums or give numbers; else InputError for them.
     """
-    data = runs.read(Path(path), loading.MAX_BYTES)
+    data = runs.read(Path(path), profiles.MAX_BYTES)
     kinds.ensure(data, str(path), kinds.PROFILE.called, kinds.PROFILE)
-    profile = loading.loads(data, Path(path).name)
+    profile = profiles.loads(data, Path(path).name)
     return profile if sums else ensure_plain(profile, READER)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from codegen.process import flags
+from codegen import process
 from maviper.options import ImportOptions, spell_out
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
 
 
-@flags.defaults
+@process.defaults
 @spell_out(ImportOptions)
 def from_file(file: str | Path | Mapping[str, str | Path], **asked: Unpack[ImportOptions]) -> PolicyProfile:
     """A profile of the trees in a file of another program, as `maviper import` makes it.
@@ -42,7 +42,7 @@ def from_file(file: str | Path | Mapping[str, str | Path], **asked: Unpack[Impor
     return import_trees(None, {agent: Path(each) for agent, each in file.items()}, **asked)
 
 
-@flags.defaults
+@process.defaults
 def from_sklearn(
     classifier: object,
     feature_names: Sequence[str] | None = None,
@@ -61,7 +61,7 @@ def from_sklearn(
     return imported(classifier, feature_names, action_names, name, output_names)
 
 
-@flags.defaults
+@process.defaults
 def from_onnx(
     model: Path | str | bytes,
     feature_names: Sequence[str] | None = None,

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
-from codegen.boxes.bounding import read_bounds, read_distances
+from codegen.boxes import read_bounds, read_distances
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, deciding_double, rational_literal
 from codegen.lowering.tracking import Edges, Start

@@ -17,7 +17,7 @@ from codegen.errors import InputError
 from codegen.ir import FORK, PHYSICS
 from codegen.lowering.lower import NESTED, lower
 from codegen.lowering.render import render
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.wording import format_count
 from maviper.episodes.on_policy import on_policy
 from maviper.evaluation.players import find_shipped

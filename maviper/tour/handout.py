@@ -12,7 +12,7 @@ from importlib import metadata
 from typing import Any
 
 from codegen import ir
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash, dumps
 from maviper.compilation.compile import Compiled, compile_profile

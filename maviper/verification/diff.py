@@ -16,7 +16,7 @@ from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.lowering.render import render
 from codegen.policy_json import dumps
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from maviper.episodes.on_policy import ON_POLICY_EPISODES, on_policy
 from maviper.evaluation.comparison import differing
 from maviper.files import runs

@@ -14,9 +14,9 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from codegen import ir
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.lowering.render import render
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from maviper.verification.bench import Bench
 from maviper.verification.files.places import region_file
 from maviper.verification.procedures.table import procedure

@@ -15,9 +15,9 @@ from typing import Any
 
 from codegen import ir, policy_json
 from codegen.errors import InputError
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.policy_json import content_hash
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.sum_rules import VERIFIER, ensure_plain
 from codegen.wording import visible
 from maviper.claims import Claim, complete_parameters, name_of, parameters_of

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from codegen import ir
 from codegen.errors import InputError
 from codegen.policy_json import dumps
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions, make_world_error, questions
 from maviper.verification.files.places import repeat_command

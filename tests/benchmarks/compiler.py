@@ -25,7 +25,7 @@ import numpy as np
 from codegen import ir
 from codegen.agreement import readback
 from codegen.importers import scikit
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.targets import emit
 from tests.benchmarks import peers
 

@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # for maviper, also when run
 
 import numpy as np
 
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from maviper.files.profiles import load
 from maviper.worlds.stated.certified import read_certificate
 from verify.checker.envelope import numbers

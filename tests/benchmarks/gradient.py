@@ -15,7 +15,7 @@ import torch
 from torch.nn.functional import one_hot
 
 from codegen import ir
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from maviper.episodes.trees import agent_policies
 from maviper.experts.recipes import Request, settings
 from maviper.experts.training import mappo

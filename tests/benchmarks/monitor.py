@@ -40,7 +40,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.boxes.bounding import is_inside
+from codegen.boxes import is_inside
 from maviper import load, verify, verify_system
 from maviper.compilation.monitors import load_proof
 from maviper.files.runs import read_unpacked

@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run
 import numpy as np
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen.numbers.rounding import round_down
+from codegen.numbers import round_down
 from tests.support import system_cases as cases
 from tests.support.system_cases import decided, possible
 from verify.certificates.systems import to_json

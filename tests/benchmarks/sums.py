@@ -21,7 +21,7 @@ import numpy as np
 from codegen import ir
 from codegen.importers.boosted import from_lightgbm
 from codegen.importers.origin import Names, profile_of
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, Sum
 from codegen.targets import emit
 

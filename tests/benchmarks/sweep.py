@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run
 import numpy as np
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen.numbers.rounding import round_down
+from codegen.numbers import round_down
 from codegen.policy_json import dumps
 from codegen.world import EntitySpec
 from maviper.files.profiles import find_profile

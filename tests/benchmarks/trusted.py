@@ -28,8 +28,7 @@ NEW: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "sums and outputs": {
         "codegen.sums": WHOLE,
         "codegen.sum_rules": WHOLE,
-        "codegen.form.nodes": ("_dump_sum", "_Known", "_sum"),
-        "codegen.form.schema": ("OutputJson",),
+        "codegen.form": ("_dump_sum", "_Known", "_sum", "OutputJson"),
         "codegen.ir": ("OutputSpec", "outputs"),
         "codegen.policy_json": ("_summing",),
     },

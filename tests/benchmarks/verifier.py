@@ -40,7 +40,7 @@ from codegen import ir
 from codegen.floats import FLOAT32
 from codegen.observe import observe
 from codegen.policy_json import dumps
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from maviper.worlds import find
 from tests.benchmarks import direct
 from tests.support.zone_cases import stated

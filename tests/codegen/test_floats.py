@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.floats import deciding_double, short_hex
-from codegen.numbers.literals import decimal_literal, hex_literal
-from codegen.numbers.rounding import round_down
+from codegen.numbers import decimal_literal, hex_literal, round_down
 from tests.support.strategies import FLOAT32
 
 DOUBLES = st.floats(-1e38, 1e38, allow_nan=False)

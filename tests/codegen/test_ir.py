@@ -8,7 +8,7 @@ from hypothesis import given
 
 from codegen import ir
 from codegen.errors import ProfileError
-from codegen.profiles.rules import check, ensure
+from codegen.profiles import check, ensure
 from codegen.region import RegionSpec
 from maviper.verification.files.states import blank
 from maviper.worlds import WORLDS, find

@@ -7,13 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.dynamics import motionless
 from codegen.errors import ProfileError
 from codegen.legality import illegal_leaves, mask_of
 from codegen.lowering.lower import lower
-from codegen.profiles import loading
-from codegen.profiles.rules import check
+from codegen.profiles import check
 from codegen.targets import c, python
 
 ACTIONS = 3
@@ -78,7 +77,7 @@ def test_exactly_the_trees_that_may_act_illegally_are_refused(tree):
 def test_a_profile_keeps_what_makes_an_action_legal():
     profile = profile_of(LAWFUL)
     assert not check(profile)
-    again = loading.loads(policy_json.dumps(profile))
+    again = profiles.loads(policy_json.dumps(profile))
     assert again.agents[0].actions == CHOICES
     assert '"legal_if": "legal_1"' in policy_json.dumps(profile)
 
@@ -97,7 +96,7 @@ def test_refusals_say_where_and_what():
     ]
     misspelt = profile_of(LAWFUL, (replace(CHOICES[0], legal_if="lgeal_0"), *CHOICES[1:]))
     with pytest.raises(ProfileError, match=r"actions\[0\]\.legal_if: no feature 'lgeal_0'; did you mean 'legal_0'"):
-        loading.loads(policy_json.dumps(misspelt))
+        profiles.loads(policy_json.dumps(misspelt))
 
 
 def test_generated_code_says_which_actions_are_legal():

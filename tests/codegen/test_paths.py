@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.boxes.branches import box_of, find_point, split_corners
+from codegen.boxes import box_of, find_point, split_corners
 from codegen.paths import EVERYTHING, Box, in_preorder
 from tests.support.games import NAMES, random_profile
 from tests.support.teams import tree

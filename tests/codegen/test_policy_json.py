@@ -6,20 +6,18 @@ import jsonschema
 import pytest
 from hypothesis import given
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.errors import ProfileError
-from codegen.profiles import loading
-from codegen.profiles.loading import schema
-from codegen.profiles.rules import check
+from codegen.profiles import check, schema
+from tests.support import strategies
 from tests.support.games import NAMES, random_profile
-from tests.support.strategies import profiles
 
 
-@given(profiles())
+@given(strategies.profiles())
 @pytest.mark.smoke
 def test_round_trip_keeps_every_byte(profile):
     text = policy_json.dumps(profile)
-    again = loading.loads(text)
+    again = profiles.loads(text)
     assert policy_json.dumps(again) == text
     assert policy_json.content_hash(again) == policy_json.content_hash(profile)
     for before, after in zip(profile.agents, again.agents, strict=True):
@@ -42,7 +40,7 @@ def test_every_game_reads_back(name):
     assert check(profile) == ()
     text = policy_json.dumps(profile)
     jsonschema.validate(json.loads(text), schema())
-    again = loading.loads(text)
+    again = profiles.loads(text)
     assert policy_json.dumps(again) == text and again.world == profile.world
     assert [policy.features for policy in again.agents] == [policy.features for policy in profile.agents]
     assert again.world.options == profile.world.options
@@ -66,10 +64,10 @@ MEANINGS = {
 def test_meanings_read_back(profile, text):
     document = json.loads(edited(profile, ["agents", 1, "features", 0, "meaning"], text))
     del document["content_hash"]
-    again = loading.loads(json.dumps(document))
+    again = profiles.loads(json.dumps(document))
     assert again.agents[1].features[0].meaning == MEANINGS[text]
     assert json.loads(policy_json.dumps(again))["agents"][1]["features"][0]["meaning"] == text
-    assert loading.loads(policy_json.dumps(again)).agents[1].features == again.agents[1].features
+    assert profiles.loads(policy_json.dumps(again)).agents[1].features == again.agents[1].features
 
 
 @pytest.mark.parametrize(
@@ -79,7 +77,7 @@ def test_meanings_read_back(profile, text):
 )  # fmt: skip
 def test_other_meanings_are_refused_with_the_path(profile, text):
     with pytest.raises(ProfileError) as error:
-        loading.loads(edited(profile, ["agents", 1, "features", 0, "meaning"], text), "x.json")
+        profiles.loads(edited(profile, ["agents", 1, "features", 0, "meaning"], text), "x.json")
     assert "x.json: $.agents[1].features[0].meaning" in str(error.value)
 
 
@@ -142,34 +140,34 @@ FAULTS = [
 @pytest.mark.parametrize(("path", "value", "where"), FAULTS)
 def test_an_edited_profile_is_refused_with_the_path(profile, path, value, where):
     with pytest.raises(ProfileError) as error:
-        loading.loads(edited(profile, path, value), "x.json")
+        profiles.loads(edited(profile, path, value), "x.json")
     assert f"x.json: {where}" in str(error.value)
 
 
 def test_a_misspelt_feature_gets_its_closest_match(profile):
     text = edited(profile, ["agents", 1, "tree", 0, "feature"], "landmark_0_dz")
     with pytest.raises(ProfileError, match="did you mean 'landmark_0_d"):
-        loading.loads(text)
+        profiles.loads(text)
 
 
 def test_an_edit_made_on_purpose_drops_the_hash(profile):
     document = json.loads(edited(profile, ["world", "damping"], 0.5))
     del document["content_hash"]
-    assert loading.loads(json.dumps(document)).world.damping == 0.5
+    assert profiles.loads(json.dumps(document)).world.damping == 0.5
 
 
 @pytest.mark.parametrize("share", [0, 0.1, 0.5, 0.99])
 def test_a_truncated_profile_is_refused(profile, share):
     text = policy_json.dumps(profile)
     with pytest.raises(ProfileError, match="not readable as JSON"):
-        loading.loads(text[: int(share * len(text))])
+        profiles.loads(text[: int(share * len(text))])
 
 
 @pytest.mark.parametrize("text", [b"\xff\xfe", b"[" * 100_000, b"null", b"{}", b"[]", b'"profile"', b"1e999"])
 @pytest.mark.smoke
 def test_what_is_not_a_profile_is_refused(text):
     with pytest.raises(ProfileError):
-        loading.loads(text)
+        profiles.loads(text)
 
 
 def test_a_node_is_one_line(profile):
@@ -201,6 +199,6 @@ def test_a_truncated_profile_is_told_with_the_path(profile):
     third = cut + [match for match in range(len(text) - cut) if text[cut + match] == "{"][2]
     told = r"x\.json: \$\.agents\[2\]\.tree\[2\] \(line \d+\): Input data was truncated"
     with pytest.raises(ProfileError, match=told):
-        loading.loads(text[: third + 5], "x.json")
+        profiles.loads(text[: third + 5], "x.json")
     with pytest.raises(ProfileError, match=r"\$\.world\.dt \(line \d+\): JSON is malformed"):
-        loading.loads(text.replace('"dt": 0.1', '"dt": zero'), "x.json")
+        profiles.loads(text.replace('"dt": 0.1', '"dt": zero'), "x.json")

@@ -11,8 +11,7 @@ from codegen import ir
 from codegen.agreement import sum_probes
 from codegen.errors import InputError, ProfileError
 from codegen.policy_json import content_hash, dumps
-from codegen.profiles.loading import loads
-from codegen.profiles.rules import check
+from codegen.profiles import check, loads
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, Sum
 from codegen.wording import describe_sum
 from tests.support import summed

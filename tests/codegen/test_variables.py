@@ -12,8 +12,7 @@ from codegen.floats import FLOAT32
 from codegen.ir import FeatureSpec, Meaning, VariableSpec
 from codegen.observe import observe
 from codegen.policy_json import dumps
-from codegen.profiles.loading import loads
-from codegen.profiles.rules import check, ensure
+from codegen.profiles import check, ensure, loads
 from tests.support.small import small_profile
 from tests.support.teams import tree
 

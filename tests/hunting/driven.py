@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from codegen.policy_json import dumps
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld

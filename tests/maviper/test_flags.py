@@ -10,7 +10,7 @@ from sklearn.tree import DecisionTreeClassifier
 
 import maviper
 from codegen.policy_json import dumps
-from codegen.process.flags import defaults
+from codegen.process import defaults
 from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.sources import parse_source
 from tests.support.small import small_profile

@@ -12,8 +12,8 @@ import pytest
 
 from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.errors import ExitCode, InputError, UnknownNameError
-from codegen.form.schema import SCHEMA_VERSION
-from codegen.profiles.loading import loads
+from codegen.form import SCHEMA_VERSION
+from codegen.profiles import loads
 from codegen.targets import TARGETS, emit
 from maviper import manual
 from maviper.cli import main

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from codegen import ir
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from tests.support.observations import blind
 from tests.support.teams import tree
 from verify.claims.observed import View, over

@@ -12,9 +12,8 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from codegen import policy_json
+from codegen import policy_json, profiles
 from codegen.ir import PolicyProfile
-from codegen.profiles import loading
 
 ROOT = Path(__file__).parents[2]
 PLACE = ROOT / ".pytest_cache" / "profiles"
@@ -45,4 +44,4 @@ def keep_profile(of: str, make: Callable[[], PolicyProfile]) -> PolicyProfile:
         part = place.with_suffix(f".{os.getpid()}")
         part.write_text(text, encoding="utf-8")
         part.replace(place)  # another worker may have made the same one
-    return loading.loads(place.read_bytes())
+    return profiles.loads(place.read_bytes())

@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 
 from codegen.agreement.compiled import STRICT, find_compiler
-from codegen.boxes.bounding import is_inside
+from codegen.boxes import is_inside
 from codegen.lowering.lower import lower
 from codegen.lowering.turning import Turned
 from codegen.lowering.watching import watch

@@ -7,7 +7,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.dynamics import motionless
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from tests.support.zone_cases import random_tree
 
 ACTIONS = ("left", "stay", "right")

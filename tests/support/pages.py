@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from codegen.profiles import loading
+from codegen import profiles
 
 GENERATED = Path(__file__).parents[2] / "generated"
 STATE = """
@@ -15,7 +15,7 @@ STATE = """
 
 
 def committed(name):
-    return loading.loads((GENERATED / name / "profile.json").read_text(encoding="utf-8"))
+    return profiles.loads((GENERATED / name / "profile.json").read_text(encoding="utf-8"))
 
 
 def starts(world, count):

@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
-from codegen.numbers.rounding import neighbour
-from codegen.profiles import loading
+from codegen.numbers import neighbour
 from tests.codegen.importers.origins import label_of
 
 SAID = Said()
@@ -44,7 +43,7 @@ def same(text, numbers=NUMBERS, label=str, spread=False, said=SAID, **given):
         said = [function(*row) if spread else function(row) for row in rows.astype(np.float64).tolist()]
         found = [label(label_of(policy, origin, action)) for action in ir.act(policy, rows).tolist()]
         assert found == [label(each) for each in said]
-    assert policy_json.dumps(loading.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
+    assert policy_json.dumps(profiles.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
     return profile
 
 

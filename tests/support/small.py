@@ -2,7 +2,7 @@
 
 from codegen import ir
 from codegen.lowering.deploy import deploy_tree
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from tests.support.strategies import WORLD
 from tests.support.teams import LEFT, RIGHT, STAY, UP, towards, tree
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Bool, Float64, PolicyProfile
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from verify.boxes.model import Model
 from verify.boxes.rows import Rows
 from verify.boxes.sweep import Sweep, Swept

@@ -15,7 +15,7 @@ import numpy as np
 
 from codegen.floats import FLOAT32
 from codegen.ir import NO_FEATURE, AgentPolicy, Float64, Int64, PolicyProfile
-from codegen.numbers.rounding import nearest_double, neighbour
+from codegen.numbers import nearest_double, neighbour
 from verify.boxes.leaf_cells import MAX_LEAVES, LeafCells, SingleTests
 from verify.boxes.rows import Half, Rows, join_rows
 from verify.systems.system import Affine, HalfSpace, Measure, Piece, Polytope, System

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from codegen.ir import Bool, Float64
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from verify.boxes.model import Model
 from verify.boxes.rows import Half, Rows, cells_of, in_cells, join_rows
 from verify.systems.claims import SystemClaim

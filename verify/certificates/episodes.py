@@ -8,7 +8,7 @@ Does not: check what it writes.
 from typing import Any
 
 from codegen.floats import rational_literal
-from codegen.form.layout import layout
+from codegen.form import layout
 from verify.certificates.proofs import proof_lines
 from verify.checker.envelope import body_hash
 from verify.checker.episodes.certificates import EpisodeCertificate

@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 from codegen.floats import rational_literal
-from codegen.form.layout import layout
+from codegen.form import layout
 from verify.certificates.proofs import proof_lines
 from verify.checker.covers.certificates import FORM as COVER_FORM
 from verify.checker.covers.certificates import FORMS, AnyCertificate, CoverCertificate

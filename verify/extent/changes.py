@@ -19,7 +19,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, Float64, Floats, Sum
-from codegen.numbers.rounding import at_most, neighbour
+from codegen.numbers import at_most, neighbour
 from codegen.sums import CONSTANT, clip_values
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Bool, Float64, Int64, PolicyProfile, act
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from verify.claims.uncertified.values import Batch
 from verify.reach.play.samples import observe_planes
 from verify.systems.claims import SystemClaim

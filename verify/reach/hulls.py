@@ -12,7 +12,7 @@ from fractions import Fraction
 from math import ceil, floor, frexp
 from typing import NamedTuple
 
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from verify.checker.systems.rows import Branch, Row, Terms
 from verify.checker.systems.trees import Choices, Decision, Split
 from verify.checker.systems.walk import Hull, SystemQuestions

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from typing import NamedTuple
 
 from codegen.ir import PolicyProfile
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from codegen.policy_json import content_hash
 from verify.checker.systems.certificates import SystemCertificate, check_certificate
 from verify.checker.systems.reading import SystemReading

@@ -16,10 +16,10 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from codegen.boxes.branches import box_of, leaves_below
+from codegen.boxes import box_of, leaves_below
 from codegen.errors import InputError
 from codegen.ir import NO_FEATURE, ActionSpec, AgentPolicy, Float64, Floats, Int32, Tree
-from codegen.numbers.rounding import round_down
+from codegen.numbers import round_down
 from codegen.paths import in_preorder
 from verify.checker.thresholds import sides
 from verify.claims.decisions import DecisionClaim

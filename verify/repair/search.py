@@ -15,7 +15,7 @@ from fractions import Fraction
 import numpy as np
 
 from codegen import ir
-from codegen.boxes.branches import upwards
+from codegen.boxes import upwards
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, Float64, PolicyProfile
 from codegen.lowering.passes import difference, graft_parts

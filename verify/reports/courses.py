@@ -13,7 +13,7 @@ from math import ceil, floor
 from typing import Any
 
 from codegen.lowering.render import brief
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from verify.reports.drawing import MIDDLE, VIEW
 from verify.reports.trajectories import moment, seconds, table_name
 from verify.systems.claims import Pattern

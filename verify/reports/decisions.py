@@ -12,7 +12,7 @@ from dataclasses import asdict
 from fractions import Fraction
 from typing import Any
 
-from codegen.boxes.branches import leaves_below
+from codegen.boxes import leaves_below
 from codegen.ir import PolicyProfile, Tree
 from verify.claims.claim import Parameter
 from verify.claims.decisions import formula

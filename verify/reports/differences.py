@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from codegen.floats import rational_literal
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.intervals import Share
 from codegen.policy_json import content_hash
 from verify.claims.region import goal_text

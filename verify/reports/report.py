@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from codegen.floats import FLOAT32
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.ir import NO_FEATURE, PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash

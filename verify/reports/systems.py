@@ -11,7 +11,7 @@ from decimal import ROUND_FLOOR
 from fractions import Fraction
 from typing import Any
 
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from codegen.floats import rational_literal
 from codegen.lowering.render import brief
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from codegen.wording import format_count
 from verify.claims.formula import holds
 from verify.decimals import plain

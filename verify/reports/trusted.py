@@ -14,6 +14,7 @@ CODEGEN = (
     "check",
     "errors",
     "floats",
+    "form",
     "ir",
     "legality",
     "paths",
@@ -23,7 +24,6 @@ CODEGEN = (
     "sums",
     "world",
 )
-FORM = {"codegen/form": ("fault", "layout", "nodes", "schema")}
 CLAIMS = (
     "claim",
     "decisions",
@@ -42,10 +42,9 @@ CHECKER = {
     "verify/checker/decisions": ("certificates", "walk"),
 }
 VERIFY = ("exact", "kinds", "semantics")
-DECISIONS = {"codegen": CODEGEN, **FORM, "verify": VERIFY, **CHECKER, "verify/claims": CLAIMS}
+DECISIONS = {"codegen": CODEGEN, "verify": VERIFY, **CHECKER, "verify/claims": CLAIMS}
 EPISODES = {
     "codegen": CODEGEN,
-    **FORM,
     "verify": VERIFY,
     **CHECKER,
     "verify/checker/episodes": ("certificates", "contact_reading", "contacts", "forever", "reading", "walk"),
@@ -53,12 +52,11 @@ EPISODES = {
 }
 SYSTEMS = {
     "codegen": CODEGEN,
-    **FORM,
     "verify": VERIFY,
     "verify/checker": ("envelope", "reading", "thresholds"),
     "verify/checker/systems": ("cases", "certificates", "reading", "rows", "trees", "walk"),
     "verify/claims": ("formula", "formula_json", "region"),
-    "verify/systems": ("claims", "documents", "system"),
+    "verify/systems": ("affine", "claims", "documents", "system"),
 }
 COVERS = {
     **SYSTEMS,

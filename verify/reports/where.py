@@ -15,7 +15,7 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 from codegen.floats import rational_literal
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.claims.region import Region, goal_text

@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from codegen.errors import InputError
 from verify.claims.formula import (
@@ -39,8 +39,10 @@ from verify.claims.formula import (
 from verify.kinds import Kind
 from verify.semantics import MACHINE
 from verify.systems.affine import Affine, Box, Interval
-from verify.systems.language.expressions import Expression
 from verify.systems.system import HalfSpace, Polytope, State
+
+if TYPE_CHECKING:
+    from verify.systems.language.expressions import Expression
 
 MAX_STEPS = 1_000
 

@@ -11,7 +11,7 @@ from fractions import Fraction
 import numpy as np
 
 from codegen.ir import AgentPolicy, Floats, PolicyProfile, act
-from codegen.numbers.rounding import nearest_number
+from codegen.numbers import nearest_number
 from verify.systems.system import Feature, Measure, State, System
 
 

@@ -25,10 +25,13 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from fractions import Fraction
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from codegen.errors import InputError
 from verify.systems.affine import Affine, Box, Interval, State
-from verify.systems.language.expressions import Expression
+
+if TYPE_CHECKING:
+    from verify.systems.language.expressions import Expression
 
 IN_STEPS = "state steps by [dynamics.next], or use `maviper verify --world`, `maviper check` and `worlds check`"
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from codegen.ir import Float64, Int64, PolicyProfile
 from codegen.lowering.render import brief
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from verify.reach.play.samples import Planes, Play, Starts, random_starts, value
 from verify.reach.results import SystemCounterexample
 from verify.systems.claims import SystemClaim

@@ -16,7 +16,7 @@ from codegen.errors import InputError
 from codegen.floats import FLOAT64
 from codegen.importers.reading import MAX_FEATURES
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 
 CLASSIFIER, REGRESSOR = "TreeEnsembleClassifier", "TreeEnsembleRegressor"
 TREES = {CLASSIFIER: "class", REGRESSOR: "target"}  # and how the attributes of its leaves begin

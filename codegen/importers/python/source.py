@@ -51,7 +51,7 @@ from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, S
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.paths import Growth
 from codegen.importers.symbolic.program import Described, Value, origin_of
-from codegen.process.unwarned import silence_warnings
+from codegen.process import silence_warnings
 
 KIND = "if/else Python"
 MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits

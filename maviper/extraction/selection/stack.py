@@ -15,7 +15,7 @@ import numpy as np
 from codegen import ir
 from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Float64, Floats, GrownTree, Sum
 from codegen.lowering.deploy import SummedTree
-from codegen.numbers.rounding import round_down
+from codegen.numbers import round_down
 from codegen.sums import clip_values
 from maviper.episodes.trees import agent_policies
 from maviper.worlds import World

@@ -23,7 +23,7 @@ import msgspec
 import numpy as np
 
 from codegen.errors import InputError, escape_text
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.ir import GrownTree, PolicyProfile, Provenance
 from codegen.policy_json import content_hash
 from maviper.episodes.trees import agent_policies

@@ -13,7 +13,7 @@ import numpy as np
 from codegen import ir
 from codegen.floats import FLOAT32
 from codegen.ir import Float64
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 from codegen.sums import CONSTANT, FLOAT64_SUMS
 
 SLACK = 1e-6  # relative, of what rounding of a sum may change

@@ -11,9 +11,9 @@ from typing import Any
 
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
-from codegen.form.layout import layout
+from codegen.form import layout
 from codegen.policy_json import content_hash, dumps
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.wording import format_count
 from maviper.files import runs
 from maviper.verification.files.certificates import AGAINST_FILE

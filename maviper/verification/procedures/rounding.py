@@ -17,7 +17,7 @@ from functools import partial
 from math import inf
 from typing import TYPE_CHECKING
 
-from codegen.numbers.rounding import nearest_number, neighbour
+from codegen.numbers import nearest_number, neighbour
 from maviper.verification.procedures.conditions import answer_alone
 from verify.claims.formula import Linear, atoms, below, normal
 from verify.claims.language.compared import last_of

@@ -34,7 +34,7 @@ from codegen.dynamics import motionless
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32
 from codegen.ir import CONSTANT, MAX_LENGTH, ActionSpec, Bool, FeatureSpec, OutputSpec, Sum, WorldSpec
-from codegen.profiles.rules import check
+from codegen.profiles import check
 from codegen.sums import DOUBLE_SUMS
 from maviper.worlds.outside.acting import fault_of, outputs_of, width
 from maviper.worlds.outside.branching import continue_pasts, copies_of, ensure_copies, start_pasts

@@ -15,7 +15,7 @@ from typing import Any, TypeGuard, cast
 import numpy as np
 
 from codegen.errors import InputError, MaviperError
-from codegen.process.unwarned import silence_warnings
+from codegen.process import silence_warnings
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.silence import output_aside
 

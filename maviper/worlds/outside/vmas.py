@@ -23,7 +23,7 @@ import numpy as np
 from codegen.dynamics import motionless
 from codegen.errors import InputError, MissingToolError, UnknownNameError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, OutputSpec
-from codegen.process.unwarned import FILTERS
+from codegen.process import FILTERS
 from maviper.worlds.outside.acting import bounds_of, fault_of
 from maviper.worlds.outside.flattening import MAX_FEATURES, legal_names
 from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld

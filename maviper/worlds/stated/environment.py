@@ -19,7 +19,7 @@ from pettingzoo import ParallelEnv
 
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
-from codegen.numbers.rounding import nearest_single
+from codegen.numbers import nearest_single
 from maviper.worlds.stated.flowing import FlowRule
 from maviper.worlds.stated.systems import Floats, Moving, draw_rule, read, start
 from verify.systems.language.expressions import function

@@ -19,7 +19,7 @@ import numpy as np
 
 from codegen.floats import FLOAT64
 from codegen.ir import GOAL, AgentPolicy, FeatureSpec, Float64, Meaning, PolicyProfile
-from codegen.numbers.rounding import nearest_double, neighbour
+from codegen.numbers import nearest_double, neighbour
 from codegen.observe import observe
 from verify.claims.region import Interval
 from verify.decimals import text as number_text

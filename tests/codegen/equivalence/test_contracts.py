@@ -10,7 +10,7 @@ from codegen import ir
 from codegen.equivalence.contracts import OPTIONS, contracts_of, frama_c, table_of
 from codegen.errors import InputError
 from codegen.lowering.lower import lower
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 from codegen.sums import DOUBLE_SUMS
 from tests.support import summed
 from tests.support.games import random_profile

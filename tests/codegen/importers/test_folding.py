@@ -7,7 +7,7 @@ from codegen import ir
 from codegen.importers.folding import LARGEST, Asked, fold_steps
 from codegen.ir import GrownTree, Tree
 from codegen.lowering.deploy import deploy_tree
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 
 ONE = np.float32
 STEPS = {

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.errors import InputError
 from codegen.importers.names import actions_of, features_of, renaming
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from codegen.importers.scikit import from_sklearn
-from codegen.profiles import loading
 
 THERMOSTAT = "def thermostat(obs):\n    if obs[0] < 19.5: return 'on'\n    return 'off'\n"
 CAR = "def car(obs):\n    if obs['gap'] < 30 and obs['speed'] > 1: return 'brake'\n    return 'go'\n"
@@ -46,7 +45,7 @@ def test_actions_are_renamed_by_their_old_names_and_keep_what_the_source_returns
     profile = imported(THERMOSTAT, actions=["heat=on"])
     assert taken(profile, 18.0) == "heat" and actions(profile) == [("heat", "on"), ("off", "off")]
     assert profile.provenance.training["thermostat actions"] == "0 heat <- on, 1 off"
-    assert loading.loads(policy_json.dumps(profile)).agents[0].actions == profile.agents[0].actions
+    assert profiles.loads(policy_json.dumps(profile)).agents[0].actions == profile.agents[0].actions
 
 
 @pytest.mark.parametrize(

@@ -23,12 +23,11 @@ from sklearn.preprocessing import (
 )
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.agreement import probes, selfcheck
 from codegen.errors import DisagreementError, InputError
 from codegen.importers.names import clean_names
 from codegen.importers.scikit import from_sklearn
-from codegen.profiles import loading
 from codegen.targets import emit
 
 
@@ -56,7 +55,7 @@ def test_a_classifier_decides_as_before(seed):
     names = np.array([action.name for action in policy.actions])
     assert (names[ir.act(policy, rows)] == classifier.predict(rows)).all()
     assert [action.name for action in policy.actions] == sorted(["wait", "go", "turn"])
-    assert policy_json.dumps(loading.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
+    assert policy_json.dumps(profiles.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
 
 
 @pytest.mark.compile

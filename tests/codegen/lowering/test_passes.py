@@ -8,14 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.agreement import probes, selfcheck
-from codegen.boxes.bounding import is_inside
+from codegen.boxes import is_inside
 from codegen.errors import DisagreementError, ProfileError
 from codegen.lowering import passes
 from codegen.lowering.deploy import deploy_tree
-from codegen.profiles import loading
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.region import RegionSpec
 from codegen.targets import USUAL, emit
 from tests.support.strategies import grown_trees
@@ -129,7 +128,7 @@ REGION = RegionSpec(
 @pytest.mark.usefixtures("unoptimised")
 def test_a_profile_with_a_region_is_written_read_and_compiled_with_its_check(profile):
     meant = replace(profile, region=REGION)
-    again = loading.loads(policy_json.dumps(meant))
+    again = profiles.loads(policy_json.dumps(meant))
     assert again.region == REGION and policy_json.content_hash(again) != policy_json.content_hash(profile)
     files = emit(meant, [*USUAL, "javascript", "rust"])
     report = selfcheck.check_files(meant, files, random=1_000).ensure()

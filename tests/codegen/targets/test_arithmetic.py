@@ -18,9 +18,9 @@ from codegen import ir
 from codegen.agreement import selfcheck
 from codegen.agreement.build import build
 from codegen.agreement.compiled import STRICT, CompiledC, find_compiler
-from codegen.boxes.bounding import is_inside
+from codegen.boxes import is_inside
 from codegen.floats import below_zero
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 from codegen.observe import observe
 from codegen.region import RegionSpec
 from codegen.targets import c

@@ -13,7 +13,7 @@ from codegen.agreement import probes, selfcheck, vectors
 from codegen.agreement.build import build
 from codegen.errors import InputError
 from codegen.policy_json import dumps
-from codegen.profiles.loading import loads
+from codegen.profiles import loads
 from codegen.targets import SINGLE, TARGETS, emit
 from tests.support.games import NAMES, doubled, random_profile
 

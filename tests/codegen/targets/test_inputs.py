@@ -18,7 +18,7 @@ from codegen.agreement.compiled import CompiledC, find_compiler
 from codegen.errors import InputError
 from codegen.floats import deciding_double
 from codegen.lowering.lower import lower
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 from codegen.targets import emit
 from tests.support.strategies import with_trees
 from tests.support.teams import towards, tree

@@ -8,7 +8,7 @@ from codegen.agreement import probes, readback
 from codegen.lowering.deploy import deploy_tree
 from codegen.lowering.lower import lower
 from codegen.lowering.model import TILED
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.targets import emit
 from tests.support.chains import chain
 from tests.support.games import random_tree

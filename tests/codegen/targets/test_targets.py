@@ -20,8 +20,8 @@ from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lowering import lower as lower_module
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.render import comment
-from codegen.numbers.rounding import neighbour
-from codegen.profiles.rules import check, ensure
+from codegen.numbers import neighbour
+from codegen.profiles import check, ensure
 from codegen.targets import TARGETS, USUAL, emit, emit_model
 from tests.support.chains import chain
 from tests.support.games import NAMES, random_profile

@@ -11,7 +11,7 @@ import pytest
 
 from codegen.agreement import selfcheck
 from codegen.errors import InputError
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from codegen.targets import TARGETS, emit
 
 TEXTS = [target for target in TARGETS if not target.startswith("onnx")]

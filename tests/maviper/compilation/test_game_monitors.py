@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from codegen.boxes.bounding import is_inside
+from codegen.boxes import is_inside
 from codegen.errors import InputError
 from codegen.ir import act
 from codegen.lowering.lower import lower

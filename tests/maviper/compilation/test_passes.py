@@ -9,8 +9,7 @@ from click.testing import CliRunner
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering import passes
 from codegen.policy_json import content_hash, dumps
-from codegen.profiles.loading import loads
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure, loads
 from maviper.cli.main import cli
 from maviper.compilation import compile
 from maviper.compilation.passes import run_passes

@@ -9,8 +9,7 @@ import pytest
 
 from codegen.errors import ExitCode, InputError
 from codegen.policy_json import content_hash, dumps
-from codegen.profiles.loading import loads
-from codegen.profiles.rules import check
+from codegen.profiles import check, loads
 from maviper.episodes import counting
 from maviper.episodes.counting import Counting, Ranges
 from maviper.page.document import document

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.errors import ProfileError
-from codegen.profiles import loading
-from codegen.profiles.rules import check
+from codegen.profiles import check
 from maviper.episodes.measures import MEASUREMENT_SEEDS
 from maviper.episodes.play import rollout
 from maviper.episodes.trees import among
@@ -53,7 +52,7 @@ def test_those_who_have_left_visit_nothing(monkeypatch):
 
 
 def test_profiles_keep_them_and_rules_show_them(profile):
-    again = loading.loads(policy_json.dumps(profile))
+    again = profiles.loads(policy_json.dumps(profile))
     for ours, theirs in zip(profile.agents, again.agents, strict=True):
         assert ours.tree.visits.tolist() == theirs.tree.visits.tolist() != []
     policy = again.agents[0]
@@ -62,7 +61,7 @@ def test_profiles_keep_them_and_rules_show_them(profile):
     bare = replace(policy, tree=replace(policy.tree, visits=np.zeros(0)))
     assert all("decisions" not in line for line in rules(bare))
     text = policy_json.dumps(replace(profile, agents=(bare, *profile.agents[1:])))
-    assert not len(loading.loads(text).agents[0].tree.visits)
+    assert not len(profiles.loads(text).agents[0].tree.visits)
 
 
 @pytest.mark.parametrize(
@@ -74,7 +73,7 @@ def test_profiles_keep_them_and_rules_show_them(profile):
 )
 def test_damaged_visits_are_refused(profile, change, said):
     with pytest.raises(ProfileError, match=said):
-        loading.loads(change(policy_json.dumps(profile)))
+        profiles.loads(change(policy_json.dumps(profile)))
 
 
 def test_some_leaves_without_visits_are_refused(profile):
@@ -82,13 +81,13 @@ def test_some_leaves_without_visits_are_refused(profile):
 
     text = re.sub(r', "visits": \d+', "", policy_json.dumps(profile), count=1)
     with pytest.raises(ProfileError, match=r"of \d+ leaves have visits"):
-        loading.loads(text)
+        profiles.loads(text)
 
 
 def test_a_split_with_visits_is_refused(profile):
     text = policy_json.dumps(profile).replace('"left": 1,', '"left": 1, "visits": 5,', 1)
     with pytest.raises(ProfileError, match=r"tree\[0\]: a split has visits"):
-        loading.loads(text)
+        profiles.loads(text)
 
 
 def test_visits_of_another_tree_are_refused(profile):

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.errors import InputError, UnknownNameError
-from codegen.profiles import loading
 from maviper.episodes import measures
 from maviper.episodes.play import points, rollout
 from maviper.evaluation import held_out
@@ -56,7 +55,7 @@ def test_every_algorithm_gives_a_profile_that_repeats(algorithm, preset, world, 
     if algorithm != FITTED_Q:  # its trees of actions lie over one another
         assert all(ir.depth(policy.tree).max() <= 3 for policy in found.agents)
     text = policy_json.dumps(found)
-    assert policy_json.dumps(loading.loads(text)) == text
+    assert policy_json.dumps(profiles.loads(text)) == text
     assert policy_json.dumps(extract(world, expert, small(algorithm, preset=preset, **TINY))) == text
 
 

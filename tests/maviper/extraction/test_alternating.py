@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.ir import OutputSpec
 from codegen.lowering.deploy import SummedTree
-from codegen.profiles import loading
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
@@ -102,5 +101,5 @@ def test_extraction_by_sums_ends_with_a_profile(monkeypatch):
     given = {"iterations": 2, "rollouts": 10, "selection_episodes": 2, "max_depth": 2, "splits": "sums"}
     profile = extract(world, expert, Settings.of(given, world))
     assert any(policy.tree.sums for policy in profile.agents)
-    assert policy_json.dumps(loading.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
+    assert policy_json.dumps(profiles.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
     assert profile.provenance.training["splits"] == "sums"

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from codegen import ir, policy_json
-from codegen.boxes.branches import size
+from codegen import ir, policy_json, profiles
+from codegen.boxes import size
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, OutputSpec
 from codegen.lowering.deploy import SummedTree, deploy_tree
-from codegen.profiles import loading
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
@@ -183,7 +182,7 @@ def test_a_refined_run_goes_on_to_the_same_bytes(quick, tmp_path):
     for step in steps[1:]:
         (tmp_path / step).unlink()
     assert policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path))) == refined
-    assert loading.loads(refined).provenance.training["refinement_episodes"] == cost
+    assert profiles.loads(refined).provenance.training["refinement_episodes"] == cost
     world.close()
 
 

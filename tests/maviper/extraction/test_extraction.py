@@ -12,13 +12,12 @@ import pytest
 from hypothesis import given
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.agreement import probes, selfcheck
 from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.lowering.deploy import deploy_tree
-from codegen.profiles import loading
-from codegen.profiles.rules import check
+from codegen.profiles import check
 from maviper.episodes import measures, trees
 from maviper.episodes.measures import Mean
 from maviper.episodes.on_policy import ON_POLICY_EPISODES
@@ -593,7 +592,7 @@ def test_the_best_of_a_game_where_lower_is_better_is_the_lowest(spread, spread_r
 
 def test_its_profile_is_a_file_like_any_other(spread, spread_profile):
     text = policy_json.dumps(spread_profile)
-    again = loading.loads(text)
+    again = profiles.loads(text)
     assert policy_json.dumps(again) == text and again.world == spread_profile.world
     found = matching_world(again)
     assert found is not None and found.name == spread.name

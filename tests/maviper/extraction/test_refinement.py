@@ -12,11 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.errors import InputError
 from codegen.lowering.deploy import deploy_tree
-from codegen.profiles import loading
-from codegen.profiles.rules import check
+from codegen.profiles import check
 from maviper.cli import main
 from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
@@ -435,7 +434,7 @@ def test_further_features_are_played_compiled_and_verified(groups, quick, tmp_pa
     profile = tmp_path / "profile.json"
     asked = ["--iterations", "2", "--refinement-episodes", "0", "--selection-episodes", "10", "-o", str(profile)]
     assert main.run(["extract", "physical-deception", "--features", groups, *asked]) == 0
-    found = loading.loads(profile.read_bytes(), "profile")
+    found = profiles.loads(profile.read_bytes(), "profile")
     assert found.world.options == {"features": groups}
     assert main.run(["compile", str(profile), "-o", str(tmp_path / "out")]) == 0
     assert "episodes driven" in capsys.readouterr().err

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from sklearn.tree import DecisionTreeRegressor
 
-from codegen import ir, policy_json
+from codegen import ir, policy_json, profiles
 from codegen.errors import InputError
 from codegen.ir import OutputSpec
 from codegen.lowering.deploy import SummedTree, deploy_tree
-from codegen.profiles import loading
 from maviper.cli import main
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
@@ -111,7 +110,7 @@ def test_extraction_ends_with_a_profile_of_numbers_and_goes_on_to_the_same(tmp_p
     profile = extract(world, expert, settings, journal=Journal(tmp_path))
     again = extract(world, expert, settings, journal=Journal(tmp_path))
     assert policy_json.dumps(profile) == policy_json.dumps(again)
-    assert policy_json.dumps(loading.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
+    assert policy_json.dumps(profiles.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
     reached = profile.provenance.evaluation
     assert float(reached["tug return"]) > 1.25 * float(reached["tug expert return"])  # both are negative
     light = profile.policy("tug_1")

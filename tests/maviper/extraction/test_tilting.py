@@ -10,7 +10,7 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import CONSTANT, NO_FEATURE, GrownTree, Sum
 from codegen.lowering.deploy import SummedTree, deploy_tree
-from codegen.profiles.rules import check
+from codegen.profiles import check
 from maviper.episodes.trees import reopen_tree
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert

@@ -10,7 +10,7 @@ from codegen import ir
 from codegen.dynamics import motionless
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from maviper.files.profiles import load
 from maviper.page.document import Contents, Shown, Stored, usual_claims
 from maviper.page.games import Recorded, about, bound_sliders

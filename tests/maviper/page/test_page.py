@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from codegen.profiles import loading
+from codegen import profiles
 from maviper.episodes.play import play, tree_policies
 from maviper.page.document import Contents, Shown, document, usual_claims
 from maviper.page.page import contents_of, page
@@ -295,7 +295,7 @@ WITH_FORMULAS = (
 
 @pytest.mark.parametrize("folder", counterexamples(), ids=lambda folder: folder.name)
 def test_committed_counterexamples_fail_on_the_page(folder, run):
-    profile = loading.loads((folder / "profile.json").read_text(encoding="utf-8"))
+    profile = profiles.loads((folder / "profile.json").read_text(encoding="utf-8"))
     claims, given = [], {}
     for name, stored in counterexamples()[folder].items():
         asked = stored.get("formula")

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from codegen import policy_json
-from codegen.form.layout import layout
+from codegen.form import layout
 from maviper import manual
 from maviper.cli import main
 from tests.support.observations import blind

@@ -8,7 +8,7 @@ import pytest
 
 from codegen import policy_json
 from codegen.policy_json import content_hash
-from codegen.profiles.loading import loads
+from codegen.profiles import loads
 from maviper import load
 from maviper.cli import main
 from tests.support.small import small_profile

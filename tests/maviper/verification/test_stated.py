@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from codegen.errors import ExitCode
-from codegen.form.layout import layout
+from codegen.form import layout
 from maviper.cli.main import run as command
 from tests.support.stated import BRAKES, CAR, DRIVES, PROPERTIES, profile, verify
 from tests.support.system_cases import policy

@@ -5,9 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from codegen import policy_json
+from codegen import policy_json, profiles
 from codegen.errors import InputError, UnknownNameError
-from codegen.profiles import loading
 from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
@@ -117,7 +116,7 @@ def profile():
 
 
 def test_a_profile_finds_its_world_again(profile):
-    again = loading.loads(policy_json.dumps(profile))
+    again = profiles.loads(policy_json.dumps(profile))
     world = matching_world(again)
     assert (
         again.world.options == {"physics": "released"}

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.profiles.rules import check
+from codegen.profiles import check
 from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import PLAIN, NoDouble, formula

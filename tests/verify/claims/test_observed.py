@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from tests.support.observations import blind
 from tests.support.small import small_profile
 from tests.support.teams import tree

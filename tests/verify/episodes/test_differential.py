@@ -9,7 +9,7 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from tests.support.contacts import played
 from tests.support.teams import RIGHT, STAY, tree
 from verify.certificates.episodes import to_json

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.boxes.branches import upwards
+from codegen.boxes import upwards
 from codegen.errors import InputError
 from codegen.lowering.passes import difference, graft_parts
 from codegen.observe import observe

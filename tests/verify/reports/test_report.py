@@ -10,7 +10,7 @@ import pytest
 
 from codegen import ir
 from codegen.lowering.render import exact, render
-from codegen.profiles.loading import loads
+from codegen.profiles import loads
 from codegen.targets import emit
 from maviper.verification.join import verify_claims
 from tests.hunting.teams import bare

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.floats import NUMBERS
-from codegen.numbers.rounding import nearest_single
+from codegen.numbers import nearest_single
 from tests.support.system_cases import policy, team
 from verify.checker.systems.trees import goes_left
 from verify.claims.formula import holds

@@ -7,7 +7,7 @@ from itertools import combinations
 import pytest
 
 from codegen import ir
-from codegen.profiles.rules import ensure
+from codegen.profiles import ensure
 from maviper.worlds import find
 from tests.support.teams import LEFT, STAY, UP, tree
 from verify.certificates.decisions import to_json

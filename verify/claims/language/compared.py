@@ -15,7 +15,7 @@ from itertools import count
 from math import inf
 from typing import NamedTuple
 
-from codegen.numbers.rounding import nearest_double, nearest_number, neighbour
+from codegen.numbers import nearest_double, nearest_number, neighbour
 from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction, disjunction
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple, Protocol
 
 from codegen.errors import InputError
 from codegen.ir import GOAL, AgentPolicy
-from codegen.numbers.rounding import nearest_number
+from codegen.numbers import nearest_number
 from verify.claims import predicates
 from verify.claims.formula import FALSE, TRUE, Acts, Condition, Formula, Goal, conjunction, disjunction, negate
 from verify.claims.language.compared import spell_unlike

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Float64, Int64, PolicyProfile
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from verify.boxes.covering import set_anew
 from verify.boxes.model import Model
 from verify.boxes.sweep import Sweep

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from codegen.ir import Bool, Float64, Int64
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from verify.systems.statement import Rule
 from verify.systems.system import HalfSpace, Piece, System
 

@@ -15,7 +15,7 @@ from itertools import product
 
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import PolicyProfile, act, outputs
-from codegen.numbers.rounding import nearest_number, neighbour
+from codegen.numbers import nearest_number, neighbour
 from verify.claims.formula import Formula, holds
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly

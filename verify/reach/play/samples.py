@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import AgentPolicy, Bool, Float64, Int32, Int64, PolicyProfile, act
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from verify.checker.systems.reading import SystemReading
 from verify.claims.uncertified.values import Batch
 from verify.progress import tell

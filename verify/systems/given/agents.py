@@ -22,7 +22,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import CONSTANT, MAX_LENGTH, NO_FEATURE, ROOT, ActionSpec, AgentPolicy, FeatureSpec, Sum, Tree, outputs
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 from codegen.sums import DOUBLE_SUMS, choose_numbers
 from verify.systems.language.expressions import Expression, Number, of_affine
 from verify.systems.system import Affine, Feature, Interval, Measure

@@ -11,7 +11,7 @@ from functools import partial
 from math import inf
 
 from codegen.ir import AgentPolicy
-from codegen.numbers.rounding import nearest_number, neighbour
+from codegen.numbers import nearest_number, neighbour
 from verify.claims.formula import Formula, Linear, negate
 from verify.claims.language.compared import Compared, read_as_compared
 from verify.claims.language.formulas import StatedFormula, Vocabulary, read_statement

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from codegen.ir import Float64
-from codegen.numbers.rounding import nearest_double
+from codegen.numbers import nearest_double
 from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
 
 Evaluated = Callable[[Mapping[str, Float64]], Float64]

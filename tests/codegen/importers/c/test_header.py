@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import ir
+from codegen import ir, profiles
 from codegen.errors import InputError
 from codegen.importers.c.header import from_header
 from codegen.importers.origin import Names, profile_of
-from codegen.profiles import loading
 from codegen.targets import emit
 from tests.support.games import NAMES, random_profile
 
@@ -29,7 +28,7 @@ def same(profile, style):
 
 @pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
 def test_the_shipped_team_comes_back(style):
-    profile = loading.loads((TEAM / "profile.json").read_bytes())
+    profile = profiles.loads((TEAM / "profile.json").read_bytes())
     same(profile, style)
 
 

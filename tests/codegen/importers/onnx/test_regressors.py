@@ -14,7 +14,7 @@ from codegen.errors import InputError
 from codegen.importers.onnx.model import from_onnx
 from codegen.importers.scikit import from_sklearn
 from codegen.policy_json import dumps
-from codegen.profiles.loading import loads
+from codegen.profiles import loads
 from tests.codegen.importers.onnx.graphs import (
     FLOAT,
     INT64,

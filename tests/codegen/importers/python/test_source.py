@@ -8,7 +8,7 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from codegen.importers.origin import Said
-from codegen.numbers.rounding import neighbour
+from codegen.numbers import neighbour
 from tests.support.python_source import NUMBERS, called, imported, same
 
 # --- what comes in

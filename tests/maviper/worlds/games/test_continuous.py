@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from codegen import policy_json
+from codegen import policy_json, profiles
 from codegen.errors import InputError
-from codegen.profiles import loading
 from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.experts import store
@@ -100,7 +99,7 @@ def profile():
 
 @pytest.mark.slow
 def test_a_profile_is_evaluated_and_compiled_by_its_own_world(profile, tmp_path, capsys, few_observations):
-    again = loading.loads(policy_json.dumps(profile))
+    again = profiles.loads(policy_json.dumps(profile))
     world = matching_world(again)
     assert world is not None and world.name == DECEPTION
     place = tmp_path / "trees.json"

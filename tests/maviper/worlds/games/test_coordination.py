@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from codegen.errors import ExitCode, InputError, UnknownNameError
-from codegen.profiles.loading import loads
+from codegen.profiles import loads
 from maviper.cli import main
 from maviper.episodes.play import play
 from maviper.experts.finding import find_expert

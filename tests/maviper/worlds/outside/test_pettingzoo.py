@@ -10,11 +10,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from codegen import policy_json
+from codegen import policy_json, profiles
 from codegen.errors import InputError, ProfileError, UnknownNameError
 from codegen.ir import NAME
-from codegen.profiles import loading
-from codegen.profiles.rules import violations
+from codegen.profiles import violations
 from maviper import manual
 from maviper.cli import main
 from maviper.compilation import compile
@@ -536,7 +535,7 @@ def extracted():
 @pytest.mark.usefixtures("few_observations")
 def test_a_profile_is_extracted_and_compiles(extracted):
     assert not list(violations(extracted))
-    assert policy_json.content_hash(loading.loads(policy_json.dumps(extracted))) == policy_json.content_hash(extracted)
+    assert policy_json.content_hash(profiles.loads(policy_json.dumps(extracted))) == policy_json.content_hash(extracted)
     assert (
         extracted.world.reference == "tests.support.environments:early"
         and extracted.world.name == "tests-support-environments-early"
@@ -564,7 +563,7 @@ def test_a_data_file_never_causes_an_import(extracted, tmp_path, monkeypatch):
     del document["content_hash"]
     document["world"]["name"] = "hostile_module:make"
     with pytest.raises(ProfileError, match="not a valid policy profile"):
-        loading.loads(json.dumps(document))
+        profiles.loads(json.dumps(document))
     with pytest.raises(UnknownNameError):
         find_built_in("hostile_module:make")
     assert "hostile_module" not in sys.modules

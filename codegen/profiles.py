@@ -1,8 +1,9 @@
-"""All rules that a policy profile must keep.
+"""Policy profiles as others hand them in: read from a text, and judged by all rules.
 
-Does: yields every broken rule: beside those of check.py those of texts, labels, evidence and the region.
-Assumes: the dataclasses hold the right Python types (the JSON decoder or the extractor has seen to that).
-Does not: judge whether a policy is any good.
+Does: reads and checks a text; tells where it is damaged, and whether it was edited; yields every broken rule: beside
+  those of check.py those of texts, labels, evidence and the region.
+Assumes: UTF-8 text in the shape of form.py; `check` and `policy_json`, on which it rests what a profile means.
+Does not: touch files, or judge whether a policy is any good.
 """
 
 import math
@@ -10,13 +11,60 @@ import re
 import sys
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from typing import Any
 from unicodedata import category
+
+import msgspec
 
 from codegen import check as meaning
 from codegen.check import Violation
-from codegen.errors import STEERING, escape_text, suggestion
+from codegen.errors import STEERING, ProfileError, escape_text, suggestion
+from codegen.form import ProfileJson, make_fault, place
 from codegen.ir import AgentPolicy, PolicyProfile, WorldSpec
+from codegen.policy_json import content_hash, decode
 from codegen.region import RegionSpec, round_up
+
+MAX_BYTES = 256 * 2**20  # a profile beyond this is not one of ours
+RESTORE = "the file is truncated or not a profile; restore it or extract it again"
+
+
+def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
+    """The profile in a JSON text. ProfileError with the path of the fault when it is damaged or breaks a rule."""
+    if len(text) > MAX_BYTES:
+        raise ProfileError(
+            "the file is too large for a policy profile", where, f"profiles have at most {MAX_BYTES} bytes"
+        )
+    try:
+        raw = msgspec.json.decode(text, type=ProfileJson)
+    except msgspec.ValidationError as error:
+        message, _, path = str(error).partition(" - at `")
+        raise make_fault(f"{where}: {escape_text(path.rstrip('`') or '$')}: {escape_text(message)}") from None
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+        raise ProfileError("not readable as JSON", f"{where}: {_locate_break(text, error)}", RESTORE) from None
+    profile = decode(raw, where, find_besides)
+    expected = content_hash(profile)
+    if raw.content_hash is not None and raw.content_hash != expected:
+        raise ProfileError(
+            "the profile was edited after it was written",
+            f"{where}: $.content_hash: states {escape_text(raw.content_hash[:16])}..., "
+            f"but the content hashes to {expected[:16]}...",
+            "restore the file; if the edit was on purpose, delete the content_hash line",
+        )
+    return profile
+
+
+def schema() -> dict[str, Any]:
+    """The JSON schema (draft 2020-12) of a profile."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **msgspec.json.schema(ProfileJson)}
+
+
+def _locate_break(text: str | bytes, error: Exception) -> str:
+    """The path at which a JSON text breaks, and the decoder's words."""
+    data = text.encode() if isinstance(text, str) else text
+    offset = re.search(r"\(byte (\d+)\)", str(error))
+    readable = data[: int(offset[1])] if offset else data
+    return escape_text(f"{place(readable.decode(errors='replace'))}: {error}")
+
 
 NUMBER = re.compile(r"-?\d{1,30}(\.\d{1,60})?|-?\d{1,99}/[1-9]\d{0,99}")  # as the verifier writes bounds
 UNSEEN = STEERING | {"Cs"}  # also halves of pairs

@@ -1,7 +1,8 @@
-"""Floats beside a number: the next one, the largest that is not above it, the nearest.
+"""Numbers: floats beside a number, and literals of generated code that every reader decodes to the same float.
 
-Does: rounds numbers to float32 or float64 downwards, to the nearest, and to a neighbour.
-Assumes: IEEE 754 binary32 and binary64.
+Does: rounds numbers to float32 or float64 downwards, to the nearest, and to a neighbour; writes exact literals of C, of
+  decimals and of SMT-LIB.
+Assumes: IEEE 754 binary32 and binary64; finite numbers, but for SMT-LIB.
 Does not: know about trees, or belong to what proofs rest on.
 """
 
@@ -11,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.floats import FLOAT32
+from codegen.floats import FLOAT32, short_hex
 
 MAX_FLOAT32 = Fraction(float(np.finfo(np.float32).max))
 BEYOND = MAX_FLOAT32 + Fraction(2) ** 103  # from here on the nearest float32 is infinite
@@ -66,3 +67,20 @@ def _distance(number: np.float32, exact: Fraction) -> tuple[Fraction, int]:
 def nearest_number(exact: Fraction, numbers: str) -> float:
     """The nearest of the `numbers`, as a float64."""
     return float(nearest_single(exact)) if numbers == FLOAT32 else nearest_double(exact)
+
+
+def hex_literal(threshold: np.float32 | np.float64) -> str:
+    """The exact value as a C99 hexadecimal literal of its type: `0x1.99999ap-4f` of float, `0x1.8p-4` of double."""
+    return short_hex(float(threshold)) + ("f" if threshold.dtype == np.float32 else "")
+
+
+def decimal_literal(value: float) -> str:
+    """The shortest decimal that reads back as the same double."""
+    return repr(float(value))
+
+
+def smt_literal(bits: int) -> str:
+    """A Float32 of SMT-LIB by its bits; every NaN is the same one to a solver."""
+    if bits & 0x7FFFFFFF > 0x7F800000:
+        return "(_ NaN 8 24)"
+    return f"(fp #b{bits >> 31:b} #b{bits >> 23 & 0xFF:08b} #b{bits & 0x7FFFFF:023b})"
