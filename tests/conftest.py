@@ -278,7 +278,7 @@ SAMPLED = {
         "maviper.extraction.refitting",
     ),
     "DRAWN": ("verify.extent.largest",),
-    "ON_POLICY_EPISODES": ("maviper.episodes.on_policy", "maviper.verification.diff"),
+    "ON_POLICY_EPISODES": ("maviper.episodes.trees", "maviper.verification.diff"),
     "EVALUATION_EPISODES": ("maviper.evaluation.held_out", "maviper.cli.tour"),
 }
 

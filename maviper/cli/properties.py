@@ -56,7 +56,7 @@ def print_properties(as_json: bool) -> int:
     """Prints the built-in properties, for people or as JSON."""
     from codegen.policy_json import layout
     from maviper.verification.ask import option_of
-    from maviper.verification.listing import list_properties
+    from maviper.verification.starters import list_properties
 
     if as_json:
         click.echo(layout({"properties": list_properties()}))

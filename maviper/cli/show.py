@@ -165,18 +165,18 @@ def _rules(profile: "PolicyProfile", agent: str | None) -> list[str]:
 def _decisions(profile: "PolicyProfile", agent: str | None, obs: str | None, state: str | None) -> list[str]:
     """One decision of an agent, or of all in a world state."""
     from codegen.errors import InputError
-    from maviper.evaluation import decision
+    from maviper.evaluation import show
 
     chosen = _select_agents(profile, agent)
     if obs is not None and state is not None:
         raise InputError("a state says what is observed", "--obs", "leave one of them out")
     if obs is None:
-        seen = decision.observe_state(profile, state or "")
+        seen = show.observe_state(profile, state or "")
     elif len(chosen) == 1:
-        seen = {chosen[0].agent: decision.observation_of(chosen[0], obs)}
+        seen = {chosen[0].agent: show.observation_of(chosen[0], obs)}
     else:
         raise InputError("an observation is one agent's", "--obs", "say whose: --agent NAME")
-    return [line for policy in chosen for line in decision.lines(policy, seen[policy.agent])]
+    return [line for policy in chosen for line in show.lines(policy, seen[policy.agent])]
 
 
 def _select_agents(profile: "PolicyProfile", agent: str | None) -> "list[AgentPolicy]":

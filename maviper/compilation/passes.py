@@ -17,8 +17,8 @@ from codegen.policy_json import content_hash
 from codegen.profiles import ensure
 from codegen.wording import format_count
 from maviper.compilation.monitors import spec_of
-from maviper.episodes.on_policy import on_policy
-from maviper.files.regions import find_region
+from maviper.episodes.trees import on_policy
+from maviper.files.profiles import find_region
 from maviper.worlds.matching import NO_WORLD, matching_world
 
 BUDGET = 20_000_000  # solver resource units per leaf; what stays open is kept

@@ -20,9 +20,21 @@ from maviper.episodes import measures
 from maviper.episodes.likeness import likeness
 from maviper.episodes.measures import Estimate
 from maviper.episodes.play import Controller, Episodes, play
-from maviper.evaluation.bootstrap import DRAWS, counts
 from maviper.worlds import Measure, World
 from maviper.worlds.world import Int
+
+DRAWS = 2_000  # bootstrap samples of the episodes
+MAX_COUNTS = 2**22  # at once; bounds the memory
+
+
+def counts(episodes: int, rng: np.random.Generator, draws: int = DRAWS) -> Iterator[Int]:
+    """How often each of the episodes is in a sample, [draws, episodes] over all parts."""
+    at_once = max(1, MAX_COUNTS // episodes)
+    for low in range(0, draws, at_once):
+        rows = min(at_once, draws - low)
+        drawn = rng.integers(episodes, size=(rows, episodes)) + episodes * np.arange(rows)[:, None]
+        yield np.bincount(drawn.ravel(), minlength=rows * episodes).reshape(rows, episodes)
+
 
 DRAW_SEED = 11
 UNIFORM_SEED = 12

@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 
 from codegen import ir
 from maviper.episodes import measures
-from maviper.episodes.counting import Counting
 from maviper.episodes.play import Controller
+from maviper.episodes.trees import Counting
 from maviper.experts.expert import Expert
 from maviper.worlds import Measure, World
 from maviper.worlds.outside.sources import MAX_STEPS

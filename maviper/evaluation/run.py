@@ -17,8 +17,8 @@ from codegen.wording import format_count
 from maviper.console import LABEL_WIDTH
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, counting_played, points
-from maviper.evaluation.bootstrap import DRAWS
 from maviper.evaluation.crossplay import (
+    DRAWS,
     Alone,
     Interval,
     Key,

@@ -1,19 +1,30 @@
-"""A policy as rules that a person can read.
+"""A policy as rules that a person can read, and one of its decisions test by test.
 
-Does: writes each leaf as one if-then line, its tests merged into ranges.
-Assumes: a checked profile.
-Does not: draw.
+Does: writes each leaf as one if-then line, its tests merged into ranges; reads an observation, or a world state, from
+  text; says which tests it meets and by how much, and what is done.
+Assumes: a checked profile; a state needs features with meanings.
+Does not: draw, or say why the tree was grown so.
 """
 
 from collections.abc import Iterator, Sequence
+from math import isnan
 
 import numpy as np
 
 from codegen import ir
 from codegen.boxes import split_corners
+from codegen.errors import InputError, UnknownNameError
+from codegen.floats import observations
+from codegen.importers.names import format_first
 from codegen.intervals import percent
+from codegen.ir import GOAL
 from codegen.numbers import neighbour
+from codegen.observe import observe
+from codegen.sums import among
 from codegen.wording import NO_UNIT, describe_sum, format_count, number
+from verify.claims.uncertified.starts import positions
+from verify.states.path import Step, path
+from verify.states.state import State
 
 
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:
@@ -99,3 +110,97 @@ def _spell_end(end: np.floating) -> tuple[bool, str]:
 def _shorten(value: np.floating) -> str:
     """The shortest decimal that is read as a number of its type."""
     return str(value + 0).removesuffix(".0")
+
+
+def room(step: Step) -> float:
+    """By how much the value may change, in its unit, before the test turns."""
+    return abs(float(step.value) - step.threshold)
+
+
+def lines(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
+    """A decision for one observation [n_features], for a reader: what is done, then each test."""
+    leaf = int(ir.apply(policy.tree, observation[None])[0])
+    chosen = int(policy.tree.action[leaf])
+    does = ", ".join(_format_outputs(policy, observation)) if policy.outputs else policy.actions[chosen].name
+    yield f"{policy.agent}, team {policy.team}: {does} (leaf {leaf})"
+    for step in path(policy, compute_operands(policy, observation)):
+        yield f"  {step}" if isnan(float(step.value)) else f"  {step}, by {room(step):.3g}"
+    if policy.outputs:
+        names = [feature.name for feature in policy.features]
+        for output, each in zip(policy.outputs, policy.tree.vectors[chosen], strict=True):
+            yield f"  {output.name} = {describe_sum(each.terms, names, digits=3)}{cut(output)}"
+
+
+def compute_operands(policy: ir.AgentPolicy, observation: ir.Floats) -> list[float]:
+    """What the tree's tests compare in an observation [n_features]: its numbers, then the sums that are tested."""
+    return among(observation[None], policy.tree.sums, policy.tree.arithmetic)[0].tolist()
+
+
+def _format_outputs(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
+    """The numbers that are given, each with its unit."""
+    for output, value in zip(policy.outputs, ir.outputs(policy, observation[None])[0].tolist(), strict=True):
+        yield f"{output.name} = {value:.6g}{' ' + output.unit if output.unit not in NO_UNIT else ''}"
+
+
+def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Floats:
+    """The observation that a text states: its numbers in order, or NAME=NUMBER for each feature, [n_features], in the
+    numbers that it compares.
+
+    InputError for what is no number, UnknownNameError for no feature, InputError where one is missing.
+    """
+    parts = [part.strip() for part in text.split(",")]
+    names = [feature.name for feature in policy.features]
+    if "=" not in text and len(parts) != len(names):
+        what = f"{format_count(len(parts), 'number')} for {format_count(len(names), 'feature')} of {policy.agent}"
+        raise InputError(what, "--obs", f"in order: {format_first(names)}")
+    if "=" not in text:
+        return observations([[_number(part, "--obs") for part in parts]], len(names), policy.agent, policy.numbers)[0]
+    given = _parse_values(parts, names, "feature", "--obs")
+    missing = [name for name in names if name not in given]
+    if missing:
+        raise InputError(f"{policy.agent} also observes {', '.join(missing)}", "--obs", "give each as NAME=NUMBER")
+    return observations([[given[name] for name in names]], len(names), policy.agent, policy.numbers)[0]
+
+
+def observe_state(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Floats]:
+    """What each agent observes in the world state that a text states: NAME=NUMBER for each position, `goal=LANDMARK`
+    where there is a goal; velocities that are left out are 0. Errors as `observation_of`.
+    """
+    world, parts = profile.world, [part.strip() for part in text.split(",")]
+    goals = [part.partition("=")[2].strip() for part in parts if part.partition("=")[0].strip() == GOAL]
+    places = [part for part in parts if part.partition("=")[0].strip() != GOAL]
+    known = [name for name in world.coordinates() if not name.startswith(f"{GOAL}.")]
+    for policy in profile.agents:
+        for feature in policy.features:
+            if feature.meaning is None:
+                what = f"feature {feature.name} of {policy.agent} has no meaning"
+                raise InputError(what, "--state", f"give its observation: --agent {policy.agent} --obs ...")
+    given = _parse_values(places, known, "coordinate", "--state")
+    missing = [name for name in positions(world) if name not in given]
+    missing += [GOAL] if world.goals and not goals else []
+    if missing:
+        raise InputError(f"the state also needs {', '.join(missing)}", "--state", "give each as NAME=VALUE")
+    for goal in goals:
+        if goal not in world.goals:
+            raise UnknownNameError("goal", goal, world.goals, "--state")
+    at = State(given, goals[-1] if goals else None).coordinates(profile)
+    return {policy.agent: observe(policy.features, at, world, policy.numbers)[0] for policy in profile.agents}
+
+
+def _parse_values(parts: list[str], known: list[str], what: str, where: str) -> dict[str, float]:
+    by_name: dict[str, float] = {}
+    for part in parts:
+        name, equals, value = part.partition("=")
+        if not equals:
+            raise InputError(f"not a {what} with its value: {part!r}", where, f"write {known[0]}=0.25")
+        if name.strip() not in known:
+            raise UnknownNameError(what, name.strip(), known, where)
+        by_name[name.strip()] = _number(value, where)
+    return by_name
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"not a number: {text.strip()!r}", where, "write 0.25") from None

@@ -1,17 +1,20 @@
-"""Profiles on disk, and the version of this package that writes them.
+"""Profiles and regions on disk, and the version of this package that writes them.
 
-Does: reads and checks a policy profile; names the installed version.
+Does: reads and checks a policy profile; reads a region by name: the start region, or one in a file; names the version.
 Assumes: paths from the caller.
-Does not: write profiles.
+Does not: write profiles, or decide what holds in a region.
 """
 
 from pathlib import Path
 
-from codegen import profiles
+from codegen import ir, profiles
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.sum_rules import ensure_plain
 from maviper.files import kinds, runs
+from verify.claims.region import Region
+from verify.claims.region_files import read_region
+from verify.claims.uncertified.starts import everywhere, find_observed_velocities
 
 READER = "this command"
 VERSION = "0.2.0"  # pyproject.toml and CITATION.cff say the same
@@ -43,3 +46,22 @@ def find_profile(profile: PolicyProfile | str | Path | None, beside: Path, *, su
     if isinstance(profile, str | Path):
         return load(profile, sums=sums)
     return profile if sums else ensure_plain(profile, READER)
+
+
+MAX_REGION_BYTES = 2**20
+
+
+def find_region(name: str, profile: ir.PolicyProfile) -> Region:
+    """`start` for the start region, else the region in the file `name`."""
+    if name == "start":
+        return everywhere(profile)
+    path = Path(name)
+    try:
+        data = runs.read(path, MAX_REGION_BYTES)
+        kinds.ensure(data, name, kinds.REGION.called, kinds.REGION)
+        source = data.decode()
+    except UnicodeDecodeError:
+        raise InputError("not a readable region file", f"{name}: not UTF-8 text", "is this the right file?") from None
+    # a file called start must not be taken for the start region when the report names it
+    where = f"./{path.name}" if path.name == "start" else path.name
+    return read_region(source, profile.world, where, find_observed_velocities(profile))

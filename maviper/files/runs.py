@@ -1,9 +1,11 @@
 """Files that are never half written, and folders of runs that can go on.
 
 Does: writes a file under its final name only when it is complete, several files all or none; makes output folders and
-  claims run folders, with errors a user understands.
-Assumes: the folder's file system can rename atomically.
-Does not: know what is in the files.
+  claims run folders, with errors a user understands; holds a run's folder while the run works in it, and refuses a
+  second run; remembers how to tell that a run has begun, so that Ctrl-C can say how it goes on.
+Assumes: the folder's file system can rename atomically; a lock ends with its process, however that ends. Where nothing
+  can be locked, nobody is refused.
+Does not: know what is in the files, or handle signals (cli/exits.py does).
 """
 
 import contextlib
@@ -13,7 +15,8 @@ import lzma
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
@@ -321,3 +324,48 @@ def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume:
         where = f"{place}: {', '.join(differing)} differ"
         raise InputError("the folder holds another run", where, f"it was started with: {command}")
     return True
+
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None
+
+
+@contextlib.contextmanager
+def working_alone(folder: Path) -> Generator[None]:
+    """Holds the folder of a run that was claimed. InputError while another process, or thread, holds it."""
+    opened = None
+    try:
+        if fcntl is not None:
+            with contextlib.suppress(OSError):
+                opened = os.open(folder / CONFIG_FILE, os.O_RDONLY)
+        if fcntl is not None and opened is not None:
+            try:
+                fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                if error.errno in (errno.EAGAIN, errno.EACCES):
+                    advice = "wait for its end, or stop it and go on with --resume"
+                    raise InputError("another process works on the run in the folder", str(folder), advice) from None
+        yield
+    finally:
+        if opened is not None:
+            os.close(opened)
+
+
+_runs: ContextVar[tuple[Callable[[], bool], ...]] = ContextVar("runs", default=())  # each tells whether it has begun
+
+
+def resumable(begun: Callable[[], bool]) -> None:
+    """Tells that the command that runs goes on with --resume, and with nothing else, once `begun` is true."""
+    _runs.set((*_runs.get(), begun))
+
+
+def forget() -> None:
+    """Starts over for another command."""
+    _runs.set(())
+
+
+def has_begun() -> bool:
+    """Whether the command that runs has begun a run that goes on with --resume."""
+    return any(each() for each in _runs.get())

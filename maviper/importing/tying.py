@@ -28,7 +28,7 @@ from codegen.importers.origin import Names, Origin, profile_of
 from codegen.profiles import ensure
 from codegen.wording import format_count
 from maviper.episodes import measures
-from maviper.episodes.counting import Counting
+from maviper.episodes.trees import Counting
 from maviper.worlds import World
 from maviper.worlds.matching import OWN_NAMES
 from maviper.worlds.world import find_misplaced

@@ -1,10 +1,12 @@
-"""What the page that plays a profile knows: its world, trees, claims and states, as plain data.
+"""What the page that plays a profile knows: its world, trees, claims, states and networks, as plain data.
 
-Does: writes them so that a browser needs nothing else; claims as formulas with exact numbers.
-Assumes: a checked profile; `templates/play/engine.js` reads the data.
+Does: writes them so that a browser needs nothing else; claims as formulas with exact numbers; sums, vectors and
+  outputs, and which two outputs are a force in the plane; the layers that decide for an expert's agent.
+Assumes: a checked profile; `templates/play/engine.js` reads the data, `slice.js` draws it.
 Does not: write HTML, decide or play.
 """
 
+import base64
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,10 +23,10 @@ from codegen.floats import FLOAT32, deciding_double, rational_literal
 from codegen.lowering.tracking import Edges, Start
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
-from maviper.experts.network import NetworkExpert
+from codegen.sums import CONSTANT, Sum
+from codegen.wording import describe_sum
+from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert
 from maviper.page.games import Recorded, about, bound_sliders
-from maviper.page.networks import layers_of
-from maviper.page.outputs import outputs_data, plane, tree_data
 from verify.claims.catalogue import NAMES, Claim, find_claim
 from verify.claims.claim import teams
 from verify.claims.decisions import DecisionClaim, formula
@@ -35,6 +37,81 @@ from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.words import spell_decisions
 from verify.kinds import Kind
 from verify.states.state import measurable
+
+
+def layers_of(expert: NetworkExpert, agent: str) -> list[dict[str, str]]:
+    """The layers that decide: float32 weights [inputs, outputs], row by row, little-endian, in base64."""
+    net = ACTOR if expert.centralized else VALUE
+    layers = [
+        (expert.tensors[f"{agent}.{net}.{layer}.weight"], expert.tensors[f"{agent}.{net}.{layer}.bias"])
+        for layer in LAYERS
+    ]
+    return [{"weight": _pack_numbers(weight), "bias": _pack_numbers(bias)} for weight, bias in layers]
+
+
+def _pack_numbers(numbers: ir.Float32) -> str:
+    return base64.b64encode(np.ascontiguousarray(numbers, "<f4").tobytes()).decode()
+
+
+DIGITS = 3  # of weights, where people read them
+
+
+def tree_data(policy: ir.AgentPolicy) -> dict[str, Any]:
+    """What the tree of such an agent has beside its arrays: its sums and those of its leaves, with words."""
+    tree, names = policy.tree, [feature.name for feature in policy.features]
+    if not tree.arithmetic:
+        return {}
+    return {
+        "arithmetic": tree.arithmetic,
+        "gives": tree.gives,
+        "sums": [_sum(each, names) for each in tree.sums],
+        "vectors": [[_sum(each, names) for each in vector] for vector in tree.vectors],
+    }
+
+
+def _sum(each: Sum, names: Sequence[str]) -> dict[str, Any]:
+    return {"terms": [list(term) for term in each.terms], "words": describe_sum(each.terms, names, DIGITS)}
+
+
+def outputs_data(policy: ir.AgentPolicy, ranges: Sequence[tuple[float, float]]) -> list[dict[str, Any]]:
+    """The outputs of an agent. `ranges`: of its features, as sliders show them."""
+    return [
+        {
+            "name": output.name,
+            "unit": output.unit,
+            "low": output.low,
+            "high": output.high,
+            "span": _span(policy, place, ranges),
+        }
+        for place, output in enumerate(policy.outputs)
+    ]
+
+
+def _span(policy: ir.AgentPolicy, place: int, ranges: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """The least and most that a bar shows: the output's bounds, where it has none what intervals say of its sums."""
+    output = policy.outputs[place]
+    reached = [_bound_sum(vector[place], ranges) for vector in policy.tree.vectors]
+    least, most = min(low for low, _ in reached), max(high for _, high in reached)
+    return least if output.low is None else output.low, most if output.high is None else output.high
+
+
+def _bound_sum(each: Sum, ranges: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    ends = [
+        (weight, weight) if place == CONSTANT else sorted(weight * end for end in ranges[place])
+        for weight, place in each.terms
+    ]
+    return sum(low for low, _ in ends), sum(high for _, high in ends)
+
+
+def plane(policy: ir.AgentPolicy) -> tuple[int, int] | None:
+    """The outputs that are the two parts of an arrow: of one unit, with names that differ in an x and a y alone."""
+    for first, one in enumerate(policy.outputs):
+        for second, other in enumerate(policy.outputs):
+            unlike = [pair for pair in zip(one.name.lower(), other.name.lower(), strict=False) if pair[0] != pair[1]]
+            if len(one.name) == len(other.name) and one.unit == other.unit and unlike == [("x", "y")]:
+                return first, second
+    return None
+
 
 ALIKE = "alike"  # the name of the claim that two profiles act alike
 EVERY_STEP = "about every step, of which a page plays some"

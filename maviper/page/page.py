@@ -19,7 +19,7 @@ from codegen.lowering.lower import NESTED, lower
 from codegen.lowering.render import render
 from codegen.profiles import ensure
 from codegen.wording import format_count
-from maviper.episodes.on_policy import on_policy
+from maviper.episodes.trees import on_policy
 from maviper.evaluation.players import find_shipped
 from maviper.evaluation.show import rules
 from maviper.experts.network import NetworkExpert

@@ -17,7 +17,7 @@ from typing import Any, cast
 
 from codegen.lowering.render import render
 from codegen.wording import format_count
-from maviper.evaluation.bootstrap import DRAWS
+from maviper.evaluation.crossplay import DRAWS
 from maviper.files import runs
 from maviper.reproduction import further, register, results, sections, verdicts
 from maviper.reproduction.cells.cell import EXPERT, KINDS

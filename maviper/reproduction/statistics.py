@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import stdtr, stdtrit  # pyright: ignore[reportMissingTypeStubs]
 
 from codegen.ir import Float64
-from maviper.evaluation.bootstrap import DRAWS, counts
+from maviper.evaluation.crossplay import DRAWS, counts
 
 DRAW_SEED = 17
 TINY = 1e-12  # a smaller standard error is rounding: all draws are the same

@@ -19,7 +19,7 @@ from codegen.errors import InputError, PartlyReadError, UnknownNameError
 from maviper.claims import Claim as BuiltIn
 from maviper.claims import complete_parameters, name_of
 from maviper.files import kinds, runs
-from maviper.files.regions import find_region
+from maviper.files.profiles import find_region
 from maviper.options import SystemOptions, complete_options, table_of
 from maviper.options import VerifyOptions as Options
 from maviper.verification.observing import as_compared, resolve_region

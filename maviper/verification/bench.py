@@ -17,8 +17,8 @@ import numpy as np
 from codegen import ir
 from codegen.agreement.build import Build, ReplayBuild
 from codegen.errors import escape_text
-from maviper.episodes.on_policy import on_policy
 from maviper.episodes.play import Episodes
+from maviper.episodes.trees import on_policy
 from maviper.verification.replays import rollouts, state_of
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.games.particle import place_entities

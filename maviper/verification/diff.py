@@ -17,10 +17,10 @@ from codegen.intervals import Share
 from codegen.lowering.render import render
 from codegen.policy_json import dumps
 from codegen.profiles import ensure
-from maviper.episodes.on_policy import ON_POLICY_EPISODES, on_policy
+from maviper.episodes.trees import ON_POLICY_EPISODES, on_policy
 from maviper.evaluation.comparison import differing
 from maviper.files import runs
-from maviper.files.regions import find_region
+from maviper.files.profiles import find_region
 from maviper.options import DiffOptions, make_request
 from maviper.verification.ask import MAX_CELLS
 from maviper.verification.files.certificates import AGAINST_FILE

@@ -27,7 +27,7 @@ from maviper.evaluation.held_out import evaluation
 from maviper.evaluation.players import Player, find_shipped
 from maviper.evaluation.run import MAX_EPISODES
 from maviper.files import outputs, runs
-from maviper.files.regions import find_region
+from maviper.files.profiles import find_region
 from maviper.options import RepairOptions, make_request, table_of
 from maviper.verification.ask import command, number, with_option_names
 from maviper.verification.diff import collect_states

@@ -1,7 +1,8 @@
-"""Property files to start from: claims of a game's agents, or of what a profile's agents do over observations.
+"""The built-in properties as a list, and property files to start from.
 
-Does: writes commented claims with the names of a world or of a profile; each of them can be asked as it is.
-Assumes: the name of a world, or the path of a profile's .json file.
+Does: names, sentences, and parameters with their defaults; writes commented claims with the names of a world or of a
+  profile, over observations too; each of them can be asked as it is.
+Assumes: for a file the name of a world, or the path of a profile's .json file.
 Does not: decide, or say that a claim holds.
 """
 
@@ -9,16 +10,33 @@ import re
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from codegen.errors import InputError
 from codegen.ir import MAX_LENGTH, ROOT, FeatureSpec, PolicyProfile, Tree
 from codegen.lowering.render import render
 from maviper.files.profiles import load
+from maviper.verification.ask import format_parameter
 from maviper.worlds import WORLDS, World, find
 from maviper.worlds.matching import ensure_places, matching_world
+from verify.claims.catalogue import NAMES, ZONES, in_general, readable, usual
 from verify.claims.uncertified.views import unread
 from verify.decimals import exact, plain
+from verify.question import Budgets
+
+
+def list_properties() -> list[dict[str, Any]]:
+    """The built-in properties as plain data: name, sentence, parameters with their defaults as texts.
+
+    A text is empty where the default depends on the world.
+    """
+    properties: list[dict[str, Any]] = []
+    for name in NAMES:
+        values = usual(name) | ({ZONES: Budgets().max_zones} if ZONES in readable(name) else {})
+        defaults = {key: "" if value is None else format_parameter(value) for key, value in values.items()}
+        properties.append({"name": name, "sentence": in_general(name), "parameters": defaults})
+    return properties
+
 
 PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # a name that formulas take without quotes
 DIGITS = 3

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from codegen.lowering.render import render
-from maviper.evaluation.bootstrap import DRAWS
+from maviper.evaluation.crossplay import DRAWS
 from maviper.files import runs
 from maviper.reproduction import report, verdicts
 from maviper.reproduction.cells.cell import EXPERT

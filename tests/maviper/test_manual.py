@@ -21,12 +21,12 @@ from maviper.evaluation import held_out
 from maviper.experts import cards, store
 from maviper.extraction.bundles import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
 from maviper.options.refusals import option_of
-from maviper.verification.listing import list_properties
+from maviper.verification.starters import list_properties
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
+from maviper.worlds.games.coordination import RULES
 from maviper.worlds.games.features import GROUPS
 from maviper.worlds.games.particle import PHYSICS_NAMES
 from maviper.worlds.games.predator_prey import OBSERVATIONS
-from maviper.worlds.payoffs import RULES
 from tests.benchmarks import compact
 from tests.support import pictures
 from verify.claims import predicates
@@ -510,7 +510,7 @@ def blocks(name, language):
 
 
 def test_the_property_and_region_files_of_the_claims_page_are_read(place):
-    from maviper.files.regions import find_region
+    from maviper.files.profiles import find_region
     from maviper.verification.ask import from_file
 
     claims, region = blocks("claims", "toml")

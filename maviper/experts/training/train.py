@@ -28,7 +28,7 @@ from maviper.experts.judging import Judged, Rival
 from maviper.experts.network import ACTOR, ACTOR_CRITIC, NetworkExpert
 from maviper.experts.recipes import DEFAULT, MAPPO, Request, settings
 from maviper.files import runs
-from maviper.files.alone import working_alone
+from maviper.files.runs import working_alone
 from maviper.worlds import World
 from maviper.worlds.world import RETURN
 

@@ -13,6 +13,7 @@ from dataclasses import replace
 from codegen import policy_json
 from codegen.errors import InputError, MaviperError
 from codegen.ir import Float64, PolicyProfile
+from codegen.profiles import loads
 from maviper.episodes import measures
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import among
@@ -56,7 +57,7 @@ def make_cell(task: Task, profiles: Mapping[str, bytes]) -> Made:
     with threadpool_limits(1):  # sums in one order, whatever the machine has cores
         try:
             _ensure_same_tool(task)
-            files = _files(task, {name: profiles.loads(data, name) for name, data in profiles.items()})
+            files = _files(task, {name: loads(data, name) for name, data in profiles.items()})
         except MaviperError as error:
             outcome, message = FAILED, " ".join(str(error).split("\n"))
         except Exception as error:

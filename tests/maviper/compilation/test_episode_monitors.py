@@ -13,7 +13,7 @@ from codegen.targets import emit, monitor
 from maviper import load
 from maviper.compilation.monitors import Proved, load_proof, lower_monitor, noisy
 from maviper.compilation.run import split_targets
-from maviper.episodes.on_policy import on_policy
+from maviper.episodes.trees import on_policy
 from maviper.worlds.matching import matching_world
 from tests.benchmarks import monitor as benchmark
 from tests.support import monitors

@@ -15,7 +15,7 @@ from codegen.region import RegionSpec
 from codegen.targets import emit, monitor
 from maviper.compilation.games import find_game, region_of, restate_formula
 from maviper.compilation.monitors import load_proof, lower_monitor
-from maviper.page.stated import play_claim
+from maviper.page.results import play_claim
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
 from maviper.worlds.stated import observing

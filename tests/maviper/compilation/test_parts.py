@@ -6,23 +6,23 @@ import pytest
 from codegen.agreement import probes, rows, selfcheck
 from codegen.agreement.build import build
 from maviper.compilation.compile import compile_profile
-from maviper.episodes import on_policy
+from maviper.episodes import trees
 
 
 @pytest.fixture
 def in_small_parts():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(rows, "PART", 10_000)
-        patch.setattr(on_policy, "AT_ONCE", 40_000)
+        patch.setattr(trees, "AT_ONCE", 40_000)
         yield patch
 
 
 @pytest.mark.usefixtures("few_observations")
 def test_parts_find_what_one_piece_does(profile, in_small_parts):
-    assert len(list(on_policy.in_parts(profile))) > 3
+    assert len(list(trees.in_parts(profile))) > 3
     parts = compile_profile(profile, ["c", "python", "json"])
     in_small_parts.undo()
-    assert len(list(on_policy.in_parts(profile))) == 1
+    assert len(list(trees.in_parts(profile))) == 1
     whole = compile_profile(profile, ["c", "python", "json"])
     told = {(item.target, item.agent): item for item in whole.report.agreements}
     again = {(item.target, item.agent): item for item in parts.report.agreements}

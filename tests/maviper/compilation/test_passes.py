@@ -13,7 +13,7 @@ from codegen.profiles import ensure, loads
 from maviper.cli.main import cli
 from maviper.compilation import compile
 from maviper.compilation.passes import run_passes
-from maviper.episodes.on_policy import on_policy
+from maviper.episodes.trees import on_policy
 from maviper.worlds.matching import matching_world
 from tests.support.teams import DOWN, LEFT, RIGHT, UP, average_tests, team, tree
 from verify.claims.region_files import read_region

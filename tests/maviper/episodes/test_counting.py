@@ -10,8 +10,8 @@ import pytest
 from codegen.errors import ExitCode, InputError
 from codegen.policy_json import content_hash, dumps
 from codegen.profiles import check, loads
-from maviper.episodes import counting
-from maviper.episodes.counting import Counting, Ranges
+from maviper.episodes import trees
+from maviper.episodes.trees import Counting, Ranges
 from maviper.page.document import document
 from maviper.page.page import contents_of
 from maviper.verification.observing import resolve_region
@@ -32,7 +32,7 @@ def looked(numbers="float32"):
 
 @pytest.mark.parametrize("kept", [10, 500, 10_000])
 def test_ranges_are_those_of_all_rows_in_whatever_batches(monkeypatch, kept):
-    monkeypatch.setattr(counting, "KEPT", kept)
+    monkeypatch.setattr(trees, "KEPT", kept)
     rng = np.random.default_rng(3)
     rows = rng.normal(size=(2_000, 3)).astype(np.float32)
     rows[7, 1], rows[8, 1] = np.nan, np.inf

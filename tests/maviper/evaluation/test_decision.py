@@ -10,7 +10,7 @@ from codegen.errors import InputError
 from codegen.observe import observe
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
-from maviper.evaluation.decision import lines, observation_of, observe_state, room
+from maviper.evaluation.show import lines, observation_of, observe_state, room
 from verify.states.path import path
 
 

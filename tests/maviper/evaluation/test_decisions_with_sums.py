@@ -7,7 +7,7 @@ import numpy as np
 from codegen import ir
 from codegen.policy_json import dumps
 from maviper.cli.main import run
-from maviper.evaluation import decision
+from maviper.evaluation import show
 from tests.support import summed
 
 KINDS = summed.every(1, levels=3)
@@ -33,7 +33,7 @@ def test_decisions_are_those_of_the_reference():
         for policy in profile.agents:
             rows = np.random.default_rng(0).uniform(-3, 3, (20, len(policy.features))).astype(policy.numbers)
             for row, leaf in zip(rows, ir.apply(policy.tree, rows).tolist(), strict=True):
-                first = next(decision.lines(policy, row))
+                first = next(show.lines(policy, row))
                 assert first.endswith(f"(leaf {leaf})")
                 if policy.outputs:
                     (given,) = ir.outputs(policy, row[None]).tolist()

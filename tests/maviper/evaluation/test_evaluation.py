@@ -12,9 +12,9 @@ from codegen.errors import ExitCode, InputError, UnknownNameError
 from codegen.intervals import Share
 from maviper.cli import main
 from maviper.episodes import measures as metrics
-from maviper.episodes.on_policy import on_policy
 from maviper.episodes.play import tree_policies
-from maviper.evaluation import bootstrap, crossplay
+from maviper.episodes.trees import on_policy
+from maviper.evaluation import crossplay
 from maviper.evaluation.crossplay import Stage, Uniform, cast, resample_means
 from maviper.evaluation.run import MAX_EPISODES, Contest, document, evaluate, request
 from maviper.experts import store
@@ -179,7 +179,7 @@ def test_batches_and_asking_for_one_team_change_nothing(world, expert, profile, 
     ours, others = [tree_policies(profile.agents)] * 3, {"random": [Uniform(world)] * 3}
     whole = evaluate(Contest(world, ours, others, expert, profile.agents), episodes=20)
     monkeypatch.setattr(crossplay, "MAX_GAMES", 7)
-    monkeypatch.setattr(bootstrap, "MAX_COUNTS", 20 * 300)
+    monkeypatch.setattr(crossplay, "MAX_COUNTS", 20 * 300)
     assert evaluate(Contest(world, ours, others, expert, profile.agents), episodes=20) == whole
     one = evaluate(Contest(world, ours, others, expert, profile.agents), ["defenders"], episodes=20)
     assert one.against["random"] == tuple(row for row in whole.against["random"] if row.measure.team == "defenders")

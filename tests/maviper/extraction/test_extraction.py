@@ -20,8 +20,8 @@ from codegen.lowering.deploy import deploy_tree
 from codegen.profiles import check
 from maviper.episodes import measures, trees
 from maviper.episodes.measures import Mean
-from maviper.episodes.on_policy import ON_POLICY_EPISODES
 from maviper.episodes.play import Policies, play, points, tree_policies
+from maviper.episodes.trees import ON_POLICY_EPISODES
 from maviper.evaluation.held_out import EVALUATION_EPISODES, Counting, read_measure
 from maviper.experts.expert import AS_GIVEN, labels
 from maviper.experts.scripted import Scripted, build_script

@@ -12,14 +12,14 @@ from codegen.errors import InputError
 from maviper.experts.recipes import Request
 from maviper.experts.training import train
 from maviper.files import runs
-from maviper.files.alone import fcntl, working_alone
+from maviper.files.runs import fcntl, working_alone
 from maviper.worlds import find
 
 ROOT = Path(__file__).parents[3]
 HOLDER = """
 import sys, time
 from pathlib import Path
-from maviper.files.alone import working_alone
+from maviper.files.runs import working_alone
 with working_alone(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)

@@ -12,7 +12,7 @@ from maviper.cli.main import cli
 from maviper.page.results import page_of
 from maviper.verification import ask
 from maviper.verification.procedures import table
-from maviper.verification.procedures.procedure import Procedure
+from maviper.verification.procedures.table import Procedure
 from maviper.verification.run import pose_questions, verify_questions
 from tests.support.small import small_profile
 from verify.claims import catalogue
