@@ -3,8 +3,9 @@
 Does: deploys grown trees as policies, seats policies among other controllers; plays a profile's own trees; counts while
   it plays how often each leaf decides, and the ranges and percentiles of what trees observe.
 Assumes: trees in the world's order of agents.
-Does not: choose episodes, or measure. Ranges are kept for games of other people, whose features often have none that
-  means anything. Ours state theirs.
+Does not: choose episodes, or measure.
+
+Ranges are kept for games of other people, whose features often have none that means anything. Ours state theirs.
 """
 
 from collections.abc import Iterator, Sequence

@@ -5,9 +5,10 @@ Does: says how the agents of a view compare its variables; finds regions by name
   about.
 Assumes: a view whose variables are features, of a checked profile; properties as data.
 Does not: decide, or read formulas (verify/claims/language/compared.py). Whoever checks a certificate has the file
-  beside it, and reads what it is about. An agent of which `robust` is claimed stands twice. Its copy acts by the same
-  tree and observes each feature with an error, which is a variable too: `cart_off.spin` is by how much the spin that
-  `cart_off` observes is off.
+  beside it, and reads what it is about.
+
+An agent of which `robust` is claimed stands twice. Its copy acts by the same tree and observes each feature with an
+error, which is a variable too: `cart_off.spin` is by how much the spin that `cart_off` observes is off.
 """
 
 from collections.abc import Callable, Iterator, Mapping

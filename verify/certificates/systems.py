@@ -21,7 +21,7 @@ from verify.checker.flows.certificates import FORM as FLOW_FORM
 from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.systems.certificates import FORM, SystemCertificate
 from verify.claims.formula import Linear
-from verify.claims.uncertified.documents import formula_document
+from verify.claims.uncertified.own import formula_document
 from verify.systems.claims import SystemClaim, SystemPremise
 from verify.systems.system import HalfSpace, Polytope
 

@@ -20,8 +20,7 @@ from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.language.parameters import Form, of_form
 from verify.claims.relations import RELATIONS
 from verify.claims.uncertified.episodes import ACCOUNTS, account_of
-from verify.claims.uncertified.own import BUILT_IN, PROPERTIES
-from verify.claims.uncertified.words import WITH_ERRORS, WORDS
+from verify.claims.uncertified.own import BUILT_IN, PROPERTIES, WITH_ERRORS, WORDS
 from verify.claims.verifiable import check_landmarks, ensure_landmark_each, ensure_landmarks
 
 Claim = DecisionClaim | EpisodeClaim

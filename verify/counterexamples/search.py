@@ -22,9 +22,8 @@ from verify.semantics import MACHINE, REAL
 from verify.solver.encode import in_both, query, there
 from verify.solver.pinning import pin_model
 from verify.solver.solve import Answer, ask
-from verify.states.acting import Deployed, Replay, confirm_actions
+from verify.states.acting import Deployed, Replay, Step, confirm_actions, path
 from verify.states.noise import mistaken
-from verify.states.path import Step, path
 from verify.states.real import Value, value_of
 from verify.states.shares import SAMPLE_SEED, SAMPLES, draw_states
 from verify.states.state import (

@@ -14,8 +14,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 from codegen.errors import InputError
 from verify.decimals import exact
-from verify.language.lexer import Source, Token
-from verify.language.parser import CallNode, Joined, Level, NameNode, Node, NumberNode, Prefixed
+from verify.language.parser import CallNode, Joined, Level, NameNode, Node, NumberNode, Prefixed, Source, Token
 from verify.language.units import PURE, Unit, format_unit, times, unit_of
 
 Value = TypeVar("Value")

@@ -7,8 +7,7 @@ Does not: know what trees mean.
 
 from collections.abc import Mapping, Sequence
 
-from verify.language.lexer import Source, Token
-from verify.language.parser import CallNode, Joined, Level, Listed, NameNode, Node, NumberNode, Prefixed
+from verify.language.parser import CallNode, Joined, Level, Listed, NameNode, Node, NumberNode, Prefixed, Source, Token
 
 Modes = Mapping[str, Sequence[str]]  # variable -> the names of its values, in order
 EQUALITY = ("==", "!=")

@@ -13,8 +13,8 @@ from codegen.ir import PolicyProfile
 from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.episodes import PLAYED
 from verify.claims.region import goal_text
-from verify.claims.uncertified.documents import region_document
 from verify.claims.uncertified.episodes import account_of
+from verify.claims.uncertified.own import region_document
 from verify.claims.uncertified.starts import name_region
 from verify.decimals import plain
 from verify.reports import trusted

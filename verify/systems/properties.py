@@ -21,12 +21,17 @@ from verify.decimals import plain
 from verify.language.arithmetic import Typed
 from verify.systems.claims import MAX_STEPS, SAYS, CurvedClaim, Denied, Pattern, SystemClaim
 from verify.systems.curves.following import name_next_values, without_next
-from verify.systems.curves.formulas import without_curves
-from verify.systems.curves.reading import Curves
+from verify.systems.curves.formulas import Curves, without_curves
 from verify.systems.files import region_of, region_parts
 from verify.systems.given import robust
-from verify.systems.given.compared import find_numbers, read_observed
-from verify.systems.given.formulas import ensure_choosing, name_inputs, of_actions, spell_inputs
+from verify.systems.given.formulas import (
+    ensure_choosing,
+    find_numbers,
+    name_inputs,
+    of_actions,
+    read_observed,
+    spell_inputs,
+)
 from verify.systems.language.expressions import Number, names
 from verify.systems.language.parsing import Names
 from verify.systems.pieces import list_curved

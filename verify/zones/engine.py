@@ -18,7 +18,6 @@ from verify.claims.region import tell_of_goal
 from verify.question import DecisionQuestion
 from verify.result import Verdict
 from verify.zones.compiled import CompiledSearch, affordable, price, search
-from verify.zones.disjoint import disjoint
 from verify.zones.search import Branch, BudgetError, Resolve, ZoneSearch
 from verify.zones.tables import (
     BeyondZonesError,
@@ -33,6 +32,7 @@ from verify.zones.tables import (
     split_sides,
     zone_tree,
 )
+from verify.zones.volume import disjoint
 
 __all__ = ["BeyondZonesError", "Outcome", "Tests", "ZoneQuery", "decide"]
 ROOM = 8  # of what is left to a coordinate, a point leaves this part free at either end

@@ -1,8 +1,10 @@
-"""Exact volumes of polytopes given by difference bounds.
+"""Exact volumes of polytopes given by difference bounds, and of disjunctions, which are made mutually exclusive.
 
-Does: d! times the volume of a closed matrix of integers, by recursion over facets; counts the faces it visits.
-Assumes: closed matrices, node 0 standing for zero, every coordinate bounded on both sides.
-Does not: sample; go on beyond its budget of faces.
+Does: d! times the volume of a closed matrix of integers, by recursion over facets, counting the faces it visits;
+  numbers the opposite of every bound of a table; rewrites flat formulas so that no point is on two branches.
+Assumes: closed matrices, node 0 standing for zero, every coordinate bounded on both sides; all formulas of the question
+  are numbered in the table already.
+Does not: sample; go on beyond its budget of faces; change what a formula says.
 
 A polytope of dimension d is the union of the pyramids over its facets from one of its vertices, so d! vol is the sum
 of height times (d-1)! vol of the facet (Lasserre 1983). On the facet x_i - x_j = c two coordinates differ by a
@@ -11,11 +13,64 @@ d! vol of a matrix of integers is an integer. The vertex is where every coordina
 nothing.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from itertools import product
 from math import factorial
+from typing import TypeAlias
 
 from verify.unanswered import SpentError
+from verify.zones.tables import TRUE, Bound, Flat, Table
+
+Disjoint: TypeAlias = Callable[[Flat | None], Flat | None]  # None: false
+
+
+def disjoint(table: Table) -> Disjoint:
+    """The rewriting for the formulas of a table; adds the opposites of its bounds to the table's numbers."""
+    opposite: dict[int, int] = {}
+    for bound, number in list(table.numbers.items()):
+        other = Bound(bound.lower, bound.upper, -bound.over, bound.under, not bound.strict)
+        opposite[number] = table.numbers.setdefault(other, len(table.numbers))
+
+    @cache
+    def split(flat: Flat | None) -> Flat | None:
+        """The formula itself, its choices disjoint."""
+        return flat and _all([Flat(flat.edges, ()), *map(split_choice, flat.ors)])
+
+    @cache
+    def split_choice(parts: tuple[Flat, ...]) -> Flat | None:
+        """Some of the parts: the first that holds."""
+        return _some([_all([*map(deny_flat, parts[:place]), split(part)]) for place, part in enumerate(parts)])
+
+    @cache
+    def deny_flat(flat: Flat) -> Flat | None:
+        """Not the formula: the first of its bounds and choices that fails."""
+        held: list[Flat | None] = [*(Flat((edge,), ()) for edge in flat.edges), *map(split_choice, flat.ors)]
+        fails: list[Flat | None] = [Flat((opposite[edge],), ()) for edge in flat.edges]
+        fails += [_all([deny_flat(part) for part in choice]) for choice in flat.ors]
+        return _some([_all([*held[:place], fail]) for place, fail in enumerate(fails)])
+
+    return split
+
+
+def _all(parts: Sequence[Flat | None]) -> Flat | None:
+    edges: list[int] = []
+    ors: list[tuple[Flat, ...]] = []
+    for part in parts:
+        if part is None:
+            return None
+        edges += [edge for edge in part.edges if edge not in edges]
+        ors += [choice for choice in part.ors if choice not in ors]
+    return Flat(tuple(edges), tuple(ors))
+
+
+def _some(parts: Sequence[Flat | None]) -> Flat | None:
+    """A choice between parts that exclude one another."""
+    possible = tuple(part for part in parts if part is not None)
+    if TRUE in possible:
+        return TRUE
+    return possible[0] if len(possible) == 1 else Flat((), (possible,)) if possible else None
+
 
 DEFAULT_FACES = 1_000_000
 

@@ -29,8 +29,7 @@ from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinate
 from verify.claims.formula_json import read_formula
 from verify.claims.observed import over, view_from
 from verify.claims.region import goal_cases, goal_of, goal_text
-from verify.claims.uncertified.documents import formula_document, view_document
-from verify.claims.uncertified.own import BUILT_IN
+from verify.claims.uncertified.own import BUILT_IN, formula_document, view_document
 from verify.claims.uncertified.starts import positions
 from verify.counterexamples.search import Counterexample
 from verify.exact import MAX_NUMBER, read_number

@@ -4,8 +4,10 @@ Does: has the world file's system answer them; asks of each left side of a formu
   proof a state of each; asks a formula that fails again with one bound moved to the next float, and says with which
   bound it is proved; certificates and counterexamples as text.
 Assumes: the stated world of the question for a bench.
-Does not: decide. `x < 80` holds at 80 - 1e-15, which an agent reads as 80. So `x < 80 implies acts(A) == low` fails for
-  a tree that tests just this, and is proved of `x <= 79.99999999999999`.
+Does not: decide.
+
+`x < 80` holds at 80 - 1e-15, which an agent reads as 80. So `x < 80 implies acts(A) == low` fails for a tree that tests
+just this, and is proved of `x <= 79.99999999999999`.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from verify.question import Question
 from verify.result import Verdict
 from verify.systems.claims import SystemClaim, SystemPremise
 from verify.systems.curves.formulas import with_comparisons
-from verify.systems.given.compared import find_numbers
+from verify.systems.given.formulas import find_numbers
 from verify.verdicts.systems import SystemEvidence, SystemResult
 
 NEVER = "no state meets the condition: {words}"

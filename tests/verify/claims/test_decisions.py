@@ -16,10 +16,9 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import PLAIN, NoDouble, formula
 from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, below, holds, negate, normal
 from verify.claims.formula import substitute_actions as once
-from verify.claims.uncertified.own import BUILT_IN
+from verify.claims.uncertified.own import BUILT_IN, spell_decisions
 from verify.claims.uncertified.starts import everywhere, find_observed_velocities
 from verify.claims.uncertified.values import Batch
-from verify.claims.uncertified.words import spell_decisions
 from verify.states.state import batch, sample
 
 TEAM = "defenders"

@@ -12,7 +12,7 @@ from tests.support.small import small_profile
 from tests.support.teams import tree
 from verify.claims.observed import Raised, View, over, view_from
 from verify.claims.region import Region
-from verify.claims.uncertified.documents import view_document
+from verify.claims.uncertified.own import view_document
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import ALL, Viewed, carry_region, select_features
 

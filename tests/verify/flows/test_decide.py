@@ -20,7 +20,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern
-from verify.systems.language.vectorising import vectorise
+from verify.systems.language.choices import vectorise
 
 
 def asked(text, profile, claim, **changes):

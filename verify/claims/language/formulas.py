@@ -23,7 +23,6 @@ from verify.claims.language.sums import CoordinateSum, compare_sums, constant, c
 from verify.claims.language.trees import find_single_name, list_conditions, spell, strip_signs
 from verify.claims.uncertified.views import UNLIKE
 from verify.language.arithmetic import Arithmetic, Typed
-from verify.language.lexer import Source, Token
 from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
 from verify.language.parser import (
     ACTS,
@@ -37,6 +36,8 @@ from verify.language.parser import (
     Node,
     NumberNode,
     Prefixed,
+    Source,
+    Token,
     parse,
 )
 from verify.language.units import Unit

@@ -22,7 +22,7 @@ from codegen.errors import InputError
 from codegen.ir import AgentPolicy
 from verify.claims.formula import Acts, Formula, Linear, atoms, conjunction, disjunction, negate
 from verify.claims.formula import normal as pushed
-from verify.language.lexer import PRIME
+from verify.language.parser import PRIME
 from verify.systems.claims import atom
 from verify.systems.curves.formulas import beyond, with_comparisons
 from verify.systems.system import Affine, HalfSpace, Interval, Piece, Variable

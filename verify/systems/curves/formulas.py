@@ -1,19 +1,16 @@
-"""A formula with curves, by two without: one that it follows from, and one that follows from it.
+"""Curves that a formula names, such as `angle*spin`, and two formulas without them: a stronger and a weaker one.
 
-Does: cuts the ranges of what curves name into cells; encloses each curve over each cell by an affine form and an error;
-  makes comparisons stronger or weaker by that error.
-Assumes: a formula over variables and the coordinates of curves (reading.py).
+Does: reads the parts of a formula that are not affine as expressions, each a coordinate of its own; cuts the ranges of
+  what curves name into cells; encloses each curve over each cell by an affine form and an error; makes comparisons
+  stronger or weaker by that error.
+Assumes: the names of a statement.
 Does not: trust itself: the checker shows each enclosure again (verify/checker/systems/enclosures.py).
-
-Within a cell a curve q lies in form + [low, high]. A comparison `sum + u q <= end` holds there if it does with the
-larger of u low and u high for the error, and only if it does with the smaller. In a formula whose negations were pushed
-to its comparisons, all of these count alike, so the formula becomes stronger or weaker as a whole. Comparisons whose
-sides cannot meet in a cell are true or false there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise, product
@@ -22,11 +19,57 @@ from math import prod
 from codegen.errors import InputError
 from verify.claims.formula import FALSE, TRUE, And, Formula, Linear, Not, Or, below, conjunction, disjunction
 from verify.claims.formula import normal as pushed
+from verify.language.parser import CallNode, Joined, Level, NameNode, Node, Prefixed, Source, Token
+from verify.language.units import Unit
 from verify.systems.claims import CurveOverCell
 from verify.systems.enclosures import Enclosing
 from verify.systems.language.expressions import Expression, names
+from verify.systems.language.parsing import FUNCTIONS, Names, curve_of
 from verify.systems.pieces import enclose_expression
 from verify.systems.system import Affine, Box, Interval, Variable
+
+
+@dataclass(frozen=True)
+class Curves:
+    """What stands for the curves of a formula: expressions by the name of a coordinate that no file can have."""
+
+    names: Names
+    found: dict[str, Expression] = field(default_factory=dict[str, Expression])
+
+    def is_curve(self, node: Node) -> bool:
+        """Whether a tree is a product, quotient, power or function of what varies, which no sum is."""
+        match node:
+            case CallNode(token, _):
+                return token.text in FUNCTIONS
+            case Joined(_, Level.POWER, base, _):
+                return self._varies(base)
+            case Joined(_, Level.PRODUCT, first, rest):
+                over = any(sign.text == "/" and self._varies(other) for sign, other in rest)
+                return over or sum(map(self._varies, (first, *(other for _, other in rest)))) > 1
+            case _:
+                return False
+
+    def _varies(self, node: Node) -> bool:
+        match node:
+            case NameNode(token):
+                return token.text in self.names.known
+            case Prefixed(_, _, inside):
+                return self._varies(inside)
+            case CallNode(_, inside):
+                return any(map(self._varies, inside))
+            case Joined(_, _, first, rest):
+                return any(map(self._varies, (first, *(other for _, other in rest))))
+            case _:
+                return False
+
+    def coordinate(self, source: Source, node: Node) -> tuple[str, Unit | None, Token | None]:
+        """The name and the unit of the coordinate of a curve, and the first number in it that has a unit."""
+        (expression, unit), measured = curve_of(source, node, self.names)
+        known = {each: name for name, each in self.found.items()}
+        name = known.get(expression, f"curve {len(known) + 1}")
+        self.found[name] = expression
+        return name, unit, measured
+
 
 MAX_CELLS = 4_096
 CELLS, PARTS = 400, 40  # at most about so many, where a file does not say into how many parts ranges are cut

@@ -1,22 +1,63 @@
-"""Formulas about what agents give, as formulas about their actions.
+"""Formulas about what agents of a world file observe and give.
 
-Does: `out(AGENT).OUTPUT` in a text as the input that it is; each comparison with an input as one for each action, of
-  the affine form that the action sets it to.
-Assumes: a statement whose agents that give numbers were read with a profile (agents.py).
-Does not: read formulas.
+Does: numbers beside a feature as the agents compare them; `out(AGENT).OUTPUT` in a text as the input that it is, and
+  each comparison with an input as one for each action, of the affine form that the action sets it to.
+Assumes: a feature is the exact value of a variable, rounded once; a statement whose agents that give numbers were read
+  with a profile (agents.py).
+Does not: read formulas, or touch variables of which agents observe sums or functions alone.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
+from functools import partial
+from math import inf
 
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy
-from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, below, conjunction, disjunction
+from codegen.numbers import nearest_number, neighbour
+from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, below, conjunction, disjunction, negate
+from verify.claims.language.compared import Compared, read_as_compared
+from verify.claims.language.formulas import StatedFormula, Vocabulary, read_statement
+from verify.claims.uncertified.views import UNLIKE
 from verify.systems.language.expressions import affine
 from verify.systems.statement import Agent, Statement
-from verify.systems.system import Affine
+from verify.systems.system import Affine, Measure
 from verify.toml_places import Place
+
+
+def find_numbers(statement: Statement, policies: Iterable[AgentPolicy]) -> dict[str, str]:
+    """What the agents that observe each variable compare: float32 or float64; UNLIKE where some compare either."""
+    by_variable: dict[str, str] = {}
+    for policy in policies:
+        read = statement.acting.get(policy.agent)
+        numbers = policy.numbers if read is None else read.real.numbers
+        for feature in statement.system.features[policy.agent].values():
+            name = next((name for name, _ in feature.form.terms), "")
+            if feature.measure is Measure.VALUE and feature.form == Affine.of({name: Fraction(1)}):
+                by_variable[name] = UNLIKE if by_variable.get(name, numbers) != numbers else numbers
+    return by_variable
+
+
+def read_observed(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> StatedFormula:
+    """What a text states, of which the vocabulary knows the features. InputError as of `read_statement`."""
+    known = {
+        name: compare_variable(name, numbers) for name, numbers in vocabulary.observed.items() if numbers != UNLIKE
+    }
+    stated = read_statement(text, vocabulary, where)
+    return stated.read_by(partial(read_as_compared, known=known)) if known else stated
+
+
+def compare_variable(name: str, numbers: str) -> Compared:
+    """How agents compare a variable, whose exact value is rounded once, to the nearest float."""
+
+    def cut(threshold: float) -> tuple[Formula, Formula]:
+        end = (Fraction(threshold) + Fraction(float(neighbour(threshold, inf, numbers)))) / 2
+        at_most = Linear(((Fraction(1), name),), end, nearest_number(end, numbers) > threshold)
+        return at_most, negate(at_most)
+
+    return Compared(numbers, cut)
+
 
 GIVEN = re.compile(r"\bout\(\s*([A-Za-z][A-Za-z0-9_]*)\s*\)\s*\.\s*([A-Za-z_][A-Za-z0-9_]*)")
 

@@ -1,17 +1,35 @@
-"""Choices of a rule: which it holds, how each is called, and the rule for each way to choose.
+"""What rules make of expressions: the rule of each way to choose, and expressions as functions of arrays.
 
-Does: puts the values of choices in place of the names that stand for them.
-Assumes: choices as they were read (parsing.py).
-Does not: read texts.
+Does: says which choices a rule holds, how each is called, and puts their values in place of the names that stand for
+  them; expressions in float64, many states at a time.
+Assumes: choices as they were read (parsing.py); nothing of what arrays give is believed: each operation rounds, and
+  what is not defined is NaN or infinite.
+Does not: read texts, or bound anything.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import product
 from math import prod
 from typing import NamedTuple
 
+import numpy as np
+
 from codegen.errors import InputError
-from verify.systems.language.expressions import Expression, names, substitute
+from codegen.ir import Float64
+from codegen.numbers import nearest_double
+from verify.systems.language.expressions import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Pi,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    names,
+    substitute,
+)
 from verify.systems.language.parsing import Choice, Option
 from verify.toml_places import Place
 
@@ -63,3 +81,37 @@ def _replace_choices(expression: Expression, taken: Mapping[str, Option]) -> Exp
     while names(expression) & taken.keys():
         expression = substitute(expression, {name: option.value for name, option in taken.items()})
     return expression
+
+
+Evaluated = Callable[[Mapping[str, Float64]], Float64]
+
+
+def vectorise(expression: Expression) -> Evaluated:
+    """An expression as a function of arrays by name."""
+    match expression:
+        case Number(value):
+            number = np.asarray(nearest_double(value))
+            return lambda known: number
+        case Pi():
+            return lambda known: np.asarray(np.pi)
+        case Name(name):
+            return lambda known: known[name]
+        case Sum(left, right):
+            one, other = vectorise(left), vectorise(right)
+            return lambda known: one(known) + other(known)
+        case Product(left, right):
+            one, other = vectorise(left), vectorise(right)
+            return lambda known: one(known) * other(known)
+        case Quotient(left, right):
+            one, other = vectorise(left), vectorise(right)
+            return lambda known: one(known) / other(known)
+        case Power(base, exponent):
+            under = vectorise(base)
+            return lambda known: under(known) ** exponent
+        case Call(function, argument, bounds):
+            inner = vectorise(argument)
+            if bounds is not None:
+                low, high = map(nearest_double, bounds)
+                return lambda known: np.clip(inner(known), low, high)
+            named = getattr(np, function)
+            return lambda known: named(inner(known))

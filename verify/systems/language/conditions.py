@@ -9,8 +9,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import product
 
-from verify.language.lexer import Source, Token
-from verify.language.parser import Joined, Level, Node, Prefixed
+from verify.language.parser import Joined, Level, Node, Prefixed, Source, Token
 from verify.systems.system import Affine, HalfSpace, Polytope
 
 MAX_POLYTOPES = 1_000

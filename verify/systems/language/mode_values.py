@@ -8,8 +8,7 @@ Does not: know how rules are joined (verify/systems/motion.py).
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from verify.language.lexer import Source
-from verify.language.parser import ACTS, CallNode, NameNode, Node
+from verify.language.parser import ACTS, CallNode, NameNode, Node, Source
 from verify.systems.language.expressions import Expression, Name, Number
 from verify.systems.language.parsing import CHOICE, Names, Option, arguments, read_with
 from verify.toml_places import Place

@@ -13,9 +13,21 @@ from typing import NamedTuple, TypeVar
 
 from codegen.errors import InputError
 from verify.language.arithmetic import Arithmetic, Typed
-from verify.language.lexer import NEXT, PRIME, Source, Token
 from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
-from verify.language.parser import BARS, CallNode, Joined, Level, Limits, NameNode, Node, parse
+from verify.language.parser import (
+    BARS,
+    NEXT,
+    PRIME,
+    CallNode,
+    Joined,
+    Level,
+    Limits,
+    NameNode,
+    Node,
+    Source,
+    Token,
+    parse,
+)
 from verify.language.units import DEGREE, PURE, Unit, format_unit, times
 from verify.systems.language.conditions import polytopes
 from verify.systems.language.expressions import (

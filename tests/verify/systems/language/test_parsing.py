@@ -7,7 +7,7 @@ import pytest
 from codegen.errors import InputError
 from tests.support.systems import CART
 from verify.decimals import exact
-from verify.language.lexer import Source, tokens
+from verify.language.parser import Source, tokens
 from verify.language.units import PURE, unit_of
 from verify.systems.files import statement_of
 from verify.systems.language.expressions import affine
