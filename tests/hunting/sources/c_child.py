@@ -1,7 +1,7 @@
 """Compiled C's own answers to a folder of jobs: `python -m tests.hunting.sources.c_child FOLDER`.
 
 Does: asks each function of each shared object in a process of its own, and writes what it answers.
-Assumes: a process that takes too long is ended by its alarm; one that dies leaves no answers.
+Assumes: a process that computes too long is ended by its timer; one that dies leaves no answers.
 Does not: compile.
 """
 
@@ -52,7 +52,7 @@ def main(folder: Path) -> None:
     for seed in json.loads((folder / "jobs.json").read_text()):
         child = os.fork()
         if child == 0:
-            signal.alarm(SECONDS)
+            signal.setitimer(signal.ITIMER_PROF, SECONDS)  # of the processor, which others may use too
             try:
                 answer(folder, seed)
             finally:

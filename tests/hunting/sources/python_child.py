@@ -2,7 +2,7 @@
 
 Does: runs each source in a process of its own, asks it rows around its own numbers in order and backwards, and writes
   rows and answers beside it.
-Assumes: the sources are ours; a process that takes too long is ended by its alarm.
+Assumes: the sources are ours; a process that computes too long is ended by its timer.
 Does not: know how sources are imported.
 """
 
@@ -169,7 +169,7 @@ def main(folder: Path) -> None:
     for number, job in enumerate(json.loads((folder / "jobs.json").read_text())):
         child = os.fork()
         if child == 0:
-            signal.alarm(SECONDS)
+            signal.setitimer(signal.ITIMER_PROF, SECONDS)  # of the processor, which others may use too
             try:
                 answer(job, folder / f"job_{number}.py")
             finally:
