@@ -20,9 +20,8 @@ import numpy as np
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.documents import NEAR, second_class
-from codegen.importers.nodes import Leaf, Split, json_of
+from codegen.importers.nodes import Leaf, Split, Tree, json_of, origin_of_sum
 from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Origin
-from codegen.importers.products import Tree, origin_of_sum
 from codegen.importers.symbolic.affine import Terms
 from codegen.importers.symbolic.program import Described
 from codegen.ir import CONSTANT

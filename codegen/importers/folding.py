@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from codegen.ir import NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree
 
 LARGEST, INFINITE = np.float32(np.finfo(np.float32).max), np.float32(np.inf)
 
@@ -94,3 +94,22 @@ def without(tree: GrownTree, skip: dict[int, int]) -> GrownTree:
     place = {node: index for index, node in enumerate(order)} | {NO_CHILD: NO_CHILD}
     left, right = ([place[follow_skips(int(side[node]))] for node in order] for side in (tree.left, tree.right))
     return GrownTree(tree.feature[order], tree.threshold[order], np.array(left), np.array(right), tree.action[order])
+
+
+def without_alike(tree: GrownTree) -> GrownTree:
+    """The tree without splits whose sides decide alike, or of which one side is ruled out: NO_ACTION leaves."""
+    skip, kinds = dict[int, int](), dict[Any, int]()  # what decides, and its number
+    kind = [NO_ACTION] * len(tree.feature)
+    rows = list(zip(*(each.tolist() for each in (tree.feature, tree.threshold, tree.left, tree.right)), strict=True))
+    for node in range(len(rows) - 1, -1, -1):  # preorder: children come after their parents
+        feature, threshold, left, right = rows[node]
+        sides = () if feature == NO_FEATURE else (kind[left], kind[right])
+        if not sides:
+            action = int(tree.action[node])
+            kind[node] = action if action == NO_ACTION else kinds.setdefault(action, len(kinds))
+        elif sides[0] == sides[1] or NO_ACTION in sides:
+            skip[node] = right if sides[0] == NO_ACTION else left
+            kind[node] = kind[skip[node]]
+        else:
+            kind[node] = kinds.setdefault((feature, threshold, sides), len(kinds))
+    return without(tree, skip)

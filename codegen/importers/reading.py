@@ -66,7 +66,7 @@ class Origin(Facts):
     grown: GrownTree  # a leaf's action is the place of its label
     labels: tuple[Any, ...]  # that its leaves return; numbers ascending
     # rows [n, n_features] -> the places of its own labels [n], or numbers [n, n_outputs]; None: nobody is asked
-    act: Callable[[Floats], Any] | None
+    act: Callable[[Floats], Any] | None = None
     asks: Callable[[Floats], Floats] | None = None  # the tree's own rows -> those that it is asked about
     takes: Callable[[Floats], Bool] | None = None  # which observations it takes, where not all finite ones
     arithmetic: str = ""  # of sums; "": there is none

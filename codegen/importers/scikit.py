@@ -1,7 +1,7 @@
 """Fitted trees of scikit-learn as profiles.
 
 Does: reads a fitted decision tree by its attributes, also as the end of a Pipeline or search, or as the only tree of a
-  booster; makes one tree of a small forest (products.py); folds the steps before it into its thresholds (steps.py,
+  booster; makes one tree of a small forest (nodes.py); folds the steps before it into its thresholds (steps.py,
   folding.py); replays the tree against the model's own `predict`.
 Assumes: classes, or the few values of a regressor's leaves, are the actions; a regressor of many values, or of several
   outputs, gives them. Observations are float32, but of HistGradientBoosting, which compares doubles.
@@ -28,9 +28,8 @@ from codegen.errors import DisagreementError, InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers import steps
 from codegen.importers.folding import LARGEST, Asked, fold_steps
-from codegen.importers.nodes import Leaf, Split
+from codegen.importers.nodes import Leaf, Split, Tree, origin_of_sum
 from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Names, Origin, profile_of
-from codegen.importers.products import Tree, origin_of_sum
 from codegen.importers.summed import giving
 from codegen.importers.symbolic.program import Described
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Floats, GrownTree, Int32
