@@ -18,10 +18,10 @@ import numpy as np
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT64
-from codegen.importers.folding import without_alike
 from codegen.importers.reading import MAX_FEATURES, SUMS, Origin
 from codegen.importers.symbolic.affine import Affine, Given, Sums, Terms, sum_terms
 from codegen.importers.symbolic.feature import SIGNS, at_most, below
+from codegen.importers.symbolic.paths import without_alike
 from codegen.importers.symbolic.program import Described, Value, origin_of_tree
 from codegen.ir import MAX_DEPTH, MAX_NODES, Floats, GrownTree
 from codegen.paths import EVERYTHING, Box, in_preorder

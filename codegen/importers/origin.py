@@ -29,11 +29,12 @@ from codegen.importers.reading import NOTHING as NOTHING
 from codegen.importers.reading import SINGLES as SINGLES
 from codegen.importers.reading import Origin as Origin
 from codegen.importers.reading import Said as Said
-from codegen.importers.summed import ensure_alike, place_sum
-from codegen.ir import MAX_LENGTH
+from codegen.importers.symbolic.program import place_sum
+from codegen.ir import CONSTANT, MAX_LENGTH
 from codegen.lowering.deploy import Given, deploy_tree, with_given
 from codegen.lowering.render import comment
 from codegen.profiles.rules import ensure
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
 
 MAX_NOTES = 8
 TEAM = "team"
@@ -186,6 +187,19 @@ def _tree_of(agent: str, origin: Origin, n_features: int, numbers: str) -> ir.Tr
             "else leave --numbers out, or give --world a name that is no game"
         )
         raise InputError(what, agent, advice)
-    ensure_alike(origin, agent)
-    given = Given(origin.sums, origin.vectors, origin.arithmetic, origin.gives)
+    _ensure_alike(origin, agent)
+    gives = FLOAT32 if origin.arithmetic == FLOAT32_STEPS else FLOAT64
+    given = Given(origin.sums, origin.vectors, origin.arithmetic, gives)
     return with_given(origin.grown, given, n_features, SUMS, origin.numbers)
+
+
+def _ensure_alike(origin: Origin, agent: str) -> None:
+    """InputError for numbers that the arithmetic of an origin does not have, such as 0.1 among float32 steps."""
+    kind = FLOAT32 if origin.arithmetic == FLOAT32_STEPS else FLOAT64
+    weights = FLOAT32 if origin.arithmetic == DOUBLE_SUMS else kind
+    for each in (*origin.sums, *(one for vector in origin.vectors for one in vector)):
+        for weight, place in each.terms:
+            numbers = kind if place == CONSTANT else weights
+            if float(np.dtype(numbers).type(weight)) != weight:
+                what = f"{weight!r} stands in a sum of {numbers} numbers, and is none"
+                raise InputError(what, agent, f"round it in the source to {numbers}")

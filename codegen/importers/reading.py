@@ -17,6 +17,7 @@ AGENT = "agent_0"
 NOT_COMPARED = "nobody: the source was not compared"  # who replayed an import, where nobody did
 SUMS = 1 << 24  # from this place on, features of a grown tree are sums
 MAX_FEATURES = 1 << 20  # of an observation
+MAX_VALUES = 64  # of a regressor, beyond which they are no actions
 FLOATS = "floats"  # Python's own, beside the types of arrays
 SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
 
@@ -72,7 +73,6 @@ class Origin(Facts):
     arithmetic: str = ""  # of sums; "": there is none
     sums: tuple[Sum, ...] = ()  # the feature SUMS + k of `grown` is sums[k]
     vectors: tuple[tuple[Sum, ...], ...] = ()  # what leaves give, in place of labels
-    gives: str = FLOAT64  # what that is rounded to
     bounds: tuple[tuple[float | None, float | None], ...] = ()  # of each output; (): there are none
     permits: tuple[tuple[str, ...], ...] = ()  # of each leaf, left to right: the labels that it permits; (): its own
 

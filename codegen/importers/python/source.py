@@ -46,11 +46,10 @@ from codegen.importers.python.values import (
 from codegen.importers.reading import FLOATS
 from codegen.importers.running.asking import PYTHON, run_source
 from codegen.importers.running.calling import Called, shape_parameters
-from codegen.importers.summed import rounds
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.paths import Growth
-from codegen.importers.symbolic.program import Described, Value, origin_of
+from codegen.importers.symbolic.program import Described, Value, origin_of, rounds
 from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"

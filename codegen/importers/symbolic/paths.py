@@ -15,7 +15,6 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.importers.folding import without_alike
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.affine import Sums
 from codegen.importers.symbolic.feature import LAST, Feature, Test, Turns, number, pieces, turns_of
@@ -176,3 +175,44 @@ class Growth:
                 within &= (number(low, numbers) <= given) & (given <= number(high, numbers))
             inside &= ~within
         return inside
+
+
+# --- smaller trees
+
+
+def without(tree: GrownTree, skip: dict[int, int]) -> GrownTree:
+    """The tree without splits that all observations pass on one side; `skip`: node -> that side."""
+
+    def follow_skips(node: int) -> int:
+        while node in skip:
+            node = skip[node]
+        return node
+
+    order, open_ = list[int](), [follow_skips(0)]
+    while open_:
+        node = open_.pop()
+        order.append(node)
+        if tree.feature[node] != NO_FEATURE:
+            open_ += [follow_skips(int(tree.right[node])), follow_skips(int(tree.left[node]))]
+    place = {node: index for index, node in enumerate(order)} | {NO_CHILD: NO_CHILD}
+    left, right = ([place[follow_skips(int(side[node]))] for node in order] for side in (tree.left, tree.right))
+    return GrownTree(tree.feature[order], tree.threshold[order], np.array(left), np.array(right), tree.action[order])
+
+
+def without_alike(tree: GrownTree) -> GrownTree:
+    """The tree without splits whose sides decide alike, or of which one side is ruled out: NO_ACTION leaves."""
+    skip, kinds = dict[int, int](), dict[Any, int]()  # what decides, and its number
+    kind = [NO_ACTION] * len(tree.feature)
+    rows = list(zip(*(each.tolist() for each in (tree.feature, tree.threshold, tree.left, tree.right)), strict=True))
+    for node in range(len(rows) - 1, -1, -1):  # preorder: children come after their parents
+        feature, threshold, left, right = rows[node]
+        sides = () if feature == NO_FEATURE else (kind[left], kind[right])
+        if not sides:
+            action = int(tree.action[node])
+            kind[node] = action if action == NO_ACTION else kinds.setdefault(action, len(kinds))
+        elif sides[0] == sides[1] or NO_ACTION in sides:
+            skip[node] = right if sides[0] == NO_ACTION else left
+            kind[node] = kind[skip[node]]
+        else:
+            kind[node] = kinds.setdefault((feature, threshold, sides), len(kinds))
+    return without(tree, skip)

@@ -1,4 +1,4 @@
-"""The origin of a tree that is a program: its tree, and the labels or numbers that its leaves give.
+"""The origin of a tree that is a program: its tree, the sums that it tests, and what its leaves give.
 
 Does: follows a program for its tree; orders labels, numbers ascending and texts as the source names them; takes the
   largest of scores, and of equal ones the first, as numpy's argmax.
@@ -6,6 +6,7 @@ Assumes: a front end that interprets its language, with `Growth` to ask where a 
 Does not: know the language, choose the names of actions (names.py), or answer for the program: who asks it does.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeAlias, cast
@@ -13,12 +14,12 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.floats import FLOAT64
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import SUMS, Facts, Origin
-from codegen.importers.summed import with_sums
-from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums
+from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, Terms
 from codegen.importers.symbolic.paths import Growth, Run
-from codegen.ir import Bool, Floats, GrownTree
+from codegen.ir import CONSTANT, Bool, Floats, GrownTree, Sum
+from codegen.sums import FLOAT32_STEPS, FLOAT64_SUMS
 
 Value: TypeAlias = int | float | str | tuple[int | float, ...]  # what is returned; a tuple: a list of numbers
 
@@ -154,3 +155,53 @@ def _scores(lists: Sequence[tuple[Any, ...]], said: Described, where: str) -> tu
         what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
         raise InputError(what, where, "return one score for each of two or more actions, or a single number")
     return tuple(range(lengths.pop())), [each.index(max(each)) for each in lists]
+
+
+# --- sums
+
+
+def with_sums(
+    origin: Origin,
+    tests: Sequence[Terms],
+    vectors: Sequence[Sequence[Terms]],
+    places: Sequence[int],
+    arithmetic: str = "",
+) -> Origin:
+    """The origin with the sums that its tree tests, and what its leaves give; itself where there is none of both.
+
+    `places`: of the inputs that terms name, among the features. `arithmetic`: default that of the origin's numbers.
+    """
+    named = [int(each) - SUMS for each in dict.fromkeys(origin.grown.feature[origin.grown.feature >= SUMS].tolist())]
+    if not named and not vectors:
+        return origin
+    order = {SUMS + old: SUMS + new for new, old in enumerate(named)}
+    feature = [order.get(each, each) for each in origin.grown.feature.tolist()]
+    return replace(
+        origin,
+        grown=replace(origin.grown, feature=np.array(feature)),
+        arithmetic=arithmetic or (FLOAT32_STEPS if origin.numbers == FLOAT32 else FLOAT64_SUMS),
+        sums=tuple(place_sum(tests[each], places) for each in named),
+        vectors=tuple(tuple(place_sum(each, places) for each in vector) for vector in vectors),
+    )
+
+
+def place_sum(terms: Terms, places: Any) -> Sum:
+    """The sum over the features at these places. `places`: of each that terms name."""
+    return Sum(tuple((weight, CONSTANT if place == CONSTANT else int(places[place])) for weight, place in terms))
+
+
+def rounds(origin: Origin) -> bool:
+    """Whether its answers depend on how sums are rounded. Of a difference of two features, the sign does not; nor does
+    a feature that is given as it is.
+    """
+    zero = {0.0, math.nextafter(0.0, -math.inf), -float(np.finfo(np.float32).smallest_subnormal)}
+    for place, each in enumerate(origin.sums):
+        asked = origin.grown.threshold[origin.grown.feature == SUMS + place].tolist()
+        if len(each.terms) > 2 or not _plain(each) or not {*asked} <= zero:
+            return True
+    given = [each for vector in origin.vectors for each in vector if any(place != CONSTANT for _, place in each.terms)]
+    return any(len(each.terms) > 1 or not _plain(each) for each in given)
+
+
+def _plain(each: Sum) -> bool:
+    return all(abs(weight) == 1 and place != CONSTANT for weight, place in each.terms)
