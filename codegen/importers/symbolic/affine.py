@@ -12,9 +12,9 @@ its value and not that. Such a sum may be tested, and is no output.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 
 Terms = tuple[tuple[float, int], ...]
 Bounds = tuple[float | None, float | None]
+Columns: TypeAlias = "Sequence[Floats] | Mapping[int, Floats]"  # of inputs, by their places
 # forms of steps: (name, number or both, whether a zero keeps its sign at a bound of 0)
 CUTTING = ("min", "max", "clip")
 IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
@@ -201,8 +202,8 @@ class Sums:
             self.known.append(affine)
         return self.places[key]
 
-    def column(self, place: int, columns: Sequence[Floats]) -> Floats:
-        """The values of a sum for many observations, as doubles. `columns`: of the inputs, by place."""
+    def column(self, place: int, columns: Columns) -> Floats:
+        """The values of a sum for many observations, as doubles."""
         return sum_terms(self.known[place - SUMS].terms, columns, self.numbers)
 
 
@@ -210,7 +211,7 @@ def _cuts(step: Step) -> bool:
     return step.form is not None and step.form[0] in CUTTING
 
 
-def sum_terms(terms: Terms, columns: Sequence[Floats], numbers: str) -> Floats:
+def sum_terms(terms: Terms, columns: Columns, numbers: str) -> Floats:
     """The value of each sum, term after term, as doubles."""
     kind, count = np.dtype(numbers).type, len(columns[0]) if columns else 0
     total: Any = None
