@@ -173,10 +173,11 @@ class _Grown:
             if not origin.vectors:
                 return np.array([place.get(end, -1) for end in ends], np.int32)[end_of]
             given = np.zeros((len(rows), len(origin.vectors[0])))
-            for k, end in enumerate(ends):
-                here = [columns[place][end_of == k] for place in range(rows.shape[1])]
+            starts = np.cumsum(np.bincount(end_of, minlength=len(ends)))[:-1]
+            for end, there in zip(ends, np.split(np.argsort(end_of, kind="stable"), starts), strict=True):
+                here = [columns[place][there] for place in range(rows.shape[1])]
                 for output, form in enumerate(end.vector):
-                    given[end_of == k, output] = sum_terms(form.terms, here, numbers)
+                    given[there, output] = sum_terms(form.terms, here, numbers)
             return given
 
         return replace(origin, act=act, finite=bool(origin.vectors))
@@ -192,7 +193,8 @@ class _Grown:
                 which[rows, k] = len(leaves)
                 leaves.append(leaf)
         paths, path_of = np.unique(which, axis=0, return_inverse=True)
-        ends = [value_of(self.add([leaves[k] for k in path]), self.where) for path in paths]
+        listed: list[list[int]] = paths.tolist()
+        ends = [value_of(self.add([leaves[k] for k in path]), self.where) for path in listed]
         return ends, path_of.ravel()
 
 
