@@ -21,7 +21,6 @@ TINY = 2.0**-126  # the least float32 that is not subnormal
 NO_UNIT = ("", "none")
 ROUND = 4  # digits of numbers that people write as a bound
 WRITTEN = 6  # digits of numbers that stay as they are written
-MAX_LISTED = 30  # names in a line
 
 
 def holds(threshold: float, digits: int = 6) -> str:
@@ -104,9 +103,3 @@ def visible(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(each if each.isprintable() or each == "\t" else escape_letter(each) for each in text)
-
-
-def format_first(lines: Sequence[str]) -> str:
-    """The first ones of many, and how many more there are."""
-    more = len(lines) - MAX_LISTED
-    return ", ".join([*lines[:MAX_LISTED], *([f"and {more} more"] if more > 0 else [])])

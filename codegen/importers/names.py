@@ -28,6 +28,7 @@ SIGN = re.compile(r"(?<![A-Za-z0-9])-(?=\.?[0-9])")
 WHOLE = re.compile(r"0|[1-9][0-9]{0,8}")
 NUMBERED = re.compile(r"(.*?)([0-9]+)")
 MAX_LETTERS = 56  # with room for a number after them
+MAX_LISTED = 30  # names in a line
 MAX_NUMBERED = 256  # actions, where some are no label
 EXACT = 2**53  # up to which every program reads a whole number as it is
 RENAME = "write new=old for each that has another name"
@@ -90,6 +91,12 @@ def ensure_known(given: Renaming, placed: Sequence[Placed], kind: str) -> None:
     for old in given.pairs:
         if old not in keys and identifier(legal(old, "x")) not in keys:
             raise UnknownNameError(kind, old, known, f"--{kind}s")
+
+
+def format_first(lines: Sequence[str]) -> str:
+    """The first ones of many, and how many more there are."""
+    more = len(lines) - MAX_LISTED
+    return ", ".join([*lines[:MAX_LISTED], *([f"and {more} more"] if more > 0 else [])])
 
 
 # --- actions

@@ -12,7 +12,7 @@ from typing import Any, Unpack
 import click
 
 from codegen.errors import ExitCode
-from codegen.wording import format_count, format_first
+from codegen.wording import format_count
 from maviper.cli.group import Verb
 from maviper.cli.options import PATH, console_of, option, options_of, output
 from maviper.options import ImportOptions
@@ -104,6 +104,8 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     if f"{policy.agent} notes" in facts:
         console.line("notes", str(facts[f"{policy.agent} notes"]))
     if policy.seen:
+        from codegen.importers.names import format_first
+
         ends = zip(policy.features, policy.seen, strict=True)
         console.line("seen", format_first([f"{one.name} {low:.3g} to {high:.3g}" for one, (low, *_, high) in ends]))
     if f"{policy.agent} permits" in facts:

@@ -11,10 +11,11 @@ from math import isnan
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import observations
+from codegen.importers.names import format_first
 from codegen.ir import GOAL
 from codegen.observe import observe
 from codegen.sums import among
-from codegen.wording import NO_UNIT, describe_sum, format_count, format_first
+from codegen.wording import NO_UNIT, describe_sum, format_count
 from maviper.evaluation.show import cut
 from verify.claims.uncertified.starts import positions
 from verify.states.path import Step, path

@@ -23,10 +23,10 @@ from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.floats import FLOAT32
-from codegen.importers.names import NUMBERED, Renaming, legal, renaming
+from codegen.importers.names import NUMBERED, Renaming, format_first, legal, renaming
 from codegen.importers.origin import Names, Origin, profile_of
 from codegen.profiles.rules import ensure
-from codegen.wording import format_count, format_first
+from codegen.wording import format_count
 from maviper.episodes import measures
 from maviper.episodes.counting import Counting
 from maviper.worlds import World
