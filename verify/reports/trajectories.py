@@ -4,7 +4,7 @@ Does: collects what is told of a counterexample; writes a CSV of each episode: s
   variables, actions; words what came nearest, what verdicts about a flow are about, and numbers rounded so that a bound
   stays one.
 Assumes: facts of systems.py; numbers of tables are the nearest float64, in their shortest decimals.
-Does not: draw (courses.py).
+Does not: draw (drawing.py).
 """
 
 from __future__ import annotations
