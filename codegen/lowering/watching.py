@@ -65,11 +65,6 @@ class Fallback:
     outputs: tuple[Given, ...] = ()
 
     @property
-    def kind(self) -> str:
-        """The type of outputs in Rust."""
-        return "f32" if self.agent.summed is not None and self.agent.summed.gives_single else "f64"
-
-    @property
     def constant(self) -> str:
         """Its name in C: PREFIX_AGENT_FALLBACK."""
         return f"{self.agent.names.act.removesuffix('act').upper()}FALLBACK"
@@ -111,7 +106,7 @@ class Watch:
 
     @property
     def count(self) -> str:
-        """How many numbers a state has, by the name of this in Rust and Python."""
+        """How many numbers a state has, by the name of this in Python."""
         return "N_INPUTS" if self.inputs else "N_VARIABLES" if self.lookup else "N_COORDINATES"
 
     @property

@@ -1,6 +1,6 @@
 """Monitors: beside the code of a profile, whether a world state is one for which a claim is proved.
 
-Does: emits PREFIX_monitor.h, .py, .mjs and .rs, one for each language that is asked for.
+Does: emits PREFIX_monitor.h, .py and .mjs, one for each language that is asked for.
 Assumes: a lowered monitor; for C, PREFIX.h beside it.
 Does not: use heap, recursion or mutable globals; read a certificate.
 """
@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from codegen.lowering.render import render
 from codegen.lowering.watching import WORDS, Watch
 
-LANGUAGES = {"c": "h", "python": "py", "javascript": "mjs", "rust": "rs"}  # target -> the ending of its file
+LANGUAGES = {"c": "h", "python": "py", "javascript": "mjs"}  # target -> the ending of its file
 
 
 def emit(watch: Watch, targets: Iterable[str]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Monitors in four languages as functions, and their twin: what each must say, from the region itself."""
+"""Monitors in three languages as functions, and their twin: what each must say, from the region itself."""
 
 import ctypes
 import json
@@ -299,15 +299,13 @@ void run(GIVEN, int *words, int *acted)
 """
 
 
-def ensure_said_by_all(texts, watched, folder, asked, said, languages=("javascript", "rust")):
+def ensure_said_by_all(texts, watched, folder, asked, said, languages=("javascript",)):
     """Python, C and those of `languages` that can be run here give the same words and actions."""
     assert run_python(texts, watched, asked) == said
     if find_compiler() is not None:
         assert run_c(texts, watched, folder, asked) == said
     if "javascript" in languages and shutil.which("node"):
         assert run_javascript(texts, watched, folder, asked) == said
-    if "rust" in languages and shutil.which("rustc"):
-        assert run_rust(texts, watched, folder, asked) == said
 
 
 def run_c(texts, watched, folder, asked, flags=("-O1", "-ffp-contract=off")):
@@ -381,61 +379,3 @@ def _told(value):
         return [_told(each) for each in value]
     value = value.item()
     return value if isinstance(value, int) or np.isfinite(value) else {"nan": "NaN"}.get(str(value), str(value))
-
-
-RUST = """mod monitor;
-use std::io::Read;
-fn main() {
-    let mut text = String::new();
-    std::io::stdin().read_to_string(&mut text).unwrap();
-    let mut m = monitor::Monitor::default();
-    for line in text.lines() {
-        let n: Vec<f64> = line.split(' ').map(|each| f64::from_bits(each.parse().unwrap())).collect();
-        let mut w = [0.0; monitor::SIZE];
-        w.copy_from_slice(&n[2..2 + monitor::SIZE]);
-        if n[1] > 0.0 {
-            m.start();
-        }
-        for place in 0..monitor::SIZE {
-            if n[2 + monitor::SIZE + place] > 0.0 {
-                m.renew(place);
-            }
-        }
-        let word = m.step(&w, n[0]) as usize;
-        let acts: Vec<usize> = n[2 + 2 * monitor::SIZE..].iter().map(|each| *each as usize).collect();
-        let told = [CALLS];
-        println!("{} {}", word, told[0]);
-    }
-}
-"""
-
-
-def run_rust(texts, watched, folder, asked):
-    """The same by the Rust."""
-    (folder / "monitor.rs").write_text(texts[f"{watched.model.prefix}_monitor.rs"])
-    calls = ", ".join(f"m.{agent.names.module}(acts[{k}])" for k, agent in enumerate(watched.model.agents))
-    main = RUST.replace("CALLS", calls).replace("SIZE", watched.count)
-    (folder / "main.rs").write_text(main)
-    done = subprocess.run(
-        ["rustc", "--edition", "2021", "-A", "dead_code", "main.rs"],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    w, fresh, dt, start = asked[:4]
-    rows = np.column_stack([dt, start, w, fresh, actions(watched, asked)]).astype(np.float64)
-    text = "\n".join(" ".join(map(str, row)) for row in rows.view(np.uint64).tolist())
-    done = subprocess.run([str(folder / "main")], input=text, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    pairs = [line.split() for line in done.stdout.splitlines()]
-    return [int(word) for word, _ in pairs], [int(action) for _, action in pairs]
-
-
-def lint_rust(text, folder):
-    """What clippy says of a library without std, and whether it found nothing."""
-    (folder / "monitor.rs").write_text(f"#![no_std]\n{text}")
-    command = ["clippy-driver", "--edition", "2021", "--crate-type", "lib", "--emit", "metadata", "-D", "warnings"]
-    done = subprocess.run([*command, "monitor.rs"], cwd=folder, capture_output=True, text=True, check=False)
-    return done.returncode == 0, done.stderr

@@ -47,24 +47,6 @@ console.log(JSON.stringify(GIVEN.map((given) => {
   return [m.word, ...outputs];
 })));
 """
-RUST = """mod monitor;
-fn main() {
-    let given: [[f64; WIDTH]; COUNT] = GIVEN;
-    for each in given.iter() {
-        let mut m = monitor::Monitor::new();
-        m.renew_all();
-        let word = m.step(&[0.0; monitor::SIZE], monitor::DT);
-        assert!(word == monitor::Word::Ok);
-        let y = m.AGENT(each.map(|one| one as KIND));
-        let now = m.step(&[0.0; monitor::SIZE], monitor::DT);
-        print!("{}", if now == monitor::Word::Ok { 0 } else { 3 });
-        for one in y.iter() {
-            print!(" {}", f64::from(*one).to_bits());
-        }
-        println!();
-    }
-}
-"""
 
 
 def given_by(texts, watched, folder, given):
@@ -74,8 +56,6 @@ def given_by(texts, watched, folder, given):
         found["c"] = _c(texts, watched, folder, given)
     if shutil.which("node"):
         found["javascript"] = _javascript(texts, watched, folder, given)
-    if shutil.which("rustc"):
-        found["rust"] = _rust(texts, watched, folder, given)
     return found
 
 
@@ -121,26 +101,3 @@ def _javascript(texts, watched, folder, given):
     done = subprocess.run(["node", "run.mjs"], cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
-
-
-def _rust(texts, watched, folder, given):
-    each = watched.fallbacks[0]
-    rows = "], [".join(", ".join(f"f64::from_bits({bits})" for bits in row) for row in np.array(given).view(np.uint64))
-    words = {
-        "SIZE": watched.count,
-        "GIVEN": f"[[{rows}]]",
-        "COUNT": len(given),
-        "WIDTH": len(given[0]),
-        "KIND": each.kind,
-    }
-    script = RUST.replace("AGENT", each.agent.names.module)
-    for word, text in words.items():
-        script = script.replace(word, str(text))
-    (folder / "monitor.rs").write_text(texts[f"{watched.model.prefix}_monitor.rs"])
-    (folder / "main.rs").write_text(script)
-    command = ["rustc", "--edition", "2021", "-A", "dead_code", "main.rs"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    done = subprocess.run([str(folder / "main")], capture_output=True, text=True, check=True)
-    lines = [line.split() for line in done.stdout.splitlines()]
-    return [[int(word), *np.array(bits, np.uint64).view(np.float64).tolist()] for word, *bits in lines]

@@ -258,7 +258,8 @@ def test_target_and_certificate_come_together():
     with pytest.raises(InputError, match="only for the target monitor"):
         compile_and_prove(profile, ["python"], certificate=PROVED)
     assert split_targets(["monitor", "json"], PROVED) == (True, ("json", "c"))  # C, where no language has a monitor
-    assert split_targets(["monitor", "rust"], PROVED) == (True, ("rust",))
+    assert split_targets(["monitor", "rust"], PROVED) == (True, ("rust", "c"))  # which has none
+    assert split_targets(["monitor", "python"], PROVED) == (True, ("python",))
 
 
 @pytest.mark.compile
