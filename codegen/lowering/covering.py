@@ -7,7 +7,7 @@ Does not: know what is proved, or write text (codegen/targets/monitor.py); join 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -15,11 +15,8 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64
-from codegen.lowering.glances.coring import find_cores
-from codegen.lowering.glances.tiling import tile_lists
-from codegen.lowering.glances.tilting import tilt_alone
 from codegen.lowering.parts import RaisedSum
-from codegen.lowering.searching import Boxes, Lookup, clip_boxes, search_of
+from codegen.lowering.searching import Boxes, Lookup, search_of
 from codegen.lowering.turning import Turned, look_up_turned
 
 MAX_BOXES = 20_000  # of all lists together
@@ -49,8 +46,6 @@ class Cover:
     paced: bool
     dt: float  # seconds of a step
     rests: Mapping[str, str] = field(default_factory=dict[str, str])  # by agent the action that does nothing
-    # of each list likely states [n, variables], or of no list where nothing is known; None: states may be anywhere
-    visit: Callable[[], Sequence[Float64]] | None = None
     sums: tuple[RaisedSum, ...] = ()
 
     def extend(self, states: Float64) -> Float64:
@@ -82,22 +77,13 @@ def look_up(cover: Cover, where: str) -> Lookup:
     """How states are looked up in the sets of a cover. `where` is named in errors. InputError for too many sets."""
     boxes = [[part for part in parts if isinstance(part, Boxes)] for parts in cover.steps]
     turned = [part for parts in cover.steps for part in parts if isinstance(part, Turned)]
-    if not turned:
-        visit = cover.visit
-        return replace(
-            lookup(boxes, where, visit and (lambda: list(map(cover.extend, visit())))),
-            sums=cover.sums,
-        )
-    found = look_up_turned(turned, where)
-    if all(len(sets.low) == 1 for sets in turned) or cover.visit is None:
-        return replace(found, tilts=tilt_alone(turned))
-    return replace(found, tiles=tile_lists(turned, cover.visit()))
+    if turned:
+        return look_up_turned(turned, where)
+    return replace(lookup(boxes, where), sums=cover.sums)
 
 
-def lookup(
-    steps: Sequence[Sequence[Boxes]], where: str, visit: Callable[[], Sequence[Float64]] | None = None
-) -> Lookup:
-    """The search of lists: for each step its parts, as many at each. `where` is named in errors; `visit` as a cover's.
+def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
+    """The search of lists: for each step its parts, as many at each. `where` is named in errors.
 
     InputError for too many boxes.
     """
@@ -110,16 +96,7 @@ def lookup(
     columns = [sorted({at for parts in lists for at in parts[number].bounded}) for number in range(len(lists[0]))]
     most = max(1, *map(len, columns))
     padded = [(*of, *[of[0] if of else 0] * (most - len(of))) for of in columns]  # twice the same changes nothing
-    search = search_of(lists, padded)
-    if search.parts > 1 or visit is None:
-        return search
-    visited = [states[:, padded[0]] for states in visit()] if search.divided else []
-    clipped = [clip_boxes(boxes.low[:, padded[0]], boxes.high[:, padded[0]]) for (boxes,) in lists]
-    cores = find_cores(clipped, visited)
-    if cores is None:
-        return search
-    axis = None if cores.axis is None else padded[0][cores.axis]
-    return replace(search, cores=cores._replace(axis=axis, columns=tuple(padded[0][at] for at in cores.columns)))
+    return search_of(lists, padded)
 
 
 def merge_boxes(boxes: Boxes) -> Boxes:

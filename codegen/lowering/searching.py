@@ -17,8 +17,7 @@ boxes grown over their neighbours up to a quarter. A path of its own for states 
 No jump at the border of a grid, one variable where a second one tells little, and a function for what comes after the
 first box gained a seventh to a fifth on thin covers. A box of each cell, grown over others within it: a tenth more for
 two variables, with 20 times the work here; for four nothing, since tables outgrow the cache. A variable of its own for
-the grid of each list: up to a sixth slower. What is left is mostly instructions: so C glances at one box first, or at a
-tilt (glances), and most states need no search.
+the grid of each list: up to a sixth slower. What is left is mostly instructions.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Bool, Float64, Int64
-from codegen.lowering.parts import Cores, Double, Ends, RaisedSum, Tiles, Tilt
+from codegen.lowering.parts import Double, Ends, RaisedSum
 
 AXES = 2  # variables along which grids are laid
 CELLS = 1_024  # of a grid, at most
@@ -118,9 +117,6 @@ class Lookup:
     most: int  # boxes of a cell, at most
     frames: tuple[Frame, ...] = ()  # of turned boxes: of each, also of the last, a state has to be in its frame too
     inscribed: bool = False  # whether what is well in a frame is in its box
-    tilts: tuple[Tilt, ...] = ()  # of no step, then by step, where each list is one turned box: nearly all of it passes
-    cores: Cores | None = None  # of lists of one part: nearly all states are in one
-    tiles: Tiles | None = None  # of lists of turned boxes: nearly all states are in a cell that is
     sums: tuple[RaisedSum, ...] = ()  # which a state has after its variables
 
     @property
@@ -144,16 +140,6 @@ class Lookup:
         return any(grid.low != grid.high for grid in self.grids)
 
     @property
-    def alone(self) -> bool:
-        """Whether each list is one turned set, whose z alone nearly always tell."""
-        return self.inscribed and len(self.frames) == self.steps + 1 and not (self.tilts or self.tiles)
-
-    @property
-    def glances(self) -> bool:
-        """Whether something shows of nearly all states that they are in a list."""
-        return bool(self.tilts or self.cores or self.tiles or self.alone)
-
-    @property
     def skewed(self) -> bool:
         """Whether frames have a skew."""
         return any(frame.skew for frame in self.frames)
@@ -164,20 +150,12 @@ class Lookup:
         return "unsigned short" if max(len(self.order), len(self.boxes)) <= NARROW else "int"
 
     @property
-    def apart(self) -> bool:
-        """Whether a step must not be built into others, where compilers would not make four sums at once."""
-        return bool(self.tilts or self.tiles or self.alone or (self.cores and self.cores.lanes))
-
-    @property
     def comparisons(self) -> int:
         """The most that one step takes."""
         # of turned boxes: of the box twice, of z twice, of r and what is left both ends
         each = (14 if self.skewed else 12) * self.width if self.frames else 2 * self.width
-        glance = len(self.tilts[0].first) if self.tilts else 0
-        glance += 2 + (1 if self.cores.single else 2) * len(self.cores.columns) if self.cores else 0
-        glance += 2 * self.width + 1 if self.tiles else 2 * self.width * self.alone
-        glance += sum(len(each.terms) for each in self.sums) * (2 if self.cores else 1)  # of each term its size
-        return glance + self.parts * (2 * len(self.axes[0]) + each * self.most)
+        sizes = sum(len(each.terms) for each in self.sums)
+        return sizes + self.parts * (2 * len(self.axes[0]) + each * self.most)
 
 
 def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]], *, framed: bool = False) -> Lookup:

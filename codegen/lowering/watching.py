@@ -159,11 +159,6 @@ class Watch:
         return self.track is not None or (self.lookup is not None and not self.ever)
 
     @property
-    def glances(self) -> bool:
-        """Whether code looks first whether a state is surely in a list, and asks all else only where it is not."""
-        return self.lookup is not None and self.lookup.glances
-
-    @property
     def region(self) -> Region:
         """The region of the certificate."""
         assert self.model.region is not None

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.ir import Float64, PolicyProfile
+from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Boxes, Cover, Variable
 from codegen.lowering.turning import Turned, ensure_few_sets
 from codegen.numbers.rounding import nearest_double
@@ -27,7 +27,6 @@ from maviper.compilation.games import GameFile, ensure_anew, find_game, region_o
 from maviper.compilation.modes import split_modes
 from maviper.compilation.projecting import Frames, list_unread, turn_without
 from maviper.compilation.rows import Columns, ensure_wide, keep_sums, list_columns, narrow, widen
-from maviper.compilation.visits import list_visits
 from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
 from maviper.worlds.stated.observing import PLACE
 from verify.checker.covers.boxes import BoxList
@@ -48,7 +47,6 @@ from verify.systems.system import Interval, Polytope
 Sets = BoxList | SetList
 Lists = dict[int, list[Sets]]  # by step, or by part of an invariant
 Steps = Sequence[Sequence[Boxes | Turned]]
-LONG = 60  # steps of episodes that are played of claims for ever
 
 
 @dataclass(frozen=True)
@@ -95,18 +93,9 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     if game is not None and not game.errors:
         unmeasured |= _list_roundings_of(proof, game, statement, steps, where)
     measured, bounds = _drop_roundings(statement, ranges, steps, unmeasured)
-    names, last = [one.name for one in measured], LONG if ever else claim.steps
+    names = [one.name for one in measured]
     bounds, sums = keep_sums(_list_regions(proof), names, bounds) if ever else (bounds, ())
-
-    def visit() -> list[Float64]:
-        if statement.gives or not statement.moves:
-            return []
-        visits = list_visits(statement, profile, last, names)
-        return [np.concatenate(visits)] if ever else visits
-
-    cover = Cover(
-        measured, bounds, ever, not claim.about_decisions, dt, rests, None if claim.about_decisions else visit, sums
-    )
+    cover = Cover(measured, bounds, ever, not claim.about_decisions, dt, rests, sums)
     place = PLACE if game is None else game.place
     where = "" if place == PLACE else f", where the goal is at {place}"
     return Covered(cover, _say(claim, statement, profile) + where)

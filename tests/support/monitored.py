@@ -87,8 +87,7 @@ void words(const double *w, const int *at, long n, int *found)
     for (i = 0; i < n; i++) {{
         {p}_monitor_start(m);
         {p}_monitor_renew_all(m);
-        m->aged = {aged};
-        {begin} {step}
+        {step}
         found[i] = {p}_monitor_step(m, w + i * {N}, {dt});
     }}
 }}
@@ -101,7 +100,7 @@ LOOPS = (  # what is timed: in one loop over all states, then called for each, t
     "{renew} sum += step_called(m, {at}); m->active = 1;",
     "sum += control({at}, actions) + actions[0];",
     "{renew} sum += control_watched(m, {at}, actions) + actions[0]; m->active = 1;",
-    "m->fresh[0] = 1UL; {hand_step} sum += by_hand(m, {at}); m->active = 1;",
+    "m->fresh[0] = 1UL; {step} sum += by_hand(m, {at}); m->active = 1;",
 )
 LOOP = """
 CALLED int loop_{number}({p}_monitor *m, const double *w, const int *at, long n)
@@ -197,10 +196,7 @@ def compiled(profile, proved, system=None):
         "fallbacks": " ".join(
             f"actions[{k}] = {p}_monitor_{agent.lower}(m, actions[{k}]);" for k, agent in enumerate(model.agents)
         ),
-        "step": _set_step(watched),
-        "hand_step": "m->step = at[i];" if watched.lookup else "",
-        "begin": "m->step = at[i];" if watched.lookup else "",
-        "aged": int(not watched.glances),  # else no state of a monitor that has just been started would be glanced at
+        "step": "m->step = at[i];" if watched.lookup else "",
         "hand": _write_by_hand(watched, proved.region),
         "decide": _game(model) if system is None else _system(model, profile, system, proved.region.variables),
     }
@@ -217,13 +213,6 @@ def compiled(profile, proved, system=None):
         command = [*(find_compiler() or ["cc"]), *flags, "bench.c", "-o", "bench.so"]
         subprocess.run(command, cwd=scratch, check=True)
         yield Made(ctypes.CDLL(str(Path(scratch) / "bench.so")), Path(scratch) / "bench.so")
-
-
-def _set_step(watched):
-    """C that takes a monitor to the step of a state, as one of which all numbers are new."""
-    if watched.glances:
-        return f"m->turn = {'1U' if watched.ever else '(unsigned int)at[i] + 1U'};"
-    return "m->step = at[i];" if watched.lookup else ""
 
 
 def _write_by_hand(watched, region):
