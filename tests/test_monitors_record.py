@@ -7,8 +7,8 @@ import pytest
 from tests.benchmarks import monitor as benchmark
 
 ROWS = {row["proof"]: row for row in benchmark.read_record()}
-# monitors of episodes, for which no noise is stated, and one whose sets are thinner than any
-EXACT = {*benchmark.EPISODES, benchmark.SUMS_FOLLOWED, benchmark.THIN}
+# monitors of episodes, for which no noise is stated
+EXACT = {*benchmark.EPISODES, benchmark.SUMS_FOLLOWED}
 ALARMS = 0.05
 
 

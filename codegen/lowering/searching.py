@@ -83,7 +83,6 @@ class Frame(NamedTuple):
     slack: tuple[Double, ...]
     most: Double
     well: tuple[Double, ...]
-    skew: tuple[tuple[Double, ...], ...] = ()
 
 
 class Grid(NamedTuple):
@@ -140,11 +139,6 @@ class Lookup:
         return any(grid.low != grid.high for grid in self.grids)
 
     @property
-    def skewed(self) -> bool:
-        """Whether frames have a skew."""
-        return any(frame.skew for frame in self.frames)
-
-    @property
     def counter(self) -> str:
         """The type in C of a box, and of a place in `order`: the narrower, the more of them a cache holds."""
         return "unsigned short" if max(len(self.order), len(self.boxes)) <= NARROW else "int"
@@ -153,7 +147,7 @@ class Lookup:
     def comparisons(self) -> int:
         """The most that one step takes."""
         # of turned boxes: of the box twice, of z twice, of r and what is left both ends
-        each = (14 if self.skewed else 12) * self.width if self.frames else 2 * self.width
+        each = 12 * self.width if self.frames else 2 * self.width
         sizes = sum(len(each.terms) for each in self.sums)
         return sizes + self.parts * (2 * len(self.axes[0]) + each * self.most)
 

@@ -8,8 +8,7 @@ Does not: know what is proved, or write text (codegen/targets/monitor.py).
 A state x is in a set where it is in its box, and x = c + A z + B r for some |z_j| <= 1 and |r_i| <= R_i: the frame.
 With t = x - c, its z is about A**-1 t, and its r about B' t', where t' = t - A z is what is left, since B is nearly
 orthogonal. Both are put within bounds, z within 1 - h. If then no more is left than a slack s, in each variable, x is
-vouched for. A z that is put there may move others, by a skew, so that less is left. For z and r are
-numbers within their bounds, whatever rounding made of them; and what is left, with all
+vouched for. For z and r are numbers within their bounds, whatever rounding made of them; and what is left, with all
 that rounding took from the two sums, is at most some g, and so A y for some y with |y_j| <= h. Then x = c + A (z + y) +
 B r. So rounding never counts in favour of a state. Sums of floats are off by at most 2 u (n + 4) times the sum of
 absolute products, in any order, with and without fused operations (u = 2**-53). Where no z had to be put within 1 - h,
@@ -51,7 +50,6 @@ LARGEST = 2.0**500  # of any number here, so that nothing overflows
 class Turned(NamedTuple):
     """Sets: boxes [n, d] and frames, `centre`, `rest` and `slack` [n, d], `matrix`, `inverse` and `turned` [n, d, d],
     `most` [n]: 1 - h; `well` [n, d]: within what each z is enough; `inscribed` [n]: whether such z are in the box too.
-    `skew` [n, d, d]: by how much z move for each one that is put within its bounds; None: they stay.
     """
 
     low: Float64
@@ -65,7 +63,6 @@ class Turned(NamedTuple):
     most: Float64
     well: Float64
     inscribed: Bool
-    skew: Float64 | None = None
 
     def holds(self, states: Float64) -> Bool:
         """Which states [batch, variables] are vouched for, with the roundings of generated code."""
@@ -76,8 +73,6 @@ class Turned(NamedTuple):
             along, most = _multiply(self.inverse[at], off), self.most[at]
             well = np.asarray((np.abs(along) <= self.well[at]).all(axis=1))
             put = np.clip(along, -most, most)
-            if self.skew is not None:
-                put = np.clip(put + _multiply(self.skew[at], along - put), -most, most)
             left = off - _multiply(self.matrix[at], put)
             across = np.clip(_multiply(self.turned[at].T, left), -self.rest[at], self.rest[at])
             left = left - _multiply(self.turned[at], across)
@@ -262,9 +257,7 @@ def look_up_turned(steps: Sequence[Turned], where: str) -> Lookup:
     boxes = [[Boxes(sets.low, sets.high)] for sets in steps]
     found = search_of(boxes, [range(steps[0].low.shape[1])], framed=True)
     frames = [_lower_frame(sets, at) for sets in steps for at in range(len(sets.low))]
-    frames.append(
-        _hold_nothing(found.width, skewed=steps[0].skew is not None)
-    )  # as the last box: of empty cells, where no box is compared first
+    frames.append(_hold_nothing(found.width))  # as the last box: of empty cells, where no box is compared first
     return replace(found, frames=tuple(frames), inscribed=all(bool(sets.inscribed.all()) for sets in steps))
 
 
@@ -274,13 +267,10 @@ def _lower_frame(sets: Turned, at: int) -> Frame:
     inverse, matrix, turned = (tuple(doubles_of(row) for row in each[at]) for each in rows)
     centre, rest, slack, well = (doubles_of(each[at]) for each in (sets.centre, sets.rest, sets.slack, sets.well))
     (most,) = doubles_of(sets.most[at : at + 1])
-    skew = () if sets.skew is None else tuple(doubles_of(row) for row in sets.skew[at])
-    return Frame(centre, inverse, matrix, turned, rest, slack, most, well, skew)
+    return Frame(centre, inverse, matrix, turned, rest, slack, most, well)
 
 
-def _hold_nothing(width: int, *, skewed: bool) -> Frame:
+def _hold_nothing(width: int) -> Frame:
     """The frame that holds no state: no number is within -1, neither z nor what is left."""
     none, never = doubles_of(np.zeros(width)), doubles_of(np.full(width, -1.0))
-    return Frame(
-        none, (none,) * width, (none,) * width, (none,) * width, none, never, none[0], never, (none,) * width * skewed
-    )
+    return Frame(none, (none,) * width, (none,) * width, (none,) * width, none, never, none[0], never)

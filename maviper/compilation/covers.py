@@ -20,12 +20,11 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Boxes, Cover, Variable
-from codegen.lowering.turning import Turned, ensure_few_sets
+from codegen.lowering.turning import Turned, ensure_few_sets, turn_sets
 from codegen.numbers.rounding import nearest_double
 from codegen.region import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
 from maviper.compilation.modes import split_modes
-from maviper.compilation.projecting import Frames, list_unread, turn_without
 from maviper.compilation.rows import Columns, ensure_wide, keep_sums, list_columns, narrow, widen
 from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
 from maviper.worlds.stated.observing import PLACE
@@ -80,8 +79,7 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     claim, rests = proof.claim, _rests(statement)
     dt = nearest_double(Fraction(period(statement) or (1 if game is None else profile.world.dt)))
     statement, profile = as_played(statement, profile)
-    unread = _list_unread(proof, statement)
-    ranges = [one for one in _ranges(statement) if one.name not in unread]
+    ranges = _ranges(statement)
     steps = [
         [part if isinstance(part, Turned) else split_modes(statement, part, where)[0] for part in parts]
         for parts in _list_steps(proof, statement, ranges, lists)
@@ -169,9 +167,7 @@ def _(proof: FlowCertificate, statement: Statement, ranges: Sequence[Variable], 
     if proof.widths:
         return [[_together(sets)] for sets in samples]
     ensure_few_sets(sum(len(_together(sets).low) for sets in samples), "the certificate")  # before frames are inverted
-    watched = {one.name for one in ranges}
-    unread = [at for at, one in enumerate(statement.system.variables) if one.name not in watched]
-    return [[_join_turned(statement, sets, unread, f"sample {at}")] for at, sets in enumerate(samples)]
+    return [[_join_turned(statement, sets, f"sample {at}")] for at, sets in enumerate(samples)]
 
 
 @_ensure_watchable.register
@@ -231,25 +227,12 @@ def _together(lists: Sequence[Sets]) -> Boxes:
     return Boxes(np.concatenate([each.low for each in boxes]), np.concatenate([each.high for each in boxes]))
 
 
-@singledispatch
-def _list_unread(proof: Certificate, statement: Statement) -> list[str]:
-    """The variables that turned boxes are without: they are no inputs."""
-    return []
-
-
-@_list_unread.register
-def _(proof: FlowCertificate, statement: Statement) -> list[str]:
-    return [] if proof.widths or list_roundings(statement) else list_unread(statement.system, proof.claim)
-
-
-def _join_turned(statement: Statement, lists: Sequence[Sets], unread: Sequence[int], where: str) -> Turned:
-    """Sets with the frame of their start, without variables that nothing reads; ValueError if they have more frames,
-    all of which would have to be asked.
-    """
+def _join_turned(statement: Statement, lists: Sequence[Sets], where: str) -> Turned:
+    """Sets with the frame of their start; ValueError if they have more frames, all of which would have to be asked."""
     frames = [frame for each in lists if isinstance(each, SetList) for (frame,) in (each.frames,)]
     boxes, rows = split_modes(statement, _together(lists), where)
     centre, matrix, rest, turned = (np.concatenate(of)[rows] for of in zip(*frames, strict=True))
-    return turn_without(Frames(boxes, centre, matrix, rest, turned), unread, where)
+    return turn_sets(boxes, centre, matrix, rest, turned, where)
 
 
 def _ranges(statement: Statement) -> tuple[Variable, ...]:

@@ -108,8 +108,6 @@ SUMS = (  # of a team whose trees test differences of features
     "differences/certificate-3-decides",
 )
 SUMS_FOLLOWED = "differences/episodes/certificate-1-stays_in"
-THIN = "arch/cart_pole/certificate-1-reaches_and_stays"  # whose sets are thinner than any noise
-RARELY = 0.01  # of its states are pushed in each step
 LASTING = "proved_defenders/always"
 RADIUS = Fraction(5, 2)  # within which its defenders stay
 PUSHED = 0.25  # of its states in each step: next to no state is in its sets once it was pushed
@@ -156,8 +154,7 @@ tests.benchmarks.monitor --record` renews table.json and this page, and `--help`
 - `control fails`: how often the same judge says so where trees take other actions.
 - `calm`: states of episodes that nobody pushes, or of decisions in games those in the region; `refused`: of these.
 - `false alarms`: the share of states that are vouched for, but not once numbers are off by a thousandth of the region.
-  Monitors of whole episodes of games know no such numbers without `--noise`, as in `flight/`; the cart-pole's sets are
-  thinner than that.
+  Monitors of whole episodes of games know no such numbers without `--noise`, as in `flight/`.
 - `warning`: of games, the share of departures that `LEAVING` comes before; of episodes, how many steps the monitor is
   ahead of a broken claim, on average.
 
@@ -261,7 +258,7 @@ def file_of(name: str) -> Path:
 
 def rows() -> dict[str, Callable[[int], dict[str, Any]]]:
     """By the name of a proof what measures it over so many states."""
-    files = {name: file_of(name) for name in (*EPISODES, FLOWN, SUMS_FOLLOWED, THIN, *SYSTEMS)}
+    files = {name: file_of(name) for name in (*EPISODES, FLOWN, SUMS_FOLLOWED, *SYSTEMS)}
     return {
         **{name: partial(game, name) for name in (*GAMES, *SUMS)},
         **{name: partial(arriving, files[name]) for name in EPISODES},
@@ -269,7 +266,6 @@ def rows() -> dict[str, Callable[[int], dict[str, Any]]]:
         LASTING: made_lasting,
         SUMS_FOLLOWED: lambda states: system(files[SUMS_FOLLOWED], states, "../profile.json", PUSHED),
         **{name: partial(system, files[name]) for name in SYSTEMS},
-        THIN: lambda states: system(files[THIN], states, share=RARELY),
         **{f"worlds/{name}": partial(made_anew, name) for name in MADE},
     }
 
