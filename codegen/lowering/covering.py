@@ -2,7 +2,7 @@
 
 Does: joins closed boxes to fewer ones that hold the same float64 states; has a search of the lists made.
 Assumes: boxes [n, variables] of float64, without NaN, whose sides are infinite where a part does not bound a variable.
-Does not: know what is proved, or write text (codegen/targets/monitor.py); join turned sets (turning.py).
+Does not: know what is proved, or write text (codegen/targets/monitor.py).
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from codegen.errors import InputError
 from codegen.ir import Bool, Float64
 from codegen.lowering.parts import RaisedSum
 from codegen.lowering.searching import Boxes, Lookup, search_of
-from codegen.lowering.turning import Turned, look_up_turned
 
 MAX_BOXES = 20_000  # of all lists together
 MAX_GIVEN = 100_000  # before some are joined
@@ -34,14 +33,14 @@ class Variable(NamedTuple):
 
 @dataclass(frozen=True)
 class Cover:
-    """Of which states something is proved: for each step parts, which hold at once, each a union of boxes, or one part
-    of turned sets. Boxes bound the variables, and after these the raised sums.
+    """Of which states something is proved: for each step parts, which hold at once, each a union of boxes. Boxes bound
+    the variables, and after these the raised sums.
 
     `ever`: there is one list, and it holds at every step. `paced`: it is about states at whole steps.
     """
 
     variables: tuple[Variable, ...]
-    steps: tuple[tuple[Boxes | Turned, ...], ...]
+    steps: tuple[tuple[Boxes, ...], ...]
     ever: bool
     paced: bool
     dt: float  # seconds of a step
@@ -66,7 +65,7 @@ class Cover:
         return min(low for low, _ in found), max(high for _, high in found)
 
 
-def _between(parts: Sequence[Boxes | Turned], variable: int) -> tuple[float, float]:
+def _between(parts: Sequence[Boxes], variable: int) -> tuple[float, float]:
     """Between which numbers a variable is in all parts; without a state, anywhere."""
     low = max(float(part.low[:, variable].min(initial=np.inf)) for part in parts)
     high = min(float(part.high[:, variable].max(initial=-np.inf)) for part in parts)
@@ -75,11 +74,7 @@ def _between(parts: Sequence[Boxes | Turned], variable: int) -> tuple[float, flo
 
 def look_up(cover: Cover, where: str) -> Lookup:
     """How states are looked up in the sets of a cover. `where` is named in errors. InputError for too many sets."""
-    boxes = [[part for part in parts if isinstance(part, Boxes)] for parts in cover.steps]
-    turned = [part for parts in cover.steps for part in parts if isinstance(part, Turned)]
-    if turned:
-        return look_up_turned(turned, where)
-    return replace(lookup(boxes, where), sums=cover.sums)
+    return replace(lookup(cover.steps, where), sums=cover.sums)
 
 
 def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:

@@ -72,19 +72,6 @@ class Boxes(NamedTuple):
         return tuple(np.flatnonzero((np.isfinite(self.low) | np.isfinite(self.high)).any(axis=0)).tolist())
 
 
-class Frame(NamedTuple):
-    """The frame of a turned box (turning.py)."""
-
-    centre: tuple[Double, ...]
-    inverse: tuple[tuple[Double, ...], ...]
-    matrix: tuple[tuple[Double, ...], ...]
-    turned: tuple[tuple[Double, ...], ...]
-    rest: tuple[Double, ...]
-    slack: tuple[Double, ...]
-    most: Double
-    well: tuple[Double, ...]
-
-
 class Grid(NamedTuple):
     """The grid of a list. Along each of its axes a state is in the cell floor((number - low) * scale), once its number
     is put between `low` and `high`; `strides` make one number of these, and `begin` is where its cells begin.
@@ -114,8 +101,6 @@ class Lookup:
     order: tuple[int, ...]  # boxes, those of a cell followed by -1
     boxes: tuple[Ends, ...]  # the last one holds no state: it is the first of cells without a box
     most: int  # boxes of a cell, at most
-    frames: tuple[Frame, ...] = ()  # of turned boxes: of each, also of the last, a state has to be in its frame too
-    inscribed: bool = False  # whether what is well in a frame is in its box
     sums: tuple[RaisedSum, ...] = ()  # which a state has after its variables
 
     @property
@@ -146,17 +131,12 @@ class Lookup:
     @property
     def comparisons(self) -> int:
         """The most that one step takes."""
-        # of turned boxes: of the box twice, of z twice, of r and what is left both ends
-        each = 12 * self.width if self.frames else 2 * self.width
         sizes = sum(len(each.terms) for each in self.sums)
-        return sizes + self.parts * (2 * len(self.axes[0]) + each * self.most)
+        return sizes + self.parts * (2 * len(self.axes[0]) + 2 * self.width * self.most)
 
 
-def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]], *, framed: bool = False) -> Lookup:
-    """The search of lists: for each step its parts, as many at each; `columns`: of each part what is compared.
-
-    `framed`: a state in a box need not be in its set, so that of boxes in a cell none makes another one needless.
-    """
+def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]) -> Lookup:
+    """The search of lists: for each step its parts, as many at each; `columns`: of each part what is compared."""
     lists = [
         [clip_boxes(part.low[:, of], part.high[:, of]) for part, of in zip(parts, columns, strict=True)]
         for parts in steps
@@ -170,7 +150,7 @@ def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]
     for step, parts in enumerate(lists):
         for of, part in zip(laid, parts, strict=True):
             grids.append(of[step].grid._replace(begin=len(cells)))
-            cells += [tuple(len(boxes) + box for box in each) for each in of[step].within(framed=framed)]
+            cells += [tuple(len(boxes) + box for box in each) for each in of[step].within()]
             boxes += (Ends(doubles_of(low), doubles_of(high)) for low, high in zip(*part, strict=True))
     axes, grids = _drop_idle(axes, grids)
     chosen = tuple(tuple(of[axis] for axis in along) for of, along in zip(columns, axes, strict=True))
@@ -276,13 +256,11 @@ class _Laid:
         high = np.where(np.array(self.sizes) > 1, self.high, self.low)
         return Grid(doubles_of(self.low), doubles_of(high), doubles_of(self.scale), tuple(self.strides), 0)
 
-    def within(self, *, framed: bool) -> list[list[int]]:
-        """The boxes of each cell, those that fill most of it first; unless they are `framed`, those that are needed."""
+    def within(self) -> list[list[int]]:
+        """The boxes of each cell that are needed, those that fill most of it first."""
         order, held = self._order_boxes(), self._shares >= 0.0
         cells = np.indices(self.sizes).reshape(len(self.sizes), -1).T
         near = [order[held[order[:, at], at], at] for at in range(len(cells))]
-        if framed:
-            return [boxes.tolist() for boxes in near]
         return [self._find_needed(boxes, cell) for boxes, cell in zip(near, cells, strict=True)]
 
     def _find_needed(self, boxes: Int64, cell: Int64) -> list[int]:

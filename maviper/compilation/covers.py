@@ -4,8 +4,8 @@ Does: has the checker accept the certificate, and keeps the sets that it asks ab
 Assumes: a world file beside the certificate; files that anyone wrote.
 Does not: trust a proof, or find sets of its own.
 
-Every state of such a set, a box or what of a box lies in a frame too, is one of which the proof holds: the claim, from
-this step on, as long as the system moves as its file states. So a state in a set is vouched for, however it got there.
+Every state of such a set, a box, is one of which the proof holds: the claim, from this step on, as long as the system
+moves as its file states. So a state in a set is vouched for, however it got there.
 """
 
 from collections import defaultdict
@@ -20,7 +20,6 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Boxes, Cover, Variable
-from codegen.lowering.turning import Turned, ensure_few_sets, turn_sets
 from codegen.numbers.rounding import nearest_double
 from codegen.region import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
@@ -45,7 +44,7 @@ from verify.systems.system import Interval, Polytope
 
 Sets = BoxList | SetList
 Lists = dict[int, list[Sets]]  # by step, or by part of an invariant
-Steps = Sequence[Sequence[Boxes | Turned]]
+Steps = Sequence[Sequence[Boxes]]
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     statement, profile = as_played(statement, profile)
     ranges = _ranges(statement)
     steps = [
-        [part if isinstance(part, Turned) else split_modes(statement, part, where)[0] for part in parts]
+        [split_modes(statement, part, where) for part in parts]
         for parts in _list_steps(proof, statement, ranges, lists)
     ]
     ever = claim.about_decisions or claim.says.ever
@@ -106,6 +105,7 @@ def _say(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> st
 
 ADVICE = "a monitor needs a proof by boxes, by cells, or of a claim about decisions"
 SYMBOLIC = "the certificate follows symbolic states, and to find out whether a state is in one takes a linear program"
+TURNED = "the sets of the certificate are turned boxes, and a box around one holds states of which nothing is proved"
 FORMS = "the sets of the certificate are affine forms, and to find out whether a state is in one takes a linear program"
 
 
@@ -158,16 +158,8 @@ def _(certificate: CoverCertificate, where: str) -> None:
 
 @_ensure_watchable.register
 def _(certificate: FlowCertificate, where: str) -> None:
-    """Boxes or turned ones: both can be watched."""
-
-
-@_list_steps.register
-def _(proof: FlowCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
-    samples = [lists[at] for at in range(proof.claim.steps + 1)]
-    if proof.widths:
-        return [[_together(sets)] for sets in samples]
-    ensure_few_sets(sum(len(_together(sets).low) for sets in samples), "the certificate")  # before frames are inverted
-    return [[_join_turned(statement, sets, f"sample {at}")] for at, sets in enumerate(samples)]
+    if not certificate.widths:
+        raise InputError(TURNED, where, "a monitor needs a proof by boxes: a formula, or a world that moves in steps")
 
 
 @_ensure_watchable.register
@@ -227,14 +219,6 @@ def _together(lists: Sequence[Sets]) -> Boxes:
     return Boxes(np.concatenate([each.low for each in boxes]), np.concatenate([each.high for each in boxes]))
 
 
-def _join_turned(statement: Statement, lists: Sequence[Sets], where: str) -> Turned:
-    """Sets with the frame of their start; ValueError if they have more frames, all of which would have to be asked."""
-    frames = [frame for each in lists if isinstance(each, SetList) for (frame,) in (each.frames,)]
-    boxes, rows = split_modes(statement, _together(lists), where)
-    centre, matrix, rest, turned = (np.concatenate(of)[rows] for of in zip(*frames, strict=True))
-    return turn_sets(boxes, centre, matrix, rest, turned, where)
-
-
 def _ranges(statement: Statement) -> tuple[Variable, ...]:
     """The ranges of the variables, rounded inward; of roundings, which no state is without, outward."""
     roundings, ranges = set(list_roundings(statement)), list[Variable]()
@@ -285,7 +269,7 @@ def _range_of(statement: Statement, name: str) -> Interval:
 
 def _drop_roundings(
     statement: Statement, ranges: Sequence[Variable], steps: Steps, roundings: Mapping[str, Interval]
-) -> tuple[tuple[Variable, ...], tuple[tuple[Boxes | Turned, ...], ...]]:
+) -> tuple[tuple[Variable, ...], tuple[tuple[Boxes, ...], ...]]:
     """The variables that can be measured, and of each part the boxes that hold all roundings: what is proved of those
     is proved of any that the agents make. InputError where that is nothing.
     """
@@ -298,10 +282,7 @@ def _drop_roundings(
     least = np.array([floor(roundings[variables[at].name][0]) for at in added])
     most = np.array([ceiling(roundings[variables[at].name][1]) for at in added])
 
-    def project(part: Boxes | Turned) -> Boxes:
-        if isinstance(part, Turned):
-            what = "the sets of the proof are turned boxes, of which roundings of sums are variables"
-            raise InputError(what, "--certificate", ADVICE)
+    def project(part: Boxes) -> Boxes:
         held = (part.low[:, added] <= least) & (part.high[:, added] >= most)
         whole = held.all(axis=1)
         if len(held) and not whole.any():

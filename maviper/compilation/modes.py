@@ -8,18 +8,16 @@ Does not: know proofs, or whether a claim speaks of a mode.
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.ir import Int64
 from codegen.lowering.covering import MAX_GIVEN
 from codegen.lowering.searching import Boxes
 from verify.systems.statement import Statement
 
 
-def split_modes(statement: Statement, boxes: Boxes, where: str) -> tuple[Boxes, Int64]:
-    """The boxes, one for each value of each mode that they bound, and of which box each is a part. `where` is named in
-    errors. InputError for too many.
+def split_modes(statement: Statement, boxes: Boxes, where: str) -> Boxes:
+    """The boxes, one for each value of each mode that they bound. `where` is named in errors. InputError for too
+    many.
     """
     low, high = boxes.low.copy(), boxes.high.copy()
-    of = np.arange(len(low))
     for at, one in enumerate(statement.system.variables):
         if one.modes:
             values = np.arange(float(len(one.modes)))
@@ -30,7 +28,7 @@ def split_modes(statement: Statement, boxes: Boxes, where: str) -> tuple[Boxes, 
             if len(rows) > MAX_GIVEN:
                 what = f"the proof's sets are more than {MAX_GIVEN:,} boxes, one for each value of its modes"
                 raise InputError(what, where, "verify a claim about fewer of them")
-            low, high, of = low[rows], high[rows], of[rows]
+            low, high = low[rows], high[rows]
             bound = ~free[rows]
             low[bound, at] = high[bound, at] = values[chosen][bound]
-    return Boxes(low, high), of
+    return Boxes(low, high)

@@ -12,7 +12,6 @@ import numpy as np
 from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.boxes.bounding import is_inside
 from codegen.lowering.lower import lower
-from codegen.lowering.turning import Turned
 from codegen.lowering.watching import watch
 from codegen.targets import emit, monitor
 
@@ -121,10 +120,6 @@ def asked_of_cover(cover, count, seed):
             bounded = np.flatnonzero(np.isfinite(boxes.low[row][:size]))  # of sums the twin knows
             low, high = boxes.low[row][bounded], boxes.high[row][bounded]
             w[bounded] = np.clip(low + rng.random(len(low)) * (high - low), low, high)
-            if isinstance(boxes, Turned) and rng.random() < 0.9:  # few states of the box are in the frame
-                w = boxes.centre[row] + boxes.matrix[row] @ rng.uniform(-1.0, 1.0, size)
-                flat = boxes.high[row] - boxes.low[row] < 1e-9  # such a box is narrower than its frame
-                w[flat] = np.clip(w, boxes.low[row], boxes.high[row])[flat]
             if len(bounded) and rng.random() < 0.15:
                 column = rng.choice(bounded)
                 end = (boxes.low, boxes.high)[rng.integers(2)][row, column]

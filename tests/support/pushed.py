@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import act
-from codegen.lowering.turning import Turned
 from maviper.worlds.stated.certified import read_certificate
 from tests.support.monitored import acting, meets
 from tests.support.stated_play import Played
@@ -71,7 +70,6 @@ class Watching:
         found, statement = read_certificate(certificate)
         self.claim, self.cover, self.made, self.profile = found.claim, proved.region, made, profile
         self.played = Played(statement, profile)
-        self.turned = isinstance(self.cover.steps[0][0], Turned)
         self.last = LONG if self.cover.ever else len(self.cover.steps) - 1
         self.ranges = np.array([[float(end) for end in one.range] for one in statement.system.variables]).T
         self.columns = [self.played.names.index(one.name) for one in self.cover.variables]
@@ -178,7 +176,7 @@ def perturbed(watching: Watching, states: int, share: float = 1.0) -> dict[str, 
         vouched, broken = watching.vouched(w, step), watching.broken(w, step)
         after = watching.moved(w, step, rng)
         failing, (breaks, lost) = broken.copy(), watching.ahead(after, step, vouched)
-        failing[vouched] |= breaks if watching.turned else breaks | lost
+        failing[vouched] |= breaks | lost
         seen["lost"] += int((lost & ~breaks).sum())
         wrong = control.broken(w, step) if watching.claim.about_decisions else broken
         ahead = control.ahead(control.moved(w[vouched], step, rng), step, np.ones(int(vouched.sum()), dtype=bool))

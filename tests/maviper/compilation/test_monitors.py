@@ -341,7 +341,7 @@ int main(void)
 
 @pytest.mark.compile
 @pytest.mark.parametrize("path", ["verdicts/physical_deception/certificate-1-distinct_targets",
-                                  "arch/attitude/certificate-1-avoids"])  # fmt: skip
+                                  "worlds/crossing/certificate-1-stays_in"])  # fmt: skip
 def test_a_monitor_that_was_never_started_vouches_for_nothing(path, tmp_path):
     """One that is all 0, as static variables are: it gives the fallback alone, and its first step is INVALID."""
     if (compiler := find_compiler()) is None:
@@ -353,7 +353,7 @@ def test_a_monitor_that_was_never_started_vouches_for_nothing(path, tmp_path):
     for name, text in {**emit(profile, ["c"]), **monitor.emit(watched, ["c"])}.items():
         (tmp_path / name).write_text(text)
     stated = isinstance(proved.region, Cover)
-    w = proved.region.steps[0][0].centre[0] if stated else np.zeros(len(profile.world.coordinates()))
+    w = proved.region.steps[0][0].low[0] if stated else np.zeros(len(profile.world.coordinates()))
     agent, rest = watched.acts[0].agent, watched.acts[0].action
     given = next(act for act in range(len(agent.actions)) if act != rest)
     told = {"p": watched.model.prefix, "agent": agent.lower, "act": given, "w": ", ".join(map(repr, w.tolist()))}
