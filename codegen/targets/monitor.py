@@ -17,7 +17,7 @@ def emit(watch: Watch, targets: Iterable[str]) -> dict[str, str]:
     """The files, name -> text; targets that have no monitor get none."""
     return {
         f"{watch.model.prefix}_monitor.{ending}": render(
-            f"monitor/monitor.{ending}.j2", watch=watch, model=watch.model, words=WORDS
+            f"monitor/monitor.{ending}.j2", watch=watch, check=watch.check, model=watch.model, words=WORDS
         )
         for target, ending in LANGUAGES.items()
         if target in targets

@@ -6,6 +6,8 @@ Assumes: a compiled monitor (monitored.py). A state is a row; every draw has a s
 Does not: time anything, or share code with proofs.
 """
 
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,8 +15,10 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import act
+from maviper import load
+from maviper.compilation.monitors import load_proof
 from maviper.worlds.stated.certified import read_certificate
-from tests.support.monitored import acting, meets
+from tests.support.monitored import acting, compiled, meets
 from tests.support.stated_play import Played
 
 STEPS, LONG = 25, 60  # of episodes of games, and of claims for ever
@@ -203,3 +207,43 @@ def perturbed(watching: Watching, states: int, share: float = 1.0) -> dict[str, 
         "false_alarms": alarms / max(1, seen["vouched"]),
         "warning": float((broke - left)[both].mean()) if both.any() and not watching.claim.about_decisions else np.nan,
     }
+
+
+# --- costs
+
+COSTED = 140_000  # states whose decisions are timed, each once
+CALM = 5_000  # episodes of a stated system, of whose states these are some
+
+
+def cost_following(followed: Any) -> Callable[[], dict[str, float]]:
+    """Asks what the monitor of a claim that a team arrives costs."""
+    w, _ = followed.played(700, 0, 0.0)
+    acts = followed.acting(w)
+    return lambda: followed.costs(w, acts)
+
+
+def cost_game(kept: ExitStack, certificate: Path, profile_file: Path) -> Callable[[], dict[str, float]]:
+    """Asks what the monitor of a claim about states of a game costs."""
+    profile = load(profile_file)
+    proved: Any = load_proof(certificate, profile)
+    made = kept.enter_context(compiled(profile, proved))
+    box = proved.region.box if proved.stated else None
+    w = episodes(profile, -(-COSTED // STEPS), 0, box).reshape(-1, len(profile.world.coordinates()))[:COSTED]
+    return lambda: made.costs(w, np.zeros(len(w), np.int32))
+
+
+def cost_system(kept: ExitStack, certificate: Path, beside: str) -> Callable[[], dict[str, float]]:
+    """Asks what the monitor of a claim about a stated system costs."""
+    profile = load(certificate.parent / beside)
+    proved = load_proof(certificate, profile)
+    made = kept.enter_context(compiled(profile, proved, read_certificate(certificate)[1].system))
+    watching = Watching(certificate, made, proved, profile)
+    return cost_watched(watching, [watching.measured(w) for w in unperturbed(watching, CALM)[0]])
+
+
+def cost_watched(watching: Watching, calm: Sequence[Any]) -> Callable[[], dict[str, float]]:
+    """Asks what a monitor costs over states by step, mixed: so no branch is foreseen."""
+    whole = np.concatenate(calm)
+    at = np.concatenate([np.full(len(w), 0 if watching.cover.ever else step) for step, w in enumerate(calm)])
+    order = np.random.default_rng(3).permutation(len(at))[:COSTED]
+    return lambda: watching.made.costs(whole[order], at[order])

@@ -10,22 +10,26 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError, RefusedError
+from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.python.source import from_python
 from codegen.lowering import covering
 from codegen.lowering.covering import Boxes, Cover, Variable, lookup, merge_boxes
 from codegen.lowering.lower import lower
-from codegen.lowering.watching import watch_cover
-from codegen.targets import emit, monitor
+from codegen.lowering.watching import watch
+from codegen.policy_json import dumps
 from maviper import load, verify_system
 from maviper.compilation import covers
+from maviper.compilation.covers import split_modes
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.systems import read
 from tests.support import monitors
 from tests.support.generated import FOLDER
-from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, asked_of_cover, said_of_cover
+from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, CoverTwin, asked_of_cover, module_of
 from tests.support.stated_play import Played
 from verify.checker.covers import certificates
 from verify.checker.envelope import body_hash
+from verify.systems.files import statement_of
 
 WORLDS = FOLDER.parent / "worlds"
 ARCH = FOLDER.parent / "arch"
@@ -74,14 +78,11 @@ def test_all_languages_say_what_the_proof_says(form, languages, for_ever, tmp_pa
         "decisions": (WORLDS / "pendulum", "certificate-2-decides.json"),
     }[form]
     profile, proved, watched = made(folder, name)
-    texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
     rows = asked_of_cover(proved.region, 1_500, 5)
-    wanted = said_of_cover(proved.region, rows)
+    wanted = CoverTwin(proved.region).said(rows)
     assert {OK, OUTSIDE, INVALID} <= set(wanted) and wanted.count(OK) > 500
     assert (LEAVING in wanted) is not proved.region.ever
-    n, rest = len(watched.model.agents[0].actions), watched.fallbacks[0].action
-    acted = [i % n if word in (OK, LEAVING) else rest for i, word in enumerate(wanted)]
-    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, (wanted, acted), languages)
+    monitors.ensure_alike(profile, watched, rows, wanted, tmp_path, languages)
 
 
 @pytest.mark.parametrize(
@@ -165,10 +166,8 @@ ASSUMING = 'name = "always"\nregion = { box = { angle = [-0.15, 0.15] } }\nassum
 def test_what_a_claim_assumes_is_watched(tmp_path):
     """Where the cart is as the claim assumes, the words are those without; elsewhere the monitor never vouches."""
     _, proved, watched = proved_for(tmp_path, "pendulum", ASSUMING)
-    assert "as long as it stays in" in proved.claim and watched.lookup.parts == len(proved.region.steps[0]) == 2
-    (text,) = monitor.emit(watched, ["python"]).values()
-    space = {}
-    exec(compile(text, "monitor", "exec"), space)
+    assert "as long as it stays in" in proved.claim and watched.check.parts == len(proved.region.steps[0]) == 2
+    space = module_of(watched)
     beyond = math.nextafter(0.3, 1.0)
     said = []
     for x in (0.0, 0.3, -0.3, beyond, -beyond):
@@ -284,9 +283,7 @@ FAULTS = {
 @pytest.mark.parametrize("fault", [*FAULTS, "age"])
 def test_a_fault_leaves_the_mode_for_good(fault, for_ever):
     _, _, watched = made(for_ever, "certificate-1-always.json")
-    (text,) = monitor.emit(watched, ["python"]).values()
-    space = {}
-    exec(compile(text, "monitor", "exec"), space)
+    space = module_of(watched)
     found, w, rest = space["Monitor"](), [0.0] * 4, space["FALLBACK"]["cart"]
     found.renew_all()
     assert found.step(w, 0.05) == OK and found.act("cart", 2) == 2 != rest
@@ -312,7 +309,7 @@ def test_too_many_boxes_and_names_that_meet_are_refused(monkeypatch):
     cover = Cover((Variable("a.x", 0.0, 1.0), Variable("a_x", 0.0, 1.0)), ((boxes,),), True, True, 1.0)
     with pytest.raises(InputError, match="one name in code"):
         profile = load(WORLDS / "pendulum" / "profile.json")
-        watch_cover(profile, lower(profile), cover, "0" * 64, "nothing")
+        watch(profile, lower(profile), cover, "0" * 64, "nothing")
 
 
 def test_a_list_is_kept_as_it_is_asked_about():
@@ -322,3 +319,97 @@ def test_a_list_is_kept_as_it_is_asked_about():
     found = certificates.from_json((folder / "certificate-1-stays_in.json").read_bytes())
     swept = found.check(profile, read(folder / "world.toml").system)
     assert swept == sum(len(part.low) for parts in proved.region.steps for part in parts)
+
+
+# --- modes: a number between the values of a mode is no state, and nothing is proved of it
+
+TREE = """
+def a(x, number):
+    if number <= 0.2:
+        if x <= 0.25:
+            return 1
+        return 0
+    if number <= 0.7:
+        return 2
+    return 0
+"""  # never high in a mode, but between two
+HEATER = """
+name = "heater"
+steps = 4
+[variables]
+x = { unit = "1", range = [-50, 50] }
+heat = { modes = ["off", "low", "high"] }
+[agents.a.features]
+x = "x"
+number = "heat"
+[agents.a.actions]
+off = {}
+low = { power = 0.2 }
+high = { power = 40 }
+[start]
+box = { x = [-1, 1], heat = "off" }
+"""
+STEPS = """
+[[dynamics.piece]]
+when = "heat == high"
+next = { x = "0.5*x + 40", heat = "acts(a)" }
+[[dynamics.piece]]
+when = "otherwise"
+next = { x = "0.5*x + a.power", heat = "acts(a)" }
+"""
+FLOW = """
+[dynamics]
+period = "0.5 s"
+flow = { x = "(a.power - x)/1[s]" }
+next = { heat = "acts(a)" }
+"""
+WITHIN = "region = { box = { x = [-1.5, 1.5] } }"
+WARM = 'where = ["x >= -1", "x <= 1", "heat == '
+CLAIMS = {
+    "decides": (STEPS, 'formula = "not acts(a) == high"'),
+    "stays": (STEPS, f'name = "stays_in"\n{WITHIN}'),
+    "always": (STEPS, f'name = "always"\n{WITHIN}'),
+    "a region": (STEPS, f'name = "always"\n{WITHIN}\ninvariant = [{{ {WARM}off"] }}, {{ {WARM}low"] }}]'),
+    "flow": (FLOW, f'name = "stays_in"\n{WITHIN}'),
+}
+
+
+@pytest.mark.parametrize("name", CLAIMS)
+def test_what_is_no_mode_is_vouched_for_nowhere(name, tmp_path):
+    moves, claim = CLAIMS[name]
+    (tmp_path / "world.toml").write_text(HEATER + moves)
+    (tmp_path / "properties.toml").write_text(f"[[property]]\n{claim}\n")
+    said, names = Said(arrays="float64"), Names(actions=("off", "low", "high"))
+    (tmp_path / "profile.json").write_text(dumps(profile_of(from_python(TREE.encode(), "a.py", said), names)))
+    profile = load(tmp_path / "profile.json")
+    found = verify_system(profile, tmp_path / "world.toml", tmp_path / "properties.toml")
+    ((_, certificate),) = found.certificates.items()
+    if name == "flow":  # its sets are turned boxes; joined in cells they are boxes
+        body = json.loads(certificate) | {"cells": {"x": "1/8", "heat": "1"}}
+        body.pop("content_hash")
+        certificate = json.dumps(body | {"content_hash": body_hash(body)})
+    (tmp_path / "certificate.json").write_text(certificate)
+    cover = load_proof(tmp_path / "certificate.json", profile).region
+    x, heat = (each.ravel() for each in np.meshgrid(np.linspace(-1.0, 1.0, 21), np.linspace(-0.5, 2.5, 25)))
+    w, whole = np.column_stack([x, heat]), np.isin(heat, [0.0, 1.0, 2.0])
+    held = [cover.holds(w, step) for step in range(len(cover.steps))]
+    assert not any(each[~whole].any() for each in held)
+    assert all(each[whole].any() for each in held)
+
+
+def test_boxes_are_cut_to_the_values_of_modes(monkeypatch):
+    """Not where a mode may be any number, and not into more than there is room for."""
+    statement = statement_of(HEATER + STEPS, "world.toml")
+    low, high = np.array([[0.0, 0.0], [1.0, 0.5], [2.0, -np.inf]]), np.array([[9.0, 2.0], [9.0, 1.0], [9.0, np.inf]])
+    boxes = split_modes(statement, Boxes(low, high), "here")
+    assert boxes.low[:, 0].tolist() == [0.0, 0.0, 0.0, 1.0, 2.0]
+    assert list(zip(boxes.low[:, 1].tolist(), boxes.high[:, 1].tolist(), strict=True)) == [
+        (0.0, 0.0),
+        (1.0, 1.0),
+        (2.0, 2.0),
+        (1.0, 1.0),
+        (-np.inf, np.inf),
+    ]
+    monkeypatch.setattr(covers, "MAX_GIVEN", 4)
+    with pytest.raises(InputError, match="more than 4 boxes, one for each value of its modes"):
+        split_modes(statement, Boxes(low, high), "here")

@@ -23,7 +23,7 @@ from maviper.compilation.run import compile_and_prove, split_targets
 from tests.benchmarks import monitor as benchmark
 from tests.support import monitors
 from tests.support.generated import FOLDER
-from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, Twin, files, inside
+from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, Twin, files, inside, module_of
 from tests.support.small import small_profile
 
 GENERATED = FOLDER.parent
@@ -65,29 +65,20 @@ def asked(profile, spec, watched, count, seed):
 @pytest.mark.compile
 def test_all_languages_say_what_the_region_says(tmp_path):
     profile = small_profile()
-    texts, watched = files(profile, SPEC)
+    _, watched = files(profile, SPEC)
     rows = asked(profile, SPEC, watched, 3_000, 7)
-    twin, wanted = Twin(profile, SPEC, watched), []
-    for w, fresh, dt, start in zip(*rows, strict=True):
-        if start:
-            twin.start()
-        wanted.append(twin.step(w, fresh, dt))
-        if wanted[-1] in (OK, LEAVING):
-            assert inside(SPEC, profile.world.coordinates(), w)  # exactly: bounds are rounded inward
+    wanted = Twin(profile, SPEC, watched).said(rows)
+    names = profile.world.coordinates()  # exactly: bounds are rounded inward
+    assert all(inside(SPEC, names, w) for w, word in zip(rows[0], wanted, strict=True) if word in (OK, LEAVING))
     assert {OK, LEAVING, OUTSIDE, INVALID} == set(wanted) and wanted.count(OK) > 100
-    n, rest = len(watched.model.agents[0].actions), watched.fallbacks[0].action
-    acted = [i % n if word in (OK, LEAVING) else rest for i, word in enumerate(wanted)]
-    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, (wanted, acted))
+    monitors.ensure_alike(profile, watched, rows, wanted, tmp_path)
 
 
 def made(profile, certificate):
     """The module of a monitor."""
     found = load_proof(certificate, profile)
     watched = watch(profile, lower(profile), found.region, found.certificate, found.claim)
-    (text,) = monitor.emit(watched, ["python"]).values()
-    space = {}
-    exec(compile(text, "monitor", "exec"), space)
-    return space
+    return module_of(watched)
 
 
 @pytest.fixture(scope="module")
@@ -105,96 +96,46 @@ def ready(space, profile):
     return found, w
 
 
-def fail_shape(found, w):
-    found.renew_all()
-    return found.step(w[:-1], 0.1)
+FAULTS = {
+    "shape": lambda found, w: found.step(w[:-1], 0.1),
+    "not a number": lambda found, w: found.step([math.nan, *w[1:]], 0.1),
+    "infinite": lambda found, w: found.step([math.inf, *w[1:]], 0.1),
+    "number": lambda found, w: found.step([None, *w[1:]], 0.1),
+    "late": lambda found, w: found.step(w, 0.2),
+    "range": lambda found, w: found.step([1e10, *w[1:]], 0.1),
+    "text": lambda found, w: found.step([*map(str, w)], 0.1),
+    "interval": lambda found, w: found.step(w, "0.1"),
+    "output": lambda found, w: word_after(found, 5),
+    "half": lambda found, w: word_after(found, 2.5),
+    "no action": lambda found, w: word_after(found, None),
+}
 
 
-def fail_finite(found, w):
-    found.renew_all()
-    return found.step([math.nan, *w[1:]], 0.1)
-
-
-def fail_infinite(found, w):
-    found.renew_all()
-    return found.step([math.inf, *w[1:]], 0.1)
-
-
-def fail_number(found, w):
-    found.renew_all()
-    return found.step([None, *w[1:]], 0.1)
-
-
-def fail_age(found, w):
-    return found.step(w, 0.1) or found.step(w, 0.1)  # a step without news is allowed, two are not
-
-
-def fail_late(found, w):
-    found.renew_all()
-    return found.step(w, 0.2)
-
-
-def fail_range(found, w):
-    found.renew_all()
-    return found.step([1e10, *w[1:]], 0.1)
-
-
-def fail_output(found, w):
-    assert found.act("agent_0", 5) == 0
+def word_after(found, action):
+    assert found.act("agent_0", action) == 0
     return found.word
 
 
-def fail_text(found, w):
-    found.renew_all()
-    return found.step([*map(str, w)], 0.1)
+def fail_by_age(found, w):
+    assert found.step(w, 0.1) == OK  # a step without news is allowed, two are not
+    return found.step(w, 0.1)
 
 
-def fail_interval(found, w):
-    found.renew_all()
-    return found.step(w, "0.1")
-
-
-def fail_half(found, w):
-    assert found.act("agent_0", 2.5) == 0
-    return found.word
-
-
-def fail_no_action(found, w):
-    assert found.act("agent_0", None) == 0
-    return found.word
-
-
-def fail_agent(found, w):
+def fail_by_agent(found, w):
     with pytest.raises(KeyError):
         found.act("nobody", 0)
     return found.word
 
 
-@pytest.mark.parametrize(
-    "fault",
-    [
-        fail_shape,
-        fail_finite,
-        fail_infinite,
-        fail_number,
-        fail_age,
-        fail_late,
-        fail_range,
-        fail_output,
-        fail_text,
-        fail_interval,
-        fail_half,
-        fail_no_action,
-        fail_agent,
-    ],
-    ids=lambda each: each.__name__.removeprefix("fail_"),
-)
+@pytest.mark.parametrize("fault", [*FAULTS, "age", "agent"])
 def test_a_fault_leaves_the_mode_for_good(fault, proved):
     """PX4's list for networks that fly: shape, validity, age, finiteness, output range; and then the fallback."""
     profile, space = proved
     found, w = ready(space, profile)
     assert found.act("agent_0", 3) == 3
-    assert fault(found, w) == INVALID
+    if fault != "age":
+        found.renew_all()
+    assert ({"age": fail_by_age, "agent": fail_by_agent} | FAULTS)[fault](found, w) == INVALID
     found.renew_all()
     assert found.step(w, 0.1) == INVALID and found.act("agent_0", 3) == space["FALLBACK"]["agent_0"]
     found.start()
@@ -272,7 +213,7 @@ def test_the_header_of_another_profile_does_not_compile(tmp_path):
     command = [*find_compiler(), *STRICT, "-Wno-unused-function", "-c", "use.c"]
     assert subprocess.run(command, cwd=tmp_path, check=False).returncode == 0
     header = tmp_path / f"{watched.model.prefix}.h"
-    header.write_text(header.read_text().replace(watched.guard, "ANOTHER_H"))
+    header.write_text(header.read_text().replace(watched.model.names.guard, "ANOTHER_H"))
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode != 0 and "of another profile" in done.stderr
 
@@ -303,16 +244,11 @@ def test_every_game_has_monitors_of_its_proofs(game, tmp_path):
     profile = load(VERDICTS / game / "profile.json")
     certificate = next((VERDICTS / game).glob("certificate-1-*.json"))
     spec = load_proof(certificate, profile).region
-    texts, watched = files(profile, spec, ["c", "python"])
+    _, watched = files(profile, spec, ["c", "python"])
     rows = asked(profile, spec, watched, 400, 3)
-    twin, wanted = Twin(profile, spec, watched), []
-    for w, fresh, dt, start in zip(*rows, strict=True):
-        if start:
-            twin.start()
-        wanted.append(twin.step(w, fresh, dt))
+    wanted = Twin(profile, spec, watched).said(rows)
     assert OK in wanted and INVALID in wanted
-    found = monitors.run_python(texts, watched, rows)
-    assert found[0] == wanted and monitors.run_c(texts, watched, tmp_path, rows) == found
+    monitors.ensure_alike(profile, watched, rows, wanted, tmp_path, ("c", "python"))
 
 
 @pytest.mark.compile
@@ -416,9 +352,7 @@ def test_nothing_is_vouched_for_where_subnormals_are_zero(flushing):
     assert library.said(w.ctypes.data, profile.world.dt, 0) == OK
     for mode in (FLUSH, 0x0040):  # zero where they are read (DAZ), too
         assert library.said(w.ctypes.data, profile.world.dt, mode) == INVALID
-    texts, _ = files(profile, SPEC, ["python"])
-    space, said = {}, []
-    exec(compile(next(text for name, text in texts.items() if "monitor" in name), "monitor", "exec"), space)
+    space, said = module_of(files(profile, SPEC, ["python"])[1]), []
     for mode in (0, FLUSH, 0):
         library.flush(mode)
         try:

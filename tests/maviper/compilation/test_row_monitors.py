@@ -7,12 +7,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from codegen.agreement.compiled import find_compiler
+from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.errors import InputError
 from codegen.ir import outputs
 from codegen.lowering.lower import lower
 from codegen.lowering.parts import RaisedSum
-from codegen.targets import emit, monitor
 from maviper import load, verify_system
 from maviper.compilation import rows
 from maviper.compilation.monitors import load_proof, lower_monitor
@@ -21,7 +20,7 @@ from maviper.worlds.stated.certified import read_certificate
 from tests.support import monitors
 from tests.support.explicit_mpc import prove_lasting
 from tests.support.generated import FOLDER
-from tests.support.monitors import INVALID, OK, OUTSIDE, asked_of_cover, said_of_cover
+from tests.support.monitors import INVALID, OK, OUTSIDE, CoverTwin, asked_of_cover
 from verify.checker.covers.cuts import end_of
 from verify.systems.system import Affine, HalfSpace
 
@@ -194,18 +193,15 @@ def test_all_languages_say_the_same_word(name, languages, proofs, tmp_path):
     proof = proofs(name)
     cover, profile = proof.cover, proof.profile
     watched = lower_monitor(profile, lower(profile), load_proof(proof.certificate, profile))
-    texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
     drawn, near = asked_of_cover(cover, 600, 5), proof.near(100, 2)
     ones = np.ones(len(near), dtype=np.int32)
     beside = near, np.ones(near.shape, np.int32), np.full(len(near), cover.dt), ones
     asked = [np.concatenate(both) for both in zip(drawn, beside, strict=True)]
-    wanted = said_of_cover(cover, asked)
+    wanted = CoverTwin(cover).said(asked)
     assert {OK, OUTSIDE, INVALID} <= set(wanted) and wanted.count(OK) > 200
-    n, rest = len(watched.model.agents[0].actions), watched.fallbacks[0].action
-    said = wanted, [i % n if word == OK else rest for i, word in enumerate(wanted)]
-    monitors.ensure_said_by_all(texts, watched, tmp_path, asked, said, languages)
+    texts, said = monitors.ensure_alike(profile, watched, asked, wanted, tmp_path, languages)
     if find_compiler() is not None:
-        fused = ("-O3", "-march=native", "-ffp-contract=fast")
+        fused = (*STRICT, "-O3", "-march=native", "-ffp-contract=fast")
         (tmp_path / "fused").mkdir()
         assert monitors.run_c(texts, watched, tmp_path / "fused", asked, fused) == said
 
