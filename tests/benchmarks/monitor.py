@@ -27,7 +27,6 @@ control has the landmarks of other episodes. Where trees test differences, episo
 import argparse
 import json
 import math
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -39,14 +38,14 @@ from typing import Any
 import numpy as np
 
 from codegen.boxes.bounding import is_inside
-from maviper import load, verify, verify_system
+from maviper import load, verify
 from maviper.compilation.monitors import load_proof
 from maviper.files.runs import read_unpacked
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.observing import call_in_file
 from tests.support.followed import Followed, Shadowed, arriving, flying
-from tests.support.lasting import lasting
 from tests.support.monitored import acting, compiled, formula_of, meets
+from tests.support.monitors import certify
 from tests.support.pushed import (
     COSTED,
     NOISE,
@@ -57,6 +56,7 @@ from tests.support.pushed import (
     cost_system,
     cost_watched,
     episodes,
+    lasting,
     perturbed,
     unperturbed,
 )
@@ -193,17 +193,6 @@ def game(name: str, states: int) -> dict[str, Any]:
     }
 
 
-def make_proof(name: str, folder: Path) -> Path:
-    """The proof of a claim about a committed world, made anew."""
-    for file in ("profile.json", "world.toml"):
-        shutil.copy(GENERATED / "worlds" / name.split("/")[0] / file, folder)
-    (folder / "claim.toml").write_text(f"[[property]]\n{MADE[name]}\n")
-    found = verify_system(load(folder / "profile.json"), folder / "world.toml", folder / "claim.toml")
-    ((_, text),) = found.certificates.items()
-    (folder / "certificate.json").write_text(text)
-    return folder / "certificate.json"
-
-
 def system(certificate: Path, states: int, beside: str = "profile.json", share: float = 1.0) -> dict[str, Any]:
     """The figures of a claim about a stated system; `beside`: where its profile is, `share`: as in `perturbed`."""
     profile = load(certificate.parent / beside)
@@ -220,7 +209,7 @@ def system(certificate: Path, states: int, beside: str = "profile.json", share: 
 def made_anew(name: str, states: int) -> dict[str, Any]:
     """The figures of a proof that is made anew."""
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
-        return system(make_proof(name, Path(folder)), states)
+        return system(certify(Path(folder), name.split("/")[0], MADE[name]), states)
 
 
 def make_lasting(folder: Path) -> Path:
@@ -268,8 +257,8 @@ def ask_costs(name: str, kept: ExitStack) -> Callable[[], dict[str, float]]:
         return cost_game(kept, make_lasting(folder), GENERATED / "proved_defenders" / "profile.json")
     if name in (*GAMES, *SUMS):
         return cost_game(kept, file_of(name), file_of(name).parent / "profile.json")
-    if name.removeprefix("worlds/") in MADE:
-        return cost_system(kept, make_proof(name.removeprefix("worlds/"), folder), "profile.json")
+    if (made := name.removeprefix("worlds/")) in MADE:
+        return cost_system(kept, certify(folder, made.split("/")[0], MADE[made]), "profile.json")
     return cost_system(kept, file_of(name), "../profile.json" if name == SUMS_FOLLOWED else "profile.json")
 
 

@@ -14,6 +14,8 @@ from codegen.boxes.bounding import is_inside
 from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch
 from codegen.targets import emit, monitor
+from maviper import load, verify_system
+from tests.support.generated import FOLDER
 
 OK, LEAVING, OUTSIDE, INVALID = range(4)
 HASH = "0" * 64
@@ -26,6 +28,17 @@ def files(profile, spec, targets=LANGUAGES):
     model = lower(profile)
     watched = watch(profile, model, spec, HASH, "nothing, but in a test")
     return {**emit(profile, targets), **monitor.emit(watched, targets)}, watched
+
+
+def certify(folder, world, text):
+    """The certificate of a claim about a committed world, in a folder of its own beside profile and world file."""
+    for name in ("profile.json", "world.toml"):
+        shutil.copy(FOLDER.parent / "worlds" / world / name, folder)
+    (folder / "properties.toml").write_text(f"[[property]]\n{text}\n")
+    found = verify_system(load(folder / "profile.json"), folder / "world.toml", folder / "properties.toml")
+    ((_, certificate),) = found.certificates.items()
+    (folder / "certificate.json").write_text(certificate)
+    return folder / "certificate.json"
 
 
 def module_of(watched):
@@ -109,6 +122,24 @@ class CoverTwin(Machine):
             return OUTSIDE
         self.at += 1
         return OK if self.cover.ever or self.at < len(self.cover.steps) else LEAVING
+
+
+def drawn(profile, spec, count, rng):
+    """States in the box of a region, at its ends and beside, with the goal at a landmark; and which that is."""
+    names = list(profile.world.coordinates())
+    w = rng.uniform(-1.0, 1.0, (count, len(names)))
+    w[:, [at for at, name in enumerate(names) if ".v" in name]] *= 0.3
+    for name, bounds in spec.box.items():
+        ends = np.array([float(Fraction(end)) for end in bounds])
+        column = rng.uniform(*ends, count)
+        at_end = rng.random(count) < 0.05
+        pool = [*ends, *np.nextafter(ends, -np.inf), *np.nextafter(ends, np.inf), *(1.4 * ends)]
+        column[at_end] = rng.choice(pool, at_end.sum())
+        w[:, names.index(name)] = column
+    goals = rng.choice(profile.world.goals or [""], count)
+    for axis in "xy" if profile.world.goals else "":
+        w[:, names.index(f"goal.{axis}")] = w[np.arange(count), [names.index(f"{goal}.{axis}") for goal in goals]]
+    return w, goals
 
 
 def asked_of_cover(cover, count, seed):

@@ -34,24 +34,14 @@ from verify.systems.files import statement_of
 WORLDS = FOLDER.parent / "worlds"
 ARCH = FOLDER.parent / "arch"
 TWO = ("c", "python")
-ALWAYS = """
-[[property]]
-name = "always"
-region = { box = { angle = [-0.15, 0.15] } }
-"""
+ALWAYS = """name = "always"
+region = { box = { angle = [-0.15, 0.15] } }"""
 
 
 @pytest.fixture(scope="module")
 def for_ever(tmp_path_factory):
     """A folder with the proof that the pole of a committed world stays up for ever."""
-    folder = tmp_path_factory.mktemp("always")
-    (folder / "properties.toml").write_text(ALWAYS)
-    for name in ("profile.json", "world.toml"):
-        shutil.copy(WORLDS / "pendulum" / name, folder)
-    found = verify_system(load(folder / "profile.json"), folder / "world.toml", folder / "properties.toml")
-    (text,) = found.certificates.values()
-    (folder / "certificate-1-always.json").write_text(text)
-    return folder
+    return monitors.certify(tmp_path_factory.mktemp("always"), "pendulum", ALWAYS).parent
 
 
 @functools.cache
@@ -73,7 +63,7 @@ def made(folder, certificate):
 )
 def test_all_languages_say_what_the_proof_says(form, languages, for_ever, tmp_path):
     folder, name = {
-        "for ever": (for_ever, "certificate-1-always.json"),
+        "for ever": (for_ever, "certificate.json"),
         "cover": (WORLDS / "crossing", "certificate-1-stays_in.json"),
         "decisions": (WORLDS / "pendulum", "certificate-2-decides.json"),
     }[form]
@@ -91,7 +81,7 @@ def test_all_languages_say_what_the_proof_says(form, languages, for_ever, tmp_pa
         pytest.param(WORLDS / "cart_pole", "certificate-2-stays_in.json", marks=pytest.mark.slow),
         (WORLDS / "corridor", "certificate-1-avoids.json"),
         pytest.param(WORLDS / "quadrotor", "certificate-2-reaches_and_stays.json", marks=pytest.mark.slow),
-        (None, "certificate-1-always.json"),
+        (None, "certificate.json"),
     ],
     ids=["cart_pole", "corridor", "quadrotor", "for ever"],
 )
@@ -116,7 +106,7 @@ def test_a_forged_or_strange_certificate_is_refused(for_ever, tmp_path):
     profile = load(for_ever / "profile.json")
     for name in ("profile.json", "world.toml"):
         shutil.copy(for_ever / name, tmp_path)
-    body = json.loads((for_ever / "certificate-1-always.json").read_text())
+    body = json.loads((for_ever / "certificate.json").read_text())
     body.pop("content_hash")
 
     def taken(**changed):
@@ -149,18 +139,11 @@ def test_sets_that_no_few_comparisons_know_are_refused_with_the_reason(tmp_path)
 
 
 def proved_for(folder, world, text):
-    """The certificate of a claim about a committed world, in a folder of its own beside profile and world file."""
-    for name in ("profile.json", "world.toml"):
-        shutil.copy(WORLDS / world / name, folder)
-    (folder / "properties.toml").write_text(f"[[property]]\n{text}\n")
-    profile = load(folder / "profile.json")
-    found = verify_system(profile, folder / "world.toml", folder / "properties.toml")
-    ((_, certificate),) = found.certificates.items()
-    (folder / "certificate.json").write_text(certificate)
-    return made(folder, "certificate.json")
+    """Of a claim about a committed world the profile, what is proved, and the lowered monitor."""
+    return made(folder, monitors.certify(folder, world, text).name)
 
 
-ASSUMING = 'name = "always"\nregion = { box = { angle = [-0.15, 0.15] } }\nassuming = { box = { x = [-0.3, 0.3] } }'
+ASSUMING = f"{ALWAYS}\nassuming = {{ box = {{ x = [-0.3, 0.3] }} }}"
 
 
 def test_what_a_claim_assumes_is_watched(tmp_path):
@@ -194,7 +177,7 @@ def test_what_one_state_does_not_show_is_refused_with_the_reason(why, tmp_path):
 
 def test_invariants_by_regions_and_symbolic_states_are_refused_with_the_reason(for_ever, monkeypatch):
     """Their sets are no boxes: the certificates are those of other proofs, with sets of these kinds in them."""
-    ever, world = read_certificate(for_ever / "certificate-1-always.json")
+    ever, world = read_certificate(for_ever / "certificate.json")
     regions = replace(ever, parts=tuple(part._replace(regions=(None,), steps=2) for part in ever.parts))
     stays, tanks = read_certificate(WORLDS / "tanks" / "certificate-1-stays_in.json")
     decides, _ = read_certificate(WORLDS / "tanks" / "certificate-3-decides.json")
@@ -202,7 +185,7 @@ def test_invariants_by_regions_and_symbolic_states_are_refused_with_the_reason(f
     for found, statement, said in ((regions, world, "knows one"), (symbolic, tanks, "symbolic states")):
         with monkeypatch.context() as patched, pytest.raises(InputError, match=said):
             patched.setattr(covers, "read_certificate", lambda _, answer=(found, statement): answer)
-            covers.load_cover(for_ever / "certificate-1-always.json", load(for_ever / "profile.json"))
+            covers.load_cover(for_ever / "certificate.json", load(for_ever / "profile.json"))
 
 
 def test_nothing_is_rounded_where_boxes_are_joined():
@@ -282,7 +265,7 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", [*FAULTS, "age"])
 def test_a_fault_leaves_the_mode_for_good(fault, for_ever):
-    _, _, watched = made(for_ever, "certificate-1-always.json")
+    _, _, watched = made(for_ever, "certificate.json")
     space = module_of(watched)
     found, w, rest = space["Monitor"](), [0.0] * 4, space["FALLBACK"]["cart"]
     found.renew_all()

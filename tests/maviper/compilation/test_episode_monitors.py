@@ -36,6 +36,7 @@ from tests.support.monitors import (
     TrackTwin,
     asked_of_episodes,
     asked_of_shadows,
+    drawn,
     module_of,
 )
 from tests.support.pages import STATE
@@ -197,23 +198,6 @@ def lasting(tmp_path_factory):
     return profile, path
 
 
-def drawn(profile, edges, count, seed):
-    """States in the region and around it, as fast as can be, with the goal at a landmark; rows of coordinates."""
-    rng, names = np.random.default_rng(seed), profile.world.coordinates()
-    w = rng.uniform(-1.0, 1.0, (count, len(names)))
-    for name, (low, high) in edges.region.box.items():
-        ends = np.array([float(Fraction(low)), float(Fraction(high))])
-        column = w[:, names.index(name)] = rng.uniform(*ends, count)
-        at_end = rng.random(count) < 0.05
-        beside = [*ends, *np.nextafter(ends, [-np.inf, np.inf]), *(1.4 * ends)]
-        column[at_end] = rng.choice(beside, at_end.sum())
-        w[:, names.index(name)] = column
-    goals = rng.choice(profile.world.goals, count)
-    for axis in "xy":
-        w[:, names.index(f"goal.{axis}")] = w[np.arange(count), [names.index(f"{goal}.{axis}") for goal in goals]]
-    return w, goals
-
-
 def vouched(profile, edges, w):
     """Which states are within the edges, now and at rest; in numpy, by the numbers of the monitor."""
     names = profile.world.coordinates()
@@ -231,7 +215,7 @@ def test_wherever_it_vouches_the_claim_is_kept_from_there_on(lasting):
     """
     profile, path = lasting
     proved = load_proof(path, profile)
-    w, _ = drawn(profile, proved.region, 1_500, 3)
+    w, _ = drawn(profile, proved.region.region, 1_500, np.random.default_rng(3))
     held = vouched(profile, proved.region, w)
     assert 0.2 < held.mean() < 0.9
     rng, states = np.random.default_rng(4), [w]
@@ -253,7 +237,7 @@ def test_all_languages_say_the_same(languages, lasting, tmp_path):
     profile, path = lasting
     proved = load_proof(path, profile)
     watched = lower_monitor(profile, lower(profile), proved)
-    w, _ = drawn(profile, proved.region, 600, 5)
+    w, _ = drawn(profile, proved.region.region, 600, np.random.default_rng(5))
     rng, step = np.random.default_rng(6), profile.world.dt
     w[rng.random(len(w)) < 0.02, rng.integers(w.shape[1])] = np.nan
     dt = rng.choice([step, 0.1 * step, 2.0 * step], len(w), p=[0.96, 0.02, 0.02])
@@ -291,7 +275,7 @@ def test_the_page_says_the_same(lasting, tmp_path):
     contents = with_proof(Contents(), profile, path)
     proved = contents.claims[0].proved
     assert contents.claims[0].verdict.startswith("PROVED in")
-    w, goals = drawn(profile, proved, 200, 7)
+    w, goals = drawn(profile, proved.region, 200, np.random.default_rng(7))
     names = profile.world.coordinates()
     given = [(dict(zip(names, row, strict=True)), goal) for row, goal in zip(w.tolist(), goals.tolist(), strict=True)]
     script = (

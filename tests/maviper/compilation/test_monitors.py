@@ -5,7 +5,6 @@ import json
 import math
 import platform
 import subprocess
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -23,7 +22,7 @@ from maviper.compilation.run import compile_and_prove, split_targets
 from tests.benchmarks import monitor as benchmark
 from tests.support import monitors
 from tests.support.generated import FOLDER
-from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, Twin, files, inside, module_of
+from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, Twin, drawn, files, inside, module_of
 from tests.support.small import small_profile
 
 GENERATED = FOLDER.parent
@@ -39,22 +38,10 @@ SPEC = RegionSpec(
 )
 
 
-def asked(profile, spec, watched, count, seed):
+def asked(profile, spec, count, seed):
     """States around a region and its border, measurements that fail, steps that are late: w, fresh, dt, start."""
-    rng, names = np.random.default_rng(seed), list(profile.world.coordinates())
-    w = rng.uniform(-1.0, 1.0, (count, len(names)))
-    for name, (low, high) in spec.box.items():
-        ends = [float(Fraction(low)), float(Fraction(high))]
-        w[:, names.index(name)] = rng.uniform(ends[0], ends[1] + 0.01, count)
-        pool = [math.nextafter(end, side) for end in ends for side in (-math.inf, math.inf)] + ends
-        chosen = rng.random(count) < 0.05
-        w[chosen, names.index(name)] = rng.choice(pool, chosen.sum())
-    w[:, [i for i, name in enumerate(names) if ".v" in name]] *= 0.3
-    if "goal.x" in names:
-        goal = rng.choice(["landmark_0", "landmark_1"], count)
-        for axis in "xy":
-            places = [names.index(f"{each}.{axis}") for each in goal]
-            w[:, names.index(f"goal.{axis}")] = w[np.arange(count), places]
+    rng = np.random.default_rng(seed)
+    w, _ = drawn(profile, spec, count, rng)
     odd = rng.random(w.shape) < 0.002
     w[odd] = rng.choice([np.nan, np.inf, -np.inf, 1e12], odd.sum())
     fresh = (rng.random(w.shape) > 0.02).astype(np.int32)
@@ -66,7 +53,7 @@ def asked(profile, spec, watched, count, seed):
 def test_all_languages_say_what_the_region_says(tmp_path):
     profile = small_profile()
     _, watched = files(profile, SPEC)
-    rows = asked(profile, SPEC, watched, 3_000, 7)
+    rows = asked(profile, SPEC, 3_000, 7)
     wanted = Twin(profile, SPEC, watched).said(rows)
     names = profile.world.coordinates()  # exactly: bounds are rounded inward
     assert all(inside(SPEC, names, w) for w, word in zip(rows[0], wanted, strict=True) if word in (OK, LEAVING))
@@ -245,7 +232,7 @@ def test_every_game_has_monitors_of_its_proofs(game, tmp_path):
     certificate = next((VERDICTS / game).glob("certificate-1-*.json"))
     spec = load_proof(certificate, profile).region
     _, watched = files(profile, spec, ["c", "python"])
-    rows = asked(profile, spec, watched, 400, 3)
+    rows = asked(profile, spec, 400, 3)
     wanted = Twin(profile, spec, watched).said(rows)
     assert OK in wanted and INVALID in wanted
     monitors.ensure_alike(profile, watched, rows, wanted, tmp_path, ("c", "python"))

@@ -1,7 +1,6 @@
 """Monitors of regions that compare sums: never too generous, by exact fractions, and no narrower than they say."""
 
 import math
-import shutil
 from fractions import Fraction
 
 import numpy as np
@@ -12,19 +11,17 @@ from codegen.errors import InputError
 from codegen.ir import outputs
 from codegen.lowering.lower import lower
 from codegen.lowering.parts import RaisedSum
-from maviper import load, verify_system
+from maviper import load
 from maviper.compilation import rows
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.files import profiles
 from maviper.worlds.stated.certified import read_certificate
 from tests.support import monitors
 from tests.support.explicit_mpc import prove_lasting
-from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, OK, OUTSIDE, CoverTwin, asked_of_cover
 from verify.checker.covers.cuts import end_of
 from verify.systems.system import Affine, HalfSpace
 
-WORLD = FOLDER.parent / "worlds" / "pendulum"
 CLAIMS = {
     "always": 'name = "always"\nregion = { where = ["angle + 0.1[s]*spin <= 0.06"] }',
     "decides": """formula = "not acts(cart) == left"
@@ -45,13 +42,8 @@ class Proof:
     """A certificate that `maviper verify` writes of a committed world, and what a monitor makes of it."""
 
     def __init__(self, folder, text):
-        for name in ("profile.json", "world.toml"):
-            shutil.copy(WORLD / name, folder)
-        (folder / "properties.toml").write_text(f"[[property]]\n{text}\n")
-        self.profile, self.certificate = load(folder / "profile.json"), folder / "certificate.json"
-        found = verify_system(self.profile, folder / "world.toml", folder / "properties.toml")
-        ((_, certificate),) = found.certificates.items()
-        self.certificate.write_text(certificate)
+        self.certificate = monitors.certify(folder, "pendulum", text)
+        self.profile = load(folder / "profile.json")
         self.claim = read_certificate(self.certificate)[0].claim
         self.read()
 
