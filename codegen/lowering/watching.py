@@ -238,16 +238,19 @@ def _watch_region(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, cer
     places = [place for upper, place in model.places.items() if place.readers or upper in asked]
     own = replace(model, region=region, names=replace(model.names, in_region=f"{model.prefix}_monitor_within"))
     inside = "w is in the region of the proof, and so are the positions one step on"
+    watched, open_ = _order_watched(_watch_places(profile.world, places), _collect_bounds(region))
+    fallbacks = [Fallback(agent, _at_rest(policy)) for agent, policy in zip(model.agents, profile.agents, strict=True)]
     return Watch(
-        own,
-        certificate,
-        claim,
-        RegionCheck(region, moved, _ahead(own, moved), coasts=False),
-        Said(inside, "w is, but the positions one step on are not"),
-        model.places,
-        *_order_watched(_watch_places(profile.world, places), _collect_bounds(region)),
-        tuple(Fallback(agent, _at_rest(policy)) for agent, policy in zip(model.agents, profile.agents, strict=True)),
-        profile.world.dt,
+        model=own,
+        certificate=certificate,
+        claim=claim,
+        check=RegionCheck(region, moved, _ahead(own, moved), coasts=False),
+        said=Said(inside, "w is, but the positions one step on are not"),
+        places=model.places,
+        watched=watched,
+        open=open_,
+        fallbacks=tuple(fallbacks),
+        step=profile.world.dt,
     )
 
 
@@ -326,17 +329,20 @@ def _watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certific
         for agent, policy in zip(model.agents, profile.agents, strict=True)
     ]
     inside = f"w is in a set of which the claim is proved, {'for ever' if cover.ever else 'until the last step'}"
+    bounds = {place.upper: cover.bounds(at) for at, place in enumerate(places.values())}
+    watched, open_ = _order_watched(watched, bounds)
     return Watch(
-        model,
-        certificate,
-        claim,
-        look_up(cover, f"certificate {certificate[:12]}"),
-        Said(inside, NEVER if cover.ever else LAST),
-        places,
-        *_order_watched(watched, {place.upper: cover.bounds(at) for at, place in enumerate(places.values())}),
-        tuple(fallbacks),
-        cover.dt,
-        cover.paced,
+        model=model,
+        certificate=certificate,
+        claim=claim,
+        check=look_up(cover, f"certificate {certificate[:12]}"),
+        said=Said(inside, NEVER if cover.ever else LAST),
+        places=places,
+        watched=watched,
+        open=open_,
+        fallbacks=tuple(fallbacks),
+        step=cover.dt,
+        paced=cover.paced,
     )
 
 
@@ -355,7 +361,18 @@ def watch_inputs(profile: ir.PolicyProfile, model: Model) -> Watch:
     check = InputCheck(sum(len(each.outputs) for each in fallbacks))
     said = Said("all observations are as they should be", NEVER, NEVER, OUTPUT)
     claim, step = "nothing: ranges, ages and finiteness are checked", profile.world.dt or 1.0
-    return Watch(model, "none", claim, check, said, places, tuple(watched), len(watched), fallbacks, step)
+    return Watch(
+        model=model,
+        certificate="none",
+        claim=claim,
+        check=check,
+        said=said,
+        places=places,
+        watched=tuple(watched),
+        open=len(watched),
+        fallbacks=fallbacks,
+        step=step,
+    )
 
 
 def _make_fallback(agent: Agent, policy: ir.AgentPolicy) -> Fallback:
