@@ -1,4 +1,4 @@
-"""The parts of the emission model that others are made of: numbers, features, actions, nodes, glances.
+"""The parts of the emission model that others are made of: numbers, features, actions, nodes, boxes.
 
 Does: names them, and what follows from them at once, such as a test as languages write it.
 Assumes: `lower` made them.
@@ -16,7 +16,6 @@ from codegen.numbers import decimal_literal
 
 SINGLE_BITS = 32
 UNIT = 2.0**-53  # by what share of itself a number is off that is rounded to float64
-LANES = 4  # of float32 that processors take at once
 
 
 @dataclass(frozen=True)
@@ -166,53 +165,3 @@ class Ends(NamedTuple):
 
     low: tuple[Double, ...]
     high: tuple[Double, ...]
-
-
-class Centred(NamedTuple):
-    """The middle of each side of a box, and the square of its half (glances/centring.py), as C writes float32."""
-
-    middle: tuple[str, ...]
-    square: tuple[str, ...]
-
-
-class Tilt(NamedTuple):
-    """Sums of a state that are within 1 in a turned box (glances/tilting.py), as C writes float32: of each sum its
-    constant, and by variable its factors.
-    """
-
-    first: tuple[str, ...]
-    along: tuple[tuple[str, ...], ...]
-
-
-class Cores(NamedTuple):
-    """For each list, in a row of cells along a variable, a box within the list for each cell (glances/coring.py). A
-    state is in the cell floor((number - low) * scale + begin), once its number is put between `low` and `high`.
-    """
-
-    axis: int | None  # None: one cell for each list
-    columns: tuple[int, ...]  # what is compared
-    size: int  # cells of a row
-    rows: tuple[tuple[Double, ...], ...]  # low, high, scale and begin of no list, which leads to the last box; of each
-    boxes: tuple[Ends, ...]  # by list and cell, and one that holds no state: the last one, or the first without rows
-    centred: tuple[Centred, ...] = ()  # the same boxes in float32; () where that tells fewer states
-
-    @property
-    def lanes(self) -> int:
-        """How many float32 are compared side by side: all numbers of a state, where these are fours; else 0."""
-        count = len(self.columns)
-        return count if self.centred and count % LANES == 0 and self.columns == tuple(range(count)) else 0
-
-    @property
-    def single(self) -> bool:
-        """Whether code has them in float32: where it compares side by side, or they are so many that memory counts."""
-        return self.lanes > 0 or (bool(self.centred) and self.axis is not None)
-
-
-class Tiles(NamedTuple):
-    """For each list, in a grid along all variables, which cells are known to lie in it (glances/tiling.py). The cell
-    along each variable is found as that of cores; in a row of bits the last variable goes first.
-    """
-
-    size: int  # cells along each variable
-    rows: tuple[tuple[tuple[Double, ...], ...], ...]  # by list and variable: low, high, scale
-    octets: tuple[int, ...]  # by list: a bit for each cell, eight to one, the lowest bit first

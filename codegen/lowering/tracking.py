@@ -7,12 +7,13 @@ Does not: know what is proved, or write text (codegen/targets/monitor.py).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from codegen import ir
 from codegen.dynamics import accelerations, partners
 from codegen.errors import InputError
 from codegen.lowering.lower import region_of
-from codegen.lowering.model import Agent, Double, Model, Place
+from codegen.lowering.model import Agent, Double, Model, Place, Region
 from codegen.region import RegionSpec
 
 OFF = 2.0**-40  # by which a number may be off: proofs leave 2^-30 for all that adds up in an episode
@@ -57,9 +58,14 @@ class Tracked:
 
 @dataclass(frozen=True)
 class Track:
-    """How a world moves."""
+    """How a world moves: whether a state follows from a start."""
 
-    steps: int
+    kind: ClassVar = "episode"
+    count: ClassVar = "N_COORDINATES"  # the name of how many numbers a state has
+    counted: ClassVar = True  # whether steps are counted since the start
+
+    region: Region  # of the starts
+    last: int  # step of the proof, from 0
     agents: tuple[Tracked, ...]
     still: tuple[Place, ...]  # what does not move
     kept: Double  # the share of a velocity that is left after a step
@@ -71,6 +77,16 @@ class Track:
     goal: tuple[Place, Place] | None
     goals: tuple[tuple[Place, Place], ...]  # where it may be
 
+    @property
+    def comparisons(self) -> int:
+        """The most that one step takes."""
+        both = 4 if self.noise else 16  # axes; also whether anything moves an agent along them
+        moved = sum(both * (1 + len(each.pushes)) for each in self.agents) + 2 * len(self.still)
+        begun = self.region.comparisons + 4 * len(self.agents)
+        numbers = len(self.still) + 4 * len(self.agents)
+        near = 2 * numbers + 2 * len(self.region.bounds) + 4 * len(self.region.goals)
+        return max(moved, begun) + (near if self.noise else 0)
+
     def bound_coordinates(self, start: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
         """Between which numbers each coordinate stays that starts between these, whatever agents do; all start at
         rest. By upper-case name.
@@ -80,11 +96,11 @@ class Track:
             for axis, (place, speed) in enumerate(zip(each.positions, each.velocities, strict=True)):
                 push = max(abs(float(pushes[axis].decimal)) for pushes in each.pushes)
                 # a velocity is at most the sum of all pushes, twice for what rounding adds
-                most = 2.0 * self.steps * (push + OFF)
+                most = 2.0 * self.last * (push + OFF)
                 bounds[speed.upper] = -most, most
                 if place.upper in start:
                     low, high = start[place.upper]
-                    far = 2.0 * self.steps * (self.dt * most + OFF)
+                    far = 2.0 * self.last * (self.dt * most + OFF)
                     bounds[place.upper] = low - far, high + far
         return {upper: (low - self.near, high + self.near) for upper, (low, high) in bounds.items()}
 
@@ -122,7 +138,8 @@ def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
     region = region_of(start.region)
     near = max(OFF, 2.0 * start.noise)
     return Track(
-        steps=start.steps,
+        region=region,
+        last=start.steps,
         agents=agents,
         still=still,
         kept=Double.of(1.0 - world.damping),

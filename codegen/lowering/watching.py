@@ -1,13 +1,14 @@
 """The lowered monitor: what is asked of a state before a claim that is proved says something of it.
 
-Does: joins a lowered profile, the region or cover of a certificate, ranges, motion and fallbacks.
+Does: joins a lowered profile, what a certificate proves, ranges, motion and fallbacks.
 Assumes: a checked profile; for a region, world states with coordinates; a proof that was accepted.
 Does not: write text (codegen/targets/monitor.py), or read a certificate.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -26,11 +27,13 @@ LATE = 1.5  # steps; inputs that are older, or checks that come later, are inval
 EARLY = 0.5  # steps; checks that come sooner are invalid, where a proof is about whole steps
 WORD_BITS = 32
 WORDS = ("OK", "LEAVING", "OUTSIDE", "INVALID")
+NEVER, LAST = "never", "w is, and this is the last step of the proof"
+OUTPUT = "; or an output is not finite, or out of its range"
 
 
 @dataclass(frozen=True)
 class Watched:
-    """A coordinate that must be measured, new, finite and within `low` and `high`."""
+    """A number that must be measured, new, finite and within `low` and `high`."""
 
     place: Place
     low: Double
@@ -65,14 +68,57 @@ class Fallback:
     outputs: tuple[Given, ...] = ()
 
     @property
-    def kind(self) -> str:
-        """The type of outputs in Rust."""
-        return "f32" if self.agent.summed is not None and self.agent.summed.gives_single else "f64"
-
-    @property
     def constant(self) -> str:
         """Its name in C: PREFIX_AGENT_FALLBACK."""
         return f"{self.agent.names.act.removesuffix('act').upper()}FALLBACK"
+
+
+class Said(NamedTuple):
+    """What OK, LEAVING and OUTSIDE say of a state w, and what is INVALID beside what always is."""
+
+    inside: str
+    leaving: str
+    outside: str = "w is not: nothing is proved there"
+    fault: str = ""
+
+
+# What is asked of a state whose numbers are valid: these two, a Track or a Lookup, which templates know by their kind.
+
+
+@dataclass(frozen=True)
+class RegionCheck:
+    """Whether a state is in the region of the model, and its positions are once they have moved."""
+
+    kind: ClassVar = "region"
+    count: ClassVar = "N_COORDINATES"  # the name of how many numbers a state has
+    counted: ClassVar = False  # whether steps are counted since the start
+
+    region: Region
+    moved: tuple[Moved, ...]
+    ahead: Model | None  # with what of the region moves; None: nothing does
+    coasts: bool  # whether they move to where agents come to rest, and have to be in the region there
+
+    @property
+    def comparisons(self) -> int:
+        """The most that it takes."""
+        ahead = self.ahead.region.comparisons if self.ahead and self.ahead.region else 0
+        return self.region.comparisons + ahead
+
+
+@dataclass(frozen=True)
+class InputCheck:
+    """Nothing more of what agents observe, and of their outputs that each is within its bounds."""
+
+    kind: ClassVar = "inputs"
+    count: ClassVar = "N_INPUTS"
+    counted: ClassVar = False
+
+    outputs: int
+
+    @property
+    def comparisons(self) -> int:
+        """The most that it takes."""
+        return 2 * self.outputs
 
 
 @dataclass(frozen=True)
@@ -80,24 +126,16 @@ class Watch:
     """A monitor, ready to be written."""
 
     model: Model  # of the profile; its region and the name of its check are the certificate's
-    guard: str  # of the header of the profile
     certificate: str  # content hash
     claim: str  # in words
+    check: RegionCheck | Track | Lookup | InputCheck
+    said: Said
+    places: Mapping[str, Place]  # of all numbers of a state, by upper-case name
     watched: tuple[Watched, ...]  # first those that may be out of range inside
     open: int  # how many these are: all others are within narrower bounds inside
-    moved: tuple[Moved, ...]
     fallbacks: tuple[Fallback, ...]
-    max_age: str  # seconds
-    places: Mapping[str, Place]  # of all numbers of a state, by upper-case name
-    size: str  # how many there are, in C
-    dt: str  # seconds of a step
-    ahead: Model | None = None  # with what of the region moves until the next step; None: nothing does, or a cover
-    lookup: Lookup | None = None  # of a cover; None: of a region
-    ever: bool = True  # whether what is proved holds at every step
-    early: str = "0.0"  # seconds before which a step comes too soon
-    track: Track | None = None  # of episodes from the region: `moved` and `ahead` are empty then
-    coasts: bool = False  # whether positions are moved to where agents come to rest, and have to be in the region there
-    inputs: bool = False  # whether observations are watched, of which nothing is proved
+    step: float  # seconds
+    paced: bool = False  # whether a step may come too soon
 
     @property
     def acts(self) -> tuple[Fallback, ...]:
@@ -110,47 +148,37 @@ class Watch:
         return tuple(each for each in self.fallbacks if each.outputs)
 
     @property
-    def count(self) -> str:
-        """How many numbers a state has, by the name of this in Rust and Python."""
-        return "N_INPUTS" if self.inputs else "N_VARIABLES" if self.lookup else "N_COORDINATES"
+    def size(self) -> str:
+        """How many numbers a state has, by the name of this in C."""
+        return f"{self.model.prefix.upper()}_{self.check.count}"
+
+    @property
+    def dt(self) -> str:
+        """Seconds of a step."""
+        return decimal_literal(self.step)
+
+    @property
+    def max_age(self) -> str:
+        """Seconds after which a number is too old, and a step late."""
+        return decimal_literal(LATE * self.step)
+
+    @property
+    def early(self) -> str:
+        """Seconds before which a step comes too soon."""
+        return decimal_literal(EARLY * self.step if self.paced else 0.0)
 
     @property
     def says(self) -> Mapping[str, str]:
-        """What the words OK, LEAVING, OUTSIDE and INVALID say of a state w."""
-        invalid = "a number is missing, too old, not finite or out of its range, or the step came late"
-        leaving = "w is, and this is the last step of the proof"
-        if self.inputs:
-            return {"OK": "all observations are as they should be", "LEAVING": "never", "OUTSIDE": "never"} | {
-                "INVALID": f"{invalid}; or an output is not finite, or out of its range"
-            }
-        if self.track is not None and self.track.noise:
-            near = decimal_literal(self.track.near)
-            inside = f"w is within {near} of `last`, the state of an episode of the proof: decide from that"
-        elif self.track is not None:
-            inside = "w is a start of the proof, or follows from the state before by the actions and the rules"
-        elif self.coasts:
-            inside = "positions are within the edges of the proof, also where agents come to rest that nobody pushes"
-            leaving = "never"
-        elif self.lookup is None:
-            inside = "w is in the region of the proof, and so are the positions one step on"
-            leaving = "w is, but the positions one step on are not"
-        else:
-            inside = f"w is in a set of which the claim is proved, {'for ever' if self.ever else 'until the last step'}"
-            leaving = "never" if self.ever else leaving
-        invalid += "" if self.early == "0.0" else " or early"
-        return {"OK": inside, "LEAVING": leaving, "OUTSIDE": "w is not: nothing is proved there", "INVALID": invalid}
+        """What the words say of a state w."""
+        said = self.said
+        late = "the step came late or early" if self.paced else "the step came late"
+        invalid = f"a number is missing, too old, not finite or out of its range, or {late}{said.fault}"
+        return {"OK": said.inside, "LEAVING": said.leaving, "OUTSIDE": said.outside, "INVALID": invalid}
 
     @property
     def word_width(self) -> int:
         """How many characters the longest of the words has in C: PREFIX_M_LEAVING."""
         return len(self.model.prefix.upper()) + len("_M_") + max(map(len, WORDS))
-
-    @property
-    def last(self) -> int:
-        """The last step of a cover, from 0."""
-        if self.track is not None:
-            return self.track.steps
-        return 0 if self.lookup is None else self.lookup.steps - 1
 
     @property
     def masks(self) -> tuple[str, ...]:
@@ -159,48 +187,42 @@ class Watch:
         return tuple(f"{(1 << min(WORD_BITS, len(self.places) - at)) - 1:#x}UL" for at in whole)
 
     @property
-    def counted(self) -> bool:
-        """Whether steps are counted since the start."""
-        return self.track is not None or (self.lookup is not None and not self.ever)
-
-    @property
-    def glances(self) -> bool:
-        """Whether code looks first whether a state is surely in a list, and asks all else only where it is not."""
-        return self.lookup is not None and self.lookup.glances
-
-    @property
-    def region(self) -> Region:
-        """The region of the certificate."""
-        assert self.model.region is not None
-        return self.model.region
-
-    @property
-    def own_guard(self) -> str:
+    def guard(self) -> str:
         """Of the header of the monitor."""
         return f"{self.model.prefix.upper()}_MONITOR_{self.certificate[:16].upper()}_H"
 
     @property
     def comparisons(self) -> int:
         """How many comparisons one step makes at most."""
-        if self.inputs:
-            return 2 + 3 * len(self.watched) + 2 * sum(len(each.outputs) for each in self.fallbacks)
-        if self.lookup is not None:
-            return 2 + 3 * len(self.watched) + self.lookup.comparisons
-        if self.track is not None:
-            both = 4 if self.track.noise else 16  # axes; also whether anything moves an agent along them
-            moved = sum(both * (1 + len(each.pushes)) for each in self.track.agents) + 2 * len(self.track.still)
-            begun = self.region.comparisons + 4 * len(self.track.agents)
-            near = 2 * len(self.places) + 2 * len(self.region.bounds) + 4 * len(self.region.goals)
-            return 2 + 3 * len(self.watched) + max(moved, begun) + (near if self.track.noise else 0)
-        ahead = self.ahead.region.comparisons if self.ahead and self.ahead.region else 0
-        return 2 + 3 * len(self.watched) + self.region.comparisons + ahead
+        return 2 + 3 * len(self.watched) + self.check.comparisons
 
 
-def watch(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate: str, claim: str) -> Watch:
-    """The monitor of a profile for the region of a certificate with this content hash, of a `claim` in words.
+def watch(
+    profile: ir.PolicyProfile, model: Model, proved: RegionSpec | Edges | Start | Cover, certificate: str, claim: str
+) -> Watch:
+    """The monitor of a lowered profile for what a certificate with this content hash proves, of a `claim` in words.
 
-    InputError where agents do not decide from world states, so that no state can be watched.
+    InputError where agents do not decide from world states, so that no state can be watched, for episodes that are not
+    followed, for sets of too many boxes, and for variables that code cannot tell apart.
     """
+    match proved:
+        case Cover():
+            return _watch_cover(profile, model, proved, certificate, claim)
+        case Start():
+            return _watch_start(profile, model, proved, certificate, claim)
+        case Edges():
+            made, time = _watch_region(profile, model, proved.region, certificate, claim), Double.of(proved.coasting)
+            assert isinstance(made.check, RegionCheck)
+            moved = tuple(replace(each, time=time) for each in made.check.moved)
+            inside = "positions are within the edges of the proof, also where agents come to rest that nobody pushes"
+            check = replace(made.check, moved=moved, coasts=True)
+            return replace(made, check=check, said=Said(inside, NEVER), paced=True)
+        case RegionSpec():
+            return _watch_region(profile, model, proved, certificate, claim)
+
+
+def _watch_region(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate: str, claim: str) -> Watch:
+    """For single states of a game."""
     if not model.located:
         what = "a monitor watches world states, and the features have no meanings"
         raise InputError(what, "--target monitor", "give each feature a meaning")
@@ -212,41 +234,45 @@ def watch(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate
         Moved(place, model.places[name]) for upper, place in model.places.items()
         if upper in asked and (name := f"{upper[:-1]}V{upper[-1]}") in model.places
     )  # fmt: skip
-    velocities = {each.velocity.upper for each in moved}
-    ranges = _ranges(profile.world)
-    watched = tuple(
-        Watched(place, Double.of(ranges[place.name][0]), Double.of(ranges[place.name][1]))
-        for upper, place in model.places.items()
-        if place.readers or upper in asked or upper in velocities
-    )
+    asked |= {each.velocity.upper for each in moved}
+    places = [place for upper, place in model.places.items() if place.readers or upper in asked]
+    own = replace(model, region=region, names=replace(model.names, in_region=f"{model.prefix}_monitor_within"))
+    inside = "w is in the region of the proof, and so are the positions one step on"
+    watched, open_ = _order_watched(_watch_places(profile.world, places), _collect_bounds(region))
     fallbacks = [Fallback(agent, _at_rest(policy)) for agent, policy in zip(model.agents, profile.agents, strict=True)]
-    names = replace(model.names, in_region=f"{model.prefix}_monitor_within")
-    own = replace(model, region=region, names=names)
-    age = decimal_literal(LATE * profile.world.dt)
-    whole = model.places, model.names.n_coordinates, model.dt, _ahead(own, moved)
-    watched, open_ = _order_watched(watched, _collect_bounds(region))
-    return Watch(own, model.names.guard, certificate, claim, watched, open_, moved, tuple(fallbacks), age, *whole)
-
-
-def watch_start(profile: ir.PolicyProfile, model: Model, start: Start, certificate: str, claim: str) -> Watch:
-    """The monitor of a profile for episodes from the starts of a certificate. InputError as `watch` and `track`."""
-    made = watch(profile, model, start.region, certificate, claim)
-    ranges = _ranges(profile.world)
-    watched = tuple(
-        Watched(place, Double.of(ranges[place.name][0]), Double.of(ranges[place.name][1]))
-        for place in model.places.values()
+    return Watch(
+        model=own,
+        certificate=certificate,
+        claim=claim,
+        check=RegionCheck(region, moved, _ahead(own, moved), coasts=False),
+        said=Said(inside, "w is, but the positions one step on are not"),
+        places=model.places,
+        watched=watched,
+        open=open_,
+        fallbacks=tuple(fallbacks),
+        step=profile.world.dt,
     )
-    early = decimal_literal(EARLY * profile.world.dt)
-    followed = track(profile, model, start)
-    watched, open_ = _order_watched(watched, followed.bound_coordinates(_collect_bounds(made.region)))
-    return replace(made, watched=watched, open=open_, moved=(), ahead=None, ever=False, early=early, track=followed)
 
 
-def watch_edges(profile: ir.PolicyProfile, model: Model, edges: Edges, certificate: str, claim: str) -> Watch:
-    """The monitor of a profile for edges that agents never cross. InputError as `watch`."""
-    made, time = watch(profile, model, edges.region, certificate, claim), Double.of(edges.coasting)
-    moved = tuple(replace(each, time=time) for each in made.moved)
-    return replace(made, moved=moved, coasts=True, early=decimal_literal(EARLY * profile.world.dt))
+def _watch_start(profile: ir.PolicyProfile, model: Model, start: Start, certificate: str, claim: str) -> Watch:
+    """For episodes of a game, of which all coordinates are compared."""
+    made = _watch_region(profile, model, start.region, certificate, claim)
+    assert isinstance(made.check, RegionCheck)
+    followed, region = track(profile, model, start), made.check.region
+    watched, open_ = _order_watched(
+        _watch_places(profile.world, model.places.values()), followed.bound_coordinates(_collect_bounds(region))
+    )
+    inside = "w is a start of the proof, or follows from the state before by the actions and the rules"
+    if followed.noise:
+        near = decimal_literal(followed.near)
+        inside = f"w is within {near} of `last`, the state of an episode of the proof: decide from that"
+    return replace(made, check=followed, said=Said(inside, LAST), watched=watched, open=open_, paced=True)
+
+
+def _watch_places(world: ir.WorldSpec, places: Iterable[Place]) -> list[Watched]:
+    """Coordinates, each with what it can be."""
+    ranges = _ranges(world)
+    return [Watched(place, *map(Double.of, ranges[place.name])) for place in places]
 
 
 def _order_watched(
@@ -287,11 +313,8 @@ def _ahead(model: Model, moved: Sequence[Moved]) -> Model | None:
     return replace(model, region=part, names=replace(model.names, in_region=f"{model.prefix}_monitor_ahead"))
 
 
-def watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certificate: str, claim: str) -> Watch:
-    """The monitor of a lowered profile for what a certificate about a stated system proves.
-
-    InputError for sets of too many boxes, and for variables that code cannot tell apart.
-    """
+def _watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certificate: str, claim: str) -> Watch:
+    """For states of a system that a file states."""
     places: dict[str, Place] = {}
     for at, one in enumerate(cover.variables):
         upper = identifier(one.name.replace(".", "_")).upper()
@@ -300,30 +323,26 @@ def watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certifica
             raise InputError(what, "--target monitor", "rename one of them in the world file")
         places[upper] = Place(at, one.name, upper, f"{model.prefix.upper()}_S_{upper}", ())
     ranges = zip(places.values(), cover.variables, strict=True)
-    watched = tuple(Watched(place, Double.of(one.low), Double.of(one.high)) for place, one in ranges)
-    watched, open_ = _order_watched(
-        watched, {place.upper: cover.bounds(at) for at, place in enumerate(places.values())}
-    )
+    watched = [Watched(place, Double.of(one.low), Double.of(one.high)) for place, one in ranges]
     fallbacks = [
         replace(_make_fallback(agent, policy), action=_place_action(policy, cover.rests.get(agent.name)))
         for agent, policy in zip(model.agents, profile.agents, strict=True)
     ]
+    inside = f"w is in a set of which the claim is proved, {'for ever' if cover.ever else 'until the last step'}"
+    bounds = {place.upper: cover.bounds(at) for at, place in enumerate(places.values())}
+    watched, open_ = _order_watched(watched, bounds)
     return Watch(
         model=model,
-        guard=model.names.guard,
         certificate=certificate,
         claim=claim,
+        check=look_up(cover, f"certificate {certificate[:12]}"),
+        said=Said(inside, NEVER if cover.ever else LAST),
+        places=places,
         watched=watched,
         open=open_,
-        moved=(),
         fallbacks=tuple(fallbacks),
-        max_age=decimal_literal(LATE * cover.dt),
-        places=places,
-        size=f"{model.prefix.upper()}_N_VARIABLES",
-        dt=decimal_literal(cover.dt),
-        lookup=look_up(cover, f"certificate {certificate[:12]}"),
-        ever=cover.ever,
-        early=decimal_literal(EARLY * cover.dt if cover.paced else 0.0),
+        step=cover.dt,
+        paced=cover.paced,
     )
 
 
@@ -338,22 +357,21 @@ def watch_inputs(profile: ir.PolicyProfile, model: Model) -> Watch:
             places[name] = Place(len(places), f"{agent.name}: {feature.name}", name, f"{upper}_I_{name}", ())
             ends = (Double.of(_finite(float(end))) for end in (feature.low_seen, feature.high_seen))
             watched.append(Watched(places[name], *ends))
-    dt = profile.world.dt or 1.0
-    claim = "nothing: ranges, ages and finiteness are checked"
+    fallbacks = tuple(_make_fallback(*both) for both in zip(model.agents, profile.agents, strict=True))
+    check = InputCheck(sum(len(each.outputs) for each in fallbacks))
+    said = Said("all observations are as they should be", NEVER, NEVER, OUTPUT)
+    claim, step = "nothing: ranges, ages and finiteness are checked", profile.world.dt or 1.0
     return Watch(
         model=model,
-        guard=model.names.guard,
         certificate="none",
         claim=claim,
+        check=check,
+        said=said,
+        places=places,
         watched=tuple(watched),
         open=len(watched),
-        moved=(),
-        fallbacks=tuple(_make_fallback(*both) for both in zip(model.agents, profile.agents, strict=True)),
-        max_age=decimal_literal(LATE * dt),
-        places=places,
-        size=f"{upper}_N_INPUTS",
-        dt=decimal_literal(dt),
-        inputs=True,
+        fallbacks=fallbacks,
+        step=step,
     )
 
 

@@ -4,30 +4,25 @@ Does: has the checker accept the certificate, and keeps the sets that it asks ab
 Assumes: a world file beside the certificate; files that anyone wrote.
 Does not: trust a proof, or find sets of its own.
 
-Every state of such a set, a box or what of a box lies in a frame too, is one of which the proof holds: the claim, from
-this step on, as long as the system moves as its file states. So a state in a set is vouched for, however it got there.
+Every state of such a set, a box, is one of which the proof holds: the claim, from this step on, as long as the system
+moves as its file states. So a state in a set is vouched for, however it got there.
 """
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
-from functools import singledispatch
 from pathlib import Path
 
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.ir import Float64, PolicyProfile
-from codegen.lowering.covering import Boxes, Cover, Variable
-from codegen.lowering.turning import Turned, ensure_few_sets
+from codegen.ir import PolicyProfile
+from codegen.lowering.covering import MAX_GIVEN, Boxes, Cover, Variable
 from codegen.numbers import nearest_double
 from codegen.region import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
-from maviper.compilation.modes import split_modes
-from maviper.compilation.projecting import Frames, list_unread, turn_without
 from maviper.compilation.rows import Columns, ensure_wide, keep_sums, list_columns, narrow, widen
-from maviper.compilation.visits import list_visits
 from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
 from maviper.worlds.stated.observing import PLACE
 from verify.checker.covers.boxes import BoxList
@@ -47,21 +42,13 @@ from verify.systems.system import Interval, Polytope
 
 Sets = BoxList | SetList
 Lists = dict[int, list[Sets]]  # by step, or by part of an invariant
-Steps = Sequence[Sequence[Boxes | Turned]]
-LONG = 60  # steps of episodes that are played of claims for ever
+Steps = Sequence[Sequence[Boxes]]
 
 
-@dataclass(frozen=True)
-class Covered:
-    """What an accepted certificate about a stated system says: in which states its claim is proved."""
-
-    region: Cover | RegionSpec  # of a claim about single decisions in a game its region
-    claim: str  # in words
-
-
-def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
-    """What a certificate proves of a profile in the world file beside it. Where that states what agents observe in
-    their game, it is about states of the game: no state is without the roundings that the file names.
+def load_cover(certificate: Path, profile: PolicyProfile) -> tuple[Cover | RegionSpec, str]:
+    """What a certificate proves of a profile in the world file beside it, and the claim in words. Where the file states
+    what agents observe in their game, it is about states of the game: no state is without the roundings that the file
+    names. Of a claim about single decisions in a game, it is a region.
 
     InputError for a certificate of another profile or system, and for one whose sets cannot be watched, with the
     reason; RefusedError where its proof does not hold.
@@ -71,8 +58,8 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     if game is not None and game.place == PLACE and proof.claim.about_decisions:
         region = region_of(game, proof.claim, where)
         ensure_accepted(certificate, proof, statement, profile)
-        return Covered(region, _say(proof.claim, *as_played(statement, profile)))
-    _ensure_boxes(proof, where)
+        return region, _say(proof.claim, *as_played(statement, profile))
+    _ensure_watchable(proof, where)
     lists: Lists = defaultdict(list)
 
     def watch(at: int, sets: Sets) -> None:
@@ -82,34 +69,24 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     claim, rests = proof.claim, _rests(statement)
     dt = nearest_double(Fraction(period(statement) or (1 if game is None else profile.world.dt)))
     statement, profile = as_played(statement, profile)
-    unread = _list_unread(proof, statement)
-    ranges = [one for one in _ranges(statement) if one.name not in unread]
+    ranges = _ranges(statement)
     steps = [
-        [part if isinstance(part, Turned) else split_modes(statement, part, where)[0] for part in parts]
+        [split_modes(statement, part, where) for part in parts]
         for parts in _list_steps(proof, statement, ranges, lists)
     ]
     ever = claim.about_decisions or claim.says.ever
     if not claim.about_decisions:
         ranges = _reaching(ranges, steps)
     unmeasured = {name: _range_of(statement, name) for name in list_roundings(statement)}
-    if game is not None and not game.errors:
-        unmeasured |= _list_roundings_of(proof, game, statement, steps, where)
+    if game is not None and not game.errors and isinstance(proof, CoverCertificate):
+        unmeasured |= _list_roundings_of(game, statement, steps, where)
     measured, bounds = _drop_roundings(statement, ranges, steps, unmeasured)
-    names, last = [one.name for one in measured], LONG if ever else claim.steps
+    names = [one.name for one in measured]
     bounds, sums = keep_sums(_list_regions(proof), names, bounds) if ever else (bounds, ())
-
-    def visit() -> list[Float64]:
-        if statement.gives or not statement.moves:
-            return []
-        visits = list_visits(statement, profile, last, names)
-        return [np.concatenate(visits)] if ever else visits
-
-    cover = Cover(
-        measured, bounds, ever, not claim.about_decisions, dt, rests, None if claim.about_decisions else visit, sums
-    )
+    cover = Cover(measured, bounds, ever, not claim.about_decisions, dt, rests, sums)
     place = PLACE if game is None else game.place
     where = "" if place == PLACE else f", where the goal is at {place}"
-    return Covered(cover, _say(claim, statement, profile) + where)
+    return cover, _say(claim, statement, profile) + where
 
 
 def _say(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> str:
@@ -119,89 +96,47 @@ def _say(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> st
 
 ADVICE = "a monitor needs a proof by boxes, by cells, or of a claim about decisions"
 SYMBOLIC = "the certificate follows symbolic states, and to find out whether a state is in one takes a linear program"
+TURNED = "the sets of the certificate are turned boxes, and a box around one holds states of which nothing is proved"
 FORMS = "the sets of the certificate are affine forms, and to find out whether a state is in one takes a linear program"
 
 
-def _ensure_boxes(certificate: Certificate, where: str) -> None:
+def _ensure_watchable(certificate: Certificate, where: str) -> None:
     """InputError for a certificate whose sets are no boxes, or say nothing of later states."""
-    _ensure_watchable(certificate, where)
+    match certificate:
+        case SystemCertificate():
+            if not certificate.claim.about_decisions:
+                raise InputError(SYMBOLIC, where, f"{ADVICE}: verify with a larger --max-boxes")
+            ensure_wide(_list_regions(certificate), where)
+        case CoverCertificate():
+            if certificate.forms:
+                raise InputError(FORMS, where, ADVICE)
+        case FlowCertificate():
+            if not certificate.widths:
+                advice = "a monitor needs a proof by boxes: a formula, or a world that moves in steps"
+                raise InputError(TURNED, where, advice)
+        case InvariantCertificate():
+            if any(part.regions and part.steps > 1 for part in certificate.parts):
+                what = "the invariant is a region of which several states in a row were asked, and a monitor knows one"
+                raise InputError(what, where, "a monitor needs a proof by cells: leave `invariant` out of the claim")
+            ensure_wide(_list_regions(certificate), where)
     if certificate.claim.says.once:
         what = "the claim is fulfilled once the region is reached, and nothing is proved of what comes then"
         raise InputError(what, where, "a monitor needs a claim about all states, such as reaches_and_stays")
 
 
-# A function for each form of certificate: what of it can be watched, whose sums boxes bound, the parts of its steps.
-
-
-@singledispatch
-def _ensure_watchable(certificate: Certificate, where: str) -> None:
-    """InputError for sets that are no boxes."""
-    raise TypeError(f"nobody watches a {type(certificate).__name__}")
-
-
-@singledispatch
 def _list_regions(proof: Certificate) -> list[Polytope]:
     """The regions that name what boxes bound."""
-    return [*proof.claim.regions, *proof.claim.assuming]
+    parts = proof.parts if isinstance(proof, InvariantCertificate) else ()
+    return [*proof.claim.regions, *proof.claim.assuming, *(each.region for part in parts for each in part.regions)]
 
 
-@singledispatch
 def _list_steps(proof: Certificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
     """The parts of each step, all of which a state has to lie in; `lists`: the sets that the checker asked about."""
-    return [[_together(lists[step])] for step in range(proof.claim.steps + 1)]
-
-
-@_ensure_watchable.register
-def _(certificate: SystemCertificate, where: str) -> None:
-    if not certificate.claim.about_decisions:
-        raise InputError(SYMBOLIC, where, f"{ADVICE}: verify with a larger --max-boxes")
-    ensure_wide(_list_regions(certificate), where)
-
-
-@_list_steps.register
-def _(proof: SystemCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
-    return [[_within(list_columns(statement, _list_regions(proof)), proof.claim.regions or ((),), ranges)]]
-
-
-@_ensure_watchable.register
-def _(certificate: CoverCertificate, where: str) -> None:
-    if certificate.forms:
-        raise InputError(FORMS, where, ADVICE)
-
-
-@_ensure_watchable.register
-def _(certificate: FlowCertificate, where: str) -> None:
-    """Boxes or turned ones: both can be watched."""
-
-
-@_list_steps.register
-def _(proof: FlowCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
-    samples = [lists[at] for at in range(proof.claim.steps + 1)]
-    if proof.widths:
-        return [[_together(sets)] for sets in samples]
-    ensure_few_sets(sum(len(_together(sets).low) for sets in samples), "the certificate")  # before frames are inverted
-    watched = {one.name for one in ranges}
-    unread = [at for at, one in enumerate(statement.system.variables) if one.name not in watched]
-    return [[_join_turned(statement, sets, unread, f"sample {at}")] for at, sets in enumerate(samples)]
-
-
-@_ensure_watchable.register
-def _(certificate: InvariantCertificate, where: str) -> None:
-    if any(part.regions and part.steps > 1 for part in certificate.parts):
-        what = "the invariant is a region of which several states in a row were asked, and a monitor knows one"
-        raise InputError(what, where, "a monitor needs a proof by cells: leave `invariant` out of the claim")
-    ensure_wide(_list_regions(certificate), where)
-
-
-@_list_regions.register
-def _(proof: InvariantCertificate) -> list[Polytope]:
-    own = [each.region for part in proof.parts for each in part.regions]
-    return [*proof.claim.regions, *proof.claim.assuming, *own]
-
-
-@_list_steps.register
-def _(proof: InvariantCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
     claim, columns = proof.claim, list_columns(statement, _list_regions(proof))
+    if isinstance(proof, SystemCertificate):
+        return [[_within(columns, claim.regions or ((),), ranges)]]
+    if not isinstance(proof, InvariantCertificate):
+        return [[_together(lists[step])] for step in range(claim.steps + 1)]
     anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
 
     def list_boxes(at: int, part: InvariantPart) -> Boxes:
@@ -213,6 +148,27 @@ def _(proof: InvariantCertificate, statement: Statement, ranges: Sequence[Variab
     if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
         parts.append(_within(columns, claim.assuming, anywhere))
     return [parts]
+
+
+def split_modes(statement: Statement, boxes: Boxes, where: str) -> Boxes:
+    """The boxes, one for each value of each mode that they bound. `where` is named in errors. InputError for too
+    many.
+    """
+    low, high = boxes.low.copy(), boxes.high.copy()
+    for at, one in enumerate(statement.system.variables):
+        if one.modes:
+            values = np.arange(float(len(one.modes)))
+            met = (low[:, at, None] <= values) & (high[:, at, None] >= values)
+            free = np.isinf(low[:, at]) & np.isinf(high[:, at])  # a proof that does not follow it holds of any number
+            met[free] = values == 0.0
+            rows, chosen = np.nonzero(met)
+            if len(rows) > MAX_GIVEN:
+                what = f"the proof's sets are more than {MAX_GIVEN:,} boxes, one for each value of its modes"
+                raise InputError(what, where, "verify a claim about fewer of them")
+            low, high = low[rows], high[rows]
+            bound = ~free[rows]
+            low[bound, at] = high[bound, at] = values[chosen][bound]
+    return Boxes(low, high)
 
 
 def _without_roundings(statement: Statement, region: Polytope) -> Polytope:
@@ -242,27 +198,6 @@ def _together(lists: Sequence[Sets]) -> Boxes:
     return Boxes(np.concatenate([each.low for each in boxes]), np.concatenate([each.high for each in boxes]))
 
 
-@singledispatch
-def _list_unread(proof: Certificate, statement: Statement) -> list[str]:
-    """The variables that turned boxes are without: they are no inputs."""
-    return []
-
-
-@_list_unread.register
-def _(proof: FlowCertificate, statement: Statement) -> list[str]:
-    return [] if proof.widths or list_roundings(statement) else list_unread(statement.system, proof.claim)
-
-
-def _join_turned(statement: Statement, lists: Sequence[Sets], unread: Sequence[int], where: str) -> Turned:
-    """Sets with the frame of their start, without variables that nothing reads; ValueError if they have more frames,
-    all of which would have to be asked.
-    """
-    frames = [frame for each in lists if isinstance(each, SetList) for (frame,) in (each.frames,)]
-    boxes, rows = split_modes(statement, _together(lists), where)
-    centre, matrix, rest, turned = (np.concatenate(of)[rows] for of in zip(*frames, strict=True))
-    return turn_without(Frames(boxes, centre, matrix, rest, turned), unread, where)
-
-
 def _ranges(statement: Statement) -> tuple[Variable, ...]:
     """The ranges of the variables, rounded inward; of roundings, which no state is without, outward."""
     roundings, ranges = set(list_roundings(statement)), list[Variable]()
@@ -285,18 +220,10 @@ def _reaching(ranges: Sequence[Variable], steps: Steps) -> tuple[Variable, ...]:
     return tuple(variables)
 
 
-@singledispatch
-def _list_roundings_of(
-    proof: Certificate, game: GameFile, statement: Statement, steps: Steps, where: str
-) -> dict[str, Interval]:
-    """What a game may round by where agents observe it, anywhere in the sets of a proof, by variable; nothing where the
-    sets do not bound all variables. InputError where its file lets a later rounding be another number.
+def _list_roundings_of(game: GameFile, statement: Statement, steps: Steps, where: str) -> dict[str, Interval]:
+    """What a game may round by where agents observe it, anywhere in the sets of a proof, by variable. InputError where
+    its file lets a later rounding be another number.
     """
-    return {}
-
-
-@_list_roundings_of.register
-def _(proof: CoverCertificate, game: GameFile, statement: Statement, steps: Steps, where: str) -> dict[str, Interval]:
     parts = [part for each in steps for part in each]
     low = np.min([part.low.min(axis=0) for part in parts], axis=0)
     high = np.max([part.high.max(axis=0) for part in parts], axis=0)
@@ -313,7 +240,7 @@ def _range_of(statement: Statement, name: str) -> Interval:
 
 def _drop_roundings(
     statement: Statement, ranges: Sequence[Variable], steps: Steps, roundings: Mapping[str, Interval]
-) -> tuple[tuple[Variable, ...], tuple[tuple[Boxes | Turned, ...], ...]]:
+) -> tuple[tuple[Variable, ...], tuple[tuple[Boxes, ...], ...]]:
     """The variables that can be measured, and of each part the boxes that hold all roundings: what is proved of those
     is proved of any that the agents make. InputError where that is nothing.
     """
@@ -326,10 +253,7 @@ def _drop_roundings(
     least = np.array([floor(roundings[variables[at].name][0]) for at in added])
     most = np.array([ceiling(roundings[variables[at].name][1]) for at in added])
 
-    def project(part: Boxes | Turned) -> Boxes:
-        if isinstance(part, Turned):
-            what = "the sets of the proof are turned boxes, of which roundings of sums are variables"
-            raise InputError(what, "--certificate", ADVICE)
+    def project(part: Boxes) -> Boxes:
         held = (part.low[:, added] <= least) & (part.high[:, added] >= most)
         whole = held.all(axis=1)
         if len(held) and not whole.any():

@@ -19,7 +19,7 @@ from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
 from codegen.lowering.model import Model
 from codegen.lowering.tracking import MAX_NOISE, Edges, Start, ensure_followed
-from codegen.lowering.watching import Watch, watch, watch_cover, watch_edges, watch_inputs, watch_start
+from codegen.lowering.watching import Watch, watch, watch_inputs
 from codegen.numbers import decimal_literal, nearest_double
 from codegen.region import RegionSpec
 from codegen.targets import monitor
@@ -56,8 +56,8 @@ def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
     if kind is kinds.SYSTEM_CERTIFICATE:
         from maviper.compilation.covers import load_cover  # here, since most profiles are of games
 
-        covered = load_cover(certificate, profile)
-        return Proved(covered.region, _hash(text), covered.claim, stated=True)
+        region, claim = load_cover(certificate, profile)
+        return Proved(region, _hash(text), claim, stated=True)
     if any(policy.tree.arithmetic for policy in profile.agents):
         what = "the certificate is about tests of single features, and this profile tests sums or gives numbers"
         advice = "give one with a world file beside it, or leave it out: then inputs and outputs are watched"
@@ -154,13 +154,7 @@ def files_of(build: Build, proved: Proved | None, targets: Sequence[str]) -> dic
 
 
 def lower_monitor(profile: PolicyProfile, model: Model, proved: Proved) -> Watch:
-    """The lowered monitor of what is proved. InputError as `watch` and `watch_cover`."""
-    if isinstance(proved.region, Start):
-        return watch_start(profile, model, proved.region, proved.certificate, proved.claim)
-    if isinstance(proved.region, Edges):
-        return watch_edges(profile, model, proved.region, proved.certificate, proved.claim)
-    if isinstance(proved.region, Cover):
-        return watch_cover(profile, model, proved.region, proved.certificate, proved.claim)
+    """The lowered monitor of what is proved. InputError as `watch`."""
     return watch(profile, model, proved.region, proved.certificate, proved.claim)
 
 

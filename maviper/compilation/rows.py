@@ -16,7 +16,6 @@ from codegen.errors import InputError
 from codegen.ir import Float64
 from codegen.lowering.covering import Boxes
 from codegen.lowering.parts import RaisedSum
-from codegen.lowering.turning import Turned
 from verify.checker.covers.cuts import end_of
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Polytope
@@ -24,7 +23,7 @@ from verify.systems.system import HalfSpace, Polytope
 LARGEST_FACTOR = 1 << 500  # of a sum, so that its products overflow for no likely number
 Terms = tuple[tuple[str, int], ...]  # of a sum: variables, and whole factors without a common divisor
 Columns = Mapping[Terms, int]  # of boxes: of each variable, and of each sum
-Parts = tuple[Boxes | Turned, ...]
+Parts = tuple[Boxes, ...]
 
 
 def list_columns(statement: Statement, regions: Iterable[Polytope]) -> Columns:

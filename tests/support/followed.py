@@ -5,7 +5,6 @@ Episodes are arrays [episodes, steps + 1, coordinates]; what the agents do in th
 
 import ctypes
 import json
-import subprocess
 import tempfile
 from fractions import Fraction
 from itertools import permutations
@@ -14,17 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.lowering.lower import lower
 from codegen.targets import emit, monitor
 from maviper import load
-from maviper.compilation.monitors import load_proof, lower_monitor
+from maviper.compilation.monitors import load_proof, lower_monitor, noisy
 from maviper.files import runs
-from tests.support.monitored import WITH_CLOCK, acting
+from tests.support.monitored import OPTIMISED, WITH_CLOCK, acting
+from tests.support.monitors import built
+from tests.support.pushed import NOISE, PUSH, move_game
 from verify.checker.decisions.certificates import MAX_BYTES
 
-NOISE = 1e-3  # of the side of the region
-PUSH = 0.3  # standard deviation of what is added to a velocity
 ROUNDS = 7
 PROGRAM = """void follow(const double *w, const int *acts, long episodes, long steps, int *found, double *seconds);
 void follow(const double *w, const int *acts, long episodes, long steps, int *found, double *seconds)
@@ -76,13 +74,8 @@ class Followed:
         )
         names = {"p": p, "P": p.upper(), "N": watched.size, "K": len(agents), "calls": calls}
         texts = {**emit(self.profile, ["c"]), **monitor.emit(watched, ["c"])}
-        texts["bench.c"] = WITH_CLOCK.format(**names) + self._program(names, agents)
-        for name, text in texts.items():
-            (folder / name).write_text(text)
-        flags = [*(each for each in STRICT if "pedantic" not in each), "-O3", "-shared", "-fPIC"]
-        command = [*(find_compiler() or ["cc"]), *flags, "bench.c", "-o", "bench.so"]
-        subprocess.run(command, cwd=folder, check=True)
-        self._library = ctypes.CDLL(str(folder / "bench.so"))
+        texts["run.c"] = WITH_CLOCK.format(**names) + self._program(names, agents)
+        self._library = built(folder, texts, OPTIMISED)
         self._names = [policy.agent for policy in self.profile.agents]
         self._at = {name: place for place, name in enumerate(self.profile.world.coordinates())}
 
@@ -125,16 +118,7 @@ class Followed:
 
     def moved(self, w, acted, pushed, rng):
         """The states one step on; `pushed`: the standard deviation of what is added to velocities, by episode."""
-        w, at, world = w.copy(), self._at, self.profile.world
-        for policy in self.profile.agents:
-            (entity,) = (one for one in world.agents if one.name == policy.agent)
-            effects = np.array([each.effect or (0.0, 0.0) for each in policy.actions])[acted[policy.agent]]
-            for k, axis in enumerate("xy"):
-                place, speed = at[f"{policy.agent}.{axis}"], at[f"{policy.agent}.v{axis}"]
-                w[:, place] = w[:, place] + world.dt * w[:, speed]
-                w[:, speed] = w[:, speed] * (1.0 - world.damping) + effects[:, k] * entity.force * world.dt
-                w[:, speed] += pushed * rng.normal(size=len(w))
-        return w
+        return move_game(self.profile, w, acted, pushed * rng.normal(size=(len(acted), 2, len(w))))
 
     def played(self, count, seed, share):
         """Episodes from random starts of the proof; in each step after the first, this share of them is pushed."""
@@ -206,4 +190,110 @@ def arriving(certificate: Path, states: int):
             "calm": calm.size,
             "refused": int((calm > 1).sum()),
             "false_alarms": float((noisy[:, 1:] > 1).mean()),
+        }  # fmt: skip
+
+
+# --- with noisy numbers, in a closed loop: agents that a proof follows decide from the state that the monitor follows
+
+PUSHES = (0.3, 0.03, 0.003)  # standard deviations of what is added to a velocity: seen at once, or perhaps never
+FLYING = """
+long size(void);
+long size(void)
+{{
+    return (long)sizeof({p}_monitor);
+}}
+void look({p}_monitor *m, const double *w, long n, int begin, int *words, double *last);
+void look({p}_monitor *m, const double *w, long n, int begin, int *words, double *last)
+{{
+    long i;
+    int k;
+    for (i = 0; i < n; i++) {{
+        if (begin == 1) {{
+            {p}_monitor_start(&m[i]);
+        }}
+        {p}_monitor_renew_all(&m[i]);
+        words[i] = {p}_monitor_step(&m[i], w + i * {N}, {P}_DT);
+        for (k = 0; k < {N}; k++) {{
+            last[i * {N} + k] = m[i].last[k];
+        }}
+    }}
+}}
+void tell({p}_monitor *m, int *acts, long n);
+void tell({p}_monitor *m, int *acts, long n)
+{{
+    long i;
+    for (i = 0; i < n; i++) {{
+        {told}
+    }}
+}}
+"""
+
+
+class Shadowed(Followed):
+    """A certificate that agents arrive, and its monitor in C for numbers that are off by `noise`."""
+
+    def __init__(self, certificate, folder, profile, noise):
+        self.noise = noise
+        super().__init__(certificate, folder, profile)
+
+    def _proved(self, proved):
+        return noisy(proved, self.noise)
+
+    def _program(self, names, agents):
+        told = " ".join(
+            f"acts[i * {len(agents)} + {k}] = {names['p']}_monitor_{agent.lower}(&m[i], acts[i * {len(agents)} + {k}]);"
+            for k, agent in enumerate(agents)
+        )
+        return super()._program(names, agents) + FLYING.format(told=told, **names)
+
+    def flown(self, count, seed, sigma, share):
+        """Episodes from random starts; all numbers are off by a normal error, and in each step this share is pushed.
+        The words [episodes, steps + 1] and the true states.
+        """
+        rng, names = np.random.default_rng(seed), self.profile.world.coordinates()
+        w = self.starts(rng, count)
+        monitors = np.zeros(count * int(self._library.size()), np.uint8)
+        n, words, last = ctypes.c_long(count), np.zeros(count, np.int32), np.zeros_like(w)
+        scale = rng.choice(PUSHES, count)
+        said, states = [], []
+        for step in range(self.steps):
+            seen = np.ascontiguousarray(w + sigma * rng.normal(size=w.shape))
+            self._library.look(_at(monitors), _at(seen), n, int(step == 0), _at(words), _at(last))
+            said.append(words.copy())
+            states.append(w.copy())
+            ours, theirs = acting(self.profile, last), acting(self.profile, seen)
+            acts = np.column_stack(
+                [
+                    (ours if policy.agent in self.start.followed else theirs)[policy.agent]
+                    for policy in self.profile.agents
+                ]
+            ).astype(np.int32)
+            acts = np.ascontiguousarray(acts)
+            self._library.tell(_at(monitors), _at(acts), n)
+            pushed = np.where(rng.random(count) < share, scale, 0.0)
+            w = self.moved(w, dict(zip(self._names, acts.T, strict=True)), pushed, rng)
+        assert len(names) == w.shape[1]
+        return np.stack(said, axis=1), np.stack(states, axis=1)
+
+
+def _at(array):
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
+def flying(certificate: Path, profile: Path, states: int, noise: float, sigma: float):
+    """The figures of a claim that a team arrives, flown with noisy numbers; the claim's radius is the certificate's and
+    what the noise adds to a distance.
+    """
+    with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
+        flown = Shadowed(certificate, Path(folder), profile, noise)
+        count = -(-states // flown.steps)
+        calm, w = flown.flown(count, 0, 0.0, 0.0)
+        costs = flown.costs(w[:700], flown.acting(w[:700]))
+        noisy_words, _ = flown.flown(count, 1, sigma, 0.0)
+        words, w = flown.flown(count, 2, sigma, 1.0 / flown.steps)
+        radius = flown.radius + Fraction(6) * Fraction(str(noise))
+        return costs | flown.judged(words, w, float(radius)) | {
+            "calm": calm.size,
+            "refused": int((calm > 1).sum()),
+            "false_alarms": float((noisy_words > 1).mean()),
         }  # fmt: skip

@@ -6,7 +6,6 @@ A *case* is a certificate with its monitor. States are rows; each has the step o
 import ctypes
 import json
 import shutil
-import subprocess
 import tempfile
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,18 +14,20 @@ from pathlib import Path
 import numpy as np
 
 from codegen import ir
-from codegen.agreement.compiled import STRICT, find_compiler
+from codegen.agreement.compiled import STRICT
 from codegen.lowering.lower import lower
 from codegen.observe import observe
 from codegen.targets import emit, monitor
 from maviper.compilation.monitors import lower_monitor
 from maviper.worlds.stated.certified import read_certificate
+from tests.support.monitors import built
 from verify.claims.formula import Acts, And, Goal, Linear, Not, Or
 from verify.claims.formula_json import read_formula
 from verify.systems.system import Measure
 
 ROUNDS = 7
 ALIGNED = ("-falign-functions=64", "-falign-loops=64")  # where code lies makes a third of what a call takes
+OPTIMISED = [*(each for each in STRICT if "pedantic" not in each), "-O3"]
 WITH_CLOCK = """#define _POSIX_C_SOURCE 199309L
 #include "{p}_monitor.h"
 #include <time.h>
@@ -37,7 +38,7 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }}
 """  # what a program begins with, before it is filled in
-PROGRAM = """/* what is called for each state is a function of which its caller knows nothing */
+PROGRAM = """/* functions of which their callers know nothing */
 #if defined(__clang__)
 #define CALLED static __attribute__((noinline))
 #else
@@ -52,19 +53,28 @@ CALLED int step_called({p}_monitor *m, const double *w)
 {{
     return {p}_monitor_step(m, w, {dt});
 }}
-CALLED int control(const double *w, int *actions)
+CALLED int decide_all(const double *w, long n)
 {{
-    return act(w, actions);
+    int sum = 0;
+    long i;
+    for (i = 0; i < n; i++) {{
+        sum += decide_called(w + i * {N});
+    }}
+    return sum;
 }}
-CALLED int control_watched({p}_monitor *m, const double *w, int *actions)
+CALLED int step_all({p}_monitor *m, const double *w, const int *at, long n)
 {{
-    const int word = {p}_monitor_step(m, w, {dt});
-    (void)act(w, actions);
-    {fallbacks}
-    return word;
+    int sum = 0;
+    long i;
+    (void)at;
+    for (i = 0; i < n; i++) {{
+        {p}_monitor_renew_all(m);
+        {step}
+        sum += step_called(m, w + i * {N});
+        m->active = 1;
+    }}
+    return sum;
 }}
-{hand}
-{loops}
 void cost(const double *w, const int *at, long n, int *kept, double *seconds);
 void cost(const double *w, const int *at, long n, int *kept, double *seconds)
 {{
@@ -73,9 +83,14 @@ void cost(const double *w, const int *at, long n, int *kept, double *seconds)
     long i;
     {p}_monitor_start(&m);
     for (i = 0; i < n * {N}; i++) {{
-        *kept += w[i] > 0.0 ? 1 : 0; /* so that the first of the loops does not fetch the states for all others */
+        *kept += w[i] > 0.0 ? 1 : 0; /* so that the first of the loops does not fetch the states for the other */
     }}
-{timed}
+    start = now();
+    *kept += decide_all(w, n);
+    seconds[0] = now() - start;
+    start = now();
+    *kept += step_all(&m, w, at, n);
+    seconds[1] = now() - start;
 }}
 void words(const double *w, const int *at, long n, int *found);
 void words(const double *w, const int *at, long n, int *found)
@@ -87,52 +102,11 @@ void words(const double *w, const int *at, long n, int *found)
     for (i = 0; i < n; i++) {{
         {p}_monitor_start(m);
         {p}_monitor_renew_all(m);
-        m->aged = {aged};
-        {begin} {step}
+        {step}
         found[i] = {p}_monitor_step(m, w + i * {N}, {dt});
     }}
 }}
 """
-
-LOOPS = (  # what is timed: in one loop over all states, then called for each, then a control step, then by hand
-    "sum += decide({at});",
-    "{renew} sum += {p}_monitor_step(m, {at}, {dt}); m->active = 1;",
-    "sum += decide_called({at});",
-    "{renew} sum += step_called(m, {at}); m->active = 1;",
-    "sum += control({at}, actions) + actions[0];",
-    "{renew} sum += control_watched(m, {at}, actions) + actions[0]; m->active = 1;",
-    "m->fresh[0] = 1UL; {hand_step} sum += by_hand(m, {at}); m->active = 1;",
-)
-LOOP = """
-CALLED int loop_{number}({p}_monitor *m, const double *w, const int *at, long n)
-{{
-    int actions[{K}] = {{0}};
-    int sum = 0;
-    long i;
-    (void)actions;
-    (void)m;
-    (void)at;
-    for (i = 0; i < n; i++) {{
-        {body}
-    }}
-    return sum;
-}}
-"""  # a function of its own, so that compilers have registers for all that it needs
-TIMED = """    start = now();
-    *kept += loop_{number}(&m, w, at, n);
-    seconds[{number}] = now() - start;"""
-
-BY_HAND = """/* the least that a monitor can be: one box for all steps, one flag for all inputs, and a latch */
-CALLED int by_hand({p}_monitor *m, const double *w)
-{{
-    if ((m->fresh[0] == 1UL) && (m->active == 1){counted}{bounds}) {{
-        m->fresh[0] = 0UL;
-        {count}
-        return 0;
-    }}
-    m->active = 0;
-    return 2;
-}}"""
 
 
 @dataclass
@@ -150,33 +124,21 @@ class Made:
         return found
 
     def costs(self, w, at):
-        """Processor time of a step beside that of the decisions of all agents, the least of rounds in turn: both built
-        into the loop over all states, both called once per state, what a monitor adds to a control step, which decides
-        and gives the fallback where that must be, and the least that a monitor can be, called. Each round has states of
-        its own: of a row that comes again, processors learn which way its branches go, and then a tree takes a fifth of
-        what it takes in flight. Each time a copy is loaded, so that code and tables lie elsewhere: that may be a
-        fifth of the time.
+        """Processor time of a step beside that of the decisions of all agents, both called once per state: the least of
+        rounds in turn. Each round has states of its own: of a row that comes again, processors learn which way its
+        branches go, and then a tree takes a fifth of what it takes in flight. Each time a copy is loaded, so that code
+        and tables lie elsewhere: that may be a fifth of the time.
         """
         self.asked += 1
         library = ctypes.CDLL(shutil.copy(self.path, self.path.with_name(f"bench{self.asked}.so")))
         w, at = np.ascontiguousarray(w), np.ascontiguousarray(at, np.int32)
-        kept, seconds, times = np.zeros(1, np.int32), np.zeros(len(LOOPS)), []
+        kept, seconds, times = np.zeros(1, np.int32), np.zeros(2), []
         for part in np.array_split(np.arange(len(w)), ROUNDS):
             block = _pointer(w[part[0] :]), _pointer(at[part[0] :]), ctypes.c_long(len(part))
             library.cost(*block, _pointer(kept), _pointer(seconds))
             times.append(1e9 * seconds / len(part))
-        decision, step, *called, bare, watched, hand = np.min(times, axis=0).tolist()
-        return {
-            "ratio": step / decision,
-            "ratio_called": called[1] / called[0],
-            "ratio_added": (watched - bare) / bare,
-            "ratio_by_hand": hand / called[0],
-            "decision_ns": decision,
-            "step_ns": step,
-            "decision_called": called[0],
-            "step_called": called[1],
-            "control_ns": watched,
-        }
+        decision, step = np.min(times, axis=0).tolist()
+        return {"ratio": step / decision, "decision_ns": decision, "step_ns": step}
 
 
 def _pointer(array):
@@ -192,68 +154,22 @@ def compiled(profile, proved, system=None):
     names = {
         "p": p,
         "N": watched.size,
-        "dt": f"{upper}_DT" if watched.lookup is None else f"{upper}_M_DT",
-        "K": len(model.agents),
-        "fallbacks": " ".join(
-            f"actions[{k}] = {p}_monitor_{agent.lower}(m, actions[{k}]);" for k, agent in enumerate(model.agents)
-        ),
-        "step": _set_step(watched),
-        "hand_step": "m->step = at[i];" if watched.lookup else "",
-        "begin": "m->step = at[i];" if watched.lookup else "",
-        "aged": int(not watched.glances),  # else no state of a monitor that has just been started would be glanced at
-        "hand": _write_by_hand(watched, proved.region),
+        "dt": f"{upper}_DT" if watched.check.kind != "cover" else f"{upper}_M_DT",
+        "step": "m->step = at[i];" if watched.check.kind == "cover" else "",
         "decide": _game(model) if system is None else _system(model, profile, system, proved.region.variables),
     }
     texts = {**emit(profile, ["c"]), **monitor.emit(watched, ["c"])}
-    names |= {"at": f"w + i * {watched.size}", "renew": f"{p}_monitor_renew_all(m); {names['step']}"}
-    bodies = [body.format(**names) for body in LOOPS]
-    names["loops"] = "".join(LOOP.format(number=number, body=body, **names) for number, body in enumerate(bodies))
-    names["timed"] = "\n".join(TIMED.format(number=number) for number in range(len(LOOPS)))
-    texts["bench.c"] = (WITH_CLOCK + PROGRAM).format(**names)
+    texts["run.c"] = (WITH_CLOCK + PROGRAM).format(**names)
     with tempfile.TemporaryDirectory(prefix="maviper-") as scratch:
-        for name, text in texts.items():
-            (Path(scratch) / name).write_text(text)
-        flags = [*(each for each in STRICT if "pedantic" not in each), "-O3", *ALIGNED, "-shared", "-fPIC"]
-        command = [*(find_compiler() or ["cc"]), *flags, "bench.c", "-o", "bench.so"]
-        subprocess.run(command, cwd=scratch, check=True)
-        yield Made(ctypes.CDLL(str(Path(scratch) / "bench.so")), Path(scratch) / "bench.so")
+        yield Made(built(Path(scratch), texts, (*OPTIMISED, *ALIGNED)), Path(scratch) / "run.so")
 
 
-def _set_step(watched):
-    """C that takes a monitor to the step of a state, as one of which all numbers are new."""
-    if watched.glances:
-        return f"m->turn = {'1U' if watched.ever else '(unsigned int)at[i] + 1U'};"
-    return "m->step = at[i];" if watched.lookup else ""
-
-
-def _write_by_hand(watched, region):
-    """One comparison of a state with a box that holds all that is proved; of games, with the ranges of what is read."""
-    if watched.lookup is None:
-        ends = [(one.place.index, float(one.low.decimal), float(one.high.decimal)) for one in watched.watched]
-    else:
-        ends = [(at, *region.bounds(at)) for at in range(len(watched.places))]
-    bounds = [f" && (w[{at}] >= {low.hex()}) && (w[{at}] <= {high.hex()})" for at, low, high in ends
-              if np.isfinite([low, high]).all()]  # fmt: skip
-    steps = watched.lookup and not watched.ever
-    return BY_HAND.format(
-        p=watched.model.prefix,
-        upper=watched.model.prefix.upper(),
-        bounds="".join(bounds),
-        counted=f" && (m->step <= {watched.last})" if steps else "",
-        count="m->step += 1;" if steps else "",
-    )
-
-
-DECIDE = """static int act(const double *w, int *actions)
-{{
-{lines}
-    return {total};
-}}
-static int decide(const double *w)
+DECIDE = """static int decide(const double *w)
 {{
     int actions[{count}];
-    return act(w, actions);
-}}"""  # all agents' decisions from a state: their actions, and the sum of these
+{lines}
+    return {total};
+}}"""  # all agents' decisions from a state: the sum of their actions
 
 
 def _filled(lines, count):

@@ -1,4 +1,4 @@
-"""Monitors in four languages as functions, and their twin: what each must say, from the region itself."""
+"""Monitors in three languages as functions, and their twin: what each must say, from the region itself."""
 
 import ctypes
 import json
@@ -12,13 +12,15 @@ import numpy as np
 from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.boxes import is_inside
 from codegen.lowering.lower import lower
-from codegen.lowering.turning import Turned
 from codegen.lowering.watching import watch
 from codegen.targets import emit, monitor
+from maviper import load, verify_system
+from tests.support.generated import FOLDER
 
 OK, LEAVING, OUTSIDE, INVALID = range(4)
 HASH = "0" * 64
 LANGUAGES = tuple(monitor.LANGUAGES)
+FLAGS = (*STRICT, "-O1", "-ffp-contract=off")
 
 
 def files(profile, spec, targets=LANGUAGES):
@@ -28,81 +30,116 @@ def files(profile, spec, targets=LANGUAGES):
     return {**emit(profile, targets), **monitor.emit(watched, targets)}, watched
 
 
-class Twin:
-    """What a monitor must say: exact membership by fractions where it vouches, a machine of its own beside it."""
+def certify(folder, world, text):
+    """The certificate of a claim about a committed world, in a folder of its own beside profile and world file."""
+    for name in ("profile.json", "world.toml"):
+        shutil.copy(FOLDER.parent / "worlds" / world / name, folder)
+    (folder / "properties.toml").write_text(f"[[property]]\n{text}\n")
+    found = verify_system(load(folder / "profile.json"), folder / "world.toml", folder / "properties.toml")
+    ((_, certificate),) = found.certificates.items()
+    (folder / "certificate.json").write_text(certificate)
+    return folder / "certificate.json"
 
-    def __init__(self, profile, spec, watched):
-        self.names, self.spec, self.dt = profile.world.coordinates(), spec, profile.world.dt
-        self.limits = {
-            each.place.index: (float(each.low.decimal), float(each.high.decimal)) for each in watched.watched
-        }
-        self.moves = [(each.place.index, each.velocity.index) for each in watched.moved]
+
+def module_of(watched):
+    """The names of a monitor in Python."""
+    (text,) = monitor.emit(watched, ["python"]).values()
+    space = {}
+    exec(compile(text, "monitor", "exec"), space)
+    return space
+
+
+class Machine:
+    """What every monitor must say, by a few lines of its own: which numbers are valid, and that a word stays. `limits`:
+    by place the least and most of what is watched.
+    """
+
+    def __init__(self, dt, limits, paced=False):
+        self.dt, self.early, self.places = dt, 0.5 * dt if paced else 0.0, list(limits)
+        self.low, self.high = np.array(list(limits.values())).T
         self.start()
 
     def start(self):
-        self.age, self.word, self.stays = dict.fromkeys(self.limits, np.inf), INVALID, False
+        self.age, self.word, self.stays, self.at = np.full(len(self.places), np.inf), INVALID, False, 0
 
     def step(self, w, fresh, dt):
-        for place in self.age:
-            self.age[place] = 0.0 if fresh[place] else self.age[place] + dt
+        self.age = np.where(np.asarray(fresh)[self.places], 0.0, self.age + dt)
         if self.stays:
             return self.word
-        late = not 0.0 <= dt <= 1.5 * self.dt
-        if late or any(
-            not (self.age[place] <= 1.5 * self.dt and low <= w[place] <= high)
-            for place, (low, high) in self.limits.items()
-        ):
-            self.word = INVALID
-        elif not self.holds(w):
-            self.word = OUTSIDE
-        else:
-            after = np.array(w)
-            for place, velocity in self.moves:
-                after[place] = w[place] + self.dt * w[velocity]
-            self.word = OK if self.holds(after) else LEAVING
+        now = np.asarray(w)[self.places]
+        valid = (self.age <= 1.5 * self.dt) & (self.low <= now) & (now <= self.high)
+        self.word = self.judge(w) if self.early <= dt <= 1.5 * self.dt and valid.all() else INVALID
         self.stays = self.word in (OUTSIDE, INVALID)
         return self.word
+
+    def judge(self, w):
+        """The word of a valid state."""
+        return OK
+
+    def said(self, rows):
+        """The words of rows of w, fresh, dt, start, and what agents do then."""
+        words = []
+        for w, fresh, dt, start, *acts in zip(*rows, strict=True):
+            if start:
+                self.start()
+            words.append(self.step(w, fresh, dt))
+            self.acts = acts[0].tolist() if acts else None
+        return words
+
+
+def limits_of(watched):
+    """By place the least and most of what a monitor watches."""
+    return {each.place.index: (float(each.low.decimal), float(each.high.decimal)) for each in watched.watched}
+
+
+class Twin(Machine):
+    """What the monitor of a region must say: exact membership by fractions where it vouches."""
+
+    def __init__(self, profile, spec, watched):
+        self.names, self.spec = profile.world.coordinates(), spec
+        self.moves = [(each.place.index, each.velocity.index) for each in watched.check.moved]
+        super().__init__(profile.world.dt, limits_of(watched))
+
+    def judge(self, w):
+        after = np.array(w)
+        for place, velocity in self.moves:
+            after[place] = w[place] + self.dt * w[velocity]
+        return OUTSIDE if not self.holds(w) else OK if self.holds(after) else LEAVING
 
     def holds(self, w):
         return bool(is_inside(self.spec, np.array([w]), self.names)[0])
 
 
-class CoverTwin:
-    """What the monitor of a cover must say: the boxes of the proof one by one, a machine of its own beside them."""
+class CoverTwin(Machine):
+    """What the monitor of a cover must say: the boxes of the proof one by one."""
 
     def __init__(self, cover):
         self.cover = cover
-        self.start()
+        super().__init__(cover.dt, {at: one[1:] for at, one in enumerate(cover.variables)}, cover.paced)
 
-    def start(self):
-        self.age, self.word, self.stays, self.at = [np.inf] * len(self.cover.variables), INVALID, False, 0
-
-    def step(self, w, fresh, dt):
-        cover = self.cover
-        self.age = [0.0 if new else age + dt for age, new in zip(self.age, fresh, strict=True)]
-        if self.stays:
-            return self.word
-        timely = (0.5 * cover.dt if cover.paced else 0.0) <= dt <= 1.5 * cover.dt
-        ranges = zip(self.age, w, cover.variables, strict=True)
-        if not timely or any(not (age <= 1.5 * cover.dt and one.low <= x <= one.high) for age, x, one in ranges):
-            self.word = INVALID
-        elif not cover.holds(np.array([w]), self.at)[0]:
-            self.word = OUTSIDE
-        else:
-            self.word = OK if cover.ever or self.at + 1 < len(cover.steps) else LEAVING
-            self.at += 1
-        self.stays = self.word in (OUTSIDE, INVALID)
-        return self.word
+    def judge(self, w):
+        if not self.cover.holds(np.array([w]), self.at)[0]:
+            return OUTSIDE
+        self.at += 1
+        return OK if self.cover.ever or self.at < len(self.cover.steps) else LEAVING
 
 
-def said_of_cover(cover, rows):
-    """What the twin says of what `asked_of_cover` gives."""
-    twin, words = CoverTwin(cover), []
-    for w, fresh, dt, start in zip(*rows, strict=True):
-        if start:
-            twin.start()
-        words.append(twin.step(w, fresh, dt))
-    return words
+def drawn(profile, spec, count, rng):
+    """States in the box of a region, at its ends and beside, with the goal at a landmark; and which that is."""
+    names = list(profile.world.coordinates())
+    w = rng.uniform(-1.0, 1.0, (count, len(names)))
+    w[:, [at for at, name in enumerate(names) if ".v" in name]] *= 0.3
+    for name, bounds in spec.box.items():
+        ends = np.array([float(Fraction(end)) for end in bounds])
+        column = rng.uniform(*ends, count)
+        at_end = rng.random(count) < 0.05
+        pool = [*ends, *np.nextafter(ends, -np.inf), *np.nextafter(ends, np.inf), *(1.4 * ends)]
+        column[at_end] = rng.choice(pool, at_end.sum())
+        w[:, names.index(name)] = column
+    goals = rng.choice(profile.world.goals or [""], count)
+    for axis in "xy" if profile.world.goals else "":
+        w[:, names.index(f"goal.{axis}")] = w[np.arange(count), [names.index(f"{goal}.{axis}") for goal in goals]]
+    return w, goals
 
 
 def asked_of_cover(cover, count, seed):
@@ -121,10 +158,6 @@ def asked_of_cover(cover, count, seed):
             bounded = np.flatnonzero(np.isfinite(boxes.low[row][:size]))  # of sums the twin knows
             low, high = boxes.low[row][bounded], boxes.high[row][bounded]
             w[bounded] = np.clip(low + rng.random(len(low)) * (high - low), low, high)
-            if isinstance(boxes, Turned) and rng.random() < 0.9:  # few states of the box are in the frame
-                w = boxes.centre[row] + boxes.matrix[row] @ rng.uniform(-1.0, 1.0, size)
-                flat = boxes.high[row] - boxes.low[row] < 1e-9  # such a box is narrower than its frame
-                w[flat] = np.clip(w, boxes.low[row], boxes.high[row])[flat]
             if len(bounded) and rng.random() < 0.15:
                 column = rng.choice(bounded)
                 end = (boxes.low, boxes.high)[rng.integers(2)][row, column]
@@ -139,16 +172,16 @@ def asked_of_cover(cover, count, seed):
     return w, fresh, dt, starts.astype(np.int32)
 
 
-class TrackTwin:
+class TrackTwin(Machine):
     """What the monitor of episodes must say: the motion of the game by a few lines of its own."""
 
     def __init__(self, profile, start):
         self.profile, self.proved, self.world = profile, start, profile.world
         self.names = list(self.world.coordinates())
-        self.start()
+        super().__init__(self.world.dt, dict.fromkeys(range(len(self.names)), (-1e9, 1e9)), paced=True)
 
     def start(self):
-        self.age, self.word, self.stays, self.at = np.full(len(self.names), np.inf), INVALID, False, 0
+        super().start()
         self.last, self.acts = None, None
 
     def moved(self, w, acts):
@@ -162,20 +195,12 @@ class TrackTwin:
                 after[speed] = w[speed] * (1.0 - world.damping) + push * entity.force * world.dt
         return after
 
-    def step(self, w, fresh, dt):
-        self.age = np.where(fresh, 0.0, self.age + dt)
-        if self.stays:
-            return self.word
-        step = self.world.dt
-        if not 0.5 * step <= dt <= 1.5 * step or not ((self.age <= 1.5 * step) & (np.abs(w) <= 1e9)).all():
-            self.word = INVALID
-        elif (at := None if self.at > self.proved.steps else self.reached(w)) is None:
-            self.word = OUTSIDE
-        else:
-            self.word = OK if self.at < self.proved.steps else LEAVING
-            self.at, self.last = self.at + 1, at
-        self.stays = self.word in (OUTSIDE, INVALID)
-        return self.word
+    def judge(self, w):
+        reached = None if self.at > self.proved.steps else self.reached(w)
+        if reached is None:
+            return OUTSIDE
+        self.at, self.last = self.at + 1, reached
+        return OK if self.at <= self.proved.steps else LEAVING
 
     def reached(self, w):
         """The state of the proof's episode in which a state is; None where it is in none."""
@@ -299,31 +324,38 @@ void run(GIVEN, int *words, int *acted)
 """
 
 
-def ensure_said_by_all(texts, watched, folder, asked, said, languages=("javascript", "rust")):
-    """Python, C and those of `languages` that can be run here give the same words and actions."""
-    assert run_python(texts, watched, asked) == said
-    if find_compiler() is not None:
+def ensure_alike(profile, watched, asked, wanted, folder, languages=LANGUAGES):
+    """Python, and of these languages those that can be run here, say the words that are wanted, and the first agent
+    acts by them.
+    """
+    given, rest = actions(watched, asked)[:, 0].tolist(), watched.fallbacks[0].action
+    said = wanted, [act if word in (OK, LEAVING) else rest for act, word in zip(given, wanted, strict=True)]
+    texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
+    assert run_python(watched, asked) == said
+    if "c" in languages and find_compiler() is not None:
         assert run_c(texts, watched, folder, asked) == said
     if "javascript" in languages and shutil.which("node"):
         assert run_javascript(texts, watched, folder, asked) == said
-    if "rust" in languages and shutil.which("rustc"):
-        assert run_rust(texts, watched, folder, asked) == said
+    return texts, said
 
 
-def run_c(texts, watched, folder, asked, flags=("-O1", "-ffp-contract=off")):
+def built(folder, texts, flags=FLAGS):
+    """The library of the program run.c among texts, which includes the others."""
+    for name, text in texts.items():
+        (folder / name).write_text(text)
+    command = [*(find_compiler() or ["cc"]), *flags, "-shared", "-fPIC", "run.c", "-o", "run.so"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return ctypes.CDLL(str(folder / "run.so"))
+
+
+def run_c(texts, watched, folder, asked, flags=FLAGS):
     """Words and actions of the first agent, by the C."""
     p, agents = watched.model.prefix, watched.model.agents
     calls = [f"{p}_monitor_{agent.lower}(&m, acts[i * {len(agents)} + {k}])" for k, agent in enumerate(agents)]
     text = " ".join([f"acted[i] = {calls[0]};", *(f"(void){call};" for call in calls[1:])])
     names = {"p": p, "N": watched.size, "calls": text}
-    (folder / "run.c").write_text(PROGRAM.format(**names))
-    for name, text in texts.items():
-        if name.endswith(".h"):
-            (folder / name).write_text(text)
-    command = [*find_compiler(), *STRICT, *flags, "-shared", "-fPIC", "run.c", "-o", "run.so"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    library = ctypes.CDLL(str(folder / "run.so"))
+    library = built(folder, {**texts, "run.c": PROGRAM.format(**names)}, flags)
     w, fresh, dt, start = (np.ascontiguousarray(each) for each in asked[:4])
     words, acted = np.zeros(len(w), np.int32), np.zeros(len(w), np.int32)
     pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (w, fresh, dt, start, actions(watched, asked))]
@@ -331,11 +363,9 @@ def run_c(texts, watched, folder, asked, flags=("-O1", "-ffp-contract=off")):
     return words.tolist(), acted.tolist()
 
 
-def run_python(texts, watched, asked):
+def run_python(watched, asked):
     """The same by the Python."""
-    space = {}
-    exec(compile(texts[f"{watched.model.prefix}_monitor.py"], "monitor", "exec"), space)
-    found, agents = space["Monitor"](), watched.model.agents
+    found, agents = module_of(watched)["Monitor"](), watched.model.agents
     words, acted = [], []
     for w, fresh, dt, start, acts in zip(*asked[:4], actions(watched, asked), strict=True):
         if start:
@@ -368,12 +398,16 @@ def run_javascript(texts, watched, folder, asked):
     name, agents = f"{watched.model.prefix}_monitor.mjs", [agent.name for agent in watched.model.agents]
     (folder / name).write_text(texts[name])
     script = SCRIPT.replace("MODULE", name).replace("NAMES", json.dumps(agents))
-    (folder / "run.mjs").write_text(script)
     rows = [[_told(each) for each in row] for row in zip(*asked[:4], actions(watched, asked), strict=True)]
     (folder / "asked.json").write_text(json.dumps(rows))
+    return tuple(_run_node(script, folder))
+
+
+def _run_node(script, folder):
+    (folder / "run.mjs").write_text(script)
     done = subprocess.run(["node", "run.mjs"], cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    return tuple(json.loads(done.stdout))
+    return json.loads(done.stdout)
 
 
 def _told(value):
@@ -383,59 +417,134 @@ def _told(value):
     return value if isinstance(value, int) or np.isfinite(value) else {"nan": "NaN"}.get(str(value), str(value))
 
 
-RUST = """mod monitor;
-use std::io::Read;
-fn main() {
-    let mut text = String::new();
-    std::io::stdin().read_to_string(&mut text).unwrap();
-    let mut m = monitor::Monitor::default();
-    for line in text.lines() {
-        let n: Vec<f64> = line.split(' ').map(|each| f64::from_bits(each.parse().unwrap())).collect();
-        let mut w = [0.0; monitor::SIZE];
-        w.copy_from_slice(&n[2..2 + monitor::SIZE]);
-        if n[1] > 0.0 {
-            m.start();
-        }
-        for place in 0..monitor::SIZE {
-            if n[2 + monitor::SIZE + place] > 0.0 {
-                m.renew(place);
-            }
-        }
-        let word = m.step(&w, n[0]) as usize;
-        let acts: Vec<usize> = n[2 + 2 * monitor::SIZE..].iter().map(|each| *each as usize).collect();
-        let told = [CALLS];
-        println!("{} {}", word, told[0]);
-    }
-}
+# --- agents that give numbers: what each language makes of outputs, after a step that is OK
+
+GIVING = """#include "{p}_monitor.h"
+void run(const double *given, long n, double *found);
+void run(const double *given, long n, double *found)
+{{
+    static const double x[{size}] = {{0.0}};
+    long i;
+    int k;
+    for (i = 0; i < n; i++) {{
+        {p}_monitor m;
+        {kind} y[{K}];
+        int word;
+        {p}_monitor_start(&m);
+        for (k = 0; k < 2; k++) {{
+            {p}_monitor_renew_all(&m);
+            (void){p}_monitor_step(&m, x, {p_upper}_M_DT);
+        }}
+        for (k = 0; k < {K}; k++) {{
+            y[k] = ({kind})given[i * {K} + k];
+        }}
+        word = {p}_monitor_{agent}(&m, y);
+        {p}_monitor_renew_all(&m);
+        found[i * ({K} + 1)] = ({p}_monitor_step(&m, x, {p_upper}_M_DT) == word) ? word : -1; /* it stays */
+        for (k = 0; k < {K}; k++) {{
+            found[i * ({K} + 1) + k + 1] = y[k];
+        }}
+    }}
+}}
+"""
+GIVING_SCRIPT = """import { Monitor, DT } from "./MODULE";
+const number = (each) => ({ nan: NaN, inf: Infinity, "-inf": -Infinity })[each] ?? each;
+console.log(JSON.stringify(GIVEN.map((given) => {
+  const m = new Monitor();
+  m.renew_all();
+  m.step(new Array(SIZE).fill(0), DT);
+  const outputs = m.give("AGENT", given.map(number));
+  return [m.word, ...outputs];
+})));
 """
 
 
-def run_rust(texts, watched, folder, asked):
-    """The same by the Rust."""
-    (folder / "monitor.rs").write_text(texts[f"{watched.model.prefix}_monitor.rs"])
-    calls = ", ".join(f"m.{agent.names.module}(acts[{k}])" for k, agent in enumerate(watched.model.agents))
-    main = RUST.replace("CALLS", calls).replace("SIZE", watched.count)
-    (folder / "main.rs").write_text(main)
-    done = subprocess.run(
-        ["rustc", "--edition", "2021", "-A", "dead_code", "main.rs"],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    w, fresh, dt, start = asked[:4]
-    rows = np.column_stack([dt, start, w, fresh, actions(watched, asked)]).astype(np.float64)
-    text = "\n".join(" ".join(map(str, row)) for row in rows.view(np.uint64).tolist())
-    done = subprocess.run([str(folder / "main")], input=text, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    pairs = [line.split() for line in done.stdout.splitlines()]
-    return [int(word) for word, _ in pairs], [int(action) for _, action in pairs]
+def given_by(texts, watched, folder, given):
+    """By language the rows of word and outputs, for the outputs `given` [n, outputs] of the first agent."""
+    found = {"python": _given_in_python(watched, given)}
+    if find_compiler() is not None:
+        found["c"] = _given_in_c(texts, watched, folder, given)
+    if shutil.which("node"):
+        name = f"{watched.model.prefix}_monitor.mjs"
+        (folder / name).write_text(texts[name])
+        told = json.dumps([[each if np.isfinite(each) else str(each) for each in row] for row in given])
+        script, agent = GIVING_SCRIPT, watched.fallbacks[0].agent.name
+        for word, text in {"MODULE": name, "GIVEN": told, "SIZE": len(watched.places), "AGENT": agent}.items():
+            script = script.replace(word, str(text))
+        found["javascript"] = _run_node(script, folder)
+    return found
 
 
-def lint_rust(text, folder):
-    """What clippy says of a library without std, and whether it found nothing."""
-    (folder / "monitor.rs").write_text(f"#![no_std]\n{text}")
-    command = ["clippy-driver", "--edition", "2021", "--crate-type", "lib", "--emit", "metadata", "-D", "warnings"]
-    done = subprocess.run([*command, "monitor.rs"], cwd=folder, capture_output=True, text=True, check=False)
-    return done.returncode == 0, done.stderr
+def _given_in_python(watched, given):
+    space, name = module_of(watched), watched.fallbacks[0].agent.name
+    rows = []
+    for each in given:
+        found = space["Monitor"]()
+        found.renew_all()
+        assert found.step([0.0] * len(watched.places), space["DT"]) == 0
+        outputs = found.give(name, each)
+        rows.append([int(found.word), *outputs])
+    return rows
+
+
+def _given_in_c(texts, watched, folder, given):
+    p, agent = watched.model.prefix, watched.fallbacks[0].agent
+    names = {"p": p, "p_upper": p.upper(), "size": watched.size, "K": len(given[0])}
+    program = GIVING.format(**names, kind=agent.summed.kind, agent=agent.lower)
+    library = built(folder, {**texts, "run.c": program})
+    asked, found = np.array(given), np.zeros((len(given), len(given[0]) + 1))
+    pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (asked, found)]
+    library.run(pointers[0], ctypes.c_long(len(given)), pointers[1])
+    return [[int(row[0]), *row[1:].tolist()] for row in found]
+
+
+# --- monitors for noisy numbers: a twin that follows episodes by a few lines of its own
+
+
+class ShadowTwin(TrackTwin):
+    """What a monitor for numbers that are off by `noise` must say. `last` is the state of the proof's episode."""
+
+    def __init__(self, profile, start):
+        self.near = 2.0 * start.noise
+        super().__init__(profile, start)
+
+    def reached(self, w):
+        """As in the other twin: the nearest state, if it is near."""
+        at = self.after(w) if self.at else self.begun(w)
+        return None if at is None or not (np.abs(w - at) <= self.near).all() else at
+
+    def begun(self, w):
+        """The start of the region that is next to a state, at rest, with its goal at a landmark."""
+        found = w.copy()
+        for name, ends in self.proved.region.box.items():
+            found[self.names.index(name)] = np.clip(found[self.names.index(name)], *map(float, map(Fraction, ends)))
+        found[[at for at, name in enumerate(self.names) if ".v" in name]] = 0.0
+        goal, marks = ([self.names.index(f"{name}.{axis}") for axis in "xy"] for name in ("goal", "landmark_0"))
+        for name in self.proved.region.goals:
+            marks = [self.names.index(f"{name}.{axis}") for axis in "xy"]
+            if (np.abs(w[goal] - found[marks]) <= self.near).all():
+                found[goal] = found[marks]
+                return found if self.starts(found) else None
+        return None
+
+    def after(self, w):
+        """The state of a way on that is near, if one is: of those who are not followed, any action counts."""
+        ways = [
+            [act] if policy.agent in self.proved.followed else range(len(policy.actions))
+            for policy, act in zip(self.profile.agents, self.acts, strict=True)
+        ]
+        found = [self.moved(self.last, way) for way in product(*ways)]
+        return next((at for at in found if (np.abs(w - at) <= self.near).all()), None)
+
+
+def asked_of_shadows(profile, start, count, seed):
+    """Noisy starts and what follows from them, pushes, sensors that fail: w, fresh, dt, start, actions."""
+
+    def disturbed(rng, w, begins):
+        size = len(w)
+        w = w + rng.uniform(-1.0, 1.0, size) * start.noise * rng.choice([0.0, 1.0, 1.9, 2.3], p=[0.2, 0.6, 0.18, 0.02])
+        if rng.random() < 0.02:
+            w[rng.integers(size)] += rng.choice([3.0 * start.noise, 1.5, np.nan, np.inf])
+        return w
+
+    return asked_of(ShadowTwin(profile, start), profile, start, count, seed, disturbed)

@@ -6,16 +6,21 @@ Assumes: a compiled monitor (monitored.py). A state is a row; every draw has a s
 Does not: time anything, or share code with proofs.
 """
 
+import json
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from codegen.ir import act
-from codegen.lowering.turning import Turned
+from maviper import load
+from maviper.compilation.monitors import load_proof
 from maviper.worlds.stated.certified import read_certificate
-from tests.support.monitored import acting, meets
+from tests.support.monitored import acting, compiled, meets
 from tests.support.stated_play import Played
 
 STEPS, LONG = 25, 60  # of episodes of games, and of claims for ever
@@ -71,7 +76,6 @@ class Watching:
         found, statement = read_certificate(certificate)
         self.claim, self.cover, self.made, self.profile = found.claim, proved.region, made, profile
         self.played = Played(statement, profile)
-        self.turned = isinstance(self.cover.steps[0][0], Turned)
         self.last = LONG if self.cover.ever else len(self.cover.steps) - 1
         self.ranges = np.array([[float(end) for end in one.range] for one in statement.system.variables]).T
         self.columns = [self.played.names.index(one.name) for one in self.cover.variables]
@@ -178,7 +182,7 @@ def perturbed(watching: Watching, states: int, share: float = 1.0) -> dict[str, 
         vouched, broken = watching.vouched(w, step), watching.broken(w, step)
         after = watching.moved(w, step, rng)
         failing, (breaks, lost) = broken.copy(), watching.ahead(after, step, vouched)
-        failing[vouched] |= breaks if watching.turned else breaks | lost
+        failing[vouched] |= breaks | lost
         seen["lost"] += int((lost & ~breaks).sum())
         wrong = control.broken(w, step) if watching.claim.about_decisions else broken
         ahead = control.ahead(control.moved(w[vouched], step, rng), step, np.ones(int(vouched.sum()), dtype=bool))
@@ -205,3 +209,100 @@ def perturbed(watching: Watching, states: int, share: float = 1.0) -> dict[str, 
         "false_alarms": alarms / max(1, seen["vouched"]),
         "warning": float((broke - left)[both].mean()) if both.any() and not watching.claim.about_decisions else np.nan,
     }
+
+
+# --- costs
+
+COSTED = 140_000  # states whose decisions are timed, each once
+CALM = 5_000  # episodes of a stated system, of whose states these are some
+
+
+def cost_following(followed: Any) -> Callable[[], dict[str, float]]:
+    """Asks what the monitor of a claim that a team arrives costs."""
+    w, _ = followed.played(700, 0, 0.0)
+    acts = followed.acting(w)
+    return lambda: followed.costs(w, acts)
+
+
+def cost_game(kept: ExitStack, certificate: Path, profile_file: Path) -> Callable[[], dict[str, float]]:
+    """Asks what the monitor of a claim about states of a game costs."""
+    profile = load(profile_file)
+    proved: Any = load_proof(certificate, profile)
+    made = kept.enter_context(compiled(profile, proved))
+    box = proved.region.box if proved.stated else None
+    w = episodes(profile, -(-COSTED // STEPS), 0, box).reshape(-1, len(profile.world.coordinates()))[:COSTED]
+    return lambda: made.costs(w, np.zeros(len(w), np.int32))
+
+
+def cost_system(kept: ExitStack, certificate: Path, beside: str) -> Callable[[], dict[str, float]]:
+    """Asks what the monitor of a claim about a stated system costs."""
+    profile = load(certificate.parent / beside)
+    proved = load_proof(certificate, profile)
+    made = kept.enter_context(compiled(profile, proved, read_certificate(certificate)[1].system))
+    watching = Watching(certificate, made, proved, profile)
+    return cost_watched(watching, [watching.measured(w) for w in unperturbed(watching, CALM)[0]])
+
+
+def cost_watched(watching: Watching, calm: Sequence[Any]) -> Callable[[], dict[str, float]]:
+    """Asks what a monitor costs over states by step, mixed: so no branch is foreseen."""
+    whole = np.concatenate(calm)
+    at = np.concatenate([np.full(len(w), 0 if watching.cover.ever else step) for step, w in enumerate(calm)])
+    order = np.random.default_rng(3).permutation(len(at))[:COSTED]
+    return lambda: watching.made.costs(whole[order], at[order])
+
+
+# --- claims for ever about games: whoever is vouched for is played some steps on
+
+AHEAD = 20  # steps that are played from a state
+SOME = 10  # one of so many states, from which that is done; from all others one step
+
+
+def lasting(certificate: Path, profile_file: Path, states: int, costed: int) -> dict[str, Any]:
+    """The figures of a claim that a team stays within a radius for ever."""
+    profile = load(profile_file)
+    proved, stated = load_proof(certificate, profile), json.loads(certificate.read_text())
+    names, side = profile.world.coordinates(), profile.world.start_high - profile.world.start_low
+    places = [names.index(f"{each.agent}.{axis}") for each in profile.team(stated["team"]) for axis in "xy"]
+
+    radius = float(Fraction(stated["radius"]))
+
+    def is_out(w: Any) -> Any:
+        return (np.abs(w[:, places]) > radius).any(axis=1)
+
+    def leaves(w: Any, shift: int) -> Any:
+        """From which states a team leaves in some steps whose trees take other actions, by so many places."""
+        out = is_out(w)
+        for _ in range(AHEAD):
+            acted = {
+                name: (each + shift) % len(profile.policy(name).actions) for name, each in acting(profile, w).items()
+            }
+            w = move_game(profile, w, acted)
+            out |= is_out(w)
+        return out
+
+    with compiled(profile, proved) as made:
+
+        def vouched(w: Any) -> Any:
+            return made.words(w, np.zeros(len(w), np.int32)) <= 1
+
+        w = episodes(profile, -(-states // STEPS), 0).reshape(-1, len(names))[:states]
+        held = vouched(w)
+        kept = w[held]
+        after = move_game(profile, kept, acting(profile, kept))
+        fails = is_out(kept) | is_out(after)
+        fails[::SOME] |= leaves(kept[::SOME], 0)
+        calm = episodes(profile, -(-states // STEPS // 10), 2, push=0.0).reshape(-1, len(names))
+        noisy = kept.copy()
+        noisy[:, places] += np.random.default_rng(1).normal(scale=NOISE * side, size=(len(kept), len(places)))
+        return made.costs(w[:costed], np.zeros(costed, np.int32)) | {
+            "states": len(w),
+            "vouched": float(held.mean()),
+            "fails_while_vouched": int(fails.sum()),
+            "lost": int((~vouched(after)).sum()),
+            "fails_elsewhere": int(is_out(w[~held]).sum()),
+            "control_fails": max(int(leaves(kept[::SOME], shift).sum()) for shift in range(1, 5)),
+            "calm": len(calm),
+            "refused": int((~vouched(calm)).sum()),
+            "false_alarms": float((~vouched(noisy)).mean()),
+            "warning": np.nan,
+        }

@@ -1,25 +1,48 @@
-"""Monitors of proofs about episodes of games: they vouch for a start, and for what follows from it by the rules."""
+"""Monitors of proofs about episodes of games: they vouch for a start, and for what follows from it by the rules; of
+claims for ever, for whoever is within the edges, and comes to rest within them.
+"""
 
+import json
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from codegen.errors import InputError
+from codegen.boxes import is_inside
+from codegen.errors import InputError, RefusedError
 from codegen.lowering.lower import lower
 from codegen.lowering.tracking import ensure_followed
-from codegen.lowering.watching import watch_start
-from codegen.targets import emit, monitor
-from maviper import load
+from codegen.lowering.watching import watch
+from maviper import load, verify
 from maviper.compilation.monitors import Proved, load_proof, lower_monitor, noisy
 from maviper.compilation.run import split_targets
 from maviper.episodes.trees import on_policy
+from maviper.page.document import Contents
+from maviper.page.page import page
+from maviper.page.results import with_proof
 from maviper.worlds.matching import matching_world
 from tests.benchmarks import monitor as benchmark
+from tests.maviper.page.browsers import in_node
 from tests.support import monitors
 from tests.support.generated import FOLDER
-from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, TrackTwin, asked_of_episodes
-from tests.support.shadows import ShadowTwin, asked_of_shadows
+from tests.support.monitored import acting
+from tests.support.monitors import (
+    INVALID,
+    LEAVING,
+    OK,
+    OUTSIDE,
+    ShadowTwin,
+    TrackTwin,
+    asked_of_episodes,
+    asked_of_shadows,
+    drawn,
+    module_of,
+)
+from tests.support.pages import STATE
+from tests.support.pushed import move_game
+from verify.certificates.episodes import to_json
+from verify.checker.envelope import body_hash
 
 VERDICTS = FOLDER.parent / "verdicts"
 NAME = "certificate-7-reaches.json.xz"
@@ -34,27 +57,19 @@ def made():
     return profile, proved.region, lower_monitor(profile, lower(profile), proved)
 
 
-def wanted_of(twin, rows, watched):
-    """What a monitor must say of each row, and the action that it must give to the first agent: all words occur."""
-    wanted = []
-    for w, fresh, dt, begun, acts in zip(*rows, strict=True):
-        if begun:
-            twin.start()
-        wanted.append(twin.step(w, fresh, dt))
-        twin.acts = acts.tolist()
+def wanted_of(twin, rows):
+    """What a monitor must say of each row: all words occur."""
+    wanted = twin.said(rows)
     assert {OK, LEAVING, OUTSIDE, INVALID} == set(wanted) and wanted.count(OK) > 500
-    given, rest = rows[4][:, 0].tolist(), watched.fallbacks[0].action
-    acted = [act if word in (OK, LEAVING) else rest for act, word in zip(given, wanted, strict=True)]
-    return wanted, acted
+    return wanted
 
 
 @pytest.mark.compile
 def test_all_languages_say_what_follows(made, tmp_path):
     profile, start, watched = made
-    texts = {**emit(profile, monitors.LANGUAGES), **monitor.emit(watched, monitors.LANGUAGES)}
     rows = asked_of_episodes(profile, start, 1_200, 4)
-    said = wanted_of(TrackTwin(profile, start), rows, watched)
-    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, said)
+    wanted = wanted_of(TrackTwin(profile, start), rows)
+    monitors.ensure_alike(profile, watched, rows, wanted, tmp_path)
 
 
 @pytest.mark.compile
@@ -62,11 +77,10 @@ def test_all_languages_say_what_follows(made, tmp_path):
 def test_all_languages_follow_the_episode_that_noisy_numbers_are_near(languages, made, tmp_path):
     profile, start, _ = made
     start = replace(start, noise=0.008)
-    watched = watch_start(profile, lower(profile), start, "0" * 64, "nothing, but in a test")
-    texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
+    watched = watch(profile, lower(profile), start, "0" * 64, "nothing, but in a test")
     rows = asked_of_shadows(profile, start, 1_200, 4)
-    said = wanted_of(ShadowTwin(profile, start), rows, watched)
-    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, said, languages)
+    wanted = wanted_of(ShadowTwin(profile, start), rows)
+    monitors.ensure_alike(profile, watched, rows, wanted, tmp_path, languages)
 
 
 def test_noise_is_for_episodes_and_a_small_number(made):
@@ -89,9 +103,7 @@ def test_noise_is_for_episodes_and_a_small_number(made):
 def test_it_vouches_for_the_simulators_episodes_and_for_no_push(made):
     """Episodes of the simulator from its own starts; a push, or an action that was not taken, is seen at once."""
     profile, _, watched = made
-    (text,) = monitor.emit(watched, ["python"]).values()
-    space = {}
-    exec(compile(text, "monitor", "exec"), space)
+    space = module_of(watched)
     world = matching_world(profile)
     played = on_policy(profile, world, seeds=range(6))
     whole = np.stack([world.coordinates(state) for state in played.states[:-1]])  # [steps, batch, coordinates]
@@ -111,9 +123,7 @@ def test_it_vouches_for_the_simulators_episodes_and_for_no_push(made):
 def test_who_has_not_moved_yet_is_where_it_started_to_the_bit(made):
     """A proof knows who has not: such a tree decides as before, at its thresholds too. Later a rounding is none."""
     profile, start, watched = made
-    (text,) = monitor.emit(watched, ["python"]).values()
-    space, twin = {}, TrackTwin(profile, start)
-    exec(compile(text, "monitor", "exec"), space)
+    space, twin = module_of(watched), TrackTwin(profile, start)
     rows = asked_of_episodes(profile, start, 1, 4)
     first, names = rows[0][0], list(profile.world.coordinates())
     right = [
@@ -170,3 +180,114 @@ def test_noisy_numbers_raise_no_false_alarm_and_no_claim_fails():
     ((_, found),) = benchmark.measured(9_000, benchmark.FLOWN)
     assert found["fails_while_vouched"] == 0 < found["control_fails"] and found["fails_elsewhere"] > 0
     assert found["refused"] == 0 and found["false_alarms"] < 0.05 and 0.3 < found["vouched"] < 0.95
+
+
+# --- for ever
+
+RADIUS, STEPS = 2.5, 40
+PROFILE = FOLDER.parent / "proved_defenders" / "profile.json"
+
+
+@pytest.fixture(scope="module")
+def lasting(tmp_path_factory):
+    """A profile, and the certificate that its defenders stay within a radius for ever."""
+    profile = load(PROFILE)
+    found = verify(profile, "stays_in", steps="always", radius=Fraction(RADIUS))
+    path = tmp_path_factory.mktemp("lasting") / "certificate.json"
+    path.write_text(to_json(found.evidence.certificate))
+    return profile, path
+
+
+def vouched(profile, edges, w):
+    """Which states are within the edges, now and at rest; in numpy, by the numbers of the monitor."""
+    names = profile.world.coordinates()
+    rest = w.copy()
+    for name in edges.region.box:
+        if f"{name[:-1]}v{name[-1]}" in names:
+            place, speed = names.index(name), names.index(f"{name[:-1]}v{name[-1]}")
+            rest[:, place] = w[:, place] + edges.coasting * w[:, speed]
+    return is_inside(edges.region, w, names) & is_inside(edges.region, rest, names)
+
+
+def test_wherever_it_vouches_the_claim_is_kept_from_there_on(lasting):
+    """Episodes from full speed too, in which the adversary does anything; where it does not vouch some break the claim,
+    also such that only come to rest beyond an edge.
+    """
+    profile, path = lasting
+    proved = load_proof(path, profile)
+    w, _ = drawn(profile, proved.region.region, 1_500, np.random.default_rng(3))
+    held = vouched(profile, proved.region, w)
+    assert 0.2 < held.mean() < 0.9
+    rng, states = np.random.default_rng(4), [w]
+    for _ in range(STEPS):
+        acted = acting(profile, states[-1]) | {"adversary_0": rng.integers(5, size=len(w))}
+        states.append(move_game(profile, states[-1], acted))
+    names = profile.world.coordinates()
+    places = [names.index(f"{agent}.{axis}") for agent in ("agent_0", "agent_1") for axis in "xy"]
+    kept = np.all([(np.abs(each[:, places]) <= RADIUS).all(axis=1) for each in states], axis=0)
+    begun = (np.abs(w[:, places]) <= RADIUS).all(axis=1)
+    assert kept[held].all() and not kept[~held & begun].all()
+    later = np.array([vouched(profile, proved.region, each)[held] for each in states])
+    assert later.mean() > 0.999  # all but for what rounds over an edge
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("languages", [("python",), pytest.param(monitors.LANGUAGES, marks=pytest.mark.slow)])
+def test_all_languages_say_the_same(languages, lasting, tmp_path):
+    profile, path = lasting
+    proved = load_proof(path, profile)
+    watched = lower_monitor(profile, lower(profile), proved)
+    w, _ = drawn(profile, proved.region.region, 600, np.random.default_rng(5))
+    rng, step = np.random.default_rng(6), profile.world.dt
+    w[rng.random(len(w)) < 0.02, rng.integers(w.shape[1])] = np.nan
+    dt = rng.choice([step, 0.1 * step, 2.0 * step], len(w), p=[0.96, 0.02, 0.02])
+    held, valid = vouched(profile, proved.region, w), np.isfinite(w).all(axis=1) & (dt == step)
+    wanted = np.where(valid, np.where(held, OK, OUTSIDE), INVALID).tolist()
+    assert {OK, OUTSIDE, INVALID} == set(wanted)
+    rows = (w, np.ones(w.shape, np.int32), dt, np.ones(len(w), np.int32))
+    monitors.ensure_alike(profile, watched, rows, wanted, tmp_path, languages)
+
+
+def test_every_speed_is_an_input(lasting):
+    """Also those that no agent observes: whoever is faster than pushes make it may cross an edge."""
+    profile, path = lasting
+    watched = lower_monitor(profile, lower(profile), load_proof(path, profile))
+    assert {each.place.name for each in watched.watched} >= {
+        name for name in profile.world.coordinates() if ".v" in name
+    }
+    assert watched.says["LEAVING"] == "never" and "for ever" in watched.claim
+
+
+def test_a_certificate_with_other_edges_is_refused(lasting, tmp_path):
+    profile, path = lasting
+    body = json.loads(path.read_text())
+    body.pop("content_hash")
+    body["edges"] = {name: [low, "2"] for name, (low, _) in body["edges"].items()}
+    (tmp_path / "edited.json").write_text(json.dumps(body | {"content_hash": body_hash(body)}))
+    with pytest.raises(RefusedError, match="refused"):
+        load_proof(tmp_path / "edited.json", profile)
+    with pytest.raises(InputError, match="no room for noise"):
+        noisy(load_proof(path, profile), 0.01)
+
+
+def test_the_page_says_the_same(lasting, tmp_path):
+    profile, path = lasting
+    contents = with_proof(Contents(), profile, path)
+    proved = contents.claims[0].proved
+    assert contents.claims[0].verdict.startswith("PROVED in")
+    w, goals = drawn(profile, proved.region, 200, np.random.default_rng(7))
+    names = profile.world.coordinates()
+    given = [(dict(zip(names, row, strict=True)), goal) for row, goal in zip(w.tolist(), goals.tolist(), strict=True)]
+    script = (
+        STATE
+        + """
+  const word = Engine.monitor(game, data.claims[0].region, data.claims[0].coasting);
+  return given.map(([at, goal]) => {
+    const state = stateIn(game)(at, goal);
+    data.agents.forEach(({ name }, k) => { state.velocity[k] = [at[`${name}.vx`], at[`${name}.vy`]]; });
+    return word(state);
+  });
+"""
+    )
+    said = in_node(page(profile, contents), script, given, tmp_path)
+    assert said == ["OK" if each else "OUTSIDE" for each in vouched(profile, proved, w)]

@@ -12,7 +12,6 @@ from codegen.ir import act
 from codegen.lowering.lower import lower
 from codegen.observe import observe
 from codegen.region import RegionSpec
-from codegen.targets import emit, monitor
 from maviper.compilation.games import find_game, region_of, restate_formula
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.page.results import play_claim
@@ -118,21 +117,11 @@ def test_the_claim_holds_in_the_game_wherever_a_monitor_vouches(languages, count
     watched = lower_monitor(profile, lower(profile), proof)
     assert [place.name for place in watched.places.values()] == list(profile.world.coordinates())
     rows = draw_rows(profile, region, count, 3)
-    twin, wanted = Twin(profile, proof.region, watched), []
-    for w, fresh, dt, start in zip(*rows, strict=True):
-        if start:
-            twin.start()
-        wanted.append(twin.step(w, fresh, dt))
+    wanted = Twin(profile, proof.region, watched).said(rows)
     assert {OK, LEAVING, OUTSIDE, INVALID} == set(wanted)
     vouched = np.isin(wanted, [OK, LEAVING])
     assert vouched.sum() > count / 10 and keeps(profile, "no_double", rows[0][vouched]).all()
-    rest = watched.fallbacks[0].action
-    acted = [i % 5 if each else rest for i, each in enumerate(vouched)]
-    texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
-    if languages == ("python",):
-        assert monitors.run_python(texts, watched, rows) == (wanted, acted)
-    else:
-        monitors.ensure_said_by_all(texts, watched, tmp_path, rows, (wanted, acted), languages)
+    monitors.ensure_alike(profile, watched, rows, wanted, tmp_path, languages)
 
 
 def test_a_monitor_takes_the_whole_region_and_nothing_more(decided, proof):

@@ -1,31 +1,27 @@
 """Monitors of regions that compare sums: never too generous, by exact fractions, and no narrower than they say."""
 
 import math
-import shutil
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from codegen.agreement.compiled import find_compiler
+from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.errors import InputError
 from codegen.ir import outputs
 from codegen.lowering.lower import lower
 from codegen.lowering.parts import RaisedSum
-from codegen.targets import emit, monitor
-from maviper import load, verify_system
+from maviper import load
 from maviper.compilation import rows
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.files import profiles
 from maviper.worlds.stated.certified import read_certificate
 from tests.support import monitors
 from tests.support.explicit_mpc import prove_lasting
-from tests.support.generated import FOLDER
-from tests.support.monitors import INVALID, OK, OUTSIDE, asked_of_cover, said_of_cover
+from tests.support.monitors import INVALID, OK, OUTSIDE, CoverTwin, asked_of_cover
 from verify.checker.covers.cuts import end_of
 from verify.systems.system import Affine, HalfSpace
 
-WORLD = FOLDER.parent / "worlds" / "pendulum"
 CLAIMS = {
     "always": 'name = "always"\nregion = { where = ["angle + 0.1[s]*spin <= 0.06"] }',
     "decides": """formula = "not acts(cart) == left"
@@ -46,13 +42,8 @@ class Proof:
     """A certificate that `maviper verify` writes of a committed world, and what a monitor makes of it."""
 
     def __init__(self, folder, text):
-        for name in ("profile.json", "world.toml"):
-            shutil.copy(WORLD / name, folder)
-        (folder / "properties.toml").write_text(f"[[property]]\n{text}\n")
-        self.profile, self.certificate = load(folder / "profile.json"), folder / "certificate.json"
-        found = verify_system(self.profile, folder / "world.toml", folder / "properties.toml")
-        ((_, certificate),) = found.certificates.items()
-        self.certificate.write_text(certificate)
+        self.certificate = monitors.certify(folder, "pendulum", text)
+        self.profile = load(folder / "profile.json")
         self.claim = read_certificate(self.certificate)[0].claim
         self.read()
 
@@ -189,25 +180,20 @@ def test_a_planted_fault_is_noticed(fault, proofs, monkeypatch):
 )
 def test_all_languages_say_the_same_word(name, languages, proofs, tmp_path):
     """Of states at the bounds of sums, of those that sensors get wrong, and of those that come late; in C also where
-    products could be fused with sums. Clippy has nothing to say.
+    products could be fused with sums.
     """
     proof = proofs(name)
     cover, profile = proof.cover, proof.profile
     watched = lower_monitor(profile, lower(profile), load_proof(proof.certificate, profile))
-    texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
     drawn, near = asked_of_cover(cover, 600, 5), proof.near(100, 2)
     ones = np.ones(len(near), dtype=np.int32)
     beside = near, np.ones(near.shape, np.int32), np.full(len(near), cover.dt), ones
     asked = [np.concatenate(both) for both in zip(drawn, beside, strict=True)]
-    wanted = said_of_cover(cover, asked)
+    wanted = CoverTwin(cover).said(asked)
     assert {OK, OUTSIDE, INVALID} <= set(wanted) and wanted.count(OK) > 200
-    n, rest = len(watched.model.agents[0].actions), watched.fallbacks[0].action
-    said = wanted, [i % n if word == OK else rest for i, word in enumerate(wanted)]
-    monitors.ensure_said_by_all(texts, watched, tmp_path, asked, said, languages)
-    if shutil.which("clippy-driver"):
-        assert monitors.lint_rust(texts[f"{watched.model.prefix}_monitor.rs"], tmp_path) == (True, "")
+    texts, said = monitors.ensure_alike(profile, watched, asked, wanted, tmp_path, languages)
     if find_compiler() is not None:
-        fused = ("-O3", "-march=native", "-ffp-contract=fast")
+        fused = (*STRICT, "-O3", "-march=native", "-ffp-contract=fast")
         (tmp_path / "fused").mkdir()
         assert monitors.run_c(texts, watched, tmp_path / "fused", asked, fused) == said
 

@@ -9,7 +9,6 @@ import pytest
 from codegen.errors import InputError
 from codegen.ir import act
 from codegen.lowering.lower import lower
-from codegen.targets import monitor
 from maviper import load
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.episodes import measures
@@ -19,7 +18,7 @@ from maviper.page.results import load_claim, with_proof, words
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.environment import StatedEnv
 from tests.maviper.page.browsers import in_chromium, in_node
-from tests.support.monitors import LEAVING, OK, OUTSIDE, Twin, files
+from tests.support.monitors import LEAVING, OK, OUTSIDE, Twin, files, module_of
 from tests.support.pages import GENERATED, STATE, committed
 
 WORDS = {OK: "OK", LEAVING: "LEAVING", OUTSIDE: "OUTSIDE"}
@@ -139,9 +138,7 @@ def test_the_word_of_a_stated_system_is_the_monitors_at_each_step(name, tmp_path
     proved, (_, statement) = load_proof(certificate, profile), read_certificate(certificate)
     env = StatedEnv(statement, "again")
     observed, _ = env.reset(measures.ON_POLICY_SEEDS)
-    space = {}
-    watched = lower_monitor(profile, lower(profile), proved)
-    exec(compile(monitor.emit(watched, ["python"]).popitem()[1], "monitor", "exec"), space)
+    space = module_of(lower_monitor(profile, lower(profile), proved))
     found, wanted = space["Monitor"](), []
     while env.agents:
         found.renew_all()
@@ -217,8 +214,7 @@ def test_the_word_of_an_episode_of_a_game_is_the_monitors_at_each_step(tmp_path)
     given = [[state, spec.goals[0], *way] for state, way in zip([*at, *[at[0]] * 8], ways, strict=True)]
     given[5][0]["agent_0.x"] = float(np.nextafter(box["agent_0.x"][1], np.inf))  # no start of the proof
     told = in_node(page(profile, contents), FOLLOWED, given, tmp_path)
-    space, watched = {}, lower_monitor(profile, lower(profile), proved)
-    exec(compile(monitor.emit(watched, ["python"]).popitem()[1], "monitor", "exec"), space)
+    space = module_of(lower_monitor(profile, lower(profile), proved))
     for states, acted, words_shown in told:
         found, wanted = space["Monitor"](), []
         for state, actions in zip(states, [*acted, [0] * len(names)], strict=True):
