@@ -12,7 +12,6 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import singledispatch
 from pathlib import Path
 
 import numpy as np
@@ -28,16 +27,14 @@ from maviper.compilation.modes import split_modes
 from maviper.compilation.projecting import Frames, list_unread, turn_without
 from maviper.compilation.rows import Columns, ensure_wide, keep_sums, list_columns, narrow, widen
 from maviper.compilation.visits import list_visits
-from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
+from maviper.worlds.stated.certified import ensure_accepted, read_certificate, sentence
 from maviper.worlds.stated.observing import PLACE
 from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.certificates import CoverCertificate
-from verify.checker.covers.forever import InvariantCertificate, InvariantPart
 from verify.checker.covers.invariants import names_of
 from verify.checker.covers.rounding import ceiling, floor
-from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.flows.sets import SetList
-from verify.checker.systems.certificates import SystemCertificate
+from verify.checker.systems.proofs import Cover as CoverProof
+from verify.checker.systems.proofs import FlowSets, Invariant, InvariantPart, SystemCertificate, Walks
 from verify.reports.systems import period
 from verify.systems.claims import SystemClaim
 from verify.systems.given.played import as_played, list_roundings
@@ -122,7 +119,7 @@ SYMBOLIC = "the certificate follows symbolic states, and to find out whether a s
 FORMS = "the sets of the certificate are affine forms, and to find out whether a state is in one takes a linear program"
 
 
-def _ensure_boxes(certificate: Certificate, where: str) -> None:
+def _ensure_boxes(certificate: SystemCertificate, where: str) -> None:
     """InputError for a certificate whose sets are no boxes, or say nothing of later states."""
     _ensure_watchable(certificate, where)
     if certificate.claim.says.once:
@@ -130,54 +127,53 @@ def _ensure_boxes(certificate: Certificate, where: str) -> None:
         raise InputError(what, where, "a monitor needs a claim about all states, such as reaches_and_stays")
 
 
-# A function for each form of certificate: what of it can be watched, whose sums boxes bound, the parts of its steps.
+# For each kind of proof: what of it can be watched, whose sums boxes bound, the parts of its steps.
 
 
-@singledispatch
-def _ensure_watchable(certificate: Certificate, where: str) -> None:
-    """InputError for sets that are no boxes."""
-    raise TypeError(f"nobody watches a {type(certificate).__name__}")
+def _ensure_watchable(certificate: SystemCertificate, where: str) -> None:
+    """InputError for sets that are no boxes; those of a flow are boxes or turned ones, and both can be watched."""
+    match certificate.proof:
+        case Walks():
+            if not certificate.claim.about_decisions:
+                raise InputError(SYMBOLIC, where, f"{ADVICE}: verify with a larger --max-boxes")
+            ensure_wide(_list_regions(certificate), where)
+        case CoverProof(sets="forms"):
+            raise InputError(FORMS, where, ADVICE)
+        case Invariant(parts):
+            if any(part.regions and part.steps > 1 for part in parts):
+                what = "the invariant is a region of which several states in a row were asked, and a monitor knows one"
+                raise InputError(what, where, "a monitor needs a proof by cells: leave `invariant` out of the claim")
+            ensure_wide(_list_regions(certificate), where)
+        case _:
+            pass
 
 
-@singledispatch
-def _list_regions(proof: Certificate) -> list[Polytope]:
+def _list_regions(certificate: SystemCertificate) -> list[Polytope]:
     """The regions that name what boxes bound."""
-    return [*proof.claim.regions, *proof.claim.assuming]
+    parts = certificate.proof.parts if isinstance(certificate.proof, Invariant) else ()
+    own = [each.region for part in parts for each in part.regions]
+    return [*certificate.claim.regions, *certificate.claim.assuming, *own]
 
 
-@singledispatch
-def _list_steps(proof: Certificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
+def _list_steps(
+    certificate: SystemCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists
+) -> Steps:
     """The parts of each step, all of which a state has to lie in; `lists`: the sets that the checker asked about."""
-    return [[_together(lists[step])] for step in range(proof.claim.steps + 1)]
+    claim, proof = certificate.claim, certificate.proof
+    match proof:
+        case Walks():
+            return [[_within(list_columns(statement, _list_regions(certificate)), claim.regions or ((),), ranges)]]
+        case CoverProof():
+            return [[_together(lists[step])] for step in range(claim.steps + 1)]
+        case FlowSets():
+            return _list_samples(proof, claim.steps, statement, ranges, lists)
+        case Invariant():
+            return [_list_parts(certificate, proof, statement, ranges, lists)]
 
 
-@_ensure_watchable.register
-def _(certificate: SystemCertificate, where: str) -> None:
-    if not certificate.claim.about_decisions:
-        raise InputError(SYMBOLIC, where, f"{ADVICE}: verify with a larger --max-boxes")
-    ensure_wide(_list_regions(certificate), where)
-
-
-@_list_steps.register
-def _(proof: SystemCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
-    return [[_within(list_columns(statement, _list_regions(proof)), proof.claim.regions or ((),), ranges)]]
-
-
-@_ensure_watchable.register
-def _(certificate: CoverCertificate, where: str) -> None:
-    if certificate.forms:
-        raise InputError(FORMS, where, ADVICE)
-
-
-@_ensure_watchable.register
-def _(certificate: FlowCertificate, where: str) -> None:
-    """Boxes or turned ones: both can be watched."""
-
-
-@_list_steps.register
-def _(proof: FlowCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
-    samples = [lists[at] for at in range(proof.claim.steps + 1)]
-    if proof.widths:
+def _list_samples(proof: FlowSets, steps: int, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
+    samples = [lists[at] for at in range(steps + 1)]
+    if proof.cells:
         return [[_together(sets)] for sets in samples]
     ensure_few_sets(sum(len(_together(sets).low) for sets in samples), "the certificate")  # before frames are inverted
     watched = {one.name for one in ranges}
@@ -185,23 +181,14 @@ def _(proof: FlowCertificate, statement: Statement, ranges: Sequence[Variable], 
     return [[_join_turned(statement, sets, unread, f"sample {at}")] for at, sets in enumerate(samples)]
 
 
-@_ensure_watchable.register
-def _(certificate: InvariantCertificate, where: str) -> None:
-    if any(part.regions and part.steps > 1 for part in certificate.parts):
-        what = "the invariant is a region of which several states in a row were asked, and a monitor knows one"
-        raise InputError(what, where, "a monitor needs a proof by cells: leave `invariant` out of the claim")
-    ensure_wide(_list_regions(certificate), where)
-
-
-@_list_regions.register
-def _(proof: InvariantCertificate) -> list[Polytope]:
-    own = [each.region for part in proof.parts for each in part.regions]
-    return [*proof.claim.regions, *proof.claim.assuming, *own]
-
-
-@_list_steps.register
-def _(proof: InvariantCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
-    claim, columns = proof.claim, list_columns(statement, _list_regions(proof))
+def _list_parts(
+    certificate: SystemCertificate,
+    proof: Invariant,
+    statement: Statement,
+    ranges: Sequence[Variable],
+    lists: Lists,
+) -> list[Boxes]:
+    claim, columns = certificate.claim, list_columns(statement, _list_regions(certificate))
     anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
 
     def list_boxes(at: int, part: InvariantPart) -> Boxes:
@@ -212,7 +199,7 @@ def _(proof: InvariantCertificate, statement: Statement, ranges: Sequence[Variab
     parts = [list_boxes(at, part) for at, part in enumerate(proof.parts)]
     if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
         parts.append(_within(columns, claim.assuming, anywhere))
-    return [parts]
+    return parts
 
 
 def _without_roundings(statement: Statement, region: Polytope) -> Polytope:
@@ -242,15 +229,12 @@ def _together(lists: Sequence[Sets]) -> Boxes:
     return Boxes(np.concatenate([each.low for each in boxes]), np.concatenate([each.high for each in boxes]))
 
 
-@singledispatch
-def _list_unread(proof: Certificate, statement: Statement) -> list[str]:
+def _list_unread(certificate: SystemCertificate, statement: Statement) -> list[str]:
     """The variables that turned boxes are without: they are no inputs."""
-    return []
-
-
-@_list_unread.register
-def _(proof: FlowCertificate, statement: Statement) -> list[str]:
-    return [] if proof.widths or list_roundings(statement) else list_unread(statement.system, proof.claim)
+    proof = certificate.proof
+    if not isinstance(proof, FlowSets) or proof.cells or list_roundings(statement):
+        return []
+    return list_unread(statement.system, certificate.claim)
 
 
 def _join_turned(statement: Statement, lists: Sequence[Sets], unread: Sequence[int], where: str) -> Turned:
@@ -285,18 +269,14 @@ def _reaching(ranges: Sequence[Variable], steps: Steps) -> tuple[Variable, ...]:
     return tuple(variables)
 
 
-@singledispatch
 def _list_roundings_of(
-    proof: Certificate, game: GameFile, statement: Statement, steps: Steps, where: str
+    certificate: SystemCertificate, game: GameFile, statement: Statement, steps: Steps, where: str
 ) -> dict[str, Interval]:
     """What a game may round by where agents observe it, anywhere in the sets of a proof, by variable; nothing where the
     sets do not bound all variables. InputError where its file lets a later rounding be another number.
     """
-    return {}
-
-
-@_list_roundings_of.register
-def _(proof: CoverCertificate, game: GameFile, statement: Statement, steps: Steps, where: str) -> dict[str, Interval]:
+    if not isinstance(certificate.proof, CoverProof):
+        return {}
     parts = [part for each in steps for part in each]
     low = np.min([part.low.min(axis=0) for part in parts], axis=0)
     high = np.max([part.high.max(axis=0) for part in parts], axis=0)

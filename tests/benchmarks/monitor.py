@@ -53,7 +53,7 @@ from tests.support.monitored import acting, compiled, formula_of, meets
 from tests.support.pushed import NOISE, STEPS, Watching, episodes, perturbed, unperturbed
 from tests.support.shadowed import Shadowed, flying
 from verify.certificates.episodes import to_json
-from verify.checker.decisions.certificates import MAX_BYTES
+from verify.checker.certificate import MAX_BYTES
 
 GENERATED = Path(__file__).parents[2] / "generated"
 GAMES = (

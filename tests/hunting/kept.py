@@ -23,11 +23,12 @@ from tests.hunting import episodes, forging, questions, systems
 from verify.certificates import decisions as decision_texts
 from verify.certificates import episodes as episode_texts
 from verify.certificates import systems as system_texts
-from verify.checker.covers import certificates as system_certificates
+from verify.checker.accept import accept
 from verify.checker.decisions import certificates as decision_certificates
 from verify.checker.episodes import forever
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
+from verify.checker.systems.proofs import from_json as read_system
 from verify.systems.given.played import as_played
 from verify.verdicts.opinions import by_zones
 
@@ -60,10 +61,10 @@ def stated(seed: int) -> Case:
 
     def check(read: Any) -> int:
         if case.statement is None:
-            return read.check(case.profile, case.system)
+            return accept(read, case.profile, case.system)
         statement, profile = as_played(case.statement, case.profile)
         ensure_enclosed(statement, lambda done, most: None)
-        return read.check(profile, statement.system)
+        return accept(read, profile, statement.system)
 
     return lambda: systems.answered(case, claim).evidence.certificate, check
 
@@ -71,7 +72,7 @@ def stated(seed: int) -> Case:
 KINDS: dict[str, tuple[Callable[[int], Case], Callable[[Any], str], Callable[[str], Any]]] = {
     "decisions": (decisions, decision_texts.to_json, decision_certificates.from_json),
     "games": (games, episode_texts.to_json, forever.of_either),
-    "stated": (stated, system_texts.to_json, system_certificates.from_json),
+    "stated": (stated, system_texts.to_json, read_system),
 }
 
 

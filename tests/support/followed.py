@@ -21,7 +21,7 @@ from maviper import load
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.files import runs
 from tests.support.monitored import WITH_CLOCK, acting
-from verify.checker.decisions.certificates import MAX_BYTES
+from verify.checker.certificate import MAX_BYTES
 
 NOISE = 1e-3  # of the side of the region
 PUSH = 0.3  # standard deviation of what is added to a velocity

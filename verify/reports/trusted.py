@@ -38,7 +38,7 @@ CLAIMS = (
     "verifiable",
 )
 CHECKER = {
-    "verify/checker": ("envelope", "reading", "thresholds"),
+    "verify/checker": ("certificate", "reading", "thresholds"),
     "verify/checker/decisions": ("certificates", "walk"),
 }
 VERIFY = ("exact", "kinds", "semantics")
@@ -55,10 +55,11 @@ SYSTEMS = {
     "codegen": CODEGEN,
     **FORM,
     "verify": VERIFY,
-    "verify/checker": ("envelope", "reading", "thresholds"),
-    "verify/checker/systems": ("cases", "certificates", "reading", "rows", "trees", "walk"),
+    "verify/checker": ("accept", "certificate", "reading", "thresholds"),
+    "verify/checker/systems": ("cases", "certificates", "proofs", "reading", "rows", "trees", "walk"),
     "verify/claims": ("formula", "formula_json", "region"),
-    "verify/systems": ("claims", "documents", "system"),
+    "verify/systems": ("affine", "claims", "documents", "system"),
+    "verify/systems/language": ("expressions",),
 }
 COVERS = {
     **SYSTEMS,
@@ -95,7 +96,6 @@ FLOWS = {
         "sweep",
         "tapes",
     ),
-    "verify/systems/language": ("expressions",),
 }
 REFEREE = {
     "codegen": ("errors", "floats", "ir", "observe", "region", "sum_rules", "sums", "world"),

@@ -1,0 +1,214 @@
+"""A certificate: a header, a claim and a proof; one reader for all forms.
+
+Does: reads a document by the table of a room; refuses one that is damaged, of another version, edited, or about
+  something else; gives the numbers of a proof.
+Assumes: tables that say which members a form has (`Forms`), whose classes are those of the document.
+Does not: know what is claimed, whether a proof holds, or how certificates are written (verify/certificates).
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+import json
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
+
+import msgspec
+
+from codegen.errors import InputError, escape_text
+from verify.checker.reading import RejectedError
+from verify.exact import read_number
+
+BITS = 64  # of the largest number in a proof about decisions or episodes
+MAX_BYTES = 1 << 30  # of a file
+REMAKE = "make it again with `maviper verify -o`"
+
+
+class Members(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Members of a document, or of a part of it, under the names that they have there."""
+
+
+if TYPE_CHECKING:
+    Bytes = bytes
+else:
+
+    class Bytes(bytes):
+        """The bytes of a proof; lines of base64 in a document."""
+
+
+class Header(Members, frozen=True):
+    """What a certificate is, and what it is about: a state shows that its claim is about something."""
+
+    certificate: str  # the form
+    profile: str  # content hash
+    inhabitant: Mapping[str, Fraction]
+
+
+H = TypeVar("H", bound=Header, covariant=True)
+C = TypeVar("C", covariant=True)
+P = TypeVar("P", bound=Members, covariant=True)
+
+
+@dataclass(frozen=True)
+class Certificate(Generic[H, C, P]):
+    """A claim about a profile, with a proof that anyone may have made."""
+
+    header: H
+    claim: C
+    proof: P
+
+    @property
+    def size(self) -> int:
+        """Bytes of the proof."""
+        return sum(map(len, _list_bytes(self.proof)))
+
+
+def _list_bytes(value: Any) -> list[bytes]:
+    """All bytes in a value that a document states."""
+    match value:
+        case bytes():
+            return [value]
+        case msgspec.Struct():
+            parts = list(stated(value).values())
+        case Mapping():
+            parts: list[Any] = [*value.values()]
+        case tuple():
+            parts = list(cast("tuple[Any, ...]", value))
+        case _:
+            parts = []
+    return [each for part in parts for each in _list_bytes(part)]
+
+
+def stated(members: msgspec.Struct) -> dict[str, Any]:
+    """The members that a document states: all but those that are as usual."""
+    kept: dict[str, Any] = {}
+    for each in msgspec.structs.fields(members):
+        factory: Any = each.default_factory
+        usual = each.default if factory is msgspec.NODEFAULT else factory()
+        if (value := getattr(members, each.name)) != usual:
+            kept[each.name] = value
+    return kept
+
+
+# --- reading
+
+
+class ClaimMembers(Protocol[C]):
+    """The members of a document that are its claim."""
+
+    def read(self, header: Any) -> C:
+        """The claim. ValueError for what is none."""
+        ...
+
+
+@dataclass(frozen=True)
+class Forms(Generic[H, C, P]):
+    """The certificates of one room: their members beside the proof, and by form those that are the proof."""
+
+    header: type[H]
+    claim: type[ClaimMembers[C]]
+    proofs: Mapping[str, type[P]]
+
+
+def read(
+    text: str | bytes, where: str, forms: Forms[H, C, P], followed: Callable[[bytes], bytes] = Bytes
+) -> Certificate[H, C, P]:
+    """The certificate in a text, its proofs given to `followed`. InputError when it is damaged, of another version, or
+    edited.
+    """
+
+    def convert(kind: Any, value: Any) -> Any:
+        if kind is Bytes:
+            return followed(read_proof(value))
+        return read_number(value) if kind is Fraction else kind.read(value)
+
+    with ensure_readable(where):
+        document = msgspec.json.decode(text, type=dict[str, Any])
+        proof = forms.proofs.get(document.get("certificate", ""), next(iter(forms.proofs.values())))
+        parts: list[Any] = [forms.claim, proof]
+        named = [{name: document[name] for name in part.__struct_fields__ if name in document} for part in parts]
+        own = {name: document[name] for name in document if not any(name in each for each in named)}
+        stated_hash = own.pop("content_hash", None)
+        header = msgspec.convert(own, forms.header, dec_hook=convert)
+        claim, made = (msgspec.convert(*each, dec_hook=convert) for each in zip(named, parts, strict=True))
+        _ensure_whole(document, stated_hash, list(forms.proofs), where)
+        return Certificate(header, claim.read(header), made)
+
+
+def _ensure_whole(document: Mapping[str, Any], stated_hash: object, forms: Sequence[str], where: str) -> None:
+    """InputError when a certificate is of another version, or was edited."""
+    if document["certificate"] not in forms:
+        version = escape_text(document["certificate"][:40])
+        raise InputError("a certificate of another version", f"{where}: '{version}', not {forms[0]}", REMAKE)
+    if stated_hash != body_hash({name: value for name, value in document.items() if name != "content_hash"}):
+        raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
+
+
+def ensure_whole(raw: msgspec.Struct, form: str, where: str) -> None:
+    """InputError when a certificate is of another version, or was edited."""
+    body = msgspec.to_builtins(raw)
+    _ensure_whole(body, body["content_hash"], [form], where)
+
+
+def body_hash(body: Mapping[str, Any]) -> str:
+    """SHA-256 of a document without its hash."""
+    return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+
+
+@contextmanager
+def ensure_readable(where: str) -> Generator[None]:
+    """InputError for what goes wrong when a damaged certificate is read."""
+    try:
+        yield
+    except msgspec.ValidationError as error:
+        raise InputError("not a certificate", f"{where}: {escape_text(error)}", REMAKE) from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError("the certificate is truncated or not JSON", f"{where}: {error}", REMAKE) from None
+    except (ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError, RecursionError) as error:
+        what = "the certificate does not hold what it should"
+        raise InputError(what, f"{where}: {escape_text(error)}"[:200], REMAKE) from None
+
+
+def read_proof(lines: Sequence[str], where: str = "") -> bytes:
+    """A proof from base64. ValueError for what is none."""
+    if not isinstance(lines, list):
+        raise ValueError("not the lines of a proof")
+    try:
+        return base64.b64decode("".join(lines), validate=True)
+    except (binascii.Error, TypeError) as error:
+        raise ValueError(f"not the lines of a proof: {error}") from None
+
+
+def numbers(proof: bytes, bits: int = BITS) -> Iterator[int]:
+    """The numbers of a proof, in groups of seven bits, low ones first. RejectedError for one beyond `bits`, and for a
+    proof that ends within a number.
+    """
+    value = shift = 0
+    for byte in proof:
+        if byte < 128 and not shift:
+            yield byte
+            continue
+        value |= (byte & 127) << shift
+        shift += 7
+        if shift > bits + 6:
+            raise RejectedError(f"the proof contains a number beyond {bits} bits")
+        if byte < 128:
+            yield value
+            value = shift = 0
+    if shift:
+        raise RejectedError("the proof ends within a number")
+
+
+def ensure_about(stated: str, actual: str, what: str, option: str = "") -> None:
+    """InputError unless a profile or system, by its hash, is the one that a certificate names."""
+    if actual != stated:
+        raise InputError(
+            f"the certificate is about another {what}",
+            f"it names {escape_text(stated[:16])}..., the {what} is {actual[:16]}...",
+            f"give the {what} that it was made for" + (f" (`maviper check {option} FILE`)" if option else ""),
+        )
