@@ -15,7 +15,7 @@ import msgspec
 
 from codegen.floats import rational_literal
 from codegen.form.layout import layout
-from verify.checker.certificate import body_hash, stated
+from verify.checker.certificate import body_hash, list_stated
 
 LINE = 96  # characters of a proof on a line
 
@@ -51,7 +51,7 @@ def plain(value: Any) -> Any:
 
 @plain.register
 def _(value: msgspec.Struct) -> dict[str, Any]:
-    return {name: plain(each) for name, each in stated(value).items()}
+    return {name: plain(each) for name, each in list_stated(value).items()}
 
 
 @plain.register(Mapping)

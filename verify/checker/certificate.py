@@ -74,7 +74,7 @@ def _list_bytes(value: Any) -> list[bytes]:
         case bytes():
             return [value]
         case msgspec.Struct():
-            parts = list(stated(value).values())
+            parts = list(list_stated(value).values())
         case Mapping():
             parts: list[Any] = [*value.values()]
         case tuple():
@@ -84,7 +84,7 @@ def _list_bytes(value: Any) -> list[bytes]:
     return [each for part in parts for each in _list_bytes(part)]
 
 
-def stated(members: msgspec.Struct) -> dict[str, Any]:
+def list_stated(members: msgspec.Struct) -> dict[str, Any]:
     """The members that a document states: all but those that are as usual."""
     kept: dict[str, Any] = {}
     for each in msgspec.structs.fields(members):
@@ -174,14 +174,12 @@ def ensure_readable(where: str) -> Generator[None]:
         raise InputError(what, f"{where}: {escape_text(error)}"[:200], REMAKE) from None
 
 
-def read_proof(lines: Sequence[str], where: str = "") -> bytes:
-    """A proof from base64. ValueError for what is none."""
-    if not isinstance(lines, list):
-        raise ValueError("not the lines of a proof")
+def read_proof(lines: object, where: str = "") -> bytes:
+    """A proof from lines of base64. ValueError for what is none."""
     try:
-        return base64.b64decode("".join(lines), validate=True)
-    except (binascii.Error, TypeError) as error:
-        raise ValueError(f"not the lines of a proof: {error}") from None
+        return base64.b64decode("".join(msgspec.convert(lines, list[str])), validate=True)
+    except (binascii.Error, msgspec.ValidationError) as error:
+        raise ValueError(f"{where}: {error}" if where else f"not the lines of a proof: {error}") from None
 
 
 def numbers(proof: bytes, bits: int = BITS) -> Iterator[int]:
