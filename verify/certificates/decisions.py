@@ -10,8 +10,8 @@ from typing import Any
 from codegen.floats import rational_literal
 from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
-from verify.checker.certificate import body_hash
 from verify.checker.decisions.certificates import NAMED, NOISY, UNREAD, Certificate, Premise
+from verify.checker.envelope import body_hash
 from verify.claims.decisions import PLAIN, DecisionClaim
 from verify.claims.formula import TRUE
 from verify.claims.region import goal_text

@@ -10,7 +10,7 @@ from typing import Any
 from codegen.floats import rational_literal
 from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
-from verify.checker.certificate import body_hash
+from verify.checker.envelope import body_hash
 from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.episodes.forever import FORM, LastingCertificate
 from verify.claims.region import goal_text

@@ -15,7 +15,8 @@ import msgspec
 
 from codegen.floats import rational_literal
 from codegen.form.layout import layout
-from verify.checker.certificate import body_hash, list_stated
+from verify.checker.certificate import list_stated
+from verify.checker.envelope import body_hash
 
 LINE = 96  # characters of a proof on a line
 

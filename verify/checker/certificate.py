@@ -1,32 +1,23 @@
 """A certificate: a header, a claim and a proof; one reader for all forms.
 
-Does: reads a document by the table of a room; refuses one that is damaged, of another version, edited, or about
-  something else; gives the numbers of a proof.
+Does: reads a document by the table of a room.
 Assumes: tables that say which members a form has (`Forms`), whose classes are those of the document.
 Does not: know what is claimed, whether a proof holds, or how certificates are written (verify/certificates).
 """
 
 from __future__ import annotations
 
-import base64
-import binascii
-import hashlib
-import json
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 import msgspec
 
-from codegen.errors import InputError, escape_text
-from verify.checker.reading import RejectedError
+from verify.checker.envelope import ensure_readable, ensure_whole, read_proof
 from verify.exact import read_number
 
-BITS = 64  # of the largest number in a proof about decisions or episodes
 MAX_BYTES = 1 << 30  # of a file
-REMAKE = "make it again with `maviper verify -o`"
 
 
 class Members(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -124,89 +115,18 @@ def read(
 
     def convert(kind: Any, value: Any) -> Any:
         if kind is Bytes:
-            return followed(read_proof(value))
+            return followed(read_proof(msgspec.convert(value, list[str]), "a proof"))
         return read_number(value) if kind is Fraction else kind.read(value)
 
     with ensure_readable(where):
         document = msgspec.json.decode(text, type=dict[str, Any])
-        proof = forms.proofs.get(document.get("certificate", ""), next(iter(forms.proofs.values())))
+        first = next(iter(forms.proofs))
+        proof = forms.proofs.get(document.get("certificate", ""), forms.proofs[first])
         parts: list[Any] = [forms.claim, proof]
         named = [{name: document[name] for name in part.__struct_fields__ if name in document} for part in parts]
         own = {name: document[name] for name in document if not any(name in each for each in named)}
-        stated_hash = own.pop("content_hash", None)
+        own.pop("content_hash", None)
         header = msgspec.convert(own, forms.header, dec_hook=convert)
         claim, made = (msgspec.convert(*each, dec_hook=convert) for each in zip(named, parts, strict=True))
-        _ensure_whole(document, stated_hash, list(forms.proofs), where)
+        ensure_whole(document, header.certificate if header.certificate in forms.proofs else first, where)
         return Certificate(header, claim.read(header), made)
-
-
-def _ensure_whole(document: Mapping[str, Any], stated_hash: object, forms: Sequence[str], where: str) -> None:
-    """InputError when a certificate is of another version, or was edited."""
-    if document["certificate"] not in forms:
-        version = escape_text(document["certificate"][:40])
-        raise InputError("a certificate of another version", f"{where}: '{version}', not {forms[0]}", REMAKE)
-    if stated_hash != body_hash({name: value for name, value in document.items() if name != "content_hash"}):
-        raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
-
-
-def ensure_whole(raw: msgspec.Struct, form: str, where: str) -> None:
-    """InputError when a certificate is of another version, or was edited."""
-    body = msgspec.to_builtins(raw)
-    _ensure_whole(body, body["content_hash"], [form], where)
-
-
-def body_hash(body: Mapping[str, Any]) -> str:
-    """SHA-256 of a document without its hash."""
-    return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
-
-
-@contextmanager
-def ensure_readable(where: str) -> Generator[None]:
-    """InputError for what goes wrong when a damaged certificate is read."""
-    try:
-        yield
-    except msgspec.ValidationError as error:
-        raise InputError("not a certificate", f"{where}: {escape_text(error)}", REMAKE) from None
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InputError("the certificate is truncated or not JSON", f"{where}: {error}", REMAKE) from None
-    except (ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError, RecursionError) as error:
-        what = "the certificate does not hold what it should"
-        raise InputError(what, f"{where}: {escape_text(error)}"[:200], REMAKE) from None
-
-
-def read_proof(lines: object, where: str = "") -> bytes:
-    """A proof from lines of base64. ValueError for what is none."""
-    try:
-        return base64.b64decode("".join(msgspec.convert(lines, list[str])), validate=True)
-    except (binascii.Error, msgspec.ValidationError) as error:
-        raise ValueError(f"{where}: {error}" if where else f"not the lines of a proof: {error}") from None
-
-
-def numbers(proof: bytes, bits: int = BITS) -> Iterator[int]:
-    """The numbers of a proof, in groups of seven bits, low ones first. RejectedError for one beyond `bits`, and for a
-    proof that ends within a number.
-    """
-    value = shift = 0
-    for byte in proof:
-        if byte < 128 and not shift:
-            yield byte
-            continue
-        value |= (byte & 127) << shift
-        shift += 7
-        if shift > bits + 6:
-            raise RejectedError(f"the proof contains a number beyond {bits} bits")
-        if byte < 128:
-            yield value
-            value = shift = 0
-    if shift:
-        raise RejectedError("the proof ends within a number")
-
-
-def ensure_about(stated: str, actual: str, what: str, option: str = "") -> None:
-    """InputError unless a profile or system, by its hash, is the one that a certificate names."""
-    if actual != stated:
-        raise InputError(
-            f"the certificate is about another {what}",
-            f"it names {escape_text(stated[:16])}..., the {what} is {actual[:16]}...",
-            f"give the {what} that it was made for" + (f" (`maviper check {option} FILE`)" if option else ""),
-        )

@@ -38,7 +38,7 @@ CLAIMS = (
     "verifiable",
 )
 CHECKER = {
-    "verify/checker": ("certificate", "reading", "thresholds"),
+    "verify/checker": ("envelope", "reading", "thresholds"),
     "verify/checker/decisions": ("certificates", "walk"),
 }
 VERIFY = ("exact", "kinds", "semantics")
@@ -55,7 +55,7 @@ SYSTEMS = {
     "codegen": CODEGEN,
     **FORM,
     "verify": VERIFY,
-    "verify/checker": ("accept", "certificate", "reading", "thresholds"),
+    "verify/checker": ("accept", "certificate", "envelope", "reading", "thresholds"),
     "verify/checker/systems": ("cases", "certificates", "proofs", "reading", "rows", "trees", "walk"),
     "verify/claims": ("formula", "formula_json", "region"),
     "verify/systems": ("affine", "claims", "documents", "system"),

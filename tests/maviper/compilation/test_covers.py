@@ -26,8 +26,8 @@ from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, asked_of_cover, said_of_cover
 from tests.support.stated_play import Played
 from verify.checker.accept import accept
-from verify.checker.certificate import body_hash
 from verify.checker.covers import certificates
+from verify.checker.envelope import body_hash
 
 WORLDS = FOLDER.parent / "worlds"
 ARCH = FOLDER.parent / "arch"

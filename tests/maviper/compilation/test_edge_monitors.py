@@ -23,7 +23,7 @@ from tests.support.monitors import INVALID, OK, OUTSIDE
 from tests.support.pages import STATE
 from tests.support.pushed import move_game
 from verify.certificates.episodes import to_json
-from verify.checker.certificate import body_hash
+from verify.checker.envelope import body_hash
 
 RADIUS, STEPS = 2.5, 40
 PROFILE = FOLDER.parent / "proved_defenders" / "profile.json"

@@ -15,8 +15,8 @@ from maviper.verification.files.certificates import check_file
 from maviper.verification.run import verify_world
 from tests.support.pole import pole
 from verify.certificates.decisions import to_json
-from verify.checker.certificate import body_hash
 from verify.checker.decisions.certificates import FORM, MET, from_json
+from verify.checker.envelope import body_hash
 from verify.result import Verdict
 
 pytestmark = pytest.mark.solver

@@ -24,7 +24,7 @@ from tests.support.episode_certificates import certified, failures, stands
 from tests.support.strategies import grown_trees, with_trees
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.certificates.episodes import to_json
-from verify.checker.certificate import body_hash, numbers
+from verify.checker.envelope import body_hash, numbers
 from verify.checker.episodes import reading as episode_reading
 from verify.checker.episodes import walk as episodes
 from verify.checker.episodes.certificates import check_certificate, from_json

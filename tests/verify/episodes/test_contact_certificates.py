@@ -15,7 +15,7 @@ from tests.support.episode_certificates import certified, failures, stands
 from tests.support.strategies import with_trees
 from tests.support.teams import LEFT, RIGHT, STAY
 from verify.certificates.episodes import to_json
-from verify.checker.certificate import numbers
+from verify.checker.envelope import numbers
 from verify.checker.episodes import walk as episodes
 from verify.checker.episodes.certificates import PUSHED, check_certificate, from_json
 from verify.checker.episodes.contact_reading import ContactReading

@@ -30,9 +30,9 @@ import msgspec
 from codegen.errors import InputError
 from codegen.ir import EntitySpec, PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.certificate import REMAKE, ensure_about, ensure_readable, ensure_whole, numbers, read_proof
 from verify.checker.decisions.certificates import region_from
 from verify.checker.decisions.walk import check
+from verify.checker.envelope import REMAKE, ensure_about, ensure_readable, ensure_whole, numbers, read_proof
 from verify.checker.episodes import certificates as over_steps
 from verify.checker.episodes.certificates import EpisodeCertificate, Side, ensure_started
 from verify.checker.episodes.reading import FARTHEST, ProofPart, certifiable, compute_push, ensure_stated

@@ -16,8 +16,8 @@ from tests.support.small import small_profile
 from tests.support.teams import STAY, team, towards, tree
 from verify.certificates import decisions as decision_texts
 from verify.certificates import episodes as episode_texts
-from verify.checker.certificate import body_hash
 from verify.checker.decisions import certificates
+from verify.checker.envelope import body_hash
 from verify.checker.episodes import certificates as episode_certificates
 from verify.claims.episodes import EPISODE_CLAIMS
 

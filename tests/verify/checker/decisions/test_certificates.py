@@ -19,9 +19,9 @@ from tests.support.zone_cases import NAVIGATION, deception, near_roles, random_r
 from verify.certificates.decisions import to_json
 from verify.certificates.proofs import varint
 from verify.checker import reading
-from verify.checker.certificate import numbers
 from verify.checker.decisions import walk as decisions
 from verify.checker.decisions.certificates import Certificate, check_certificate, from_json
+from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, OwnTarget, formula

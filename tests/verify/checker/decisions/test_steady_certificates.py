@@ -17,9 +17,9 @@ from tests.support.zone_cases import noisy, noisy_roles, random_region, stated
 from verify.certificates.decisions import to_json
 from verify.checker import reading as bounds
 from verify.checker import thresholds
-from verify.checker.certificate import numbers
 from verify.checker.decisions import walk as decisions
 from verify.checker.decisions.certificates import check_certificate, from_json
+from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import STEADY, DistinctTargets, OwnTarget, formula
