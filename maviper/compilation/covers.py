@@ -23,16 +23,14 @@ from codegen.numbers import nearest_double
 from codegen.region import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
 from maviper.compilation.rows import Columns, ensure_wide, keep_sums, list_columns, narrow, widen
-from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
+from maviper.worlds.stated.certified import ensure_accepted, read_certificate, sentence
 from maviper.worlds.stated.observing import PLACE
 from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.certificates import CoverCertificate
-from verify.checker.covers.forever import InvariantCertificate, InvariantPart
 from verify.checker.covers.invariants import names_of
 from verify.checker.covers.rounding import ceiling, floor
-from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.flows.sets import SetList
-from verify.checker.systems.certificates import SystemCertificate
+from verify.checker.systems.proofs import Cover as CoverProof
+from verify.checker.systems.proofs import FlowSets, Invariant, InvariantPart, SystemCertificate, Walks
 from verify.reports.systems import period
 from verify.systems.claims import SystemClaim
 from verify.systems.given.played import as_played, list_roundings
@@ -78,7 +76,7 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> tuple[Cover | Regio
     if not claim.about_decisions:
         ranges = _reaching(ranges, steps)
     unmeasured = {name: _range_of(statement, name) for name in list_roundings(statement)}
-    if game is not None and not game.errors and isinstance(proof, CoverCertificate):
+    if game is not None and not game.errors and isinstance(proof.proof, CoverProof):
         unmeasured |= _list_roundings_of(game, statement, steps, where)
     measured, bounds = _drop_roundings(statement, ranges, steps, unmeasured)
     names = [one.name for one in measured]
@@ -100,43 +98,61 @@ TURNED = "the sets of the certificate are turned boxes, and a box around one hol
 FORMS = "the sets of the certificate are affine forms, and to find out whether a state is in one takes a linear program"
 
 
-def _ensure_watchable(certificate: Certificate, where: str) -> None:
+def _ensure_watchable(certificate: SystemCertificate, where: str) -> None:
     """InputError for a certificate whose sets are no boxes, or say nothing of later states."""
-    match certificate:
-        case SystemCertificate():
+    match certificate.proof:
+        case Walks():
             if not certificate.claim.about_decisions:
                 raise InputError(SYMBOLIC, where, f"{ADVICE}: verify with a larger --max-boxes")
             ensure_wide(_list_regions(certificate), where)
-        case CoverCertificate():
-            if certificate.forms:
-                raise InputError(FORMS, where, ADVICE)
-        case FlowCertificate():
-            if not certificate.widths:
-                advice = "a monitor needs a proof by boxes: a formula, or a world that moves in steps"
-                raise InputError(TURNED, where, advice)
-        case InvariantCertificate():
-            if any(part.regions and part.steps > 1 for part in certificate.parts):
+        case CoverProof(sets="forms"):
+            raise InputError(FORMS, where, ADVICE)
+        case FlowSets(cells=cells):
+            if not cells:
+                raise InputError(
+                    TURNED, where, "a monitor needs a proof by boxes: a formula, or a world that moves in steps"
+                )
+        case Invariant(parts):
+            if any(part.regions and part.steps > 1 for part in parts):
                 what = "the invariant is a region of which several states in a row were asked, and a monitor knows one"
                 raise InputError(what, where, "a monitor needs a proof by cells: leave `invariant` out of the claim")
             ensure_wide(_list_regions(certificate), where)
+        case CoverProof():
+            pass
     if certificate.claim.says.once:
         what = "the claim is fulfilled once the region is reached, and nothing is proved of what comes then"
         raise InputError(what, where, "a monitor needs a claim about all states, such as reaches_and_stays")
 
 
-def _list_regions(proof: Certificate) -> list[Polytope]:
+def _list_regions(certificate: SystemCertificate) -> list[Polytope]:
     """The regions that name what boxes bound."""
-    parts = proof.parts if isinstance(proof, InvariantCertificate) else ()
-    return [*proof.claim.regions, *proof.claim.assuming, *(each.region for part in parts for each in part.regions)]
+    parts = certificate.proof.parts if isinstance(certificate.proof, Invariant) else ()
+    own = [each.region for part in parts for each in part.regions]
+    return [*certificate.claim.regions, *certificate.claim.assuming, *own]
 
 
-def _list_steps(proof: Certificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
+def _list_steps(
+    certificate: SystemCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists
+) -> Steps:
     """The parts of each step, all of which a state has to lie in; `lists`: the sets that the checker asked about."""
-    claim, columns = proof.claim, list_columns(statement, _list_regions(proof))
-    if isinstance(proof, SystemCertificate):
-        return [[_within(columns, claim.regions or ((),), ranges)]]
-    if not isinstance(proof, InvariantCertificate):
-        return [[_together(lists[step])] for step in range(claim.steps + 1)]
+    claim, proof = certificate.claim, certificate.proof
+    match proof:
+        case Walks():
+            return [[_within(list_columns(statement, _list_regions(certificate)), claim.regions or ((),), ranges)]]
+        case CoverProof() | FlowSets():
+            return [[_together(lists[step])] for step in range(claim.steps + 1)]
+        case Invariant():
+            return [_list_parts(certificate, proof, statement, ranges, lists)]
+
+
+def _list_parts(
+    certificate: SystemCertificate,
+    proof: Invariant,
+    statement: Statement,
+    ranges: Sequence[Variable],
+    lists: Lists,
+) -> list[Boxes]:
+    claim, columns = certificate.claim, list_columns(statement, _list_regions(certificate))
     anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
 
     def list_boxes(at: int, part: InvariantPart) -> Boxes:
@@ -147,7 +163,7 @@ def _list_steps(proof: Certificate, statement: Statement, ranges: Sequence[Varia
     parts = [list_boxes(at, part) for at, part in enumerate(proof.parts)]
     if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
         parts.append(_within(columns, claim.assuming, anywhere))
-    return [parts]
+    return parts
 
 
 def split_modes(statement: Statement, boxes: Boxes, where: str) -> Boxes:

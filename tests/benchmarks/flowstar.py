@@ -55,8 +55,8 @@ class Step:
         sweep = FlowSweep(load(PLACE / name / "profile.json"), system, certificate.claim)
         lists = []
         sweep.watch = lambda told: lists.append(told.sets) if told.step == 0 else None
-        widths = {sweep.columns[x]: nearest_double(width) for x, width in certificate.widths.items()}
-        sweep.run(Plan(list(numbers(certificate.cuts)), certificate.order, certificate.steps, widths))
+        widths = {sweep.columns[x]: nearest_double(width) for x, width in certificate.proof.cells.items()}
+        sweep.run(Plan(list(numbers(certificate.proof.cuts)), certificate.proof.order, certificate.proof.steps, widths))
         random = np.random.default_rng(SEED)
         low, high, joint = (
             np.concatenate([part(each) for each in lists])
@@ -67,7 +67,7 @@ class Step:
         width = high[place] - low[place]
         self.box = Spans(low[place] + share[0] * width, low[place] + share[1] * width)
         self.held = sweep.inputs(joint[place])
-        self.order, self.steps = certificate.order, certificate.steps
+        self.order, self.steps = certificate.proof.order, certificate.proof.steps
         reading, how = FlowReading(self.flow, self.names), Stepping(self.order, self.flow.period / self.steps)
         zero = self.flow.period * 0
         self._step = FlowStep(reading, [(zero, zero)] * len(self.names), how)

@@ -61,7 +61,7 @@ from tests.support.pushed import (
     unperturbed,
 )
 from verify.certificates.episodes import to_json
-from verify.checker.decisions.certificates import MAX_BYTES
+from verify.checker.certificate import MAX_BYTES
 
 GENERATED = Path(__file__).parents[2] / "generated"
 GAMES = (

@@ -63,10 +63,10 @@ def tube(statement, profile, certificate, weights):
         ends[key] = around(ends.get(key, (np.inf, -np.inf)), told.after)
 
     sweep.watch = see
-    widths = {sweep.columns[name]: nearest_double(width) for name, width in certificate.widths.items()}
-    sweep.run(Plan(list(numbers(certificate.cuts)), certificate.order, certificate.steps, widths))
-    part = float(statement.system.flow.period) / certificate.steps
-    begins = np.array([(period * certificate.steps + step) * part for period, step in steps])
+    widths = {sweep.columns[name]: nearest_double(width) for name, width in certificate.proof.cells.items()}
+    sweep.run(Plan(list(numbers(certificate.proof.cuts)), certificate.proof.order, certificate.proof.steps, widths))
+    part = float(statement.system.flow.period) / certificate.proof.steps
+    begins = np.array([(period * certificate.proof.steps + step) * part for period, step in steps])
     low, high = np.array(list(steps.values())).T
     return begins, begins + part, low, high, ends[max(ends)]
 

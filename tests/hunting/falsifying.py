@@ -19,9 +19,11 @@ from codegen.ir import CONSTANT, NO_FEATURE, PolicyProfile
 from codegen.policy_json import content_hash
 from codegen.sums import Sum
 from tests.hunting.forging import sealed
+from tests.support.altered import altered
 from verify.certificates.systems import to_json
-from verify.checker.covers.certificates import from_json
+from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import from_json
 from verify.systems import documents
 
 TRIED = 8  # ways to make a claim false
@@ -144,13 +146,13 @@ EDITS = (_keep, _keep, _bytes, _shows, _follows, _cells, _inhabits)
 
 def is_refused(certificate, claim, profile, system, rng):
     """Whether the checker refuses a proof as one of a false claim about a profile and a system, edited or as it is."""
-    certificate = replace(
+    certificate = altered(
         certificate, claim=claim, profile=content_hash(profile), system=documents.content_hash(system)
     )
     document = copy.deepcopy(json.loads(to_json(certificate)))
     EDITS[int(rng.integers(len(EDITS)))](document, rng)
     try:
-        from_json(sealed(document)).check(profile, system)
+        accept(from_json(sealed(document)), profile, system)
     except (RejectedError, InputError):
         return True
     return False

@@ -27,7 +27,8 @@ from tests.hunting.reading import fractions
 from tests.hunting.summing import GOAL, OWN, TEAM, Team
 from tests.support.game_sums import team
 from verify.certificates.systems import to_json
-from verify.checker.covers.certificates import from_json
+from verify.checker.accept import accept
+from verify.checker.systems.proofs import from_json
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml
 from verify.claims.uncertified.starts import start_region
@@ -204,7 +205,7 @@ def ask(seed, thorough):
         told.wrong.append("PROVED, and the judge has a state or an episode that breaks it")
     if verdict == "PROVED" and (thorough or seed % CHECKED == 0):
         again = from_json(to_json(certificate))
-        told.front = again == certificate and again.check(world.profile, world.statement.system) >= 0
+        told.front = again == certificate and accept(again, world.profile, world.statement.system) >= 0
         if not told.front:
             told.wrong.append("PROVED by a certificate that is another one once it is read")
     if verdict == "PROVED" and not violated and (thorough or seed % FORGING == 0):

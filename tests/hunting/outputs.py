@@ -29,7 +29,8 @@ from tests.hunting.falsifying import judge_forgery
 from tests.support import summed
 from tests.support.giving import tamed
 from verify.certificates.systems import to_json
-from verify.checker.covers.certificates import from_json
+from verify.checker.accept import accept
+from verify.checker.systems.proofs import from_json
 from verify.decimals import plain
 
 FORGING = 3  # of so many certificates one is forged
@@ -195,7 +196,7 @@ def ask(seed, thorough):
         if again != certificate:
             told.wrong.append("PROVED by a certificate that is another one once it is read")
         if thorough or seed % CHECKED == 0:
-            told.front = again.check(world.profile, world.statement.system) >= 0
+            told.front = accept(again, world.profile, world.statement.system) >= 0
         if not violated and (thorough or seed % FORGING == 0):
             judge_forgery(case, claim, 0, certificate, told, np.random.default_rng([seed, 37]))
     if verdict == "VIOLATED" and not case.replays(claim, counterexample.start):

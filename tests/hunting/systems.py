@@ -24,7 +24,7 @@ from tests.hunting.sampling import Episodes
 from tests.support.system_cases import form
 from tests.verify.reach import random_modes, random_systems
 from verify.certificates.systems import to_json
-from verify.checker.covers.certificates import from_json
+from verify.checker.systems.proofs import from_json
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
 from verify.solver.unrolled import opinion

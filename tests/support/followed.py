@@ -21,7 +21,7 @@ from maviper.files import runs
 from tests.support.monitored import OPTIMISED, WITH_CLOCK, acting
 from tests.support.monitors import built
 from tests.support.pushed import NOISE, PUSH, move_game
-from verify.checker.decisions.certificates import MAX_BYTES
+from verify.checker.certificate import MAX_BYTES
 
 ROUNDS = 7
 PROGRAM = """void follow(const double *w, const int *acts, long episodes, long steps, int *found, double *seconds);

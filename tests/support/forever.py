@@ -3,9 +3,11 @@
 from fractions import Fraction as F
 
 from codegen.policy_json import content_hash
+from tests.support.altered import of_hashes
 from tests.support.system_cases import box, decided, form, policy, team
-from verify.checker.covers.forever import InvariantCertificate, check_certificate
+from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import Invariant
 from verify.question import Budgets
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
@@ -39,7 +41,7 @@ def any_taken(asked, claim, state, lists):
     taken = []
     for parts in lists:
         try:
-            taken.append(check_certificate(InvariantCertificate(*hashes, claim, state, parts), profile, system) > 0)
+            taken.append(accept(of_hashes(*hashes, claim, state, Invariant(parts)), profile, system) > 0)
         except RejectedError:
             taken.append(False)
     return any(taken)

@@ -17,12 +17,13 @@ import z3
 
 from codegen.errors import MaviperError
 from codegen.policy_json import content_hash
+from tests.support.altered import altered, of_hashes
 from tests.support.system_cases import box, decided, double_integrator, form, policy, stays, switching, team
 from tests.verify.reach import random_systems
+from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import SystemCertificate, check_certificate
+from verify.checker.systems.proofs import FollowedPart, Hull, Walks
 from verify.checker.systems.rows import Branch, Direction, Motion, Row
-from verify.checker.systems.walk import FollowedPart, Hull
 from verify.claims.formula import Acts, Linear, Or, negate
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
@@ -259,11 +260,11 @@ def forgeries():
     for bounds in ((F(-1, 2), F(-1, 4)), (F(1, 2), F(3, 2))):  # hulls that do not hold what is put in, or go wrong
         part = FollowedPart(("x",), (0,), (Hull(1, box(x=bounds)),), b"\1")
         hashes = content_hash(profile), documents.content_hash(system)
-        found.append((SystemCertificate(*hashes, claim, {"x": F(0)}, (part,)), profile, system))
+        found.append((of_hashes(*hashes, claim, {"x": F(0)}, Walks((part,))), profile, system))
     coupled, profile, past = next(question for question in by_hand() if question[0].name == "coupled")
     hashes = content_hash(profile), documents.content_hash(coupled)
-    alone = FollowedPart(("x",), (0,))  # without y, on which x depends
-    forged = SystemCertificate(*hashes, replace(past, steps=0), {"x": F(0), "y": F(0)}, (alone,))
+    alone = FollowedPart(("x",), (0,), (), b"")  # without y, on which x depends
+    forged = of_hashes(*hashes, replace(past, steps=0), {"x": F(0), "y": F(0)}, Walks((alone,)))
     found.append((forged, profile, coupled))
     assert not any(passes(*each) for each in found)
     axes = double_integrator(axes=2, steps=10)
@@ -274,29 +275,32 @@ def forgeries():
         with patch.object(deciding, "STAGES", deciding.STAGES[1:] if not place else deciding.STAGES):
             (result,) = decided(profile, system, [claim])
         made = result.certificate
-        assert place or sum(len(part.hulls) for part in made.parts) >= 4
-        others = [replace(made, parts=made.parts[1:])]
-        others.append(replace(made, inhabitant={name: F(99) for name in made.inhabitant}))
-        for number, part in enumerate(made.parts):
-            changed = [part._replace(proof=part.proof + b"\0"), part._replace(shows=part.shows[1:])]
-            changed.append(part._replace(followed=part.followed[1:]))
-            for at, (step, region) in enumerate(part.hulls):
+        assert place or sum(len(part.hulls) for part in made.proof.parts) >= 4
+        others = [altered(made, parts=made.proof.parts[1:])]
+        others.append(altered(made, inhabitant={name: F(99) for name in made.header.inhabitant}))
+        for number, part in enumerate(made.proof.parts):
+            changed = [altered(part, proof=part.proof + b"\0"), altered(part, shows=part.shows[1:])]
+            changed.append(altered(part, followed=part.followed[1:]))
+            for at, (step, region) in enumerate((hull.step, hull.region) for hull in part.hulls):
                 narrow = tuple(replace(half, form=half.form.plus(form(F(1, 10)))) for half in region)
                 for wrong in (Hull(step, narrow), Hull(step + 1, region)):
-                    changed.append(part._replace(hulls=(*part.hulls[:at], wrong, *part.hulls[at + 1 :])))
+                    changed.append(altered(part, hulls=(*part.hulls[:at], wrong, *part.hulls[at + 1 :])))
             for _ in range(12 if part.proof else 0):
                 proof = bytearray(part.proof)
                 at = int(random.integers(len(proof)))
                 proof[at] = (proof[at] + int(random.integers(1, 4))) % 128
-                changed.append(part._replace(proof=bytes(proof)))
-            others += [replace(made, parts=(*made.parts[:number], each, *made.parts[number + 1 :])) for each in changed]
+                changed.append(altered(part, proof=bytes(proof)))
+            others += [
+                altered(made, parts=(*made.proof.parts[:number], each, *made.proof.parts[number + 1 :]))
+                for each in changed
+            ]
         found += [(each, profile, system) for each in others if not passes(each, profile, system)]
     return found
 
 
 def passes(certificate, profile, system):
     with suppress(RejectedError, MaviperError):
-        return check_certificate(certificate, profile, system) >= 0
+        return accept(certificate, profile, system) >= 0
     return False
 
 

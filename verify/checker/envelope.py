@@ -67,7 +67,7 @@ def ensure_readable(where: str) -> Generator[None]:
         raise InputError(what, f"{where}: {escape_text(error)}"[:200], REMAKE) from None
 
 
-def ensure_whole(raw: msgspec.Struct, form: str, where: str) -> None:
+def ensure_whole(raw: msgspec.Struct | Mapping[str, Any], form: str, where: str) -> None:
     """InputError when a certificate is of another version, or was edited."""
     body = msgspec.to_builtins(raw)
     stated, actual_form = body.pop("content_hash"), body["certificate"]

@@ -13,12 +13,12 @@ from dataclasses import replace
 from fractions import Fraction
 
 from codegen.errors import InputError
-from codegen.policy_json import content_hash
 from verify.certificates.proofs import encode_numbers
-from verify.checker.flows.certificates import FlowCertificate
-from verify.checker.flows.certificates import check_certificate as accepted_flow
+from verify.certificates.systems import certify
+from verify.checker.accept import accept
 from verify.checker.flows.sweep import NOT_SHOWN, Plan
 from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import FlowSets
 from verify.flows.playing import FlowPlay
 from verify.flows.replay import FlowReplay
 from verify.flows.search import PlanSearch
@@ -29,7 +29,6 @@ from verify.reach.results import OpenState, ReachOutcome, about_nothing
 from verify.reach.witnesses import inhabitant
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
-from verify.systems import documents
 from verify.systems.claims import SystemClaim
 
 SETS_A_BOX = 120  # boxes of the budget that one set of a flow takes as long as
@@ -68,18 +67,11 @@ def _try_plans(question: Question[SystemClaim], search: PlanSearch) -> ReachOutc
         state = state or inhabitant(system, claim)
         if isinstance(state, Verdict):
             return about_nothing(claim, state)
-        made = FlowCertificate(
-            content_hash(profile),
-            documents.content_hash(system),
-            claim,
-            state,
-            candidate.plan.order,
-            candidate.plan.steps,
-            candidate.widths,
-            encode_numbers(list(candidate.plan.cuts)),
-        )
+        plan = candidate.plan
+        proof = FlowSets(plan.order, plan.steps, candidate.widths, encode_numbers(list(plan.cuts)))
+        made = certify(profile, system, claim, state, proof)
         with suppress(RejectedError):
-            return ReachOutcome(Verdict.PROVED, certificate=made, branches=accepted_flow(made, profile, system))
+            return ReachOutcome(Verdict.PROVED, certificate=made, branches=accept(made, profile, system))
     return None
 
 

@@ -21,12 +21,13 @@ import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile
-from codegen.policy_json import content_hash
 from verify.boxes.covering import Covering, OpenParts, Search
 from verify.certificates.proofs import encode_numbers
-from verify.checker.covers.certificates import CoverCertificate, check_certificate
+from verify.certificates.systems import certify
+from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import acting
+from verify.checker.systems.proofs import Cover
 from verify.claims.formula import agents
 from verify.question import Budgets, Question
 from verify.reach.forever.lasting import lasting
@@ -41,7 +42,6 @@ from verify.reach.witnesses import inhabitant
 from verify.result import Verdict
 from verify.spending import OPTION, BudgetSpentError, Spending
 from verify.subjects import ClosedLoop
-from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System, ensure_in_steps
 
@@ -113,10 +113,10 @@ class ClaimSearch:
         self._start = self._start or inhabitant(self.system, self.claim)
         if isinstance(self._start, Verdict):
             return about_nothing(self.claim, self._start)
-        hashes, cuts = (content_hash(self.profile), documents.content_hash(self.system)), encode_numbers(covering.cuts)
-        made = CoverCertificate(*hashes, self.claim, self._start, covering.widths, cuts, covering.forms)
+        proof = Cover(covering.widths, encode_numbers(covering.cuts), "forms" if covering.forms else "boxes")
+        made = certify(self.profile, self.system, self.claim, self._start, proof)
         with suppress(RejectedError):
-            count = check_certificate(made, self.profile, self.system)
+            count = accept(made, self.profile, self.system)
             return ReachOutcome(Verdict.PROVED, certificate=made, branches=count)
         return None
 

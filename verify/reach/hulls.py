@@ -13,9 +13,10 @@ from math import ceil, floor, frexp
 from typing import NamedTuple
 
 from codegen.numbers import nearest_double
+from verify.checker.systems.proofs import Hull
 from verify.checker.systems.rows import Branch, Row, Terms
 from verify.checker.systems.trees import Choices, Decision, Split
-from verify.checker.systems.walk import Hull, SystemQuestions
+from verify.checker.systems.walk import SystemQuestions
 from verify.claims.formula import Linear, atoms
 from verify.reach.programs import Programs, find_related
 from verify.systems.system import Affine, HalfSpace, Piece

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from verify.checker.systems.certificates import depends_on, needs_stated
-from verify.checker.systems.walk import FollowedPart, ways
+from verify.checker.systems.proofs import FollowedPart
+from verify.checker.systems.walk import ways
 from verify.claims.formula import FALSE, Or, coordinates
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
@@ -19,7 +20,7 @@ from verify.systems.system import System
 def whole(system: System, claim: SystemClaim) -> FollowedPart:
     """All in one part, which follows every variable."""
     shows = range(ways(claim) + needs_stated(claim, system))
-    return FollowedPart(tuple(one.name for one in system.variables), tuple(shows))
+    return FollowedPart(tuple(one.name for one in system.variables), tuple(shows), (), b"")
 
 
 def iterate_divisions(system: System, claim: SystemClaim) -> Iterator[list[FollowedPart]]:
@@ -48,7 +49,7 @@ def _parts(system: System, claim: SystemClaim, features: bool) -> list[FollowedP
         about.append(frozenset(name for piece in system.pieces for name in piece.where) | tested)
     for way, names in enumerate(about):
         groups.setdefault(_close_names(system, names, features), []).append(way)
-    return [FollowedPart(followed, tuple(shows)) for followed, shows in groups.items()]
+    return [FollowedPart(followed, tuple(shows), (), b"") for followed, shows in groups.items()]
 
 
 def _close_names(system: System, names: Iterable[str], features: bool) -> tuple[str, ...]:

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 from verify.result import Verdict
 
 if TYPE_CHECKING:
-    from verify.checker.covers.certificates import AnyCertificate
-    from verify.checker.flows.certificates import FlowCertificate
+    from verify.checker.systems.proofs import SystemCertificate
     from verify.systems.claims import SystemClaim
 
 Values = Mapping[str, Fraction]
@@ -79,7 +78,7 @@ class ReachOutcome:
     reason: str = ""  # why there is no answer
     open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
     helps: tuple[str, ...] = ()  # what may give an answer
-    certificate: AnyCertificate | FlowCertificate | None = field(default=None, repr=False)  # of what is PROVED
+    certificate: SystemCertificate | None = field(default=None, repr=False)  # of what is PROVED
     branches: int = 0  # that the checker closed; of a cover its boxes
     counterexample: SystemCounterexample | None = None  # of what is VIOLATED
     states: int = 0  # symbolic states that were visited

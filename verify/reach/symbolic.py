@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 from codegen.ir import PolicyProfile
 from codegen.numbers import nearest_double
-from codegen.policy_json import content_hash
-from verify.checker.systems.certificates import SystemCertificate, check_certificate
+from verify.certificates.systems import certify
+from verify.checker.accept import accept
+from verify.checker.systems.proofs import FollowedPart, Walks
 from verify.checker.systems.reading import SystemReading
 from verify.checker.systems.rows import UNIT, Branch
-from verify.checker.systems.walk import FollowedPart
 from verify.reach.parts import iterate_divisions, whole
 from verify.reach.play.shrinking import shrink_counterexample
 from verify.reach.replay import replay_course
@@ -28,7 +28,6 @@ from verify.reach.unfolding import Merging, Unfolding
 from verify.reach.witnesses import inhabitant, witnesses
 from verify.result import Verdict
 from verify.spending import OPTION, BudgetSpentError, Spending
-from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
@@ -143,9 +142,8 @@ class SymbolicSearch:
         state = inhabitant(self._system, self._claim)
         if isinstance(state, Verdict):
             return about_nothing(self._claim, state)
-        hashes = content_hash(self._profile), documents.content_hash(self._system)
-        certificate = SystemCertificate(*hashes, self._claim, state, tuple(parts))
-        closed = check_certificate(certificate, self._profile, self._system)
+        certificate = certify(self._profile, self._system, self._claim, state, Walks(tuple(parts)))
+        closed = accept(certificate, self._profile, self._system)
         return ReachOutcome(Verdict.PROVED, certificate=certificate, branches=closed)
 
 

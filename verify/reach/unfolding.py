@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 from codegen.ir import PolicyProfile
 from verify.certificates.proofs import encode_numbers
+from verify.checker.systems.proofs import FollowedPart, Hull
 from verify.checker.systems.rows import Branch
-from verify.checker.systems.walk import FollowedPart, Hull, SystemQuestions
+from verify.checker.systems.walk import SystemQuestions
 from verify.reach.hulls import Hulls
 from verify.reach.search import SystemProver
 from verify.systems.claims import SystemClaim
@@ -58,7 +59,7 @@ class Unfolding:
                 level = self._merge_level(level, merging.parts)
                 roots += level
         numbers = [number for root in roots for number in self._write_answers(root)]
-        return self._part._replace(hulls=tuple(self._made), proof=encode_numbers(numbers))
+        return FollowedPart(self._part.followed, self._part.shows, tuple(self._made), encode_numbers(numbers))
 
     def _follow_node(self, node: _Node) -> list[_Node]:
         self._prover.numbers = node.numbers

@@ -16,6 +16,8 @@ from codegen.ir import PolicyProfile
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
 from codegen.wording import format_count, visible
+from verify.certificates.proofs import plain as as_plain
+from verify.checker.systems.proofs import Cover, FlowSets, Invariant, SystemProof, Walks
 from verify.claims.uncertified.own import spell_rounded
 from verify.decimals import plain
 from verify.language.units import unit_of
@@ -93,7 +95,7 @@ def document(
     semantics = f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS
     semantics = f"{semantics} {GIVEN}" if statement.acting else semantics
     certificates = [result.evidence.certificate for result in results]
-    counted = {certificate.counted for certificate in certificates if certificate}
+    counted = {name_units(certificate.proof)[1] for certificate in certificates if certificate}
     return {
         "report": FORM,
         "profile": content_hash(profile),
@@ -114,6 +116,36 @@ def document(
         "trusted": [*trusted.systems(enclosed, counted, system.flow is not None), *trusted.readers(profile)],
         "limits": _limits(system, reference, [result.claim for result in results]),
     }
+
+
+def name_units(proof: SystemProof) -> tuple[str, str]:
+    """What is counted when a proof is checked: one of these, and many."""
+    match proof:
+        case Walks():
+            return "branch", "branches"
+        case Cover(sets="forms"):
+            return "form", "forms"
+        case Cover():
+            return "box", "boxes"
+        case FlowSets():
+            return "set", "sets"
+        case Invariant():
+            return "cell", "cells"
+
+
+def _tell_proof(proof: SystemProof) -> dict[str, Any]:
+    """What a report says of a proof beside its size."""
+    match proof:
+        case Walks(parts):
+            return {"parts": [list(part.followed) for part in parts]}
+        case Cover(sets="forms"):
+            return {}
+        case Cover(cells):
+            return {"cells": as_plain(cells)}
+        case FlowSets(order, steps, cells):
+            return {"order": order, "steps_of_a_period": steps, "cells": as_plain(cells)}
+        case Invariant(parts):
+            return {"parts": [part.followed for part in parts], "steps": [part.steps for part in parts]}
 
 
 def period(statement: Statement) -> str | None:
@@ -245,8 +277,8 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
         document["certificate"] = {
             "file": certificate_name(place, claim),
             "bytes": certificate.size,
-            **certificate.made_of,
-            certificate.counted: evidence.branches,
+            **_tell_proof(certificate.proof),
+            name_units(certificate.proof)[1]: evidence.branches,
             "checker": "accepted",
         }
     if evidence.counterexample is not None:

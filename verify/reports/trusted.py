@@ -53,8 +53,8 @@ EPISODES = {
 SYSTEMS = {
     "codegen": CODEGEN,
     "verify": VERIFY,
-    "verify/checker": ("envelope", "reading", "thresholds"),
-    "verify/checker/systems": ("cases", "certificates", "reading", "rows", "trees", "walk"),
+    "verify/checker": ("accept", "certificate", "envelope", "reading", "thresholds"),
+    "verify/checker/systems": ("cases", "certificates", "proofs", "reading", "rows", "trees", "walk"),
     "verify/claims": ("formula", "formula_json", "region"),
     "verify/systems": ("affine", "claims", "documents", "system"),
 }
@@ -93,7 +93,6 @@ FLOWS = {
         "sweep",
         "tapes",
     ),
-    "verify/systems/language": ("expressions",),
 }
 REFEREE = {
     "codegen": ("errors", "floats", "ir", "observe", "region", "sum_rules", "sums", "world"),

@@ -24,8 +24,7 @@ from verify.verdicts import approaches
 from verify.verdicts.approaches import ClosestApproach
 
 if TYPE_CHECKING:
-    from verify.checker.covers.certificates import AnyCertificate
-    from verify.checker.flows.certificates import FlowCertificate
+    from verify.checker.systems.proofs import SystemCertificate
     from verify.reach.results import OpenState
 
 ENGINE, UNIT, BOXES = "reach", "symbolic states", "boxes"
@@ -44,7 +43,7 @@ class SystemEvidence(Evidence):
 
     open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
     helps: tuple[str, ...] = ()  # what may give an answer
-    certificate: AnyCertificate | FlowCertificate | None = None
+    certificate: SystemCertificate | None = None
     counterexample: SystemCounterexample | None = None
     approach: ClosestApproach | None = (
         None  # how near episodes come to a border, or how far the counterexample goes beyond

@@ -7,12 +7,13 @@ Does not: check, or change what is checked.
 
 from collections.abc import Iterator
 
+from verify.checker.certificate import Bytes
 from verify.progress import tell
 
 STEP = 2**14  # bytes of proof; a second or less
 
 
-class FollowedProof(bytes):
+class FollowedProof(Bytes):
     """A proof that tells how much of it has been read."""
 
     def __iter__(self) -> Iterator[int]:

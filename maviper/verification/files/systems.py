@@ -25,10 +25,10 @@ from maviper.verification.files.reading import FollowedProof, tell_shown
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_accepted, ensure_plays, read_certificate, sentence
 from maviper.worlds.stated.systems import read
 from verify.certificates.systems import claim_document
-from verify.checker.decisions.certificates import MAX_BYTES
+from verify.checker.certificate import MAX_BYTES
 from verify.checker.reading import RejectedError
-from verify.checker.systems import certificates as system_certificates
 from verify.checker.systems.enclosures import ensure_curves
+from verify.checker.systems.proofs import SystemClaimJson, read_claim
 from verify.exact import read_number
 from verify.flows.playing import FlowCourse
 from verify.flows.replay import replay_course as flow_replayed
@@ -73,7 +73,7 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     counterexample: str
     profile: str
     system: str
-    claim: system_certificates.SystemClaimJson
+    claim: SystemClaimJson
     step: int
     start: dict[str, str]
     errors: list[dict[str, str]]
@@ -93,9 +93,9 @@ def check_certificate(
 
     The pieces of the system are shown again from the rules of the file, then the proof is followed.
     """
-    certificate, statement = read_certificate(path, world)
+    certificate, statement = read_certificate(path, world, FollowedProof)
     about = find_profile(profile, beside=path, sums=True)
-    closed = ensure_accepted(path, certificate.reading(FollowedProof), statement, about, told=tell_shown)
+    closed = ensure_accepted(path, certificate, statement, about, told=tell_shown)
     statement, about = as_played(statement, about)
     stated = list(claims_of(statement, about, WORLD_FILE)) if statement.properties else []
     stated += _read_beside(statement, about, path.parent / PROPERTY_FILE)
@@ -107,7 +107,8 @@ def check_certificate(
     said = f"{curve or sentence(certificate.claim, statement, about)}, {report.sentence(statement.system)}"
     said += _left_sides(certificate.claim, stated)
     label = next((each.label for each in stated if each == certificate.claim), "")  # never the certificate's own
-    return f"{name_claim(replace(certificate.claim, label=label))}: {said}", closed, certificate.size, certificate.unit
+    unit = report.name_units(certificate.proof)[0]
+    return f"{name_claim(replace(certificate.claim, label=label))}: {said}", closed, certificate.size, unit
 
 
 def _left_sides(claim: SystemClaim, stated: Sequence[SystemClaim]) -> str:
@@ -166,7 +167,7 @@ def replay(
     ensure_plays(profile, statement)
     statement, profile = as_played(statement, profile)
     try:
-        claim = system_certificates.read_claim(document.claim)
+        claim = read_claim(document.claim)
         start = {name: read_number(value) for name, value in document.start.items()}
         errors = [{name: read_number(value) for name, value in each.items()} for each in document.errors]
         if set(start) != {each.name for each in statement.system.variables}:

@@ -12,31 +12,21 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-import msgspec
-
 from codegen.errors import InputError, RefusedError, UnknownNameError, escape_text
 from codegen.ir import PolicyProfile
 from maviper.files import runs
 from maviper.worlds.stated.systems import read
-from verify.checker.covers import certificates as cover_certificates
-from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.certificates import AnyCertificate
-from verify.checker.decisions.certificates import MAX_BYTES
-from verify.checker.envelope import ensure_readable
-from verify.checker.flows import certificates as flow_certificates
-from verify.checker.flows.certificates import FORM as FLOW_FORM
-from verify.checker.flows.certificates import FlowCertificate
-from verify.checker.flows.sets import SetList
+from verify.checker.accept import Watch, accept
+from verify.checker.certificate import MAX_BYTES, Bytes
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
+from verify.checker.systems.proofs import SystemCertificate, from_json
 from verify.systems.claims import SystemClaim
 from verify.systems.given.played import as_played, with_copies
 from verify.systems.statement import Statement
 from verify.systems.words import spell_claim
 
 WORLD_FILE = "world.toml"  # beside certificates and counterexamples
-Certificate = AnyCertificate | FlowCertificate
-Watch = Callable[[int, BoxList | SetList], None]  # told of what a proof rests on: its step, sample or part, and sets
 
 
 def _untold(done: int, most: int) -> None:
@@ -78,22 +68,20 @@ def sentence(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -
     return spell_claim(claim, actions, {variable.name: variable.range for variable in statement.system.variables})
 
 
-def read_certificate(path: Path, world: Path | None = None) -> tuple[Certificate, Statement]:
-    """A certificate of any form, and the world file that it is about. InputError for files that cannot be read,
-    RefusedError for a proof that cannot.
+def read_certificate(
+    path: Path, world: Path | None = None, followed: Callable[[bytes], bytes] = Bytes
+) -> tuple[SystemCertificate, Statement]:
+    """A certificate of any form, its proofs given to `followed`, and the world file that it is about. InputError for
+    files that cannot be read.
     """
     text, where = runs.read_unpacked(path, MAX_BYTES), str(path)
     statement = read(world or path.parent / WORLD_FILE)
-    with ensure_readable(where):
-        form = msgspec.json.decode(text, type=_FormJson).certificate
-    with _refusing(path):
-        made = flow_certificates if form == FLOW_FORM else cover_certificates
-        return made.from_json(text, where), statement
+    return from_json(text, where, followed), statement
 
 
 def ensure_accepted(
     path: Path,
-    certificate: Certificate,
+    certificate: SystemCertificate,
     statement: Statement,
     profile: PolicyProfile,
     watch: Watch | None = None,
@@ -108,7 +96,7 @@ def ensure_accepted(
     statement, profile = as_played(statement, profile)
     with _refusing(path):
         ensure_enclosed(statement, told)
-        return certificate.check(profile, statement.system, watch)
+        return accept(certificate, profile, statement.system, watch)
 
 
 @contextmanager
@@ -119,9 +107,3 @@ def _refusing(path: Path) -> Generator[None]:
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("the certificate is refused", f"{path}: {escape_text(error)}", advice) from None
-
-
-class _FormJson(msgspec.Struct):
-    """The form of a document, whatever else is in it."""
-
-    certificate: str = ""

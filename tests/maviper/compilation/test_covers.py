@@ -24,9 +24,11 @@ from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.systems import read
 from tests.support import monitors
+from tests.support.altered import altered
 from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, CoverTwin, asked_of_cover, module_of
 from tests.support.stated_play import Played
+from verify.checker.accept import accept
 from verify.checker.covers import certificates
 from verify.checker.envelope import body_hash
 from verify.systems.files import statement_of
@@ -178,7 +180,7 @@ def test_what_one_state_does_not_show_is_refused_with_the_reason(why, tmp_path):
 def test_invariants_by_regions_and_symbolic_states_are_refused_with_the_reason(for_ever, monkeypatch):
     """Their sets are no boxes: the certificates are those of other proofs, with sets of these kinds in them."""
     ever, world = read_certificate(for_ever / "certificate.json")
-    regions = replace(ever, parts=tuple(part._replace(regions=(None,), steps=2) for part in ever.parts))
+    regions = altered(ever, parts=tuple(altered(part, regions=(None,), steps=2) for part in ever.proof.parts))
     stays, tanks = read_certificate(WORLDS / "tanks" / "certificate-1-stays_in.json")
     decides, _ = read_certificate(WORLDS / "tanks" / "certificate-3-decides.json")
     symbolic = replace(decides, claim=stays.claim)
@@ -300,7 +302,7 @@ def test_a_list_is_kept_as_it_is_asked_about():
     folder = WORLDS / "crossing"
     profile, proved, _ = made(folder, "certificate-1-stays_in.json")
     found = certificates.from_json((folder / "certificate-1-stays_in.json").read_bytes())
-    swept = found.check(profile, read(folder / "world.toml").system)
+    swept = accept(found, profile, read(folder / "world.toml").system)
     assert swept == sum(len(part.low) for parts in proved.region.steps for part in parts)
 
 

@@ -203,7 +203,7 @@ def test_a_region_that_was_proposed_is_watched(tmp_path):
     certificate = prove_lasting(tmp_path)
     profile, (proof, _) = profiles.load(tmp_path / "cart.json", sums=True), read_certificate(certificate)
     cover = load_proof(certificate, profile).region
-    (region,) = [each.region for part in proof.parts for each in part.regions]
+    (region,) = [each.region for part in proof.proof.parts for each in part.regions]
     (policy,), names = profile.agents, [one.name for one in cover.variables]
     assert names == ["x", "v"] and len(cover.sums) == 2
     lower_monitor(profile, lower(profile), load_proof(certificate, profile))

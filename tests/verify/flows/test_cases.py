@@ -12,6 +12,7 @@ from codegen.ir import act
 from maviper.worlds.stated.environment import StatedEnv
 from maviper.worlds.stated.integrating import check_integration
 from tests.support.system_cases import box, policy, team
+from verify.checker.accept import accept
 from verify.checker.flows import cases
 from verify.checker.flows.cases import FlowCases
 from verify.checker.flows.sweep import NOT_STATED, FlowSweep, Plan
@@ -137,7 +138,7 @@ def test_a_claim_is_proved_and_a_false_one_broken(steps):
     question = asked(steps=steps)
     found = decide(question)
     assert found.verdict is Verdict.PROVED
-    assert found.certificate.check(question.profile, question.subject.system) == found.branches
+    assert accept(found.certificate, question.profile, question.subject.system) == found.branches
     broken = asked(steps=steps, region=(-2, 1))
     again = decide(broken).counterexample
     assert again.states[-1]["warm"] > 1 and again.pieces[0] == 3 and len(again.pieces) == len(again.actions)

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from codegen.errors import InputError
 from maviper.worlds.stated.flowing import FlowRule
 from tests.support.system_cases import policy, team
+from verify.checker.accept import accept
 from verify.checker.flows.steps import FlowStep
 from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.checker.reading import RejectedError
@@ -61,7 +62,7 @@ def decided(text=TEXT):
 def test_a_claim_about_a_law_is_proved_and_a_false_one_is_broken():
     system, _ = asked()
     found = decided()
-    assert found.verdict.value == "PROVED" and found.certificate.check(TREE, system) == found.branches
+    assert found.verdict.value == "PROVED" and accept(found.certificate, TREE, system) == found.branches
     false = decided(TEXT.replace("[-0.5, 0.5]", "[0.5, 0.6]"))
     assert false.verdict.value == "VIOLATED" and not 0.5 <= false.counterexample.states[-1]["x"] <= 0.6
 

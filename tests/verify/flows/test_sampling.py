@@ -14,6 +14,7 @@ from maviper.worlds.stated.flowing import FlowRule
 from maviper.worlds.stated.integrating import check_integration
 from tests.support.flows import CASES, case, rate, starts_of
 from tests.support.system_cases import box
+from verify.checker.accept import accept
 from verify.checker.flows import sweep
 from verify.checker.flows.sampling import LateTrees
 from verify.checker.flows.sweep import FlowSweep, Plan
@@ -186,7 +187,7 @@ def test_a_claim_is_proved_or_broken_by_what_is_late():
     kept = asked(JITTER, angle=(0, F(13, 10)))
     found = decide(kept)
     assert found.verdict is Verdict.PROVED
-    assert found.certificate.check(kept.profile, kept.subject.system) == found.branches
+    assert accept(found.certificate, kept.profile, kept.subject.system) == found.branches
     broken = asked("jitter = 0.01", angle=(F(808, 1000), 2))
     found = decide(broken)
     again = found.counterexample

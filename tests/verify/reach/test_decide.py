@@ -13,6 +13,7 @@ import pytest
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT64, NUMBERS
 from maviper.cli.verify import verify as verify_command
+from tests.support.altered import altered
 from tests.support.system_cases import (
     balancing,
     box,
@@ -33,9 +34,9 @@ from tests.support.system_cases import (
 )
 from tests.verify.reach import random_systems
 from verify.certificates.systems import to_json
-from verify.checker.covers.certificates import from_json
+from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import check_certificate
+from verify.checker.systems.proofs import from_json
 from verify.claims.formula import FALSE, Acts, Not, Or, holds, negate
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
@@ -70,7 +71,7 @@ def ensure_evidence(system, profile, claim, result):
     if result.verdict is Verdict.PROVED:
         text = to_json(result.certificate)
         assert from_json(text) == result.certificate and to_json(from_json(text)) == text
-        from_json(text).check(profile, system)
+        accept(from_json(text), profile, system)
     if result.verdict is Verdict.VIOLATED and not claim.about_decisions:
         ensure_episode(system, profile, claim, result.counterexample)
 
@@ -162,7 +163,7 @@ def test_a_double_integrator_is_proved_axis_by_axis(error):
     claim = stays(system, 30, x=(-1, 1), y=(-1, 1))
     (result,) = decided(profile, system, [claim], Budgets(covers=False))
     assert result.verdict is Verdict.PROVED
-    assert [part.followed for part in result.certificate.parts] == [("x", "vx"), ("y", "vy")]
+    assert [part.followed for part in result.certificate.proof.parts] == [("x", "vx"), ("y", "vy")]
     ensure_evidence(system, profile, claim, result)
     larger = double_integrator(axes=2, half=F(3, 2), error=error)
     (broken,) = decided(profile, larger, [claim])
@@ -174,7 +175,7 @@ def test_merging_proves_what_takes_too_many_symbolic_states_otherwise():
     system, profile = double_integrator(axes=1, error=F(1, 1000)), switching(axes=1)
     claim = stays(system, 25, x=(-1, 1))
     (result,) = decided(profile, system, [claim])
-    assert result.verdict is Verdict.PROVED and result.certificate.parts[0].hulls
+    assert result.verdict is Verdict.PROVED and result.certificate.proof.parts[0].hulls
     ensure_evidence(system, profile, claim, result)
 
 
@@ -324,11 +325,11 @@ def test_what_moves_a_system_is_never_left_out():
         decided(profile, replace(system, pieces=(pushed,)), [claim])
     backwards = replace(system, pieces=(replace(piece, error={"x": (F(1), F(-1))}),))
     with pytest.raises(RejectedError, match="low end"):
-        check_certificate(replace(alone.certificate, system=content_hash(backwards)), profile, backwards)
+        accept(altered(alone.certificate, system=content_hash(backwards)), profile, backwards)
     windy = replace(system, pieces=(pushed,))
-    forged = replace(alone.certificate, system=content_hash(windy))
+    forged = altered(alone.certificate, system=content_hash(windy))
     with pytest.raises(InputError, match="no tree for agents"):
-        check_certificate(forged, profile, windy)
+        accept(forged, profile, windy)
 
 
 def test_a_region_may_have_more_conditions_than_the_stack_has_frames():

@@ -5,6 +5,7 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 
+from tests.support.altered import altered
 from tests.support.system_cases import balancing, double_integrator, form, pendulum, stays, switching
 from tests.verify.reach.random_systems import case
 from verify.certificates.proofs import encode_numbers
@@ -77,9 +78,9 @@ def test_no_proof_with_another_length_or_fewer_hulls_is_followed(merging):
     part, _ = proved(system, profile, claim, merging)
     answers = list(numbers(part.proof, BITS))
     wrong = [(part, encode_numbers(answers[:-1])), (part, encode_numbers([*answers, 0]))]
-    wrong += [(part._replace(hulls=part.hulls[:-1]), part.proof)] * bool(part.hulls)
-    narrow = tuple(hull._replace(region=(*hull.region, HalfSpace(form(1)))) for hull in part.hulls)
-    wrong += [(part._replace(hulls=narrow), part.proof)] * bool(part.hulls)
+    wrong += [(altered(part, hulls=part.hulls[:-1]), part.proof)] * bool(part.hulls)
+    narrow = tuple(altered(hull, region=(*hull.region, HalfSpace(form(1)))) for hull in part.hulls)
+    wrong += [(altered(part, hulls=narrow), part.proof)] * bool(part.hulls)
     for other, proof in wrong:
         with pytest.raises(RejectedError):
             checked(system, profile, claim, other, proof)

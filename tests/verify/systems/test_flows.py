@@ -9,10 +9,11 @@ from codegen.policy_json import content_hash
 from maviper.worlds.stated.deviation import deviation
 from maviper.worlds.stated.environment import StatedEnv
 from maviper.worlds.stated.integrating import check_integration
+from tests.support.altered import of_hashes
 from tests.support.flows import PENDULUM
 from tests.support.system_cases import policy, team
-from verify.checker.covers.certificates import CoverCertificate
-from verify.checker.systems.certificates import SystemCertificate
+from verify.checker.accept import accept
+from verify.checker.systems.proofs import Cover, Walks
 from verify.claims.region import UNBOUNDED
 from verify.question import Question
 from verify.reach import decide
@@ -115,8 +116,8 @@ def test_what_knows_only_steps_refuses_a_flow():
         lambda: decide.decide(question),
         lambda: unrolled.opinion(question),
         lambda: replay_course(LEAF, system, claim, Course(start)),
-        lambda: SystemCertificate(*of, ()).check(LEAF, system),
-        lambda: CoverCertificate(*of, {}, b"\0").check(LEAF, system),
+        lambda: accept(of_hashes(*of, Walks(())), LEAF, system),
+        lambda: accept(of_hashes(*of, Cover({}, b"\0")), LEAF, system),
         lambda: deviation(statement),
         lambda: WrittenReplay(statement, LEAF, claim),
     ]

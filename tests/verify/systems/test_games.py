@@ -11,6 +11,7 @@ from tests.support.episode_cases import arriving
 from tests.support.game_files import world_file
 from tests.support.system_cases import decided
 from tests.support.teams import STAY, team, tree
+from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.uncertified.starts import everywhere
@@ -153,8 +154,8 @@ def test_an_extracted_team_stays_in_the_arena_for_ever(profile):
         (found,) = decided(profile, system_of(profile, goal), [claim], Budgets(max_boxes=40_000))  # 15,616 are played
         assert found.verdict is Verdict.PROVED
         assert found.states > 5 and found.programs > 10 and found.boxes < 10  # of the walk, in the budget of the file
-        (part,) = found.certificate.parts
-        assert part.regions[0].walk is not None and found.certificate.check(profile, system_of(profile, goal)) > 0
+        (part,) = found.certificate.proof.parts
+        assert part.regions[0].walk is not None and accept(found.certificate, profile, system_of(profile, goal)) > 0
 
 
 def test_a_walk_ends_where_the_budget_does(profile):

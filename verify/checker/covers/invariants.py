@@ -41,7 +41,8 @@ from verify.checker.covers.stated import StatedStates
 from verify.checker.covers.trees import TreeCuts, split_by_trees
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import needs_stated
-from verify.checker.systems.walk import FollowedPart, ways
+from verify.checker.systems.proofs import FollowedPart
+from verify.checker.systems.walk import ways
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import HalfSpace, Interval, Polytope, System
 
@@ -287,7 +288,7 @@ class RegionSweep:
         """A region as the start of a system, that one step of it ends in the regions, and what a proof of that is."""
         begun, claim = self._begun[number], SystemClaim(Pattern.STAYS_IN, self._all, 1)
         followed = tuple(one.name for one in begun.variables if one.name in self._names)
-        return begun, claim, FollowedPart(followed, tuple(range(ways(claim) + needs_stated(claim, begun))))
+        return begun, claim, FollowedPart(followed, tuple(range(ways(claim) + needs_stated(claim, begun))), (), b"")
 
 
 def outside_of(regions: Sequence[RegionCut], boxes: BoxList) -> BoxList:

@@ -16,14 +16,7 @@ from codegen.errors import InputError, escape_text
 from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.decisions import walk as decisions
-from verify.checker.envelope import (
-    REMAKE,
-    ensure_about,
-    ensure_readable,
-    ensure_whole,
-    numbers,
-    read_proof,
-)
+from verify.checker.envelope import REMAKE, ensure_about, ensure_readable, ensure_whole, numbers, read_proof
 from verify.checker.reading import RejectedError, region_formula
 from verify.checker.thresholds import NO_ERROR, sides
 from verify.claims.claim import check_range

@@ -15,13 +15,7 @@ import msgspec
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.decisions.certificates import Certificate, ensure_known_names, region_from
-from verify.checker.envelope import (
-    ensure_about,
-    ensure_readable,
-    ensure_whole,
-    numbers,
-    read_proof,
-)
+from verify.checker.envelope import ensure_about, ensure_readable, ensure_whole, numbers, read_proof
 from verify.checker.episodes import walk as episodes
 from verify.checker.episodes.contact_reading import ContactReading
 from verify.checker.episodes.contacts import coincident

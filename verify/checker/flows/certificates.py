@@ -1,8 +1,8 @@
-"""Certificates of claims about flows: the document, and whether it is accepted.
+"""Whether a certificate of a claim about a flow is accepted.
 
-Does: reads the document; whether it fits a profile and a system, and the sets that are made from it meet the claim.
+Does: whether it fits a profile and a system, and the sets that are made from it meet the claim.
 Assumes: a profile and a system that were read and checked; a document that anyone made.
-Does not: prove, or write (verify/certificates).
+Does not: prove, read (../systems/proofs.py) or write (verify/certificates).
 
 A certificate says how the start is cut, the order of the series, the steps of a period, and in which cells sets are
 joined. All sets and tubes are made from that again, and every enclosure is shown again.
@@ -10,115 +10,45 @@ joined. All sets and tubes are made from that again, and every enclosure is show
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, ClassVar
-
-import msgspec
 
 from codegen.errors import InputError
-from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
 from verify.checker.covers.rounding import floor
-from verify.checker.envelope import REMAKE, ensure_readable, ensure_whole, numbers, read_proof
+from verify.checker.envelope import REMAKE, numbers
 from verify.checker.flows.sweep import FlowSweep, Plan, SetWatch
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import SystemClaimJson, ensure_asked, read_claim
-from verify.exact import read_number
-from verify.systems.claims import SystemClaim
+from verify.checker.systems.certificates import ensure_asked
+from verify.checker.systems.proofs import FlowSets, SystemCertificate
 from verify.systems.system import System
 
-FORM = "maviper-system-certificate-3"
 MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
 MAX_ORDER, MAX_STEPS = 30, 1_000
 
 
-@dataclass(frozen=True)
-class FlowCertificate:
-    """A claim about a profile in continuous time, with what its sets are made from."""
-
-    profile: str  # content hash
-    system: str  # content hash
-    claim: SystemClaim
-    inhabitant: Mapping[str, Fraction]  # a start, which shows that there is one
-    order: int  # of the series
-    steps: int  # of a period
-    widths: Mapping[str, Fraction]  # of cells, by variable; none: sets are not joined
-    cuts: bytes  # of the start
-
-    counted: ClassVar[str] = "sets"
-    unit: ClassVar[str] = "set"
-
-    @property
-    def size(self) -> int:
-        """Bytes of the cuts."""
-        return len(self.cuts)
-
-    @property
-    def made_of(self) -> dict[str, Any]:
-        """What a report says of it beside its size."""
-        widths = {name: rational_literal(width) for name, width in self.widths.items()}
-        return {"order": self.order, "steps_of_a_period": self.steps, "cells": widths}
-
-    def reading(self, reader: Callable[[bytes], bytes]) -> FlowCertificate:
-        """The same with its cuts given to a reader."""
-        return replace(self, cuts=reader(self.cuts))
-
-    def check(self, profile: PolicyProfile, system: System, watch: SetWatch | None = None) -> int:
-        """As the function."""
-        return check_certificate(self, profile, system, watch)
-
-
 def check_certificate(
-    certificate: FlowCertificate, profile: PolicyProfile, system: System, watch: SetWatch | None = None
+    certificate: SystemCertificate,
+    proof: FlowSets,
+    profile: PolicyProfile,
+    system: System,
+    watch: SetWatch | None = None,
 ) -> int:
-    """Checks a certificate; the number of its sets over all steps. `watch` is told of the sets, by sample.
+    """Checks a certificate with this proof; the number of its sets over all steps. `watch` is told of the sets, by
+    sample.
 
     InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
     do not show the claim.
     """
     if system.flow is None:
         raise InputError("the certificate is about continuous time", f"system {system.name} moves in steps", REMAKE)
-    ensure_asked(certificate, set(certificate.widths), profile, system)
+    ensure_asked(certificate, set(proof.cells), profile, system)
     if certificate.claim.about_decisions or certificate.claim.at_samples is None:
         raise RejectedError("sets of a flow show claims about continuous time only")
-    if not 1 <= certificate.order <= MAX_ORDER or not 1 <= certificate.steps <= MAX_STEPS:
+    if not 1 <= proof.order <= MAX_ORDER or not 1 <= proof.steps <= MAX_STEPS:
         raise RejectedError(f"the order is not from 1 to {MAX_ORDER}, or the steps are not from 1 to {MAX_STEPS}")
-    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in certificate.widths.values()):
+    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in proof.cells.values()):
         raise RejectedError("a cell has a width out of range")
     sweep = FlowSweep(profile, system, certificate.claim)
     sweep.sampled = watch
-    widths = {sweep.columns[name]: floor(width) for name, width in certificate.widths.items()}
-    return sweep.run(Plan(list(numbers(certificate.cuts)), certificate.order, certificate.steps, widths))
-
-
-# --- the text
-
-
-class FlowCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
-    """The members of the file; numbers are exact texts."""
-
-    certificate: str
-    profile: str
-    system: str
-    claim: SystemClaimJson
-    at_samples: bool
-    inhabitant: dict[str, str]
-    order: int
-    steps: int
-    cells: dict[str, str]
-    cuts: list[str]
-    content_hash: str
-
-
-def from_json(text: str | bytes, where: str = "certificate") -> FlowCertificate:
-    """The certificate in a text. InputError when it is damaged, of another version, or edited."""
-    with ensure_readable(where):
-        raw = msgspec.json.decode(text, type=FlowCertificateJson)
-        ensure_whole(raw, FORM, where)
-        inhabitant = {name: read_number(value) for name, value in raw.inhabitant.items()}
-        widths = {name: read_number(value) for name, value in raw.cells.items()}
-        claim = replace(read_claim(raw.claim), at_samples=raw.at_samples)
-        cuts = read_proof(raw.cuts, "$.cuts")
-        return FlowCertificate(raw.profile, raw.system, claim, inhabitant, raw.order, raw.steps, widths, cuts)
+    widths = {sweep.columns[name]: floor(width) for name, width in proof.cells.items()}
+    return sweep.run(Plan(list(numbers(proof.cuts)), proof.order, proof.steps, widths))

@@ -11,11 +11,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from enum import IntEnum
 from fractions import Fraction
-from typing import NamedTuple
 
 from codegen.ir import PolicyProfile
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import has_cases, hull_of
+from verify.checker.systems.proofs import FollowedPart, Hull
 from verify.checker.systems.reading import Condition, Effect, Every, Inequality, SystemReading
 from verify.checker.systems.rows import Branch, Row
 from verify.checker.systems.trees import Choices, Decision, Split, decisions
@@ -136,22 +136,6 @@ class Proof(Answers):
         if number is None:
             raise RejectedError("the proof ends too early")
         return number
-
-
-class Hull(NamedTuple):
-    """States at a step, all of which are followed from there on in place of the symbolic states that lie in it."""
-
-    step: int
-    region: Polytope
-
-
-class FollowedPart(NamedTuple):
-    """What a proof is about: the variables that are followed, and what is shown by them alone."""
-
-    followed: tuple[str, ...]
-    shows: tuple[int, ...]  # which ways to break the claim do not happen (see `ways`); the number after them: unstated
-    hulls: tuple[Hull, ...] = ()
-    proof: bytes = b""
 
 
 def ways(claim: SystemClaim) -> int:

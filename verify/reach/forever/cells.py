@@ -25,10 +25,10 @@ from verify.boxes.model import Model
 from verify.boxes.sweep import Sweep
 from verify.certificates.proofs import encode_numbers
 from verify.checker.covers.boxes import BoxList, together
-from verify.checker.covers.forever import WHOLE, InvariantPart
 from verify.checker.covers.invariants import FollowedMotion, InvariantSweep
 from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import WHOLE, InvariantPart
 from verify.progress import tell
 from verify.reach.forever.leaving import Bounds, LeftError
 from verify.systems.claims import SystemClaim

@@ -13,11 +13,12 @@ from contextlib import suppress
 from dataclasses import replace
 
 from codegen.ir import PolicyProfile
-from codegen.policy_json import content_hash
 from verify.boxes.covering import set_anew
-from verify.checker.covers.forever import InvariantCertificate, InvariantPart, check_certificate
+from verify.certificates.systems import certify
+from verify.checker.accept import accept
 from verify.checker.covers.invariants import names_of
 from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import Invariant, InvariantPart
 from verify.reach.forever.cells import Approach, CellSearch
 from verify.reach.forever.leaving import LeftError
 from verify.reach.forever.regions import RegionSearch
@@ -25,7 +26,6 @@ from verify.reach.results import OpenState, ReachOutcome, about_nothing
 from verify.reach.witnesses import inhabitant
 from verify.result import Verdict
 from verify.spending import Spending
-from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.system import Polytope, System
 
@@ -164,9 +164,9 @@ def lasting(profile: PolicyProfile, system: System, claim: SystemClaim, most: in
         state = inhabitant(system, claim)
         if isinstance(state, Verdict):
             return search.add_spending(about_nothing(claim, state))
-        made = InvariantCertificate(content_hash(profile), documents.content_hash(system), claim, state, parts)
+        made = certify(profile, system, claim, state, Invariant(parts))
         with suppress(RejectedError):
-            sets = check_certificate(made, profile, system)
+            sets = accept(made, profile, system)
             return search.add_spending(ReachOutcome(Verdict.PROVED, certificate=made, branches=sets))
     return _unknown(search, most)
 

@@ -16,10 +16,10 @@ import numpy as np
 
 from codegen.ir import Bool, Float64, PolicyProfile
 from verify.certificates.proofs import encode_numbers
-from verify.checker.covers.forever import InvariantPart, InvariantRegion
 from verify.checker.covers.invariants import RegionSweep, outside_of
 from verify.checker.covers.parts import StartBox
 from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import InvariantPart, InvariantRegion
 from verify.checker.systems.rows import Branch
 from verify.claims.formula import conjunction, disjunction, holds
 from verify.progress import tell

@@ -9,14 +9,16 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
+from tests.support.altered import altered, of_hashes
 from tests.support.covers import question, recipe
 from tests.support.exact_play import refuted, start
 from tests.support.system_cases import box, double_integrator, stays, switching
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
-from verify.checker.covers.certificates import CoverCertificate, check_certificate, from_json
+from verify.checker.accept import accept
 from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import Cover, from_json
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
 
@@ -25,22 +27,21 @@ def certificate(profile, system, claim, state, cells):
     names = [one.name for one in system.variables]
     widths = {names[column]: F(width) for column, width in cells.widths.items()}
     hashes = content_hash(profile), documents.content_hash(system)
-    return CoverCertificate(*hashes, claim, state, widths, encode_numbers(cells.cuts))
+    return of_hashes(*hashes, claim, state, Cover(widths, encode_numbers(cells.cuts)))
 
 
 @pytest.fixture(scope="module")
 def proved():
     system, profile = double_integrator(axes=1), switching(1)
     claim = stays(system, 20, x=(F(-1), F(1)))
-    found = CoverCertificate(
-        content_hash(profile), documents.content_hash(system), claim, {"x": F(0), "vx": F(0)}, {"vx": F(1, 16)}, b"\0"
-    )
+    hashes = content_hash(profile), documents.content_hash(system)
+    found = of_hashes(*hashes, claim, {"x": F(0), "vx": F(0)}, Cover({"vx": F(1, 16)}, b"\0"))
     return found, profile, system
 
 
 def test_the_text(proved):
     found, profile, system = proved
-    assert check_certificate(found, profile, system) > 20
+    assert accept(found, profile, system) > 20
     text = to_json(found)
     assert from_json(text) == found and to_json(from_json(text)) == text
     assert "maviper-system-certificate-2" in text and len(text) < 2_000
@@ -48,13 +49,13 @@ def test_the_text(proved):
 
 def test_the_text_of_forms(proved):
     found, profile, system = proved
-    of_forms = replace(found, widths={}, forms=True, claim=replace(found.claim, regions=(box(x=(F(-2), F(2))),)))
-    assert check_certificate(of_forms, profile, system) > 20
+    of_forms = altered(found, cells={}, sets="forms", claim=replace(found.claim, regions=(box(x=(F(-2), F(2))),)))
+    assert accept(of_forms, profile, system) > 20
     text = to_json(of_forms)
     assert from_json(text) == of_forms and json.loads(text)["sets"] == "forms"
     assert "sets" not in json.loads(to_json(found))
     with pytest.raises(RejectedError, match="cells"):
-        check_certificate(replace(of_forms, widths=found.widths), profile, system)
+        accept(altered(of_forms, cells=found.proof.cells), profile, system)
 
 
 def edited(text, change, whole=True):
@@ -90,16 +91,17 @@ def test_an_edited_text(proved):
 def test_what_is_refused(proved):
     found, profile, system = proved
     for change in (
-        {"widths": {"vx": F(-1)}}, {"widths": {"vx": F(0)}}, {"widths": {"vx": F(2) ** 300}}, {"cuts": b""},
+        {"cells": {"vx": F(-1)}}, {"cells": {"vx": F(0)}}, {"cells": {"vx": F(2) ** 300}}, {"cuts": b""},
         {"cuts": b"\3\0\0"}, {"cuts": b"\x80"}, {"inhabitant": {"x": F(9), "vx": F(0)}},
         {"claim": replace(found.claim, regions=(box(x=(F(-1, 2), F(1, 4))),))},
+        {"claim": replace(found.claim, pattern=Pattern.DECIDES)},
         {"claim": SystemClaim(Pattern.AVOIDS, (box(x=(F(1, 4), F(1, 2))),), 20)},
     ):  # fmt: skip
         with pytest.raises(RejectedError):
-            check_certificate(replace(found, **change), profile, system)
-    for change in ({"widths": {"y": F(1)}}, {"inhabitant": {"x": F(0)}}, {"profile": "0" * 64}, {"system": "0" * 64}):
+            accept(altered(found, **change), profile, system)
+    for change in ({"cells": {"y": F(1)}}, {"inhabitant": {"x": F(0)}}, {"profile": "0" * 64}, {"system": "0" * 64}):
         with pytest.raises(InputError):
-            check_certificate(replace(found, **change), profile, system)
+            accept(altered(found, **change), profile, system)
 
 
 def forged(seeds, each):
@@ -114,9 +116,9 @@ def forged(seeds, each):
             continue
         for _ in range(each):
             found = certificate(profile, system, claim, state, recipe(random, system))
-            for forgery in (found, replace(found, widths={}, forms=True)):
+            for forgery in (found, altered(found, cells={}, sets="forms")):
                 with pytest.raises(RejectedError):
-                    check_certificate(forgery, profile, system)
+                    accept(forgery, profile, system)
             tried += 2
     return tried
 

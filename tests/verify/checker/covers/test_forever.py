@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
+from tests.support.altered import altered, of_hashes
 from tests.support.covers import question
 from tests.support.exact_play import refuted, start
 from tests.support.forever import always, answered, any_taken, thermostat
@@ -17,13 +18,12 @@ from tests.verify.reach import random_modes
 from verify.boxes.sweep import Sweep
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
+from verify.checker.accept import accept
 from verify.checker.covers import forever, invariants
-from verify.checker.covers.certificates import CoverCertificate, from_json
-from verify.checker.covers.forever import InvariantPart, check_certificate
 from verify.checker.covers.invariants import InvariantSweep
 from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import SystemCertificate
+from verify.checker.systems.proofs import Cover, InvariantPart, Walks, from_json
 from verify.reach.forever.cells import CellSearch
 from verify.reach.forever.lasting import InvariantSearch
 from verify.result import Verdict
@@ -41,8 +41,8 @@ def proved():
 
 def test_new_worlds_for_ever(proved):
     found, profile, system = proved
-    assert [list(part.widths) for part in found.parts] == [["x", "vx"], ["y", "vy"]]
-    assert check_certificate(found, profile, system) < 2_000
+    assert [list(part.widths) for part in found.proof.parts] == [["x", "vx"], ["y", "vy"]]
+    assert accept(found, profile, system) < 2_000
     assert answered(thermostat(), always(warm=(F(14), F(25)))).verdict is Verdict.PROVED
 
 
@@ -123,30 +123,30 @@ def test_thousands_of_forgeries(seeds):
 
 def test_other_forms_show_nothing_for_ever(proved):
     found, profile, system = proved
-    about = found.profile, found.system, found.claim, found.inhabitant
-    for other in (CoverCertificate(*about, {}, b"\0"), SystemCertificate(*about, ())):
+    about = found.header.profile, found.header.system, found.claim, found.header.inhabitant
+    for other in (of_hashes(*about, Cover({}, b"\0")), of_hashes(*about, Walks(()))):
         with pytest.raises(RejectedError, match="all steps"):
-            other.check(profile, system)
-    steps = replace(found.claim, pattern=Pattern.STAYS_IN)
+            accept(other, profile, system)
+    steps = altered(found.claim, pattern=Pattern.STAYS_IN)
     with pytest.raises(RejectedError, match="all steps"):
-        check_certificate(replace(found, claim=steps), profile, system)
+        accept(altered(found, claim=steps), profile, system)
 
 
 def test_what_is_refused(proved):
     found, profile, system = proved
-    one, other = found.parts
+    one, other = found.proof.parts
     for parts in (
-        (one,), (one, one), (), (one, other._replace(cells=b"")), (one, other._replace(steps=9)),
-        (one, other._replace(cells=other.cells[:-1])), (one, other._replace(widths={"y": F(1), "vy": F(2) ** 300})),
-        (one, other._replace(widths={"y": F(1)})), (one, other._replace(cells=encode_numbers([0, 1, 0, 1, 0, 2**63]))),
-        (one, other._replace(cells=encode_numbers([2**63, 1, 0, 1, 0]))), (one, other._replace(cells=b"\0\0\0\0\0")),
+        (one,), (one, one), (), (one, altered(other, cells=b"")), (one, altered(other, steps=9)),
+        (one, altered(other, cells=other.cells[:-1])), (one, altered(other, widths={"y": F(1), "vy": F(2) ** 300})),
+        (one, altered(other, widths={"y": F(1)})), (one, altered(other, cells=encode_numbers([0, 1, 0, 1, 0, 2**63]))),
+        (one, altered(other, cells=encode_numbers([2**63, 1, 0, 1, 0]))), (one, altered(other, cells=b"\0\0\0\0\0")),
     ):  # fmt: skip
         with pytest.raises(RejectedError):
-            check_certificate(replace(found, parts=parts), profile, system)
+            accept(altered(found, parts=parts), profile, system)
     with pytest.raises(RejectedError, match="depends on vy"):
         InvariantSweep(profile, system, found.claim, {"y": 1.0})
     with pytest.raises(InputError):
-        check_certificate(replace(found, parts=(one._replace(widths={"q": F(1)}),)), profile, system)
+        accept(altered(found, parts=(altered(one, widths={"q": F(1)}),)), profile, system)
 
 
 def test_the_text(proved):

@@ -9,6 +9,7 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
+from tests.support.altered import altered, of_hashes
 from tests.support.covers import question
 from tests.support.exact_play import refuted, start
 from tests.support.forever import always, answered, any_taken, thermostat
@@ -16,10 +17,10 @@ from tests.support.system_cases import box, double_integrator, form, policy, swi
 from tests.verify.reach import random_modes, random_systems
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
+from verify.checker.accept import accept
 from verify.checker.covers import forever, invariants
-from verify.checker.covers.certificates import from_json
-from verify.checker.covers.forever import InvariantCertificate, InvariantPart, InvariantRegion, check_certificate
 from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import Invariant, InvariantPart, InvariantRegion, from_json
 from verify.reach.forever.lasting import InvariantSearch
 from verify.result import Verdict
 from verify.systems import documents
@@ -57,12 +58,12 @@ def ever(region, **more):
 def test_a_given_invariant():
     found = answered(turning(), ever(WIDE, invariant=(BOX,)))
     assert found.verdict is Verdict.PROVED
-    (part,) = found.certificate.parts
+    (part,) = found.certificate.proof.parts
     assert part.regions[0].region == BOX and part.steps == 1 and not part.cells
     assert part.regions[0].walk is not None
     halves = box(x=(F(-1), F(0)), y=(F(-1), F(1))), box(x=(F(0), F(1)), y=(F(-1), F(1)))
     found = answered(turning(), ever(WIDE, invariant=halves))
-    assert len(found.certificate.parts[0].regions) == 2
+    assert len(found.certificate.proof.parts[0].regions) == 2
     assert from_json(to_json(found.certificate)) == found.certificate
 
 
@@ -71,7 +72,7 @@ def test_a_region_that_is_none_says_which_state_leaves_and_where_it_goes():
     widened = replace(turning()[0], start=box(x=(-1, 1), y=(-2, 2)))
     claim = ever(box(x=(-2, 2), y=(F(-5, 2), F(5, 2))), invariant=(slim,))
     found = answered((widened, turning()[1]), claim)
-    assert found.verdict is Verdict.PROVED and found.certificate.parts[0].cells  # by one that was found
+    assert found.verdict is Verdict.PROVED and found.certificate.proof.parts[0].cells  # by one that was found
     found = answered((widened, turning()[1]), claim, max_boxes=1, samples=0)
     assert found.verdict is Verdict.UNKNOWN and "the one that is given is none" in found.reason
     assert " goes to x " in found.reason and set(found.open.bounds) == {"x", "y"}
@@ -88,16 +89,16 @@ def test_states_in_a_row():
     assert next(search.iterate_invariants())[0].cells  # those are found as well
     made = InvariantPart({}, 2, b"", (InvariantRegion(tall, bytes(1)),))
     claim = ever(tall)
-    sealed = InvariantCertificate(
-        content_hash(profile), documents.content_hash(system), claim, {"x": 0, "y": 0}, (made,)
+    sealed = of_hashes(
+        content_hash(profile), documents.content_hash(system), claim, {"x": 0, "y": 0}, Invariant((made,))
     )
-    assert check_certificate(sealed, profile, system) > 0
+    assert accept(sealed, profile, system) > 0
     with pytest.raises(RejectedError, match="may leave it"):
-        check_certificate(replace(sealed, parts=(made._replace(steps=1),)), profile, system)
+        accept(altered(sealed, parts=(altered(made, steps=1),)), profile, system)
     wide = replace(system, start=box(x=(-1, 1), y=(-2, 2)))
-    sealed = replace(sealed, system=documents.content_hash(wide))
+    sealed = altered(sealed, system=documents.content_hash(wide))
     with pytest.raises(RejectedError, match="at the first steps"):
-        check_certificate(sealed, profile, wide)
+        accept(sealed, profile, wide)
 
 
 def test_many_coupled_variables_need_a_region():
@@ -121,16 +122,16 @@ def test_a_border_that_is_met_exactly():
     claim = ever(box(x=(F(-3), F(3))), invariant=(region,))
     found = answered(coasting, claim)
     assert found.verdict is Verdict.PROVED and from_json(to_json(found.certificate)) == found.certificate
-    (part,) = found.certificate.parts
+    (part,) = found.certificate.proof.parts
     assert part.regions[0].walk
     (one,) = part.regions
     for steps, regions in (
-        (2, (one,)), (1, (one, one._replace(walk=None))), (1, (one._replace(walk=None),)),
-        (1, (one._replace(walk=b"\0"),)), (1, (one._replace(region=region[:-1]),)),
+        (2, (one,)), (1, (one, altered(one, walk=None))), (1, (altered(one, walk=None),)),
+        (1, (altered(one, walk=b"\0"),)), (1, (altered(one, region=region[:-1]),)),
     ):  # fmt: skip
         with pytest.raises(RejectedError):
-            made = replace(found.certificate, parts=(part._replace(steps=steps, regions=regions),))
-            check_certificate(made, coasting[1], coasting[0])
+            made = altered(found.certificate, parts=(altered(part, steps=steps, regions=regions),))
+            accept(made, coasting[1], coasting[0])
 
 
 # --- a later step, and what is assumed
@@ -159,7 +160,7 @@ def test_what_is_assumed():
     found = answered(drift, assumed)
     assert found.verdict is Verdict.PROVED and "assuming" in to_json(found.certificate)
     with pytest.raises(RejectedError):
-        check_certificate(replace(found.certificate, claim=claim), drift[1], drift[0])
+        accept(altered(found.certificate, claim=claim), drift[1], drift[0])
     nobody = replace(claim, assuming=(box(y=(F(5), F(6))),))
     assert answered(drift, nobody, samples=0).verdict is Verdict.VACUOUS
     with pytest.raises(InputError, match="assumes nothing"):
@@ -228,29 +229,29 @@ def test_what_is_refused():
     system, profile = turning()
     found = answered((system, profile), ever(WIDE, invariant=(BOX,))).certificate
     assert found is not None
-    (part,) = found.parts
+    (part,) = found.proof.parts
     unbounded = InvariantRegion((*box(x=(-1, 1)), HalfSpace(form(-1, y=1))), bytes(1))
     outside = InvariantRegion(box(x=(-2, 2), y=(-2, 2)), bytes(1))
     for other in (
-        part._replace(regions=()), part._replace(widths={"x": F(1), "y": F(1)}), part._replace(cells=bytes(5)),
-        part._replace(regions=(unbounded,)), part._replace(regions=(outside,)), part._replace(steps=9),
-        part._replace(regions=(InvariantRegion(BOX, bytes(2)),)), part._replace(cuts=b"\5"),
-        part._replace(regions=(InvariantRegion(box(x=(F(-1, 2), F(1, 2)), y=(-1, 1)), bytes(1)),)),
-        part._replace(regions=(InvariantRegion(box(x=(-1, 1)), bytes(1)),)), part._replace(joined={"x": F(2) ** 300}),
+        altered(part, regions=()), altered(part, widths={"x": F(1), "y": F(1)}), altered(part, cells=bytes(5)),
+        altered(part, regions=(unbounded,)), altered(part, regions=(outside,)), altered(part, steps=9),
+        altered(part, regions=(InvariantRegion(BOX, bytes(2)),)), altered(part, cuts=b"\5"),
+        altered(part, regions=(InvariantRegion(box(x=(F(-1, 2), F(1, 2)), y=(-1, 1)), bytes(1)),)),
+        altered(part, regions=(InvariantRegion(box(x=(-1, 1)), bytes(1)),)), altered(part, joined={"x": F(2) ** 300}),
     ):  # fmt: skip
         with pytest.raises(RejectedError):
-            check_certificate(replace(found, parts=(other,)), profile, system)
+            accept(altered(found, parts=(other,)), profile, system)
     with pytest.raises(RejectedError, match="depends on y"):
         invariants.RegionSweep(profile, system, found.claim, [box(x=(-1, 1))], 1)
     alone = moving(form(x=F(1, 2)), form(y=1))
     about = content_hash(alone[1]), documents.content_hash(alone[0]), ever(WIDE), {"x": F(0), "y": F(0)}
     with pytest.raises(RejectedError, match="shows some"):
-        check_certificate(
-            InvariantCertificate(*about, (InvariantPart({}, 1, b"", (InvariantRegion(box(x=(-1, 1)), bytes(1)),)),)),
+        accept(
+            of_hashes(*about, Invariant((InvariantPart({}, 1, b"", (InvariantRegion(box(x=(-1, 1)), bytes(1)),)),))),
             *alone[::-1],
         )
     with pytest.raises(InputError):
-        check_certificate(replace(found, parts=(part._replace(joined={"q": F(1)}),)), profile, system)
+        accept(altered(found, parts=(altered(part, joined={"q": F(1)}),)), profile, system)
 
 
 # --- planted faults
@@ -287,7 +288,7 @@ def test_unstated():
     made = InvariantPart({}, 1, b"", (InvariantRegion(BOX, bytes(1)),))
     about = content_hash(profile), documents.content_hash(narrow), ever(WIDE), {"x": F(0), "y": F(0)}
     with pytest.raises(RejectedError):
-        check_certificate(InvariantCertificate(*about, (made,)), profile, narrow)
+        accept(of_hashes(*about, Invariant((made,))), profile, narrow)
 
 
 @pytest.mark.parametrize("number", range(len(FAULTS)))

@@ -8,12 +8,14 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
+from tests.support.altered import altered, of_hashes
 from tests.support.flows import CASES, case
 from tests.support.system_cases import box
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
-from verify.checker.flows.certificates import FlowCertificate, check_certificate, from_json
+from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import FlowSets, from_json
 from verify.systems import documents
 from verify.systems.claims import Pattern
 
@@ -22,17 +24,15 @@ SYSTEM, TEAM, CLAIM = case(*CASES["pendulum"])
 
 def certificate(**changes):
     start = {"angle": F(11, 10), "spin": F(1, 10)}
-    made = FlowCertificate(
-        content_hash(TEAM), documents.content_hash(SYSTEM), CLAIM, start, 4, 1, {}, encode_numbers([0])
-    )
-    return replace(made, **changes)
+    hashes = content_hash(TEAM), documents.content_hash(SYSTEM)
+    return altered(of_hashes(*hashes, CLAIM, start, FlowSets(4, 1, {}, encode_numbers([0]))), **changes)
 
 
 def test_a_certificate_is_read_as_it_was_written():
-    for made in (certificate(), certificate(widths={"angle": F(1, 16)}, cuts=encode_numbers([1, 0, 0]))):
+    for made in (certificate(), certificate(cells={"angle": F(1, 16)}, cuts=encode_numbers([1, 0, 0]))):
         again = from_json(to_json(made))
         assert again == made and again.claim.at_samples is False
-        assert check_certificate(again, TEAM, SYSTEM) > 20
+        assert accept(again, TEAM, SYSTEM) > 20
 
 
 def test_an_edited_text_is_refused():
@@ -46,14 +46,14 @@ def test_an_edited_text_is_refused():
 OTHER = {
     "profile": {"profile": "0" * 64},
     "system": {"system": "0" * 64},
-    "variable": {"widths": {"speed": F(1)}},
+    "variable": {"cells": {"speed": F(1)}},
 }
 
 
 @pytest.mark.parametrize("name", OTHER)
 def test_another_profile_system_or_variable_is_told(name):
     with pytest.raises(InputError):
-        check_certificate(certificate(**OTHER[name]), TEAM, SYSTEM)
+        accept(certificate(**OTHER[name]), TEAM, SYSTEM)
 
 
 FORGED = {
@@ -61,8 +61,8 @@ FORGED = {
     "no steps": {"steps": 0},
     "cuts that end": {"cuts": encode_numbers([1, 0])},
     "cuts that go on": {"cuts": encode_numbers([0, 0])},
-    "cells of no width": {"widths": {"angle": F(0)}},
-    "cells of a negative width": {"widths": {"angle": F(-1, 8)}},
+    "cells of no width": {"cells": {"angle": F(0)}},
+    "cells of a negative width": {"cells": {"angle": F(-1, 8)}},
     "no start": {"inhabitant": {"angle": F(3), "spin": F(0)}},
     "a narrower region": {"claim": replace(CLAIM, regions=(box(angle=(0, F(6, 10))),))},
     "an earlier time": {"claim": replace(CLAIM, by=5)},
@@ -78,7 +78,7 @@ FORGED = {
 @pytest.mark.parametrize("name", FORGED)
 def test_a_forged_certificate_is_refused(name):
     with pytest.raises(RejectedError):
-        check_certificate(certificate(**FORGED[name]), TEAM, SYSTEM)
+        accept(certificate(**FORGED[name]), TEAM, SYSTEM)
 
 
 @pytest.mark.parametrize("count", [4, pytest.param(200, marks=pytest.mark.slow)])
@@ -90,14 +90,14 @@ def test_random_forgeries_are_refused_whatever_the_plan(count):
         plan = {
             "order": int(random.integers(1, 9)),
             "steps": int(random.integers(1, 3)),
-            "widths": {} if random.random() < 0.5 else {"angle": F(1, int(random.integers(4, 40)))},
+            "cells": {} if random.random() < 0.5 else {"angle": F(1, int(random.integers(4, 40)))},
             "cuts": encode_numbers([[0], [1, 0, 0], [2, 0, 0]][random.integers(3)]),
         }
         claim = replace(CLAIM, regions=(box(angle=(0, high)),), at_samples=bool(random.random() < 0.5))
         with pytest.raises(RejectedError):
-            check_certificate(certificate(claim=claim, **plan), TEAM, SYSTEM)
+            accept(certificate(claim=claim, **plan), TEAM, SYSTEM)
 
 
 def test_a_system_in_steps_has_no_such_certificate():
     with pytest.raises(InputError, match="moves in steps"):
-        check_certificate(certificate(), TEAM, replace(SYSTEM, flow=None))
+        accept(certificate(), TEAM, replace(SYSTEM, flow=None))

@@ -8,12 +8,13 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
+from tests.support.altered import altered
 from tests.support.system_cases import decided, double_integrator, form, policy, stays, switching, team
 from tests.verify.reach import random_systems
 from verify.certificates.systems import to_json
+from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import check_certificate, from_json
-from verify.checker.systems.walk import Hull
+from verify.checker.systems.proofs import Hull, from_json
 from verify.reach.play.samples import Starts, courses
 from verify.reach.replay import replay_course
 from verify.result import Verdict
@@ -51,14 +52,14 @@ def proved():
         (result,) = decided(profile, system, [claim])
         if result.verdict is Verdict.PROVED and result.certificate.size:
             found.append((result.certificate, profile, system))
-    assert len(found) >= 8 and found[1][0].size > 500 and any(part.hulls for part in found[2][0].parts)
+    assert len(found) >= 8 and found[1][0].size > 500 and any(part.hulls for part in found[2][0].proof.parts)
     return found
 
 
 def damaged(certificate, random):
     """The certificate with a proof in which a number is another one, is missing, or is there twice."""
-    place = int(random.integers(len(certificate.parts)))
-    part = certificate.parts[place]
+    place = int(random.integers(len(certificate.proof.parts)))
+    part = certificate.proof.parts[place]
     proof = bytearray(part.proof)
     at = int(random.integers(len(proof)))
     match int(random.integers(4)):
@@ -70,13 +71,13 @@ def damaged(certificate, random):
             proof.insert(at, int(random.integers(256)))
         case _:
             del proof[at:]
-    parts = (*certificate.parts[:place], part._replace(proof=bytes(proof)), *certificate.parts[place + 1 :])
-    return replace(certificate, parts=parts)
+    parts = (*certificate.proof.parts[:place], altered(part, proof=bytes(proof)), *certificate.proof.parts[place + 1 :])
+    return altered(certificate, parts=parts)
 
 
 def refused(certificate, profile, system):
     try:
-        check_certificate(certificate, profile, system)
+        accept(certificate, profile, system)
     except (RejectedError, InputError):
         return True
     return False
@@ -152,38 +153,38 @@ def test_no_certificate_shows_a_false_claim(proved):
         tried += 1
         if is_false(profile, system, claim):
             hashes = {"profile": content_hash(profile), "system": documents.content_hash(system)}
-            assert refused(replace(certificate, claim=claim, **hashes), profile, system), (tried, claim)
+            assert refused(altered(certificate, claim=claim, **hashes), profile, system), (tried, claim)
             counted += 1
 
 
 def test_another_profile_or_system_is_told_by_its_hash(proved):
     certificate, profile, system = proved[0]
     with pytest.raises(InputError, match="another system"):
-        check_certificate(certificate, profile, replace(system, name="another"))
+        accept(certificate, profile, replace(system, name="another"))
     with pytest.raises(InputError, match="another profile"):
-        check_certificate(certificate, switching(axes=1), system)
+        accept(certificate, switching(axes=1), system)
 
 
 def test_every_way_must_be_shown_by_variables_that_depend_on_no_other(proved):
     certificate, profile, system = proved[0]
-    first, second = certificate.parts
+    first, second = certificate.proof.parts
     with pytest.raises(RejectedError, match="no part shows"):
-        check_certificate(replace(certificate, parts=(first,)), profile, system)
+        accept(altered(certificate, parts=(first,)), profile, system)
     with pytest.raises(RejectedError, match="depends"):
-        check_certificate(replace(certificate, parts=(first._replace(followed=("x",)), second)), profile, system)
+        accept(altered(certificate, parts=(altered(first, followed=("x",)), second)), profile, system)
     with pytest.raises(RejectedError, match="part 0"):  # what the first one follows says nothing of y
-        swapped = (first._replace(shows=second.shows), second._replace(shows=first.shows))
-        check_certificate(replace(certificate, parts=swapped), profile, system)
+        swapped = (altered(first, shows=second.shows), altered(second, shows=first.shows))
+        accept(altered(certificate, parts=swapped), profile, system)
 
 
 def test_hulls_hold_what_goes_on_in_them(proved):
     certificate, profile, system = proved[2]
-    part = next(part for part in certificate.parts if part.hulls)
-    place = certificate.parts.index(part)
+    part = next(part for part in certificate.proof.parts if part.hulls)
+    place = certificate.proof.parts.index(part)
 
     def with_hulls(hulls):
-        parts = (*certificate.parts[:place], part._replace(hulls=hulls), *certificate.parts[place + 1 :])
-        return replace(certificate, parts=parts)
+        parts = (*certificate.proof.parts[:place], altered(part, hulls=hulls), *certificate.proof.parts[place + 1 :])
+        return altered(certificate, parts=parts)
 
     first, *others = part.hulls
     narrow = tuple(replace(half, form=half.form.plus(form(F(1, 10)))) for half in first.region)
@@ -195,14 +196,14 @@ def test_hulls_hold_what_goes_on_in_them(proved):
         (),
     ):
         with pytest.raises(RejectedError):
-            check_certificate(with_hulls(hulls), profile, system)
+            accept(with_hulls(hulls), profile, system)
 
 
 def test_an_inhabitant_must_be_a_start(proved):
     certificate, profile, system = proved[0]
-    far = {**certificate.inhabitant, "x": F(9)}
+    far = {**certificate.header.inhabitant, "x": F(9)}
     with pytest.raises(RejectedError, match="vacuous"):
-        check_certificate(replace(certificate, inhabitant=far), profile, system)
+        accept(altered(certificate, inhabitant=far), profile, system)
 
 
 def test_a_text_that_was_edited_is_refused(proved):
