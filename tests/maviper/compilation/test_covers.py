@@ -26,8 +26,8 @@ from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, asked_of_cover, said_of_cover
 from tests.support.stated_play import Played
 from verify.checker.accept import accept
-from verify.checker.covers import certificates
 from verify.checker.envelope import body_hash
+from verify.checker.systems import proofs
 
 WORLDS = FOLDER.parent / "worlds"
 ARCH = FOLDER.parent / "arch"
@@ -349,6 +349,6 @@ def test_a_list_is_kept_as_it_is_asked_about():
     """The boxes of each step are those of the checker's sweep, which counts them."""
     folder = WORLDS / "crossing"
     profile, proved, _ = made(folder, "certificate-1-stays_in.json")
-    found = certificates.from_json((folder / "certificate-1-stays_in.json").read_bytes())
+    found = proofs.from_json((folder / "certificate-1-stays_in.json").read_bytes())
     swept = accept(found, profile, read(folder / "world.toml").system)
     assert swept == sum(len(part.low) for parts in proved.region.steps for part in parts)
