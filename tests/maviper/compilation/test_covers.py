@@ -29,8 +29,8 @@ from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, CoverTwin, asked_of_cover, module_of
 from tests.support.stated_play import Played
 from verify.checker.accept import accept
-from verify.checker.covers import certificates
 from verify.checker.envelope import body_hash
+from verify.checker.systems import proofs
 from verify.systems.files import statement_of
 
 WORLDS = FOLDER.parent / "worlds"
@@ -301,7 +301,7 @@ def test_a_list_is_kept_as_it_is_asked_about():
     """The boxes of each step are those of the checker's sweep, which counts them."""
     folder = WORLDS / "crossing"
     profile, proved, _ = made(folder, "certificate-1-stays_in.json")
-    found = certificates.from_json((folder / "certificate-1-stays_in.json").read_bytes())
+    found = proofs.from_json((folder / "certificate-1-stays_in.json").read_bytes())
     swept = accept(found, profile, read(folder / "world.toml").system)
     assert swept == sum(len(part.low) for parts in proved.region.steps for part in parts)
 
