@@ -14,6 +14,7 @@ knows which it is: `Said.arrays`.
 # the values of a program may be anything
 import ast
 import copy
+import enum
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -26,7 +27,7 @@ from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
-from codegen.importers.python.inputs import MAX_FEATURES, Inputs
+from codegen.importers.python.inputs import Inputs
 from codegen.importers.python.machine import ARRAYS_ADVICE, FAILURES, Machine
 from codegen.importers.python.objects import instance_of
 from codegen.importers.python.statements import follow, link_statements
@@ -36,16 +37,13 @@ from codegen.importers.python.values import (
     Extreme,
     Function,
     Instance,
-    Member,
     Part,
     Refused,
     Scope,
-    Symbol,
     words_of,
 )
-from codegen.importers.reading import FLOATS
-from codegen.importers.running.asking import PYTHON, act_python, run_source
-from codegen.importers.running.calling import Called, shape_parameters
+from codegen.importers.reading import FLOATS, MAX_FEATURES
+from codegen.importers.running.asking import PYTHON, Called, act_python, run_source
 from codegen.importers.summed import rounds
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
@@ -89,11 +87,11 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
 
 def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -> Origin:
     """The origin of a function. InputError also for sums whose arithmetic nobody states."""
-    widths = dict[tuple[int | str, ...], int]()
+    width = len(said.features)
     while True:  # again, where a later line says how many features there are
         follower = _Follower(file, decider, said)
         m = follower.machine
-        m.inputs.widths |= widths
+        m.inputs.width = width
         try:
             origin = origin_of(follower.run, m.where, follower.describe_program, m.kind or FLOAT64, m.sums)
             if not said.arrays and rounds(origin):
@@ -101,8 +99,8 @@ def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -
                 raise InputError(what, f"{m.where}, line {m.sums.line}", ARRAYS_ADVICE)
             return follower.ask_python(origin, decider, source)
         except InputError as error:
-            if len(m.inputs.widths) > len(widths):
-                widths = dict(m.inputs.widths)
+            if m.inputs.width != width:
+                width = m.inputs.width
                 continue
             more = f"; or {ALONE.format(escape_text(decider.name))}" if count > 1 else ""
             raise InputError(error.what, error.where, f"{error.next_step}{more}") from None
@@ -122,39 +120,20 @@ class _Follower:
         self.names = [name for name in places if name not in self.defaults]
         self.keywords = [each.arg for each in takes.kwonlyargs if each.arg not in self.defaults]
         m.sums = Sums(m.kind or FLOAT64)
-        m.inputs = Inputs(m.where, (*self.names, *self.keywords), len(said.features))
-        m.notes, m.called, m.texts, m.symbols = dict(m.notes), {}, set(), set()
-        m.finite = False
-        self.n_read = self._look_ahead(m)
+        m.inputs = Inputs((*self.names, *self.keywords))
+        m.notes, m.called, m.finite = dict(m.notes), {}, False
         for each in (*takes.posonlyargs, *takes.args, *takes.kwonlyargs):
             kind = file.scope.names.get(each.annotation.id) if isinstance(each.annotation, ast.Name) else None
             if isinstance(kind, Class) and kind.fields:
-                m.inputs.names[each.arg,] = kind.fields
-
-    def _look_ahead(self, m: Machine) -> int:
-        """What the text says of a sole parameter: `len(x) == 4`, and the last number that it looks at."""
-        name, node, last = m.inputs.parameters[:1], self.function.node, -1
-        for each in self.file.inside(node, ast.Subscript):
-            place = each.slice.value if isinstance(each.slice, ast.Constant) else -1
-            if isinstance(place, int) and (getattr(each.value, "id", ""),) == name:
-                last = max(last, place if place < MAX_FEATURES else -1)
-        for each in self.file.inside(node, ast.Call):
-            of = isinstance(each.func, ast.Name) and each.func.id == "len" and each.args
-            if of and (getattr(each.args[0], "id", ""),) == name:
-                self._count_features(m, name, each)
-        return last + 1
-
-    def _count_features(self, m: Machine, name: tuple[str, ...], call: ast.Call) -> None:
-        """Takes what the length of the observation is compared with for its length."""
-        for each in self.file.inside(call, ast.Compare):
-            number = getattr(each.comparators[0], "value", None)
-            if each.left is call and isinstance(each.ops[0], ast.Eq | ast.NotEq) and isinstance(number, int):
-                m.inputs.widths.setdefault(name, number)
-                m.notes[f"line {each.lineno}: the observation is taken to have {number} numbers"] = None
+                m.inputs.names = kind.fields
+        for each in file.inside(self.function.node, ast.Subscript):  # also in a test that decides nothing
+            place = each.slice.value if isinstance(each.slice, ast.Constant) else None
+            if type(place) is int and (getattr(each.value, "id", ""),) == m.inputs.parameters:
+                m.inputs.n_read = max(m.inputs.n_read, place + 1 if place < MAX_FEATURES else 0)
 
     def _object(self, m: Machine, given: Any) -> Any:
         """The object whose method decides."""
-        if not isinstance(given, Class) or self.function.kind == "class":
+        if not isinstance(given, Class) or self.function.kind == "classmethod":
             return given
         try:
             return instance_of(m, given, [], {}, self.function.node)
@@ -169,7 +148,7 @@ class _Follower:
         if state is None:
             named = {each: Part((each,)) for each in self.keywords}
             named |= {each: Part((each,)) for each in self.names}
-            names = m.bind_arguments(function, self.first, named, function.node)
+            names = m.bind_arguments(function, self.first, named)
             body = function.node.body
             if isinstance(body, ast.expr):  # of a lambda
                 body = [ast.copy_location(ast.Return(body), body)]
@@ -188,12 +167,9 @@ class _Follower:
             return value  # most are this
         while isinstance(value, list | tuple) and len(value) == 1 and not isinstance(value[0], str):
             value = value[0]  # a list of one number is that number
-        if isinstance(value, Symbol):
-            m.symbols.add(value.name)
-            return value.name
-        if isinstance(value, Member):
+        if isinstance(value, enum.Enum):
             plain = value.value if isinstance(value.value, int | float | str) else value.name
-            if not isinstance(plain, str) or plain != value.name:
+            if plain != value.name:
                 m.called.setdefault(plain, value.name)
             return self._label(plain)
         if isinstance(value, Test | Condition):
@@ -207,7 +183,6 @@ class _Follower:
         if isinstance(value, list | tuple) and value:
             return tuple(self._number(each) for each in value)
         if isinstance(value, str):
-            m.texts.add(value)
             return value
         return self._number(value)
 
@@ -239,7 +214,7 @@ class _Follower:
         if isinstance(value, Extreme):
             raise Refused(NO_SUM, IN_ORDER)
         value = m.truth(value) if isinstance(value, Test | Condition) else m.whole(value)
-        value = value.value if isinstance(value, Member) else value.item() if isinstance(value, np.generic) else value
+        value = value.item() if isinstance(value, np.generic) else getattr(value, "value", value)
         if isinstance(value, int) and value.bit_length() > MAX_BITS:
             raise Refused("a number is too long for a name", "return a shorter one")
         if not isinstance(value, int | float) or not math.isfinite(value):
@@ -251,40 +226,28 @@ class _Follower:
     def describe_program(self) -> Described:
         """What is known once all paths were followed."""
         m = self.machine
-        both = m.symbols & m.texts
-        if both:
-            what = f"{escape_text(min(both))!r} is returned as a text and as a name"
-            raise InputError(what, f"{m.where}, line {self.function.node.lineno}", "return one of them")
-        named = (ast.Name, ast.Attribute) if m.symbols else ()
         texts = [each for each in self.file.nodes[ast.Constant] if isinstance(each.value, str)]
-        order: list[Any] = [
-            each.value if isinstance(each, ast.Constant) else ast.unparse(each)
-            for each in _in_order([*texts, *(each for kind in named for each in self.file.nodes[kind])])
-        ]
         for each in sorted(self.defaults):
             m.notes[f"{escape_text(each)} is what its default says, unless --features names it"] = None
         plain = Described(
             kind=KIND,
             replayed_by=PYTHON,
             given=GIVEN[self.said.arrays],
-            order=order,
+            order=[each.value for each in _in_order(texts)],
             called=self._collect_names(),
             scores=self.said.scores,
             finite=m.finite,
-            n_read=self.n_read,
             notes=tuple(m.notes),
         )
         described = m.inputs.describe_inputs(plain)
-        self.places = [int(each) for each in described.places]
+        self.shapes = m.inputs.shape_parameters(described)
         return described
 
     def ask_python(self, origin: Origin, decider: Decider, source: str) -> Origin:
         """The origin that Python itself answers for; without a source, nobody does."""
         if not source:
             return replace(origin, act=None, compared=False)
-        m, takes = self.machine, self.function.node.args
-        names = [*self.names, *self.keywords]
-        shapes = shape_parameters(names, dict(zip(m.inputs.places, self.places, strict=True)))
+        m, takes, shapes = self.machine, self.function.node.args, dict(self.shapes)
         first = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
         plain = [name for name, own in zip(first, self.names, strict=False) if name == own]
         called = Called(

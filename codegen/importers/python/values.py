@@ -1,16 +1,16 @@
-"""What an expression of Python may be, beside Python's own numbers, texts, lists and dictionaries.
+"""What an expression of Python may be, beside Python's own numbers, texts, lists, dictionaries and members of Enums.
 
 Does: names the kinds of values that the reader adds, with what each needs to know.
-Assumes: lists, tuples, dictionaries, sets and constants stand for themselves.
+Assumes: what depends on no feature stands for itself.
 Does not: compute with them.
 """
 
 import ast
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from codegen.errors import InputError, escape_text
+from codegen.errors import InputError
 from codegen.importers.symbolic.feature import Step
 
 
@@ -23,19 +23,12 @@ class Refused(InputError):
 
 
 @dataclass(frozen=True)
-class Symbol:
-    """A name that the file uses and does not define, such as an action of the caller's. It may be returned only."""
-
-    name: str
-
-
-@dataclass(frozen=True)
 class Unread:
-    """What a name of the file stands for after a line that is not read. Looking it up is an error."""
+    """What a name stands for that comes from elsewhere, or from a line that is not read. Looking it up is an error."""
 
     what: str
     advice: str
-    line: int
+    line: int = 0  # 0: the error is where the name is looked up
 
 
 @dataclass(frozen=True)
@@ -54,7 +47,6 @@ class Condition:
     every: bool
     parts: tuple[Any, ...]
     wanted: bool = True
-    plain: bool | None = None  # whether it is Python's own True or False, as of `not`; None: as its parts are
 
 
 @dataclass(frozen=True)
@@ -69,11 +61,8 @@ class Array(list[Any]):
     """A row of an array of NumPy: it is looked up in, gone through and returned, and nothing else."""
 
 
-@dataclass(frozen=True, eq=False)
-class Stream:
-    """An iterator, which is used where it is made: a loop, or the argument of a function that takes it apart."""
-
-    items: Iterable[Any]
+class Stream(list[Any]):
+    """What an iterator gives. It is used where it is made: by a loop, or as the argument of what takes it apart."""
 
 
 @dataclass
@@ -105,25 +94,18 @@ class Function:
     node: ast.FunctionDef | ast.Lambda
     scope: Scope  # where it stands
     defaults: Mapping[str, Any]
-    kind: str = ""  # "", "static", "class" or "property"
+    kind: str = ""  # "", "staticmethod", "classmethod" or "property"
     local: frozenset[str] = frozenset()  # names that it assigns
 
 
 @dataclass(eq=False)
 class Class:
-    """A class of the file. Only an Enum has a base that matters."""
+    """A class of the file that is no Enum."""
 
     name: str
     members: dict[str, Any]
-    enum: bool = False  # its members are constants
-    mixed: type | None = None  # ... and compare as their values do, which are of this type
     fields: tuple[str, ...] = ()  # of a dataclass or named tuple, in their order
-    typed: bool = False  # a TypedDict, which only annotates
-
-    @property
-    def constants(self) -> "list[Member]":
-        """The members of an Enum, without second names."""
-        return list(dict.fromkeys(each for each in self.members.values() if isinstance(each, Member)))
+    made: bool = True  # whether objects of it can be made; not of a TypedDict, which only annotates
 
 
 @dataclass(eq=False)
@@ -132,23 +114,6 @@ class Instance:
 
     kind: Class
     attributes: dict[str, Any] = field(default_factory=dict[str, Any])
-
-
-@dataclass(frozen=True, eq=False)
-class Member:
-    """A member of an Enum, equal to what Python says it is equal to."""
-
-    kind: Class
-    name: str
-    value: Any
-
-    def __eq__(self, other: object) -> bool:
-        if self.kind.mixed is None:
-            return self is other
-        return bool(self.value == (other.value if isinstance(other, Member) and other.kind.mixed else other))
-
-    def __hash__(self) -> int:
-        return hash(self.name if self.kind.mixed is None else self.value)
 
 
 @dataclass(frozen=True)
@@ -174,17 +139,13 @@ class Module:
     members: Mapping[str, Any]
 
 
-AUTO = Symbol("auto()")  # a member of an Enum that has no value of its own
+WORDS = {
+    "Part": "the observation", "Extreme": "the least or the largest of several features",
+    "NoneType": "None", "str": "a text", "dict": "a dictionary", "Instance": "an object", "Stream": "an iterator",
+    "Array": "an array", "Feature": "a feature", "Test": "a condition", "Condition": "a condition",
+}  # fmt: skip
 
 
 def words_of(value: Any) -> str:
     """What kind of value it is, in words."""
-    if isinstance(value, Symbol):
-        return f"the name {escape_text(value.name)!r}, which the file does not define,"
-    words = {
-        "Part": "the observation", "Extreme": "the least or the largest of several features",
-        "NoneType": "None", "str": "a text", "dict": "a dictionary",
-        "Instance": "an object", "Stream": "an iterator", "Array": "an array", "Feature": "a feature",
-        "Test": "a condition", "Condition": "a condition", "Member": "a member of an Enum",
-    }  # fmt: skip
-    return words.get(type(value).__name__, f"a {type(value).__name__.lower()}")
+    return WORDS.get(type(value).__name__, f"a {type(value).__name__.lower()}")
