@@ -60,14 +60,10 @@ class File:
     @property
     def simple(self) -> bool:
         """Whether no function changes a list or an object, or holds another one: a path may go on from any state."""
-        nodes, functions = self.nodes, self.nodes[ast.FunctionDef]
-        outer = {id(each) for node in (*nodes[ast.Module], *nodes[ast.ClassDef]) for each in node.body}
-        inside = [each for function in functions for each in self.inside(function, ast.Attribute, ast.Subscript)]
-        return not (
-            any(id(each) not in outer for each in functions)
-            or any(self.inside(each, ast.AugAssign, ast.Lambda, ast.GeneratorExp) for each in functions)
-            or any(_stores(each) or getattr(each, "attr", "") == "append" for each in inside)
-        )
+        kinds = (ast.FunctionDef, ast.Lambda, ast.Attribute, ast.Subscript)
+        inside = ((each, node) for node in self.nodes[ast.FunctionDef] for each in self.inside(node, *kinds))
+        changing = (_stores(each) or getattr(each, "attr", "") == "append" for each, node in inside if each is not node)
+        return not any(changing)
 
 
 def _stores(node: Any) -> bool:

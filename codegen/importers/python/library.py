@@ -11,7 +11,7 @@ Does not: take functions whose rounding nobody promises, such as exp or sin, of 
 import ast
 import enum
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial, reduce
 from typing import Any
@@ -48,12 +48,13 @@ TYPES = {"float": "float64", "numpy.float64": "float64", "numpy.float32": "float
 WHOLE: Mapping[str, Callable[..., Any]] = {  # of finite numbers only
     "int": int, "math.floor": math.floor, "math.ceil": math.ceil, "round": round,
 }  # fmt: skip
-STEPS: Mapping[str, tuple[Callable[[Any], Any], str]] = {  # of a feature
+STEPS: Mapping[str, tuple[Callable[[Any], Any], str]] = {  # of a feature; "": of constants only
     "abs": (abs, FOLDING), "math.fabs": (math.fabs, FOLDING), "numpy.abs": (np.abs, FOLDING),
     "float": (float, RISING), "numpy.float64": (np.float64, RISING), "numpy.float32": (np.float32, RISING),
     "math.radians": (math.radians, RISING), "math.degrees": (math.degrees, RISING),
     "numpy.deg2rad": (np.deg2rad, RISING), "numpy.rad2deg": (np.rad2deg, RISING),
     **{name: (partial(apply_finite, function), RISING) for name, function in WHOLE.items()},
+    **{f"math.{name}": (getattr(math, name), "") for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "atan")},
 }  # fmt: skip
 
 
@@ -65,8 +66,8 @@ def make_step(name: str) -> Call:
         counts = name in ("int", "float")  # which make the same number of a condition among floats and arrays
         given = [m.truth(each) if counts and isinstance(each, CONDITIONS) else m.decide(each) for each in given]
         if given and isinstance(given[0], Feature):
-            if len(given) > 1 or named:
-                raise Refused(f"{name} with further arguments is not understood", STATED)
+            if len(given) > 1 or named or not sense:
+                raise Refused(f"{name} of a feature, or with further arguments, is not understood", STATED)
             m.finite |= name in WHOLE
             return convert_feature(m, given[0]).then(Step(name, apply, sense))
         if name == "numpy.float32":
@@ -83,15 +84,6 @@ def make_constant(function: Callable[..., Any], given: Given, named: Named) -> A
     if any(isinstance(each, str) and len(each) > 400 for each in given):
         raise Refused("a text is too long", "make it shorter")
     return function(*given)
-
-
-def make_constant_call(function: Callable[..., Any]) -> Call:
-    """A function of constants only."""
-
-    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-        return make_constant(function, [m.decide(each) for each in given], named)
-
-    return handle_call
 
 
 # --- the least and the largest
@@ -181,13 +173,6 @@ def _range(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return range(*whole)
 
 
-def _every(function: Callable[[Iterable[Any]], bool]) -> Call:
-    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-        return function(m.truth(each) for each in m.items(*given))
-
-    return handle_call
-
-
 # --- arrays
 
 
@@ -223,18 +208,8 @@ def _field(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return Factory(named["default_factory"])
 
 
-def _make_auto(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-    """`enum.auto`."""
-    return enum.auto()
-
-
 def _log(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """`print` and functions of logging: None."""
-
-
-def _get_logger(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-    """`logging.getLogger`: whatever logs, logs nothing that decides."""
-    return MODULES["logging"]
 
 
 def _refuse_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
@@ -245,72 +220,49 @@ def _refuse_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
 # --- the tables
 
 
-def _bounds(names: Mapping[str, Call | Any], module: str) -> dict[str, Any]:
-    return {
-        name: Bound(f"{module}{name}", call) if isinstance(call, Callable) and not isinstance(call, type) else call
-        for name, call in names.items()
-    }
+CALLS: Mapping[str, Call] = {
+    **{name: make_step(name) for name in STEPS},
+    **dict.fromkeys(("staticmethod", "classmethod", "property", "object", "str"), _refuse_call),
+    **dict.fromkeys(("numpy.ndarray", "enum.unique", "dataclasses.dataclass"), _refuse_call),
+    **dict.fromkeys(("typing.NamedTuple", "typing.TypedDict", "typing.Protocol"), _refuse_call),
+    **dict.fromkeys(("print", "logging.debug", "logging.info", "logging.warning", "logging.error"), _log),
+    **dict.fromkeys(("numpy.dot", "numpy.matmul"), _refuse_product),
+    **dict.fromkeys(("numpy.array", "numpy.asarray"), _make_array),
+    "min": make_extreme(min),
+    "max": make_extreme(max),
+    "numpy.minimum": make_extreme(np.minimum),
+    "numpy.maximum": make_extreme(np.maximum),
+    "numpy.clip": _clip,
+    "bool": lambda m, node, given, named: Condition(True, (given[0],)),
+    "len": _length,
+    "sum": _sum,
+    "any": lambda m, node, given, named: any(m.truth(each) for each in m.items(*given)),
+    "all": lambda m, node, given, named: all(m.truth(each) for each in m.items(*given)),
+    "range": _range,
+    "list": make_list_call(lambda each=(): list(each)),
+    "tuple": make_list_call(lambda each=(): tuple(each)),
+    "dict": make_list_call(lambda **named: named),
+    "enumerate": make_list_call(enumerate),
+    "zip": make_list_call(zip),
+    "reversed": make_list_call(lambda each: iter(list(each)[::-1])),
+    "enum.auto": lambda m, node, given, named: enum.auto(),
+    "dataclasses.field": _field,
+    "logging.getLogger": lambda m, node, given, named: MODULES["logging"],
+}
+KNOWN: Mapping[str, Any] = {
+    **{f"{module}.{name}": getattr(math, name) for module in ("math", "numpy") for name in ("pi", "e", "inf", "nan")},
+    **{name: Bound(name, call) for name, call in CALLS.items()},
+    "enum.Enum": enum.Enum,
+    "enum.IntEnum": enum.IntEnum,
+    "typing.TYPE_CHECKING": False,
+}
 
 
-def _steps(module: str) -> dict[str, Call]:
-    """The functions of one number that a module has."""
-    return {name.rpartition(".")[2]: make_step(name) for name in STEPS if name.rpartition(".")[0] == module}
+def _members(module: str) -> dict[str, Any]:
+    parts = {name: name.rpartition(".") for name in KNOWN}
+    return {parts[name][2]: value for name, value in KNOWN.items() if parts[name][0] == module}
 
 
-def _name(*names: str) -> dict[str, Call]:
-    """Names of decorators, bases and types."""
-    return dict.fromkeys(names, _refuse_call)
-
-
-BUILTINS: dict[str, Any] = _bounds(
-    {
-        **_steps(""),
-        **_name("staticmethod", "classmethod", "property", "object", "str"),
-        "min": make_extreme(min),
-        "max": make_extreme(max),
-        "bool": lambda m, node, given, named: Condition(True, (given[0],)),
-        "len": _length,
-        "sum": _sum,
-        "any": _every(any),
-        "all": _every(all),
-        "range": _range,
-        "list": make_list_call(lambda each=(): list(each)),
-        "tuple": make_list_call(lambda each=(): tuple(each)),
-        "dict": make_list_call(lambda **named: named),
-        "enumerate": make_list_call(enumerate),
-        "zip": make_list_call(zip),
-        "reversed": make_list_call(lambda each: iter(list(each)[::-1])),
-        "print": _log,
-    },
-    "",
-)
-_MATH = ("sqrt", "exp", "log", "log10", "sin", "cos", "tan", "atan", "atan2", "hypot")
-_CONSTANT_CALLS = {name: make_constant_call(getattr(math, name)) for name in _MATH}
-_CONSTANTS = {name: getattr(math, name) for name in ("pi", "e", "inf", "nan")}
-
-
-def _module(name: str, names: Mapping[str, Call | Any]) -> Module:
-    return Module(name, _bounds(names, f"{name}."))
-
-
-_KNOWN = (
-    _module("math", {**_CONSTANT_CALLS, **_steps("math"), **_CONSTANTS}),
-    _module(
-        "numpy",
-        {
-            **_steps("numpy"),
-            **_CONSTANTS,
-            **_name("ndarray"),
-            **dict.fromkeys(("array", "asarray"), _make_array),
-            "minimum": make_extreme(np.minimum),
-            "maximum": make_extreme(np.maximum),
-            "clip": _clip,
-            **dict.fromkeys(("dot", "matmul"), _refuse_product),
-        },
-    ),
-    _module("enum", {"Enum": enum.Enum, "IntEnum": enum.IntEnum, "auto": _make_auto, **_name("unique")}),
-    _module("dataclasses", {"field": _field, **_name("dataclass")}),
-    _module("typing", {"TYPE_CHECKING": False, **_name("NamedTuple", "TypedDict", "Protocol")}),
-    _module("logging", {"getLogger": _get_logger, **dict.fromkeys(("debug", "info", "warning", "error"), _log)}),
-)
-MODULES: Mapping[str, Module] = {each.name: each for each in _KNOWN}
+BUILTINS = _members("")
+NAMES = ("math", "numpy", "enum", "dataclasses", "typing", "logging")
+MODULES: Mapping[str, Module] = {each: Module(each, _members(each)) for each in NAMES}

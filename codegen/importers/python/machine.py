@@ -51,6 +51,10 @@ Handler = Callable[["Machine", Any, Scope], Any]
 EXPRESSIONS: dict[type[ast.AST], Handler] = {}
 STATEMENTS: dict[type[ast.AST], Handler] = {}  # these give an `End`, or None
 CALLS: dict[type, Callable[..., Any]] = {}  # what calling a value of a kind gives: machine, value, arguments, node
+REASONS = {
+    **dict.fromkeys((ast.Global, ast.Nonlocal), ("something is kept between calls", STATE_ADVICE)),
+    ast.Raise: ("an error is raised on a path that may be taken", "return an action there"),
+}
 TAKING = ("any", "all", "sum", "min", "max", "list", "tuple", "enumerate", "zip")  # iterators apart
 FAILURES = (Refused, TypeError, ValueError, LookupError, ArithmeticError, AttributeError)
 LEAVES = (ast.Name, ast.Constant)
@@ -91,7 +95,8 @@ def walk_nodes(node: ast.AST, stop: tuple[type[ast.AST], ...] = ()) -> list[Any]
 
 
 def _refuse_node(m: "Machine", node: ast.AST, scope: Scope) -> Any:
-    raise Refused(f"'{type(node).__name__.lower()}' is not understood", STATED)
+    what, advice = REASONS.get(type(node), (f"'{type(node).__name__.lower()}' is not understood", STATED))
+    raise Refused(f"{what}: {text_of(node)}", advice)
 
 
 class End(NamedTuple):

@@ -75,14 +75,12 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
             chosen = deciders(file, said.wanted)
             source = text.decode("latin-1") if said.run else ""
             return {each.name: _origin(file, each, said, len(chosen), source) for each in chosen}
-    except SyntaxError as error:
-        advice = "Python must be able to read the file"
-        place = where if error.lineno is None else f"{where}, line {error.lineno}"
-        raise InputError(f"not Python: {escape_text(error.msg)}", place, advice) from None
     except (RecursionError, MemoryError):
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
-    except ValueError as error:  # such as a null byte
-        raise InputError(f"not Python: {escape_text(error)}", where, "Python must be able to read the file") from None
+    except (SyntaxError, ValueError) as error:  # the latter for a null byte
+        line = getattr(error, "lineno", None)
+        what = f"not Python: {escape_text(getattr(error, 'msg', error))}"
+        raise InputError(what, f"{where}, line {line}" if line else where, "Python must be able to read it") from None
 
 
 def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -> Origin:

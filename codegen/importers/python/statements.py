@@ -19,7 +19,6 @@ from codegen.importers.python.library import MODULES
 from codegen.importers.python.machine import STATEMENTS, STREAM_ADVICE, End, Machine, reads, text_of
 from codegen.importers.python.values import Array, Function, Refused, Scope, Unread
 from codegen.importers.symbolic.feature import Test
-from codegen.importers.symbolic.paths import STATE_ADVICE
 
 MAKERS = ("__init__", "__post_init__")  # methods that set attributes of what they make
 MAX_TURNS = 100_000
@@ -66,19 +65,10 @@ def _return(m: Machine, node: ast.Return, scope: Scope) -> End:
     return End("return", value)
 
 
-@reads(STATEMENTS, ast.Pass)
-def _pass(m: Machine, node: ast.AST, scope: Scope) -> None:
-    pass
-
-
-@reads(STATEMENTS, ast.Global, ast.Nonlocal)
-def _refuse_state(m: Machine, node: ast.AST, scope: Scope) -> None:
-    raise Refused(f"{text_of(node)} keeps something between calls", STATE_ADVICE)
-
-
-@reads(STATEMENTS, ast.Expr)
-def _expression(m: Machine, node: ast.Expr, scope: Scope) -> None:
-    m.eval(node.value, scope)
+@reads(STATEMENTS, ast.Expr, ast.Pass)
+def _expression(m: Machine, node: Any, scope: Scope) -> None:
+    if isinstance(node, ast.Expr):
+        m.eval(node.value, scope)
 
 
 @reads(STATEMENTS, ast.Assert)
@@ -89,11 +79,6 @@ def _assert(m: Machine, node: ast.Assert, scope: Scope) -> None:
         raise Refused(f"{text_of(node)} fails", "mend it")
     if value is not True:
         m.notes[f"line {node.lineno}: {text_of(node)} is taken to hold"] = None
-
-
-@reads(STATEMENTS, ast.Raise)
-def _raise(m: Machine, node: ast.Raise, scope: Scope) -> None:
-    raise Refused("an error is raised on a path that may be taken", "return an action there")
 
 
 # --- assignments
@@ -195,9 +180,7 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
         return len(value) == len(pattern.patterns) and all(
             _matches(m, each, item, scope) for each, item in zip(pattern.patterns, value, strict=True)
         )
-    if isinstance(pattern, ast.MatchClass):
-        raise Refused("a class pattern asks what a value is made of", "compare numbers, or match members of an Enum")
-    raise Refused("a pattern is not understood", "match numbers, texts, names and lists of them")
+    raise Refused("a pattern is not understood", "match numbers, texts, members of an Enum and tuples of them")
 
 
 # --- definitions and imports

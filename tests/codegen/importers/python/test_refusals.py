@@ -82,7 +82,7 @@ REFUSED = [
     (ACT + "    raise ValueError\n    return 0\n", 2, "an error is raised"),
     (ACT + "    return [1, 2][5] if x[0] > 0 else 0\n", 2, "list index out of range"),
     (ACT + "    return f(*x)\ndef f(a, b):\n    return a > b\n", 2, "f(*x) is not understood"),
-    (ACT + "    a, *b = x[0:3]\n    return len(b) if a > 1 else 3\n", 2, "*b is set"),
+    (ACT + "    a, *b = x[0:3]\n    return len(b) if a > 1 else 3\n", 2, "3 values are given to 2 names"),
     (ACT + "    return f'a{x[0] > 0}'\n", 2, "'joinedstr' is not understood"),
     (ACT + "    a = [1]\n    a += [2]\n    return a[1] if x[0] > 0 else 0\n", 3, "may have other names"),
     (ACT + "    return 1 if x[0].real > 0.5 else 0\n", 2, "'.real' of the observation is not understood"),
