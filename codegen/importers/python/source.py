@@ -108,7 +108,7 @@ class _Follower:
     """Follows one function along the paths that it is handed."""
 
     def __init__(self, file: File, decider: Decider, said: Said) -> None:
-        self.file, self.function, self.said = file, decider.function, said
+        self.file, self.function, self.said, self.simple = file, decider.function, said, file.simple
         self.machine = m = copy.copy(file.machine)
         m.where = f"{m.where}, function {escape_text(decider.name)}"
         self.first = [self._object(m, each) for each in decider.first]
@@ -153,7 +153,7 @@ class _Follower:
             state = link_statements(body, None), names
         rest, names = state
         try:
-            end = follow(m, rest, Scope(dict(names), function.scope, function.local), marks=self.file.simple)
+            end = follow(m, rest, Scope(dict(names), function.scope, function.local), marks=self.simple)
             return self._label(end.value if end else None)
         except FAILURES as error:
             raise m.make_error(None, error) from None
