@@ -1,33 +1,34 @@
-"""Trees of XGBoost and LightGBM, from the files that they save: one, or the sum of a few as one.
+"""Trees of XGBoost, LightGBM and treelite, from the files that they save: one, or the sum of a few as one.
 
 Does: reads XGBoost's JSON and LightGBM's text, with base score and link: two classes, or a number for each leaf, or
   of LightGBM a linear function. Sums are added in the order of their own predictors (XGBoost's on CPUs): float32 from
-  the base score on, doubles from 0 on.
-Assumes: the formats of XGBoost 1.6 to 3 and LightGBM 3 to 4.
-Does not: take trees that together are large, categories, or zeros that stand for missing values.
+  the base score on, doubles from 0 on. Of treelite it reads what `dump_as_json` says of one tree.
+Assumes: the formats of XGBoost 1.6 to 3, LightGBM 3 to 4 and treelite 4.
+Does not: take trees that together are large, several of treelite's, categories, or zeros for missing values.
 
-XGBoost compares float32 numbers by `<`, LightGBM doubles by `<=`. Where NaN goes is part of their models; here it goes
-right, and the profile says where that differs.
+XGBoost compares float32 numbers by `<`, LightGBM doubles by `<=`, treelite what its models say. Where NaN goes is part
+of their models; here it goes right, and the profile says where that differs.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from codegen.errors import InputError, escape_text
-from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.documents import NEAR, second_class
-from codegen.importers.nodes import Leaf, Split, json_of
+from codegen.floats import FLOAT32, FLOAT64, NUMBERS
+from codegen.importers.nodes import Leaf, Split, Tree, json_of, origin_of, origin_of_sum
 from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Origin
-from codegen.importers.products import Tree, origin_of_sum
+from codegen.importers.reading import MAX_VALUES
 from codegen.importers.symbolic.affine import Terms
 from codegen.importers.symbolic.program import Described
 from codegen.ir import CONSTANT
 
-XGBOOST, LIGHTGBM = "XGBoost", "LightGBM"
+XGBOOST, LIGHTGBM, TREELITE = "XGBoost", "LightGBM", "treelite"
+NEAR = 1e-5  # scores this close to the border may be rounded across it
+CLASSES = ("identity_multiclass", "softmax", "max_index")  # of treelite: none changes which score is the largest
 ONE = "train one tree, or a few small ones, of an objective that is understood"
 AGAIN = "save the model again"
 SIGN, LARGEST, NUMBER = "sign", "largest", "number"  # what scores stand for
@@ -43,6 +44,16 @@ LINKS = {  # of objectives, by library
 }  # fmt: skip
 ZERO = float(np.float32(1e-35))  # kZeroThreshold of LightGBM
 CATEGORICAL, DEFAULT_LEFT, MISSING_ZERO, MISSING_NAN = 1, 2, 1 << 2, 2 << 2  # bits of LightGBM's decision_type
+
+
+def second_class(score: float, where: str) -> int:
+    """1 for a score above 0, else 0. InputError for one so near to 0 that its probability is rounded to 1/2."""
+    if not abs(score) >= NEAR:  # or no number at all
+        raise InputError(f"a leaf's score, {score}, is too close to call", where, "train the tree again")
+    return int(score > 0)
+
+
+# --- XGBoost
 
 
 def from_xgboost(content: bytes, where: str) -> dict[str, Origin]:
@@ -128,6 +139,9 @@ def best_class(scores: Sequence[float], where: str) -> int:
     if not first - second >= NEAR:
         raise InputError(f"two classes have scores too close to call, {first} and {second}", where, "train it again")
     return scores.index(first)
+
+
+# --- LightGBM
 
 
 def from_lightgbm(content: bytes, where: str) -> dict[str, Origin]:
@@ -231,3 +245,61 @@ class _LightGbm:
         # without missing values in training, a NaN counts as 0
         nan = bool(kind & DEFAULT_LEFT) if kind & MISSING_NAN else number >= 0
         return Split(self.features[place], "<=", number, self.sides[0][place], self.sides[1][place], nan)
+
+
+# --- treelite
+
+
+def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
+    """The tree in treelite's JSON. InputError for forests, categories, and links that are not understood."""
+    document = json_of(content, where)
+    try:
+        trees = document["trees"]
+        if len(trees) != 1:
+            raise InputError(f"the model has {len(trees)} trees, one is needed", where, "export one tree")
+        nodes = {int(node["node_id"]): node for node in trees[0]["nodes"]}
+        values = {str(node["leaf_value"]) for node in nodes.values() if "leaf_value" in node}
+        giving = document["task_type"] == "kRegressor" and len(values) > MAX_VALUES  # which are too many for actions
+
+        def read(place: int) -> Split | Leaf:
+            return _treelite(document, nodes[place], where, giving=giving)
+
+        numbers = str(document.get("threshold_type", FLOAT32))
+        if numbers not in NUMBERS:
+            raise InputError(f"the type of thresholds is not understood: {escape_text(numbers)}", where, AGAIN)
+        given, width = f"{numbers}, the type of its thresholds", int(document["num_feature"])
+        said = Described(kind=TREELITE, n_features=width, numbers=numbers, given=given)
+        return {AGENT: origin_of(0, read, said, where)}
+    except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
+        raise InputError(f"not treelite's JSON: {escape_text(error)[:100]}", where, AGAIN) from None
+
+
+def _treelite(document: Mapping[str, Any], node: Mapping[str, Any], where: str, *, giving: bool) -> Split | Leaf:
+    if "leaf_value" in node:
+        decision = _decision(document, node["leaf_value"], where)
+        return Leaf(0, ((float(decision), CONSTANT),)) if giving else Leaf(decision)
+    if node["node_type"] != "numerical_test_node":
+        what = f"a node is not understood: {escape_text(node['node_type'])}"
+        raise InputError(what, where, "export a numerical tree")
+    then, otherwise = int(node["left_child"]), int(node["right_child"])
+    number, sign = float(node["threshold"]), str(node["comparison_op"])
+    return Split(int(node["split_feature_id"]), sign, number, then, otherwise, nan=bool(node["default_left"]))
+
+
+def _decision(document: Mapping[str, Any], value: Any, where: str) -> int | float:
+    """The class that a leaf stands for, or its number."""
+    task, link = document["task_type"], document["postprocessor"]
+    base = [float(each) for each in document["base_scores"]]
+    if document["num_target"] != 1:
+        raise InputError(f"the model has {document['num_target']} targets, one is needed", where, "one tree per agent")
+    if task == "kMultiClf" and link in CLASSES and isinstance(value, list) and len(set(base)) == 1:
+        scores = [float(each) for each in cast(Sequence[Any], value)]
+        if not all(map(math.isfinite, scores)):
+            raise InputError(f"a leaf's scores are {scores[:10]}", where, AGAIN)
+        return scores.index(max(scores))
+    if task == "kBinaryClf" and link == "sigmoid" and not isinstance(value, list):
+        return second_class(float(value) + base[0], where)
+    if task == "kRegressor" and link == "identity" and not any(base) and not isinstance(value, list):
+        return float(value)
+    what = f"the link is not understood: {escape_text(task)}, {escape_text(link)}"
+    raise InputError(what, where, "export a classifier of one tree")

@@ -1,33 +1,27 @@
-"""Trees in the JSON of dtControl and of treelite.
+"""Trees in the JSON of dtControl.
 
-Does: reads dtControl's `default.json` and treelite's `dump_as_json`, one tree each.
-Assumes: the formats of dtControl 2.1 and treelite 4.
-Does not: take categories, forests, or leaves that permit several actions without being told which.
+Does: reads dtControl's `default.json`, one tree of axis-aligned and linear tests.
+Assumes: the format of dtControl 2.1, which compares doubles.
+Does not: take categories, or leaves that permit several actions without being told which.
 
-dtControl compares doubles, treelite what its models say. dtControl writes numbers as labels with six digits; these
-texts are the labels here.
+dtControl writes numbers as labels with six digits; these texts are the labels here.
 """
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from codegen.errors import InputError, escape_text
-from codegen.floats import FLOAT32, FLOAT64, NUMBERS
+from codegen.floats import FLOAT64
 from codegen.importers.nodes import Leaf, Split, json_of, origin_of
 from codegen.importers.origin import AGENT, DOUBLES, NOTHING, Origin, Said
-from codegen.importers.summed import MAX_VALUES
 from codegen.importers.symbolic.affine import Affine, Sums, Terms
 from codegen.importers.symbolic.program import Described
-from codegen.ir import CONSTANT
 from codegen.wording import format_count
 
-DTCONTROL, TREELITE = "dtControl", "treelite"
+DTCONTROL = "dtControl"
 AGAIN = "write the file again"
-CLASSES = ("identity_multiclass", "softmax", "max_index")  # none changes which score is the largest
-NEAR = 1e-5  # scores this close to the border may be rounded across it
 
 
 def from_dtcontrol(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
@@ -120,65 +114,3 @@ def _linear(side: Sequence[Mapping[str, Any]], names: _Names, right: float, wher
     if len({place for _, place in terms}) < len(terms) or any(weight == 0 for weight, _ in terms):
         raise InputError("a linear predicate names a feature twice, or with weight 0", where, AGAIN)
     return terms, 0.0 - float(last["intercept"])
-
-
-def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
-    """The tree in treelite's JSON. InputError for forests, categories, and links that are not understood."""
-    document = json_of(content, where)
-    try:
-        trees = document["trees"]
-        if len(trees) != 1:
-            raise InputError(f"the model has {len(trees)} trees, one is needed", where, "export one tree")
-        nodes = {int(node["node_id"]): node for node in trees[0]["nodes"]}
-        values = {str(node["leaf_value"]) for node in nodes.values() if "leaf_value" in node}
-        giving = document["task_type"] == "kRegressor" and len(values) > MAX_VALUES  # which are too many for actions
-
-        def read(place: int) -> Split | Leaf:
-            return _treelite(document, nodes[place], where, giving=giving)
-
-        numbers = str(document.get("threshold_type", FLOAT32))
-        if numbers not in NUMBERS:
-            raise InputError(f"the type of thresholds is not understood: {escape_text(numbers)}", where, AGAIN)
-        given, width = f"{numbers}, the type of its thresholds", int(document["num_feature"])
-        said = Described(kind=TREELITE, n_features=width, numbers=numbers, given=given)
-        return {AGENT: origin_of(0, read, said, where)}
-    except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
-        raise InputError(f"not treelite's JSON: {escape_text(error)[:100]}", where, AGAIN) from None
-
-
-def _treelite(document: Mapping[str, Any], node: Mapping[str, Any], where: str, *, giving: bool) -> Split | Leaf:
-    if "leaf_value" in node:
-        decision = _decision(document, node["leaf_value"], where)
-        return Leaf(0, ((float(decision), CONSTANT),)) if giving else Leaf(decision)
-    if node["node_type"] != "numerical_test_node":
-        what = f"a node is not understood: {escape_text(node['node_type'])}"
-        raise InputError(what, where, "export a numerical tree")
-    then, otherwise = int(node["left_child"]), int(node["right_child"])
-    number, sign = float(node["threshold"]), str(node["comparison_op"])
-    return Split(int(node["split_feature_id"]), sign, number, then, otherwise, nan=bool(node["default_left"]))
-
-
-def _decision(document: Mapping[str, Any], value: Any, where: str) -> int | float:
-    """The class that a leaf stands for, or its number."""
-    task, link = document["task_type"], document["postprocessor"]
-    base = [float(each) for each in document["base_scores"]]
-    if document["num_target"] != 1:
-        raise InputError(f"the model has {document['num_target']} targets, one is needed", where, "one tree per agent")
-    if task == "kMultiClf" and link in CLASSES and isinstance(value, list) and len(set(base)) == 1:
-        scores = [float(each) for each in cast(Sequence[Any], value)]
-        if not all(map(math.isfinite, scores)):
-            raise InputError(f"a leaf's scores are {scores[:10]}", where, AGAIN)
-        return scores.index(max(scores))
-    if task == "kBinaryClf" and link == "sigmoid" and not isinstance(value, list):
-        return second_class(float(value) + base[0], where)
-    if task == "kRegressor" and link == "identity" and not any(base) and not isinstance(value, list):
-        return float(value)
-    what = f"the link is not understood: {escape_text(task)}, {escape_text(link)}"
-    raise InputError(what, where, "export a classifier of one tree")
-
-
-def second_class(score: float, where: str) -> int:
-    """1 for a score above 0, else 0. InputError for one so near to 0 that its probability is rounded to 1/2."""
-    if not abs(score) >= NEAR:  # or no number at all
-        raise InputError(f"a leaf's score, {score}, is too close to call", where, "train the tree again")
-    return int(score > 0)

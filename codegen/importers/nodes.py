@@ -1,15 +1,16 @@
-"""Trees that a file holds as data: nodes that refer to nodes, as one sound tree, and as they decide by themselves.
+"""Trees that a file holds as data, one or the sum of a few: as one sound tree, and as they decide by themselves.
 
-Does: puts nodes into an order, with limits for circles and for what is shared; asks what nodes ask, for the replay.
+Does: puts nodes that refer to nodes into an order, with limits for circles and for what is shared; follows the trees of
+  a sum in turn, and hands the leaves of a path to whoever adds them; asks the nodes themselves, for the replay.
 Assumes: a reader says what each node tests, and by which comparison.
-Does not: read a format (documents.py, boosted.py).
+Does not: read a format (documents.py, boosted.py), add anything itself, or take trees whose product is large.
 
 The replay compares as the format says, `x < c` or another test, where the tree has `x <= t`. It is a second reading of
 the file; the library that wrote the file is asked in the tests.
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar, cast
 
@@ -18,14 +19,15 @@ import numpy as np
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT64
 from codegen.importers.reading import MAX_FEATURES, SUMS, Origin
-from codegen.importers.symbolic.affine import Affine, Given, Sums, Terms
-from codegen.importers.symbolic.feature import Feature, Test, at_most, below
-from codegen.importers.symbolic.paths import Paths
+from codegen.importers.symbolic.affine import Affine, Given, Sums, Terms, sum_terms
+from codegen.importers.symbolic.feature import SIGNS, at_most, below
+from codegen.importers.symbolic.paths import without_alike
 from codegen.importers.symbolic.program import Described, Value, origin_of_tree
-from codegen.ir import MAX_DEPTH, MAX_NODES, GrownTree
-from codegen.paths import in_preorder
+from codegen.ir import MAX_DEPTH, MAX_NODES, Floats, GrownTree
+from codegen.paths import EVERYTHING, Box, in_preorder
 
-OPPOSITE = {"<=": ">", "<": ">=", ">": "<=", ">=": "<"}
+MAX_LEAVES = 4_096  # of a sum as one tree: with more it is no longer looked at, and compilers take minutes
+UPWARDS = (">", ">=")  # comparisons that hold on the right side of a threshold, where a NaN goes, too
 Node = TypeVar("Node")
 
 
@@ -33,7 +35,7 @@ class Split(NamedTuple):
     """A test: where it holds, observations go to the node `then`."""
 
     feature: int
-    sign: str  # one of OPPOSITE
+    sign: str  # <, <=, > or >=
     number: float
     then: Any
     otherwise: Any
@@ -46,6 +48,22 @@ class Leaf(NamedTuple):
     label: Value
     terms: Terms = ()  # of the number that it gives, in place of a label
     permits: tuple[str, ...] = ()  # the labels that it permits, of which `label` was chosen
+
+
+class Tree(NamedTuple):
+    """One tree: its root, and what reads its nodes."""
+
+    root: Any
+    read: Callable[[Any], Split | Leaf]
+
+
+class _Place(NamedTuple):
+    """How far a path has come."""
+
+    leaves: tuple[Leaf, ...]  # of the trees that it is through with
+    node: Any  # of the next one
+    box: Box = EVERYTHING  # the observations that come here, where tests that are decided are left out
+    visited: int = 0  # nodes
 
 
 def json_of(content: bytes, where: str) -> dict[str, Any]:
@@ -68,57 +86,141 @@ def origin_of(
     Labels that are numbers are actions in ascending order, texts in the order of the leaves. InputError for circles,
     too many or too deep nodes, thresholds that are no numbers, and features that there are not.
     """
-    nodes, values = list[Split | Leaf](), dict[Any, int]()
-
-    def parts(given: tuple[Node, int]) -> int | tuple[int, float, tuple[Node, int], tuple[Node, int]]:
-        node, depth = given
-        if len(nodes) == MAX_NODES or depth > MAX_DEPTH:
-            what = f"the tree has more than {MAX_NODES} nodes, or is deeper than {MAX_DEPTH} splits"
-            raise InputError(what, where, "simplify it first; nodes must form a tree")
-        nodes.append(each := read(node))
-        if isinstance(each, Leaf):
-            return values.setdefault(value_of(each, where), len(values))
-        ensure_test(each, said.n_features, where, sums)
-        threshold = at_most(each.number) if each.sign in ("<=", ">") else below(each.number)
-        then, otherwise = (each.then, depth + 1), (each.otherwise, depth + 1)
-        return each.feature, threshold, *((otherwise, then) if each.sign in (">", ">=") else (then, otherwise))
-
-    def run(paths: Paths, state: Any) -> Any:
-        node = root if state is None else state[0]
-        while isinstance(each := read(node), Split):
-            paths.mark((node,))
-            node = ask(paths, each)
-        return value_of(each, where)
-
-    tree = in_preorder((root, 0), parts, FLOAT64)
-    grown = GrownTree(tree.feature, tree.threshold.astype(np.float64), tree.left, tree.right, tree.action)
-    splits = [each for each in nodes if isinstance(each, Split)]
-    inputs = [each.feature for each in splits if each.feature < SUMS]
+    grown = _Grown([Tree(root, read)], lambda leaves: leaves[0], said, where, sums)
+    inputs = [each.feature for each in grown.splits if each.feature < SUMS]
     inputs += [place for form in (sums.known if sums else ()) for _, place in form.terms]
-    # a NaN, which goes right, goes where the file sends it: left is where x <= t
-    nan = all(each.nan == (each.sign in (">", ">=")) for each in splits)
-    said = replace(said, nan=nan, places=range(max([said.n_features, *(place + 1 for place in inputs)])))
-    origin = origin_of_tree(grown, list(values), run, said, where, sums)
-    permits = tuple(each.permits for each in nodes if isinstance(each, Leaf))
-    return replace(origin, permits=permits, finite=bool(origin.vectors))
+    width = max([said.n_features, *(place + 1 for place in inputs)])
+    permits = tuple(leaf.permits for (leaf,) in grown.ends)
+    return replace(grown.make_origin(grown.tree, width), permits=permits)
 
 
-def ensure_test(split: Split, n_features: int, where: str, sums: Sums | None = None) -> None:
+def origin_of_sum(trees: Sequence[Tree], add: Callable[[Sequence[Leaf]], Leaf], said: Described, where: str) -> Origin:
+    """The sum of trees as one tree, without tests that earlier ones decide. `add`: what the leaves of a path stand for
+    together. InputError where several trees have more than MAX_LEAVES leaves, and as for a tree alone.
+    """
+    grown = _Grown(trees, add, said, where, None, decided=True)
+    return grown.make_origin(without_alike(grown.tree), said.n_features)
+
+
+class _Grown:
+    """One tree of all, whose actions count in `values`. `decided`: whether tests that are decided are left out."""
+
+    def __init__(
+        self,
+        trees: Sequence[Tree],
+        add: Callable[[Sequence[Leaf]], Leaf],
+        said: Described,
+        where: str,
+        sums: Sums | None,
+        *,
+        decided: bool = False,
+    ) -> None:
+        self.trees, self.add, self.said, self.where, self.sums = trees, add, said, where, sums
+        self.values = dict[Any, int]()
+        self.splits, self.ends = list[Split](), list[tuple[Leaf, ...]]()
+        self.nan = True  # whether a NaN, which goes right, goes where the file sends it
+        self._decided = decided
+        tree = in_preorder(_Place((), trees[0].root), self._read_parts, FLOAT64)
+        threshold = tree.threshold.astype(np.float64)
+        self.tree = GrownTree(tree.feature, threshold, tree.left, tree.right, tree.action)
+
+    def _read_parts(self, at: _Place) -> int | tuple[int, float, _Place, _Place]:
+        """A leaf's value, or a split with the places to the left and to the right."""
+        leaves, node, box, visited = at
+        while True:
+            visited += 1
+            self._ensure_few(visited)
+            each = self.trees[len(leaves)].read(node)
+            if isinstance(each, Leaf):
+                leaves = (*leaves, each)
+                if len(leaves) == len(self.trees):
+                    self.ends.append(leaves)
+                    return self.values.setdefault(value_of(self.add(leaves), self.where), len(self.values))
+                node = self.trees[len(leaves)].root
+                continue
+            _ensure_test(each, self.said.n_features, self.where, self.sums)
+            threshold = at_most(each.number) if each.sign in ("<=", ">") else below(each.number)
+            sides = (each.otherwise, each.then) if each.sign in UPWARDS else (each.then, each.otherwise)
+            if each.feature not in box.high:  # else no NaN comes here
+                self.nan &= each.nan == (each.sign in UPWARDS)
+            left, right = box.split_at(each.feature, threshold) if self._decided else (box, box)
+            if left is not None and right is not None:
+                self.splits.append(each)
+                low, high = _Place(leaves, sides[0], left, visited), _Place(leaves, sides[1], right, visited)
+                return each.feature, threshold, low, high
+            node = sides[0] if right is None else sides[1]
+
+    def _ensure_few(self, visited: int) -> None:
+        """InputError for a path through too many nodes, and for too many of them."""
+        if len(self.ends) == MAX_LEAVES and len(self.trees) > 1:
+            what = f"{len(self.trees)} trees together have more than {MAX_LEAVES:,} leaves"
+            advice = "train fewer or smaller trees (n_estimators, max_depth, num_leaves)"
+            raise InputError(what, self.where, advice)
+        if visited > (1 + MAX_DEPTH) * len(self.trees) or len(self.splits) + len(self.ends) == MAX_NODES:
+            what = f"the tree has more than {MAX_NODES} nodes, or is deeper than {MAX_DEPTH} splits"
+            what += ", or a node leads back to itself"
+            raise InputError(what, self.where, "simplify it first; nodes must form a tree")
+
+    def make_origin(self, tree: GrownTree, width: int) -> Origin:
+        """The origin of a tree over so many features, which the nodes themselves answer for."""
+        said = replace(self.said, nan=self.nan, places=range(width))
+        origin = origin_of_tree(tree, list(self.values), said, self.where, self.sums)
+        place = {label: at for at, label in enumerate(origin.labels)}
+        numbers = self.sums.numbers if self.sums else said.numbers
+
+        def act(rows: Floats) -> Any:
+            columns = dict(enumerate(rows.T.astype(np.float64)))
+            ends, end_of = self._follow_rows(columns, len(rows))
+            if not origin.vectors:
+                return np.array([place.get(end, -1) for end in ends], np.int32)[end_of]
+            given = np.zeros((len(rows), len(origin.vectors[0])))
+            for k, end in enumerate(ends):
+                here = [columns[place][end_of == k] for place in range(rows.shape[1])]
+                for output, form in enumerate(end.vector):
+                    given[end_of == k, output] = sum_terms(form.terms, here, numbers)
+            return given
+
+        return replace(origin, act=act, finite=bool(origin.vectors))
+
+    def _follow_rows(self, columns: dict[int, Floats], count: int) -> tuple[list[Any], Any]:
+        """What observations come to, by the nodes' own comparisons, and the place among that of each."""
+        for place, form in enumerate(self.sums.known if self.sums else (), SUMS):
+            columns[place] = sum_terms(form.terms, columns, self.sums.numbers)
+        leaves, which = list[Leaf](), np.zeros((count, len(self.trees)), np.int32)
+        for k, tree in enumerate(self.trees):
+            for leaf, rows in _leaves_of(tree, columns, np.arange(count)):
+                which[rows, k] = len(leaves)
+                leaves.append(leaf)
+        paths, path_of = np.unique(which, axis=0, return_inverse=True)
+        ends = [value_of(self.add([leaves[k] for k in path]), self.where) for path in paths.tolist()]
+        return ends, path_of.ravel()
+
+
+def _leaves_of(tree: Tree, columns: Mapping[int, Floats], rows: Any) -> Iterator[tuple[Leaf, Any]]:
+    """Each leaf that some rows come to, and these."""
+    open_ = [(tree.root, rows)]
+    while open_:
+        node, rows = open_.pop()
+        if not len(rows):
+            continue
+        each = tree.read(node)
+        if isinstance(each, Leaf):
+            yield each, rows
+            continue
+        given = columns[each.feature][rows]
+        holds = SIGNS[each.sign](given, each.number) | (np.isnan(given) & each.nan)
+        open_ += [(each.then, rows[holds]), (each.otherwise, rows[~holds])]
+
+
+def _ensure_test(split: Split, n_features: int, where: str, sums: Sums | None) -> None:
     """InputError for a comparison with what is no finite number, and for features that there are not."""
     known = 0 <= split.feature < MAX_FEATURES or SUMS <= split.feature < SUMS + len(sums.known if sums else ())
-    if not known or not np.isfinite(split.number) or split.sign not in OPPOSITE:
+    if not known or not np.isfinite(split.number) or split.sign not in ("<", "<=", *UPWARDS):
         what = f"a test is not understood: feature {split.feature} {escape_text(split.sign)} {split.number}"
         raise InputError(what, where, "features are compared with finite numbers")
     if n_features and n_features <= split.feature < SUMS:
         what = f"the tree tests feature {split.feature}, there are {n_features}"
         raise InputError(what, where, "write the file again")
-
-
-def ask(paths: Paths, split: Split) -> Any:
-    """The node that follows. A NaN passes no comparison: where it goes to `then`, the opposite is asked."""
-    paths.step()
-    test = Test(Feature(split.feature), OPPOSITE[split.sign] if split.nan else split.sign, split.number)
-    return split.then if paths.holds(test) != split.nan else split.otherwise
 
 
 def value_of(leaf: Leaf, where: str) -> Any:

@@ -10,7 +10,7 @@ does so too. Else, or where float32 is asked for, the doubles are kept in the gr
 rounds them down to float32, which changes no decision for a float32 observation.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
 from typing import Any, NamedTuple
@@ -24,16 +24,17 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers import names, replay
 from codegen.importers.reading import AGENT as AGENT
 from codegen.importers.reading import DOUBLES as DOUBLES
-from codegen.importers.reading import NOT_COMPARED, SUMS
+from codegen.importers.reading import NOT_COMPARED, SUMS, Answers
 from codegen.importers.reading import NOTHING as NOTHING
 from codegen.importers.reading import SINGLES as SINGLES
 from codegen.importers.reading import Origin as Origin
 from codegen.importers.reading import Said as Said
-from codegen.importers.summed import ensure_alike, place_sum
-from codegen.ir import MAX_LENGTH, Bool, Floats
+from codegen.importers.symbolic.program import place_sum
+from codegen.ir import CONSTANT, MAX_LENGTH
 from codegen.lowering.deploy import Given, deploy_tree, with_given
 from codegen.lowering.render import comment
 from codegen.profiles.rules import ensure
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
 
 MAX_NOTES = 8
 TEAM = "team"
@@ -65,13 +66,14 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     names.ensure_known(wanted[0], [each.features for each in named_origins], "feature")
     names.ensure_known(wanted[1], [each.actions for each in named_origins if not each.origin.vectors], "action")
     policies = [_policy(agent, each, numbers) for agent, each in zip(agents, named_origins, strict=True)]
-    compared = ", ".join(dict.fromkeys(policy.numbers for policy in policies))
-    facts: dict[str, float | int | str] = {"observations": compared}
+    numbered = ", ".join(dict.fromkeys(policy.numbers for policy in policies))
+    facts: dict[str, float | int | str] = {"observations": numbered}
     for policy, named in zip(policies, named_origins, strict=True):
         origin, features, actions = named
-        count, takes = _replay(policy, named) if origin.compared else (0, "")
+        compared = origin.act is not None or origin.second is not None
+        count, takes = _replay(policy, named) if compared else (0, "")
         facts |= {f"{policy.agent} from": comment(origin.kind), f"{policy.agent} replayed": count}
-        facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by if origin.compared else NOT_COMPARED)
+        facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by if compared else NOT_COMPARED)
         facts[f"{policy.agent} given"] = comment(takes or origin.given)
         facts[f"{policy.agent} features"] = comment(names.format_placed(features))
         facts[f"{policy.agent} {'outputs' if policy.outputs else 'actions'}"] = comment(names.format_placed(actions))
@@ -87,25 +89,24 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
 
 
 def _replay(policy: ir.AgentPolicy, named: "_Named") -> tuple[int, str]:
-    """How many observations were compared, and what the source takes; "": what its reader says. A source that is asked
-    itself is asked at its own numbers, too.
-    """
-    origin = named.origin
-    rows = replay.observations(policy, nan=origin.nan, finite=origin.finite, asks=origin.asks)
-    if origin.second is None:
-        if origin.asks is not None and policy.numbers != origin.numbers:
-            rows = rows[(rows.astype(policy.numbers) == rows).all(axis=1)]
-        rows = rows if origin.takes is None else rows[origin.takes(rows)]
-        assert origin.act is not None, "an origin that is compared answers"
-        return replay.replay_origin(policy, origin.act, rows), ""
-    with origin.second() as (numbers, ask):
-        more = replay.source_observations(policy, numbers, nan=origin.nan, finite=origin.finite)
-        rows = np.concatenate([rows, more])
-        answers = ask(rows[:, np.array(named.features.place)])
-    told = answers.told
-    if not origin.vectors:
-        told = np.where(told < 0, told, np.array(named.actions.place, dtype=np.int32)[told])
-    return replay.compare_answers(policy, rows, replace(answers, told=told)), answers.given
+    """How many observations were compared, and what the source takes; "": what its reader says."""
+    origin, columns = named.origin, np.array(named.features.place)
+    place = np.array(named.actions.place, dtype=np.int32)
+
+    def place_told(told: Any) -> Any:
+        return told if origin.vectors else np.where(told < 0, told, place[told])
+
+    if origin.act is not None:
+        rows = replay.observations(policy, nan=origin.nan, finite=origin.finite)
+        rows = rows if origin.takes is None else rows[origin.takes(rows[:, columns])]
+        told, every = place_told(np.asarray(origin.act(rows[:, columns]))), np.ones(len(rows), np.bool_)
+        return replay.compare_answers(policy, rows, Answers(told, every, every, lambda row: f"{told[row]}")), ""
+    assert origin.second is not None, "an origin that is compared answers"
+    with origin.second() as running:
+        rows = replay.source_observations(policy, running, columns.tolist(), nan=origin.nan, finite=origin.finite)
+        answers = running.ask(rows[:, columns])
+    answers = replace(answers, told=place_told(answers.told))
+    return replay.compare_answers(policy, rows, answers), answers.given
 
 
 def _list_permits(policy: ir.AgentPolicy, origin: Origin) -> dict[str, float | int | str]:
@@ -116,7 +117,7 @@ def _list_permits(policy: ir.AgentPolicy, origin: Origin) -> dict[str, float | i
 
 
 class _Named(NamedTuple):
-    """An origin over the profile's features and actions, and what these are called."""
+    """An origin, its tree over the profile's features and actions, and what these are called."""
 
     origin: Origin
     features: names.Placed
@@ -146,35 +147,9 @@ def _name_origin(
         action=grown.action if origin.vectors else np.where(grown.action < 0, grown.action, place[grown.action]),
     )
 
-    def act(rows: Floats) -> Any:
-        assert origin.act is not None
-        said = np.asarray(origin.act(rows[:, columns]))
-        return said if origin.vectors else np.where(said < 0, said, place[said])
-
-    def asks(rows: Floats) -> Floats:
-        assert origin.asks is not None
-        given = origin.asks(rows[:, columns])
-        chosen = np.zeros((len(given), rows.shape[1]))
-        chosen[:, columns] = given
-        return chosen
-
-    takes = origin.takes
-    inside: Callable[[Floats], Bool] | None = None if takes is None else lambda rows: takes(rows[:, columns])
     sums = tuple(place_sum(each.terms, columns) for each in origin.sums)
     vectors = tuple(tuple(place_sum(each.terms, columns) for each in vector) for vector in origin.vectors)
-    return _Named(
-        replace(
-            origin,
-            grown=grown,
-            act=origin.act and act,
-            asks=origin.asks and asks,
-            takes=inside,
-            sums=sums,
-            vectors=vectors,
-        ),
-        placed,
-        chosen,
-    )
+    return _Named(replace(origin, grown=grown, sums=sums, vectors=vectors), placed, chosen)
 
 
 def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:
@@ -212,6 +187,19 @@ def _tree_of(agent: str, origin: Origin, n_features: int, numbers: str) -> ir.Tr
             "else leave --numbers out, or give --world a name that is no game"
         )
         raise InputError(what, agent, advice)
-    ensure_alike(origin, agent)
-    given = Given(origin.sums, origin.vectors, origin.arithmetic, origin.gives)
+    _ensure_alike(origin, agent)
+    gives = FLOAT32 if origin.arithmetic == FLOAT32_STEPS else FLOAT64
+    given = Given(origin.sums, origin.vectors, origin.arithmetic, gives)
     return with_given(origin.grown, given, n_features, SUMS, origin.numbers)
+
+
+def _ensure_alike(origin: Origin, agent: str) -> None:
+    """InputError for numbers that the arithmetic of an origin does not have, such as 0.1 among float32 steps."""
+    kind = FLOAT32 if origin.arithmetic == FLOAT32_STEPS else FLOAT64
+    weights = FLOAT32 if origin.arithmetic == DOUBLE_SUMS else kind
+    for each in (*origin.sums, *(one for vector in origin.vectors for one in vector)):
+        for weight, place in each.terms:
+            numbers = kind if place == CONSTANT else weights
+            if float(np.dtype(numbers).type(weight)) != weight:
+                what = f"{weight!r} stands in a sum of {numbers} numbers, and is none"
+                raise InputError(what, agent, f"round it in the source to {numbers}")

@@ -17,6 +17,7 @@ AGENT = "agent_0"
 NOT_COMPARED = "nobody: the source was not compared"  # who replayed an import, where nobody did
 SUMS = 1 << 24  # from this place on, features of a grown tree are sums
 MAX_FEATURES = 1 << 20  # of an observation
+MAX_VALUES = 64  # of a regressor, beyond which they are no actions
 FLOATS = "floats"  # Python's own, beside the types of arrays
 SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
 
@@ -37,6 +38,7 @@ class Running(NamedTuple):
 
     numbers: Sequence[int | float]
     ask: Callable[[Floats], Answers]  # rows [n, n_features]
+    types: Sequence[str] = ()  # NumPy's, of its features one after the other; of others, what the profile compares
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +58,6 @@ class Facts:
     notes: tuple[str, ...] = ()  # what of the source was skipped or assumed, in words
     called: Mapping[Any, str] = field(default_factory=dict[Any, str])  # what it calls some of the labels
     placed: tuple[str, ...] = ()  # the names of a profile's actions, where labels are their places
-    compared: bool = True  # whether the source itself is asked; else nothing stands behind its reader
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,16 +66,14 @@ class Origin(Facts):
 
     grown: GrownTree  # a leaf's action is the place of its label
     labels: tuple[Any, ...]  # that its leaves return; numbers ascending
-    # rows [n, n_features] -> the places of its own labels [n], or numbers [n, n_outputs]; None: nobody is asked
-    act: Callable[[Floats], Any] | None
-    asks: Callable[[Floats], Floats] | None = None  # the tree's own rows -> those that it is asked about
+    # of a model: rows [n, n_features] -> the places of its own labels [n], or numbers [n, n_outputs]
+    act: Callable[[Floats], Any] | None = None
+    second: Callable[[], AbstractContextManager[Running]] | None = None  # of source code: what runs it
     takes: Callable[[Floats], Bool] | None = None  # which observations it takes, where not all finite ones
     arithmetic: str = ""  # of sums; "": there is none
     sums: tuple[Sum, ...] = ()  # the feature SUMS + k of `grown` is sums[k]
     vectors: tuple[tuple[Sum, ...], ...] = ()  # what leaves give, in place of labels
-    gives: str = FLOAT64  # what that is rounded to
     bounds: tuple[tuple[float | None, float | None], ...] = ()  # of each output; (): there are none
-    second: Callable[[], AbstractContextManager[Running]] | None = None  # the source itself, in place of `act`
     permits: tuple[tuple[str, ...], ...] = ()  # of each leaf, left to right: the labels that it permits; (): its own
 
     @property

@@ -1,21 +1,30 @@
 """An imported tree replayed against its origin: a count of observations on which both decide the same, or an error.
 
-Does: asks both at every threshold that can be reached and at both its neighbours, at special values, at random.
-Assumes: the tree is sound; `act` decides as the origin does.
+Does: chooses what both are asked: every threshold that can be reached and both its neighbours, special values, random
+  ones; where a source itself is asked, its own numbers, too: each of them, its negation, one more and one less, its
+  float32 and float64 neighbours, and special values of the type; one feature at a time, then two.
+Assumes: the tree is sound; the origin answers as it decides; all numbers that stand in a source, or that its constants
+  are.
 Does not: know what the origin is.
+
+Rows of a source's numbers are chosen by column, each an array of the type that it declares, so that whole numbers
+beyond 2^24 and 2^53 stay what they are.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any
+from itertools import combinations
+from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from codegen.agreement import probes, sum_probes
 from codegen.agreement.entries import differing, reference
 from codegen.errors import DisagreementError, InputError
-from codegen.importers.reading import Answers
-from codegen.importers.sourced import choose_rows
+from codegen.floats import FLOAT32, FLOAT64
+from codegen.importers.reading import Answers, Running
 from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Floats, Tree
 from codegen.numbers.rounding import neighbour
 from codegen.sums import among
@@ -25,79 +34,52 @@ ROWS = 100_000  # at thresholds, beyond which each comes with fewer random value
 MAX_NUMBERS = 1 << 28  # in all observations together: a GiB
 WORK = 1 << 24  # rows times numbers of a source
 MAX_SPECIAL = 64  # features that are put at special values, one by one
+LARGEST = float(np.finfo(np.float64).max)
+FILLINGS = 3  # rows for each value of a feature at a source's numbers: the others at zero, then at random values
+Numbers: TypeAlias = "Iterable[int | float]"
+Column: TypeAlias = "npt.NDArray[Any]"  # [n_rows]
 
 
-Asks = Callable[[Floats], Floats]
+# --- observations at the tree's thresholds
 
 
-def observations(policy: AgentPolicy, *, nan: bool, finite: bool, asks: Asks | None = None) -> Floats:
-    """What both are asked about, [n, n_features]. `asks`: what an origin makes of the tree's own rows. InputError where
-    that is more than fits into memory.
-    """
-    asks = asks or (lambda rows: rows)
-    if policy.tree.arithmetic:
-        return _keep_rows(policy, asks(np.concatenate(list(_of_sums(policy)))), nan=nan, finite=finite)
-    rng, width = np.random.default_rng(0), len(policy.features)
-    tested = policy.tree.feature != NO_FEATURE
-    n_splits = int(tested.sum())
-    fillings = min(max(ROWS // (3 * max(n_splits, 1)), 1), probes.FILLINGS)
-    if (3 * fillings * n_splits + 2 * RANDOM) * width > MAX_NUMBERS:
-        what = f"{n_splits} splits over {width} features are more than can be replayed"
+def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
+    """What both are asked about, [n, n_features]. InputError where that is more than fits into memory."""
+    tree, width, rng = policy.tree, len(policy.features), np.random.default_rng(0)
+    at = tree.threshold[tree.feature != NO_FEATURE]
+    fillings = min(max(ROWS // (3 * max(len(at), 1)), 1), probes.FILLINGS)
+    if (3 * fillings * len(at) + 2 * RANDOM) * width > MAX_NUMBERS:
+        what = f"{len(at)} splits over {width} features are more than can be replayed"
         raise InputError(what, policy.agent, "give the features that are tested only")
     # around the thresholds, since the range that an imported feature states is no help
-    span = 2.0 * min(float(np.abs(policy.tree.threshold).max()) + 1.0, probes.HUGE)
+    span = 2.0 * min(float(np.abs(at).max(initial=0.0)) + 1.0, probes.HUGE)
     features = tuple(FeatureSpec(each.name, "none", -span, span, None) for each in policy.features)
-    used = np.unique(policy.tree.feature[tested])[:MAX_SPECIAL]
-    numbers, values = policy.numbers, probes.SPECIAL[policy.numbers]
-    special = probes.random(features, len(used) * len(values), rng, numbers)
-    for place, feature in enumerate(used):
-        special[place * len(values) : (place + 1) * len(values), feature] = values
-    rows = np.concatenate(
-        [
-            _boundary(policy.tree, width, fillings, span, rng),
-            special,
-            np.repeat(values[:, None], width, axis=1),
-            probes.random(features, RANDOM, rng, numbers),
-            _mix_thresholds(policy.tree, probes.random(features, RANDOM, rng, numbers), rng),
-        ]
-    )
-    return _keep_rows(policy, asks(rows), nan=nan, finite=finite)
-
-
-def source_observations(policy: AgentPolicy, numbers: Sequence[int | float], *, nan: bool, finite: bool) -> Floats:
-    """What a source is asked beside that, [n, n_features]: its own numbers and the thresholds, feature by feature and
-    in pairs.
-    """
-    tree, width = policy.tree, len(policy.features)
-    most = min(ROWS // 2, MAX_NUMBERS // 8 // width, WORK // (1 + len(numbers)))
-    thresholds = [tree.threshold[tree.feature == place].tolist() for place in range(width)]
-    columns = choose_rows(numbers, [policy.numbers] * width, thresholds, most)
-    return _keep_rows(policy, np.stack(columns, axis=1), nan=nan, finite=finite)
+    drawn = probes.random(features, RANDOM, rng, policy.numbers)
+    if tree.arithmetic:
+        rows = list(sum_probes.parts(replace(policy, features=features), rng))
+        rows += [probes.special(features, rng, policy.numbers)] if width <= MAX_SPECIAL else []
+    else:
+        mixed = _mix_thresholds(tree, drawn.copy(), rng)
+        rows = [_boundary(tree, width, fillings, span, rng), _put_special(tree, drawn, rng), mixed]
+    return _keep_rows(policy, np.concatenate([*rows, drawn]), nan=nan, finite=finite)
 
 
 def _keep_rows(policy: AgentPolicy, rows: Floats, *, nan: bool, finite: bool) -> Floats:
     """The observations that may be compared."""
-    if policy.tree.arithmetic:
-        rows = rows[np.isfinite(rows).all(axis=1)] if finite else rows
-        # of finite numbers that are too large a sum may be NaN, too
+    tested = rows = rows[~np.isinf(rows).any(axis=1)] if finite else rows
+    if policy.tree.arithmetic:  # of finite numbers that are too large a sum may be NaN, too
         sums = (*policy.tree.sums, *(each for vector in policy.tree.vectors for each in vector))
         tested = among(rows, sums, policy.tree.arithmetic)
-        return rows if nan else rows[~np.isnan(tested).any(axis=1)]
-    left_out = np.zeros(rows.shape, dtype=np.bool_)
-    left_out |= False if nan else np.isnan(rows)
-    left_out |= np.isinf(rows) if finite else False
-    return rows[~left_out.any(axis=1)]
+        nan = nan and not finite
+    return rows if nan else rows[~np.isnan(tested).any(axis=1)]
 
 
-def _of_sums(policy: AgentPolicy) -> Iterator[Floats]:
-    """At ties of sums and beside them, numbers of every size, special ones, and random ones."""
-    rng, used = np.random.default_rng(0), policy.tree.threshold[policy.tree.feature != NO_FEATURE]
-    span = 2.0 * min(float(np.abs(used).max(initial=0.0)) + 1.0, probes.HUGE)
-    features = tuple(FeatureSpec(each.name, "none", -span, span, None) for each in policy.features)
-    yield from sum_probes.parts(replace(policy, features=features), rng)
-    if len(features) <= MAX_SPECIAL:
-        yield probes.special(features, rng, policy.numbers)
-    yield probes.random(features, RANDOM, rng, policy.numbers)
+def _put_special(tree: Tree, drawn: Floats, rng: np.random.Generator) -> Floats:
+    """Tested features at each special value, one by one among random ones, and all features at once."""
+    values, used = probes.SPECIAL[tree.numbers], np.unique(tree.feature[tree.feature != NO_FEATURE])[:MAX_SPECIAL]
+    rows = drawn[rng.integers(len(drawn), size=len(used) * len(values))]
+    rows[np.arange(len(rows)), np.repeat(used, len(values))] = np.tile(values, len(used))
+    return np.concatenate([rows, np.repeat(values[:, None], drawn.shape[1], axis=1)])
 
 
 def _boundary(tree: Tree, width: int, fillings: int, span: float, rng: np.random.Generator) -> Floats:
@@ -130,10 +112,125 @@ def _mix_thresholds(tree: Tree, rows: Floats, rng: np.random.Generator) -> Float
     return rows
 
 
-def replay_origin(policy: AgentPolicy, act: Callable[[Floats], Any], rows: Floats) -> int:
-    """How many observations were compared. DisagreementError for the first one on which tree and origin differ."""
-    theirs, every = np.asarray(act(rows)), np.ones(len(rows), bool)
-    return compare_answers(policy, rows, Answers(theirs, every, every, lambda place: f"{theirs[place]}"))
+# --- observations at the numbers of a source
+
+
+def source_observations(
+    policy: AgentPolicy, running: Running, places: Sequence[int], *, nan: bool, finite: bool
+) -> Floats:
+    """What a source itself is asked about, [n, n_features]: what else is asked, in its types, and its own numbers.
+    `places`: among the features of the policy, of those of the source.
+    """
+    tree, width, kinds = policy.tree, len(policy.features), [policy.numbers] * len(policy.features)
+    for place, kind in zip(places, running.types, strict=False):
+        kinds[place] = policy.numbers if kind == FLOAT64 else kind
+    most = min(ROWS // 2, MAX_NUMBERS // 8 // width, WORK // (1 + len(running.numbers)))
+    thresholds = [tree.threshold[tree.feature == place].tolist() for place in range(width)]
+    chosen = choose_rows(running.numbers, kinds, thresholds, most)
+    rows = observations(policy, nan=nan, finite=finite)
+    tested = [_as_type(each, kind) for each, kind in zip(rows.T, kinds, strict=True)]
+    pairs = zip(tested, chosen, strict=True)
+    rows = np.stack([np.concatenate(pair).astype(np.float64) for pair in pairs], axis=1)
+    with np.errstate(over="ignore"):
+        given = rows.astype(policy.numbers)  # which not all whole numbers are
+    return _keep_rows(policy, given[((given == rows) | np.isnan(rows)).all(axis=1)], nan=nan, finite=finite)
+
+
+def _as_type(values: Column, kind: str) -> Column:
+    """Numbers as a type has them: whole ones rounded up, and cut to its ends."""
+    with np.errstate(over="ignore"):
+        if np.dtype(kind).kind == "f":
+            return values.astype(kind)
+        low, high = (0, 1) if kind == "bool" else (np.iinfo(kind).min, np.iinfo(kind).max)
+        return np.nan_to_num(np.ceil(values.astype(np.float64))).clip(low, high).astype(kind)
+
+
+def list_values(numbers: Numbers, kind: str) -> tuple[Column, Column]:
+    """The values of a feature of the NumPy type `kind` at and around numbers, ascending, and special ones beside them.
+
+    float32, float64, bool, and whole numbers of any width. The first list has zero, and no special value but that.
+    """
+    if np.dtype(kind).kind == "f":
+        return _list_floats(numbers, kind)
+    if kind == "bool":
+        return np.array([False, True]), np.array([], np.bool_)
+    least, most = int(np.iinfo(kind).min), int(np.iinfo(kind).max)
+    found = {0, 1, least, most}
+    for number in numbers:
+        if isinstance(number, int) or math.isfinite(number):
+            for whole in (math.floor(number), math.ceil(number)):
+                found |= {sign * whole + beside for sign in (1, -1) for beside in (-1, 0, 1)}
+    return np.array(sorted(each for each in found if least <= each <= most), kind), np.array([], kind)
+
+
+def _list_floats(numbers: Numbers, kind: str) -> tuple[Column, Column]:
+    known = np.array([0.0, *(float(each) for each in numbers if abs(each) <= LARGEST)])
+    with np.errstate(all="ignore"):
+        at = np.unique(np.concatenate([sign * known + beside for sign in (1, -1) for beside in (0.0, -1, 1)]))
+        values = [at]
+        for neighbours in (FLOAT32,) if kind == FLOAT32 else (FLOAT32, FLOAT64):
+            rounded = at.astype(neighbours)
+            values += [rounded, *(np.nextafter(rounded, np.array(end, neighbours)) for end in (-np.inf, np.inf))]
+        found = np.unique(np.concatenate([each.astype(kind) for each in values]))
+        limits = np.finfo(kind)
+        special = np.array([-0.0, np.nan, np.inf, limits.max, limits.tiny, limits.smallest_subnormal], kind)
+    return found[np.isfinite(found)], np.concatenate([special, -special[2:]])
+
+
+def choose_rows(
+    numbers: Numbers, kinds: Sequence[str], thresholds: Sequence[Numbers] = (), most: int = ROWS, seed: int = 0
+) -> list[Column]:
+    """The observations, a column for each feature: each value of each feature, then pairs, `most` rows in all.
+
+    `kinds`: the NumPy type of each feature; `thresholds`: numbers more for each feature. Where there are more pairs, or
+    more values, than rows, they are drawn with the seed.
+    """
+    rng, numbers = np.random.default_rng(seed), list(numbers)
+    plain, values = list[Column](), list[Column]()
+    for place, kind in enumerate(kinds):
+        near, special = list_values([*numbers, *(thresholds[place] if thresholds else ())], kind)
+        plain.append(near)
+        values.append(np.concatenate([near, special]))
+    if not kinds:
+        return []
+    single = np.zeros((sum(map(len, values)), 4), np.int64)
+    single[:, 0] = np.repeat(np.arange(len(values)), [len(each) for each in values])
+    single[:, 1] = np.concatenate([np.arange(len(each)) for each in values])
+    single[:, 3] = -1
+    if len(single) > most:  # special values first, then as many others as fit
+        special = single[:, 1] >= np.array([len(each) for each in plain])[single[:, 0]]
+        order = np.argpartition(~special + rng.random(len(single)), most)
+        single = single[np.sort(order[:most])]
+    single = np.tile(single, (max(1, min(FILLINGS, most // len(single))), 1))
+    chosen = np.concatenate([single, _pair_values([len(each) for each in values], most - len(single), rng)])
+    zeros = np.arange(len(chosen)) < len(single) // FILLINGS  # the first filling
+    columns = list[Column]()
+    for place, (near, each) in enumerate(zip(plain, values, strict=True)):
+        column = near[np.where(zeros, np.searchsorted(near, 0), rng.integers(len(near), size=len(chosen)))]
+        for of, at in ((0, 1), (2, 3)):
+            put = (chosen[:, of] == place) & (chosen[:, at] >= 0)
+            column[put] = each[chosen[put, at]]
+        columns.append(column)
+    return columns
+
+
+def _pair_values(counts: Sequence[int], most: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
+    """Two features and the place of a value of each, [n, 4]; at most `most` of them."""
+    pairs = list(combinations(range(len(counts)), 2))
+    sizes = [counts[one] * counts[other] for one, other in pairs]
+    if most <= 0 or not pairs:
+        return np.zeros((0, 4), np.int64)
+    if sum(sizes) <= most:
+        places = [np.indices((counts[one], counts[other])).reshape(2, -1) for one, other in pairs]
+        which = np.repeat(np.array(pairs), sizes, axis=0)
+        first, second = np.concatenate(places, axis=1)
+    else:
+        which = np.array(pairs)[rng.choice(len(pairs), most, p=np.array(sizes) / sum(sizes))]
+        first, second = (rng.integers(np.array(counts)[which[:, side]]) for side in (0, 1))
+    return np.stack([which[:, 0], first, which[:, 1], second], axis=1)
+
+
+# --- the comparison
 
 
 def compare_answers(policy: AgentPolicy, rows: Floats, answers: Answers) -> int:

@@ -1,8 +1,8 @@
 """Fitted trees of scikit-learn as profiles.
 
 Does: reads a fitted decision tree by its attributes, also as the end of a Pipeline or search, or as the only tree of a
-  booster; makes one tree of a small forest (products.py); folds the steps before it into its thresholds (steps.py,
-  folding.py); replays the tree against the model's own `predict`.
+  booster; makes one tree of a small forest (nodes.py); folds scalers, selectors and binarizers before it into its
+  thresholds (onnx/fitted.py); replays the tree against the model's own `predict`.
 Assumes: classes, or the few values of a regressor's leaves, are the actions; a regressor of many values, or of several
   outputs, gives them. Observations are float32, but of HistGradientBoosting, which compares doubles.
 Does not: import scikit-learn, or open a file; scikit-learn's files are pickles, which run code.
@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -26,12 +26,9 @@ from codegen import ir
 from codegen.boxes.branches import find_point
 from codegen.errors import DisagreementError, InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers import steps
-from codegen.importers.folding import LARGEST, Asked, fold_steps
-from codegen.importers.nodes import Leaf, Split
+from codegen.importers.nodes import Leaf, Split, Tree, origin_of_sum
+from codegen.importers.onnx.fitted import LARGEST, Asked, fold_steps, giving
 from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Names, Origin, profile_of
-from codegen.importers.products import Tree, origin_of_sum
-from codegen.importers.summed import giving
 from codegen.importers.symbolic.program import Described
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Floats, GrownTree, Int32
 from codegen.numbers.rounding import round_down
@@ -53,6 +50,15 @@ _HISTOGRAM = "_hist_gradient_boosting.gradient_boosting.HistGradientBoosting"
 HISTOGRAMS = [f"sklearn.ensemble.{_HISTOGRAM}{task}" for task in TASKS]
 BOOSTERS = [*(f"sklearn.ensemble._gb.GradientBoosting{task}" for task in TASKS), *HISTOGRAMS]
 KIND, REPLAYED_BY = "scikit-learn", "its own predict"
+POSITIVE = {  # steps of scikit-learn, and what their columns are multiplied with or divided by
+    "sklearn.preprocessing._data.StandardScaler": "scale_",
+    "sklearn.preprocessing._data.RobustScaler": "scale_",
+    "sklearn.preprocessing._data.MinMaxScaler": "scale_",
+    "sklearn.preprocessing._data.MaxAbsScaler": "scale_",
+    "sklearn.preprocessing._data.Binarizer": "",
+}
+SELECTORS = "sklearn.feature_selection."
+USED = ("mean_", "scale_", "center_", "min_", "data_min_", "data_max_", "max_abs_")  # by transform
 
 
 def from_sklearn(
@@ -253,7 +259,7 @@ def _origin(fitted: _Fitted, labels: Sequence[Any], grown: GrownTree) -> Origin:
     model, before, estimator, trees = fitted
     place, width = _places(labels), int(trees[0].n_features)
     n_features = int(getattr(before[0][1], "n_features_in_", width)) if before else width
-    source = steps.columns(before, n_features)
+    source = _columns(before, n_features)
     doubles = _of(estimator, *HISTOGRAMS)
     left = sum(int(tree.missing_go_to_left[tree.children_left != NO_CHILD].sum()) for tree in trees)
     splits = sum(int((tree.children_left != NO_CHILD).sum()) for tree in trees)
@@ -344,3 +350,39 @@ def read_sklearn_tree(tree: Any, action: Any) -> GrownTree:
         np.where(split, tree.children_right, NO_CHILD),
         np.where(split, NO_ACTION, action),
     )
+
+
+# --- steps before a tree
+
+
+def _columns(steps: Sequence[tuple[str, Any]], width: int) -> list[int]:
+    """Which column of the observation each column after the steps is made of. InputError with its name for a step that
+    is not known to keep columns apart and in order: each known one maps one column by subtractions, additions, products
+    with and quotients by positive numbers, clipping or a comparison, and so never falls where its input rises.
+    """
+    places: list[int] = list(range(width))
+    for name, step in steps:
+        kind = f"{type(step).__module__}.{type(step).__qualname__}"
+        _ensure_finite(name, step)
+        if kind.startswith(SELECTORS) and "transform" not in vars(step) and hasattr(step, "get_support"):
+            kept: list[int] = step.get_support(indices=True).tolist()
+            places = [places[place] for place in kept]
+        elif kind not in POSITIVE or "transform" in vars(step) or not _rising(step, POSITIVE[kind]):
+            what = f"the step {escape_text(name)!r} before the tree is not understood: {type(step).__name__}"
+            raise InputError(what, "", "use scalers, selectors and binarizers, or give the tree alone")
+    return places
+
+
+def _ensure_finite(name: str, step: Any) -> None:
+    """InputError for a step that was fitted on missing or infinite numbers, and makes such of every observation."""
+    for attribute, value in cast("dict[str, Any]", vars(step)).items():
+        array = np.asarray(value) if attribute.endswith("_") and isinstance(value, np.ndarray | float) else None
+        if attribute in USED and array is not None and array.dtype.kind == "f" and not np.isfinite(array).all():
+            step_name = f"the step {escape_text(name)!r} before the tree"
+            what = f"{step_name} has learned numbers that are not finite: {attribute}"
+            raise InputError(what, type(step).__name__, "fit it on data without missing or infinite values")
+
+
+def _rising(step: Any, attribute: str) -> bool:
+    factor = getattr(step, attribute, None) if attribute else None
+    return factor is None or bool((np.isfinite(factor) & (np.asarray(factor) > 0)).all())

@@ -1,7 +1,7 @@
 """Statements of C on one path: branches, loops, switch, goto, calls of functions of the file.
 
 Does: follows a function from its first statement to its return.
-Assumes: nodes of pycparser; `Paths` counts the work, so that what does not end is refused.
+Assumes: nodes of pycparser; `Growth` counts the work, so that what does not end is refused.
 Does not: choose functions (source.py).
 """
 

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from codegen.errors import InputError, MissingToolError
-from codegen.importers.folding import Asked, Folded, fold_steps
 from codegen.importers.onnx.columns import (
     FLOAT,
     MAIN,
@@ -30,6 +29,7 @@ from codegen.importers.onnx.columns import (
     apply_operator,
 )
 from codegen.importers.onnx.ensemble import ENSEMBLE, NUMBER, WHOLE, read_ensemble
+from codegen.importers.onnx.fitted import Asked, Folded, fold_steps
 from codegen.importers.onnx.tree import (
     ADVICE,
     LABELS,

@@ -43,12 +43,11 @@ from codegen.importers.python.values import (
     words_of,
 )
 from codegen.importers.reading import FLOATS, MAX_FEATURES
-from codegen.importers.running.asking import PYTHON, Called, act_python, run_source
-from codegen.importers.summed import rounds
+from codegen.importers.running.asking import PYTHON, Called, run_source
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.paths import Growth
-from codegen.importers.symbolic.program import Described, Value, origin_of
+from codegen.importers.symbolic.program import Described, Value, origin_of, rounds
 from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
@@ -244,7 +243,7 @@ class _Follower:
     def ask_python(self, origin: Origin, decider: Decider, source: str) -> Origin:
         """The origin that Python itself answers for; without a source, nobody does."""
         if not source:
-            return replace(origin, act=None, compared=False)
+            return origin
         m, takes, shapes = self.machine, self.function.node.args, dict(self.shapes)
         first = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
         plain = [name for name, own in zip(first, self.names, strict=False) if name == own]
@@ -259,7 +258,7 @@ class _Follower:
             forms=FORMS[self.said.arrays],
             scores=self.said.scores,
         )
-        return replace(origin, second=partial(run_source, called, origin), act=partial(act_python, called, origin))
+        return replace(origin, second=partial(run_source, called, origin))
 
     def _constant(self, node: ast.expr) -> tuple[str, Any]:
         """The name of a constant of the file, or of a class, and the constant."""

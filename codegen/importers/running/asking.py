@@ -78,12 +78,6 @@ def run_source(called: Called, origin: Origin) -> Iterator[Running]:
         yield Running(told["numbers"], ask_rows)
 
 
-def act_python(called: Called, origin: Origin, rows: Floats) -> Any:
-    """What Python answers: the places of labels, or numbers."""
-    with run_source(called, origin) as running:
-        return running.ask(rows).told
-
-
 def _exchange(process: Any, called: Called, content: bytes) -> Any:
     """What the process answers to a message. InputError where it answers nothing, or too much."""
     assert process.stdin is not None and process.stdout is not None

@@ -14,8 +14,9 @@ import math
 import operator
 import struct
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 from codegen.floats import FLOAT32, FLOAT64
@@ -175,37 +176,34 @@ def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
     """Stretches of places, first to last, on which the steps never fall (True) or never rise."""
     stretches = [(-LAST[numbers], LAST[numbers], True)]
     for count, step in enumerate(feature.steps):
+        before = Feature(feature.place, feature.steps[:count])
         if step.sense == FALLING:
             stretches = [(low, high, not rising) for low, high, rising in stretches]
-        before, parts = Feature(feature.place, feature.steps[:count]), list[tuple[int, int, bool]]()
-        if step.sense == JUMPING:
-            stretches = [
-                (start, end, rising if step.jumps else True)
-                for low, high, rising in stretches
-                for start, end in _alike(before, step.jumps, numbers, low, high)
-            ]
-        if step.sense != FOLDING:
-            continue
-        for low, high, rising in stretches:
-            middle = _last(low, high, lambda at, before=before: before.value(number(at, numbers)) < 0)
-            for start, end in ((low, middle), (middle + 1, high)):
-                if start <= end:
-                    negative = bool(before.value(number(start, numbers)) < 0)
-                    parts.append((start, end, rising != negative))
-        stretches = parts
+        elif step.sense != RISING:
+            split = partial(_side_of, step, before, numbers)
+            parts = [(*part, rising) for low, high, rising in stretches for part in _alike(low, high, split)]
+            if step.sense == FOLDING:
+                stretches = [(low, high, rising != split(low)) for low, high, rising in parts]
+            else:
+                stretches = [(low, high, rising if step.jumps else True) for low, high, rising in parts]
     return stretches
 
 
-def _alike(feature: Feature, jumps: Sequence[int], numbers: str, low: int, high: int) -> Iterator[tuple[int, int]]:
-    """Stretches of places, first to last, on which a feature passes no jump; without any, is the same number."""
+def _side_of(step: Step, before: Feature, numbers: str, at: int) -> Any:
+    """Where a folding or jumping step is met at a place: below 0, or between which jumps; without any, by which number
+    it is.
+    """
+    value = before.value(number(at, numbers))
+    if step.sense == FOLDING:
+        return bool(value < 0)
+    return bisect_right(step.jumps, value) if step.jumps else value
 
-    def stretch_of(at: int) -> Any:
-        value = feature.value(number(at, numbers))
-        return bisect_right(jumps, value) if jumps else value
 
+def _alike(low: int, high: int, group: Callable[[int], Any]) -> Iterator[tuple[int, int]]:
+    """Stretches of places, first to last, of one group each."""
     while low <= high:
-        first = stretch_of(low)
-        end = _last(low, high, lambda at, first=first: stretch_of(at) == first)
+        first = group(low)
+        end = _last(low, high, lambda at, first=first: group(at) == first)
         yield low, end
         low = end + 1
 

@@ -9,14 +9,12 @@ A program is followed from its start, or from the last state that it marked, wit
 end is an ordinary interpreter: it forks by calling `holds`, and needs no copy of itself.
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.importers.folding import without
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.affine import Sums
 from codegen.importers.symbolic.feature import LAST, Feature, Test, Turns, number, pieces, turns_of
@@ -29,7 +27,8 @@ MAX_CALLS = 40  # functions of the program within one another
 OUTSIDE: Any = object()  # what a path gives that the program rules out by an assertion
 STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
 MANY_PATHS = "return in each branch, and build tables outside the function"
-Run: TypeAlias = "Callable[[Any, Any], Any]"  # paths, the state to go on from or None -> what is returned
+Run: TypeAlias = "Callable[[Any, Any], Any]"  # growth, the state to go on from or None -> what is returned
+_Known: TypeAlias = dict[int, tuple[int, int]]  # feature -> first and last place that may be
 
 
 class _Open(NamedTuple):
@@ -37,32 +36,40 @@ class _Open(NamedTuple):
 
     state: Any  # that was marked
     answers: tuple[bool, ...]  # since then
-    known: Any  # what was known there
+    known: _Known  # there
     parent: int  # the split that leads on to it
     depth: int
 
 
-class Paths(ABC):
-    """The paths of a program, and how far the present one was followed."""
+class Growth:
+    """The tree of a program: `rows`, a node each, in preorder; a leaf's action is the place of its value."""
 
     line = 0  # of the source, as the front end says it
     nan: bool = True  # whether a NaN goes where the program sends it
 
-    def __init__(self, where: str, known: Any) -> None:
-        self.where, self.steps = where, 0
-        self.known: Any = known  # how earlier answers narrow the observation
-        self._open = [_Open(None, (), known, NO_CHILD, 0)]
-        self._answers: tuple[bool, ...] = ()
-        self._given, self._parent, self._depth = list[bool](), NO_CHILD, 0
-        self._mark: tuple[Any, Any] = (None, known)
-        self._other: Any = None  # what is known where the last test has the other answer, which decides it
+    def __init__(self, where: str, numbers: str, sums: Sums | None = None) -> None:
+        self.where, self.numbers, self.steps = where, numbers, 0
+        self.rows, self.values = list[list[float]](), dict[Any, int]()
+        self.known: _Known = {}  # how earlier answers narrow the observation
+        self.outside = list[_Known]()  # what is known on paths that the program rules out
+        self._sums = sums or Sums(numbers)
+        self._turns, self._pieces = dict[str, Turns](), dict[str, list[tuple[int, int, bool]]]()
+        self._open = [_Open(None, (), {}, NO_CHILD, 0)]
+        self._answers, self._given = tuple[bool, ...](), list[bool]()  # to be given again; that were given
+        self._parent, self._depth = NO_CHILD, 0
+        self._mark: tuple[Any, _Known] = (None, {})
+        self._other: _Known | None = None  # known where the last test has the other answer, which decides it
 
     def follow(self, run: Run) -> None:
         """Follows all paths. InputError for too many."""
         while self._open:
             state, self._answers, self.known, self._parent, self._depth = self._open.pop()
             self._mark, self._given = (state, self.known), []
-            self.end_path(run(self, state))
+            value = run(self, state)
+            if value is OUTSIDE:
+                self.outside.append(self.known)
+            action = NO_ACTION if value is OUTSIDE else self.values.setdefault(value, len(self.values))
+            self._add_node([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, action])
 
     def mark(self, state: Any) -> None:
         """The program could go on from this state, which nothing changes any more."""
@@ -85,44 +92,10 @@ class Paths(ABC):
         """What is wrong at the present line."""
         return InputError(what, f"{self.where}, line {self.line}" if self.line else self.where, advice)
 
-    @abstractmethod
     def holds(self, test: Test) -> bool:
-        """Whether a test holds on this path; where both may be, first one and then the other."""
-
-    @abstractmethod
-    def end_path(self, value: Any) -> None:
-        """A path has returned a value."""
-
-    def _fork(self, asked: tuple[int, float]) -> bool:
-        """One of the two answers to a test that is open."""
-        if len(self._given) < len(self._answers):
-            answer = self._answers[len(self._given)]
-        else:
-            answer, parent = True, self._split(asked)
-            self._open.append(
-                _Open(self._mark[0], (*self._given, False), self._mark[1], ~parent, self._depth + 1)  # ~: its right
-            )
-            self._parent, self._depth = parent, self._depth + 1
-        self._given.append(answer)
-        return answer
-
-    def _split(self, asked: tuple[int, float]) -> int:
-        """A new split; its place."""
-        return 0
-
-
-class Growth(Paths):
-    """The tree of a program: `rows`, a node each, in preorder; a leaf's action is the place of its value."""
-
-    def __init__(self, where: str, numbers: str, sums: Sums | None = None) -> None:
-        super().__init__(where, dict[int, tuple[int, int]]())  # feature -> first and last place that may be
-        self._sums = sums or Sums(numbers)
-        self.numbers, self.rows, self.values = numbers, list[list[float]](), dict[Any, int]()
-        self._turns, self._pieces = dict[str, Turns](), dict[str, list[tuple[int, int, bool]]]()
-        self.outside = list[dict[int, tuple[int, int]]]()  # what is known on paths that the program rules out
-
-    def holds(self, test: Test) -> bool:
-        """Splits as often as the test turns within what is known."""
+        """Whether a test holds on this path; where both may be, first one and then the other. It splits as often as
+        the test turns within what is known.
+        """
         self._other, numbers = None, self._sums.numbers_of(test.feature, self.numbers)
         key, last, feature = test.key, LAST[numbers], test.feature.place
         turns = self._turns.get(key)
@@ -136,12 +109,36 @@ class Growth(Paths):
                 self.nan &= high < last or turns.nan == holds
                 return holds
             at = inner[-1] if len(inner) <= MAX_CHAIN else inner[len(inner) // 2]
-            left = self._fork((feature, at.threshold))
+            left = self._fork(feature, at.threshold)
             right = {**self.known, feature: (at.place + 1, high)}
             self.known = {**self.known, feature: (low, at.place)} if left else right
             if len(inner) == 1:
                 self._other = right
                 self.nan &= high < last or turns.nan != (turns.first ^ (turns.turns.index(at) % 2 == 1))
+
+    def _fork(self, feature: int, threshold: float) -> bool:
+        """One of the two answers to a test that is open."""
+        if len(self._given) < len(self._answers):
+            answer = self._answers[len(self._given)]
+        else:
+            if self._depth == MAX_DEPTH:
+                raise self.make_error(f"the tree is deeper than {MAX_DEPTH} splits", "simplify it first")
+            answer, parent = True, self._add_node([feature, threshold, NO_CHILD, NO_CHILD, NO_ACTION])
+            self._open.append(
+                _Open(self._mark[0], (*self._given, False), self._mark[1], ~parent, self._depth + 1)  # ~: its right
+            )
+            self._parent, self._depth = parent, self._depth + 1
+        self._given.append(answer)
+        return answer
+
+    def _add_node(self, row: list[float]) -> int:
+        if len(self.rows) == MAX_NODES:
+            raise self.make_error(f"the tree has more than {MAX_NODES} nodes", "simplify its conditions")
+        if self.rows:
+            right = self._parent < 0
+            self.rows[~self._parent if right else self._parent][3 if right else 2] = len(self.rows)
+        self.rows.append(row)
+        return len(self.rows) - 1
 
     def least(self, feature: Feature) -> Any:
         """The least at the ends of the stretches on which the feature only rises or falls."""
@@ -156,32 +153,12 @@ class Growth(Paths):
     def _within(self, feature: int, last: int) -> tuple[int, int]:
         return self.known.get(feature, (-last, last))
 
-    def end_path(self, value: Any) -> None:
-        """A leaf."""
-        if value is OUTSIDE:
-            self.outside.append(self.known)
-            self._node([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, NO_ACTION])
-            return
-        self._node([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, self.values.setdefault(value, len(self.values))])
-
     def tree(self) -> GrownTree:
-        """The tree; a split whose sides decide alike is left out, and so is one of which one side is ruled out."""
-        tree = GrownTree(*np.array(self.rows, dtype=np.float64).T)
-        same, kinds = dict[int, int](), dict[Any, int]()  # splits to leave out; what decides, and its number
-        kind = [0] * len(self.rows)
-        for node in range(len(self.rows) - 1, -1, -1):
-            feature, threshold, left, right, action = self.rows[node]
-            sides = (kind[int(left)], kind[int(right)]) if feature != NO_FEATURE else ()
-            if not sides and action == NO_ACTION:
-                kind[node] = NO_ACTION
-            elif sides and (sides[0] == sides[1] or NO_ACTION in sides):
-                same[node] = int(right if sides[0] == NO_ACTION else left)
-                kind[node] = kind[same[node]]
-            else:
-                kind[node] = kinds.setdefault((feature, threshold, action, sides), len(kinds))
-        if kind[0] == NO_ACTION:
+        """The tree, without splits whose sides decide alike, or of which one side is ruled out."""
+        tree = without_alike(GrownTree(*np.array(self.rows, dtype=np.float64).T))
+        if tree.feature[0] == NO_FEATURE and tree.action[0] == NO_ACTION:
             raise self.make_error("every observation is ruled out by an assertion", "mend the assertion")
-        return without(tree, same)
+        return tree
 
     def is_inside(self, columns: Sequence[Floats]) -> Bool:
         """Which observations the program does not rule out. `columns`: of its inputs; those with NaN count as outside,
@@ -199,16 +176,43 @@ class Growth(Paths):
             inside &= ~within
         return inside
 
-    def _split(self, asked: tuple[int, float]) -> int:
-        if self._depth == MAX_DEPTH:
-            raise self.make_error(f"the tree is deeper than {MAX_DEPTH} splits", "simplify it first")
-        return self._node([*asked, NO_CHILD, NO_CHILD, NO_ACTION])
 
-    def _node(self, row: list[float]) -> int:
-        if len(self.rows) == MAX_NODES:
-            raise self.make_error(f"the tree has more than {MAX_NODES} nodes", "simplify its conditions")
-        if self.rows:
-            right = self._parent < 0
-            self.rows[~self._parent if right else self._parent][3 if right else 2] = len(self.rows)
-        self.rows.append(row)
-        return len(self.rows) - 1
+# --- smaller trees
+
+
+def without(tree: GrownTree, skip: dict[int, int]) -> GrownTree:
+    """The tree without splits that all observations pass on one side; `skip`: node -> that side."""
+
+    def follow_skips(node: int) -> int:
+        while node in skip:
+            node = skip[node]
+        return node
+
+    order, open_ = list[int](), [follow_skips(0)]
+    while open_:
+        node = open_.pop()
+        order.append(node)
+        if tree.feature[node] != NO_FEATURE:
+            open_ += [follow_skips(int(tree.right[node])), follow_skips(int(tree.left[node]))]
+    place = {node: index for index, node in enumerate(order)} | {NO_CHILD: NO_CHILD}
+    left, right = ([place[follow_skips(int(side[node]))] for node in order] for side in (tree.left, tree.right))
+    return GrownTree(tree.feature[order], tree.threshold[order], np.array(left), np.array(right), tree.action[order])
+
+
+def without_alike(tree: GrownTree) -> GrownTree:
+    """The tree without splits whose sides decide alike, or of which one side is ruled out: NO_ACTION leaves."""
+    skip, kinds = dict[int, int](), dict[Any, int]()  # what decides, and its number
+    kind = [NO_ACTION] * len(tree.feature)
+    rows = list(zip(*(each.tolist() for each in (tree.feature, tree.threshold, tree.left, tree.right)), strict=True))
+    for node in range(len(rows) - 1, -1, -1):  # preorder: children come after their parents
+        feature, threshold, left, right = rows[node]
+        sides = () if feature == NO_FEATURE else (kind[left], kind[right])
+        if not sides:
+            action = int(tree.action[node])
+            kind[node] = action if action == NO_ACTION else kinds.setdefault(action, len(kinds))
+        elif sides[0] == sides[1] or NO_ACTION in sides:
+            skip[node] = right if sides[0] == NO_ACTION else left
+            kind[node] = kind[skip[node]]
+        else:
+            kind[node] = kinds.setdefault((feature, threshold, sides), len(kinds))
+    return without(tree, skip)

@@ -1,11 +1,12 @@
-"""The origin of a tree that is a program: its tree, and the labels or numbers that its leaves give.
+"""The origin of a tree that is a program: its tree, the sums that it tests, and what its leaves give.
 
 Does: follows a program for its tree; orders labels, numbers ascending and texts as the source names them; takes the
   largest of scores, and of equal ones the first, as numpy's argmax.
-Assumes: a front end that interprets its language, with `Paths` to ask where a feature decides.
-Does not: know the language, or choose the names of actions (names.py).
+Assumes: a front end that interprets its language, with `Growth` to ask where a feature decides.
+Does not: know the language, choose the names of actions (names.py), or answer for the program: who asks it does.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeAlias, cast
@@ -13,13 +14,12 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.floats import FLOAT64
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import SUMS, Facts, Origin
-from codegen.importers.summed import with_sums
-from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums
+from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, Terms
 from codegen.importers.symbolic.paths import Growth, Run
-from codegen.importers.symbolic.replay import replay_program
-from codegen.ir import Bool, Floats, GrownTree
+from codegen.ir import CONSTANT, Bool, Floats, GrownTree, Sum
+from codegen.sums import FLOAT32_STEPS, FLOAT64_SUMS
 
 Value: TypeAlias = int | float | str | tuple[int | float, ...]  # what is returned; a tuple: a list of numbers
 
@@ -45,7 +45,7 @@ def origin_of(
         growth.follow(run)
     grown = growth.tree()
     said = replace(describe(), numbers=numbers, nan=growth.nan and not growth.outside)
-    origin = origin_of_tree(grown, list(growth.values), run, said, where, sums)
+    origin = origin_of_tree(grown, list(growth.values), said, where, sums)
     if not growth.outside:
         return origin
     columns = np.array(said.places, dtype=np.int64)
@@ -57,70 +57,59 @@ def origin_of(
 
 
 def origin_of_tree(
-    grown: GrownTree, values: Sequence[Any], run: Run, said: Described, where: str, sums: Sums | None
+    grown: GrownTree, values: Sequence[Any], said: Described, where: str, sums: Sums | None = None
 ) -> Origin:
-    """The origin of a tree, whose actions are places of `values`, and of the program that replays it."""
-    given = Values(values, said, where, sums)
+    """The origin of a tree, whose actions are places of `values`; who answers for it is not said yet."""
+    vectors = _vectors_of(values, where, sums)
+    bounds = _bounds([one.vector for one in vectors], where)
+    labels, called = (), {}
+    order = list(range(len(vectors)))
+    if not vectors:
+        labels, order = _labels_of(values, said, where)
+        called = {} if isinstance(values[0], tuple) else said.called
+    # Python's max(0.0, nan) is 0.0
+    nan = all(each.cut.value(np.nan) != each.cut.value(np.nan) for one in vectors for each in one.vector if each.cut)
     places = np.array([*said.places, -1], dtype=np.int32)  # the last one: no feature
-    columns = np.array(said.places, dtype=np.int64)
-    single, computed = grown.feature < SUMS, sums.numbers if sums else said.numbers
-
-    said = replace(
-        said, features=(*said.features,), nan=said.nan and given.nan and not said.finite, called=given.labels.called
-    )
+    single = grown.feature < SUMS
     facts: dict[str, Any] = {each.name: getattr(said, each.name) for each in fields(Facts)}
+    facts |= {"features": (*said.features,), "nan": said.nan and nan and not said.finite, "called": called}
     origin = Origin(
         **facts,
         grown=replace(
             grown,
             feature=np.where(single, places[np.where(single, grown.feature, -1)], grown.feature),
-            action=np.where(grown.action < 0, grown.action, given.place[grown.action]),
+            action=np.where(grown.action < 0, grown.action, np.array(order)[grown.action]),
         ),
-        labels=given.labels.labels,
-        act=lambda rows: replay_program(run, where, rows[:, columns], sums, given, computed),
-        bounds=given.bounds,
+        labels=labels,
+        bounds=bounds,
     )
     tests = tuple(each.terms for each in sums.known) if sums else ()
-    return with_sums(origin, tests, given.vectors, said.places, sums.arithmetic if sums else "")
+    given = [[each.terms for each in one.vector] for one in vectors]
+    return with_sums(origin, tests, given, said.places, sums.arithmetic if sums else "")
 
 
-class Values:
-    """What the paths of a program return: labels of actions, or vectors of forms."""
+def _vectors_of(values: Sequence[Any], where: str, sums: Sums | None) -> list[Given]:
+    """What is given, in forms, also where it is constant on a path; nothing where labels are returned."""
+    if not any(isinstance(each, Given) for each in values):
+        return []
+    vectors = [each if isinstance(each, Given) else _build_given(each, where, sums) for each in values]
+    lengths = {len(each.vector) for each in vectors}
+    if len(lengths) > 1:
+        what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
+        raise InputError(what, where, "return the same numbers on every path")
+    if not all(each.signed for one in vectors for each in one.vector):
+        what = "a negated sum is returned, whose zero has another sign than its terms"
+        raise InputError(what, where, "turn the signs of its terms instead")
+    return vectors
 
-    def __init__(self, values: Sequence[Any], said: Described, where: str, sums: Sums | None) -> None:
-        self._sums = sums
-        if any(isinstance(each, Given) for each in values):
-            values = [self.build_given(each, where) for each in values]
-        vectors = [each for each in values if isinstance(each, Given)]
-        lengths = {len(each.vector) for each in vectors}
-        if len(lengths) > 1:
-            what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
-            raise InputError(what, where, "return the same numbers on every path")
-        for each in (one for vector in vectors for one in vector.vector):
-            if not each.signed:
-                what = "a negated sum is returned, whose zero has another sign than its terms"
-                raise InputError(what, where, "turn the signs of its terms instead")
-        self.vectors = tuple(tuple(each.terms for each in one.vector) for one in vectors)
-        self.bounds = _bounds([one.vector for one in vectors], where)
-        cuts = [each.cut for one in vectors for each in one.vector if each.cut]
-        self.nan = all(cut.value(np.nan) != cut.value(np.nan) for cut in cuts)  # Python's max(0.0, nan) is 0.0
-        self.labels = Labels((), {}, {})
-        if vectors:
-            self.place = np.arange(len(vectors), dtype=np.int32)
-            return
-        self.labels = labels_of(values, [*said.order, *values], said.called, where, scores=said.scores)
-        self.place = np.array([self.labels.place(value) for value in values], dtype=np.int32)
 
-    def build_given(self, value: Any, where: str = "") -> Given:
-        """What a path gives; also of constant numbers, where others depend on features."""
-        if isinstance(value, Given):
-            return value
-        parts = cast("tuple[Any, ...]", value) if isinstance(value, tuple) else (value,)
-        if self._sums is None or any(isinstance(each, str | bool) for each in parts):
-            what = "numbers that depend on features and labels are returned side by side"
-            raise InputError(what, where, "return numbers on every path")
-        sums = self._sums
-        return Given([sums.represent(each, lambda what, advice: InputError(what, where, advice)) for each in parts])
+def _build_given(value: Any, where: str, sums: Sums | None) -> Given:
+    """Constant numbers, where those of other paths depend on features."""
+    parts = cast("tuple[Any, ...]", value) if isinstance(value, tuple) else (value,)
+    if sums is None or any(isinstance(each, str | bool) for each in parts):
+        what = "numbers that depend on features and labels are returned side by side"
+        raise InputError(what, where, "return numbers on every path")
+    return Given([sums.represent(each, lambda what, advice: InputError(what, where, advice)) for each in parts])
 
 
 def _bounds(vectors: Sequence[Sequence[Affine]], where: str) -> tuple[Bounds, ...]:
@@ -137,49 +126,82 @@ def _bounds(vectors: Sequence[Sequence[Affine]], where: str) -> tuple[Bounds, ..
     return tuple(bounds) if any(each != (None, None) for each in bounds) else ()
 
 
-# --- labels
-
-
-@dataclass(frozen=True)
-class Labels:
-    """The labels of the actions, and the place of each value."""
-
-    labels: tuple[Any, ...]
-    places: Mapping[Value, int]
-    called: Mapping[Any, str]  # what the source calls some of them
-
-    def place(self, value: Value) -> int:
-        """The place of a value, -1 for one that no leaf returns."""
-        return self.places.get(value, -1)
-
-
-def labels_of(
-    values: Sequence[Value], order: Sequence[Value], called: Mapping[Value, str], where: str, *, scores: bool
-) -> Labels:
-    """The labels of a program's values. `order`: as the source names them; `called`: names for values; `scores`:
-    whether the user says that lists are scores.
+def _labels_of(values: Sequence[Value], said: Described, where: str) -> tuple[tuple[Any, ...], list[int]]:
+    """The labels of a program's values, and the place among them of each value.
 
     InputError for values of several kinds, and for lists that are no scores, such as a motor's two speeds.
     """
     kinds = {tuple if isinstance(each, tuple) else str if isinstance(each, str) else float for each in values}
     if len(kinds) > 1:
         raise InputError("numbers, texts and lists are returned side by side", where, "return one kind of label")
-    if kinds == {tuple} and not scores:
-        length = len(cast(tuple[Any, ...], values[0]))
+    if kinds == {tuple}:
+        return _scores(cast("Sequence[tuple[Any, ...]]", values), said, where)
+    first: Mapping[Value, int] = {each: at for at, each in reversed(list(enumerate([*said.order, *values])))}
+    # numbers are of one kind here, which the annotation cannot say
+    chosen: list[Any] = sorted(values, key=first.__getitem__) if kinds == {str} else sorted(values)  # pyright: ignore
+    places = {each: place for place, each in enumerate(chosen)}
+    return tuple(chosen), [places[each] for each in values]
+
+
+def _scores(lists: Sequence[tuple[Any, ...]], said: Described, where: str) -> tuple[tuple[Any, ...], list[int]]:
+    """The places of scores as labels, and that of the largest of each list."""
+    if not said.scores:
+        length = len(lists[0])
         what = f"a list of {length} number{'s' * (length > 1)} is returned, which may be an action of several numbers"
         advice = "say --scores if it holds a score for each action, or --outputs with a name for each number"
         raise InputError(what, where, advice)
-    if kinds == {tuple}:
-        return _scores([each for each in values if isinstance(each, tuple)], where)
-    first = {value: place for place, value in reversed(list(enumerate(order)))}
-    # numbers are of one kind here, which the annotation cannot say
-    chosen: list[Any] = sorted(values, key=first.__getitem__) if kinds == {str} else sorted(values)  # pyright: ignore
-    return Labels(tuple(chosen), {each: place for place, each in enumerate(chosen)}, called)
-
-
-def _scores(lists: Sequence[tuple[Any, ...]], where: str) -> Labels:
     lengths = {len(each) for each in lists}
     if len(lengths) > 1 or min(lengths) <= 1:
         what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
         raise InputError(what, where, "return one score for each of two or more actions, or a single number")
-    return Labels(tuple(range(lengths.pop())), {each: each.index(max(each)) for each in lists}, {})
+    return tuple(range(lengths.pop())), [each.index(max(each)) for each in lists]
+
+
+# --- sums
+
+
+def with_sums(
+    origin: Origin,
+    tests: Sequence[Terms],
+    vectors: Sequence[Sequence[Terms]],
+    places: Sequence[int],
+    arithmetic: str = "",
+) -> Origin:
+    """The origin with the sums that its tree tests, and what its leaves give; itself where there is none of both.
+
+    `places`: of the inputs that terms name, among the features. `arithmetic`: default that of the origin's numbers.
+    """
+    named = [int(each) - SUMS for each in dict.fromkeys(origin.grown.feature[origin.grown.feature >= SUMS].tolist())]
+    if not named and not vectors:
+        return origin
+    order = {SUMS + old: SUMS + new for new, old in enumerate(named)}
+    feature = [order.get(each, each) for each in origin.grown.feature.tolist()]
+    return replace(
+        origin,
+        grown=replace(origin.grown, feature=np.array(feature)),
+        arithmetic=arithmetic or (FLOAT32_STEPS if origin.numbers == FLOAT32 else FLOAT64_SUMS),
+        sums=tuple(place_sum(tests[each], places) for each in named),
+        vectors=tuple(tuple(place_sum(each, places) for each in vector) for vector in vectors),
+    )
+
+
+def place_sum(terms: Terms, places: Any) -> Sum:
+    """The sum over the features at these places. `places`: of each that terms name."""
+    return Sum(tuple((weight, CONSTANT if place == CONSTANT else int(places[place])) for weight, place in terms))
+
+
+def rounds(origin: Origin) -> bool:
+    """Whether its answers depend on how sums are rounded. Of a difference of two features, the sign does not; nor does
+    a feature that is given as it is.
+    """
+    zero = {0.0, math.nextafter(0.0, -math.inf), -float(np.finfo(np.float32).smallest_subnormal)}
+    for place, each in enumerate(origin.sums):
+        asked = origin.grown.threshold[origin.grown.feature == SUMS + place].tolist()
+        if len(each.terms) > 2 or not _plain(each) or not {*asked} <= zero:
+            return True
+    given = [each for vector in origin.vectors for each in vector if any(place != CONSTANT for _, place in each.terms)]
+    return any(len(each.terms) > 1 or not _plain(each) for each in given)
+
+
+def _plain(each: Sum) -> bool:
+    return all(abs(weight) == 1 and place != CONSTANT for weight, place in each.terms)

@@ -26,6 +26,12 @@ def decided(origins, policy, rows):
     return [label_of(policy, origin, action) for action in ir.act(policy, rows).tolist()]
 
 
+def answered(origin, rows):
+    """The labels that a source itself answers."""
+    with origin.second() as running:
+        return [origin.labels[each] for each in running.ask(rows).told]
+
+
 def label_of(policy, origin, action):
     """What a source returns, as the profile says it."""
     given = policy.actions[action]

@@ -13,7 +13,8 @@ from codegen.agreement import sum_probes
 from codegen.agreement.entries import same
 from codegen.errors import InputError
 from codegen.importers import replay
-from codegen.importers.documents import from_dtcontrol, from_treelite
+from codegen.importers.boosted import from_treelite
+from codegen.importers.documents import from_dtcontrol
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
 from tests.codegen.importers.origins import asked, data, decided

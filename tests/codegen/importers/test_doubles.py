@@ -8,9 +8,9 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from codegen.importers import kinds
+from codegen.importers.boosted import from_treelite
 from codegen.importers.c.header import from_header
 from codegen.importers.c.source import from_c
-from codegen.importers.documents import from_treelite
 from codegen.importers.onnx.model import from_onnx
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python

@@ -11,7 +11,7 @@ from codegen.errors import InputError
 from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.symbolic import paths
-from tests.codegen.importers.origins import asked, data, decided
+from tests.codegen.importers.origins import answered, asked, data, decided
 from tests.support.c_source import COMPILER, compiled, scores
 
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
@@ -254,7 +254,7 @@ def test_whole_numbers_beyond_float32_are_compared_as_doubles():
     rows = np.array(
         [[20000001, 0], [20000002, 0], [0, np.float32(0.1)], [0, np.nextafter(np.float32(0.1), np.float32(1))]]
     )
-    assert [origin.labels[each] for each in origin.act(rows.astype(np.float64))] == [0, 1, 0, 1]
+    assert answered(origin, rows.astype(np.float64)) == [0, 1, 0, 1]
 
 
 CONTRACTED = "int f(float x) {{ {} return x * 0.1f + 0.1f > 0.7f; }}"
@@ -298,7 +298,7 @@ def test_bits_of_small_numbers_are_tests_of_each_value():
     (origin,) = from_c(b"int f(unsigned char x) { return (x & 6) == 4 && x % 3 == 1; }", "tree.c").values()
     rows = np.arange(256, dtype=np.float32)[:, None]
     wanted = [int((x & 6) == 4 and x % 3 == 1) for x in range(256)]
-    assert [origin.labels[each] for each in origin.act(rows)] == wanted
+    assert answered(origin, rows) == wanted
     assert ir.act(profile_of({"f": origin}, Names()).agents[0], rows).tolist() == wanted
 
 
@@ -338,7 +338,7 @@ def test_the_address_of_a_constant_changes_nothing(place):
     body = "const struct band *b = x > 4 ? &bands[1] : &bands[0]; return x > b->lo ? b->act : 0;"
     for text in (f"{table} int f(double x) {{ {body} }}", f"int f(double x) {{ {table} {body} }}"):
         (origin,) = from_c(text.encode(), "tree.c").values()
-        assert [origin.labels[each] for each in origin.act(np.array([[-1.0], [1.0], [5.0]]))] == [0, 1, 2]
+        assert answered(origin, np.array([[-1.0], [1.0], [5.0]])) == [0, 1, 2]
     held = table.replace("const ", "static ", 1) if not place else table.replace("const ", "", 1)
     with pytest.raises(InputError, match=r"variable bands (is kept|keeps what)"):
         from_c(f"int f(double x) {{ {held} struct band *b = bands + 1; b->act += 1; return 1; }}".encode(), "tree.c")

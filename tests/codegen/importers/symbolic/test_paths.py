@@ -1,13 +1,11 @@
-"""All paths of a program: its tree, its replay, what is left out, and limits."""
+"""All paths of a program: its tree, what is left out, and limits."""
 
-import numpy as np
 import pytest
 
 from codegen.errors import InputError
 from codegen.importers.symbolic import paths
 from codegen.importers.symbolic.feature import FOLDING, Feature, Step, Test
 from codegen.importers.symbolic.paths import Growth
-from codegen.importers.symbolic.replay import Replay
 
 SPEED, GAP = Feature(0), Feature(1)
 
@@ -29,13 +27,6 @@ def test_a_program_becomes_a_tree():
     tree = growth.tree()
     assert tree.feature.tolist() == [1, 0, -1, -1, -1] and tree.threshold[1] == 2.0
     assert [list(growth.values)[k] for k in tree.action.tolist() if k >= 0] == ["roll", "brake", "go"]
-
-
-def test_the_replay_follows_each_observation():
-    rows = np.array([[3, 5], [2, 5], [3, 10], [3, np.nan], [np.nan, 5]])
-    replay = Replay("here", rows)
-    replay.follow(drive)
-    assert replay.values == ["brake", "roll", "go", "go", "roll"]
 
 
 @pytest.mark.parametrize(("sign", "kept"), [("<", True), ("<=", True), ("==", True), ("!=", True), (">", False)])

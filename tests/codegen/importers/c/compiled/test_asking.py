@@ -6,6 +6,7 @@ import pytest
 from codegen import ir
 from codegen.agreement.compiled import find_compiler
 from codegen.errors import DisagreementError, InputError
+from codegen.importers import replay
 from codegen.importers.c import expressions
 from codegen.importers.c.compiled.builds import COMPILED_BY
 from codegen.importers.c.inputs import Inputs
@@ -109,11 +110,10 @@ def test_scores_are_compared_by_the_largest():
 
 
 def test_observations_of_whole_numbers_are_whole_and_within_their_type():
-    asked = list[np.ndarray]()
     origins = from_c((HEAD + "int f(const int8_t *x, float v) { return x[0] > 3 && v < 2.5f; }").encode(), "tree.c")
-    (origin,) = origins.values()
-    rows = origin.asks(np.array([[0.5, 0.5], [1e9, np.nan], [-np.inf, 0.1]]))
-    asked.append(rows)
+    (policy,), (origin,) = profile_of(origins, Names()).agents, origins.values()
+    with origin.second() as running:
+        rows = replay.source_observations(policy, running, [0, 1], nan=True, finite=False)
     assert set(rows[:, 0].tolist()) <= set(range(-128, 128)) and {3, 4, 127, -128} <= set(rows[:, 0].tolist())
     held = rows[~np.isnan(rows[:, 1]), 1]
     assert (held.astype(np.float32) == held).all() and 2.5 in held
@@ -176,7 +176,7 @@ def test_numbers_that_overflow_are_not_asked():
 
 def test_nobody_is_asked_where_nothing_may_be_run():
     _, origin, facts = imported("int f(float x) { return x > 2; }", run=False)
-    assert origin.act is None and not origin.compared
+    assert origin.act is None and origin.second is None
     assert (facts["f replayed"], facts["f replayed by"]) == (0, NOT_COMPARED)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.importers.folding import LARGEST, Asked, fold_steps
+from codegen.importers.onnx.fitted import LARGEST, Asked, fold_steps
 from codegen.ir import GrownTree, Tree
 from codegen.lowering.deploy import deploy_tree
 from codegen.numbers.rounding import neighbour

@@ -8,11 +8,10 @@ import pytest
 from codegen import ir
 from codegen.agreement.entries import same
 from codegen.errors import InputError
-from codegen.importers import products, replay
+from codegen.importers import nodes, replay
 from codegen.importers.boosted import from_lightgbm, from_xgboost
-from codegen.importers.nodes import Leaf, Split
+from codegen.importers.nodes import Leaf, Split, Tree, origin_of_sum
 from codegen.importers.origin import Names, profile_of
-from codegen.importers.products import Tree, origin_of_sum
 from codegen.importers.symbolic.program import Described
 
 pytestmark = pytest.mark.interop
@@ -107,7 +106,7 @@ def test_what_is_not_their_sum_is_refused(xgboost, lightgbm, monkeypatch):
     stopped["learner"]["attributes"] = {"best_iteration": "1"}
     with pytest.raises(InputError, match="has a best_iteration"):
         from_xgboost(json.dumps(stopped).encode(), "tree.json")
-    monkeypatch.setattr(products, "MAX_LEAVES", 20)
+    monkeypatch.setattr(nodes, "MAX_LEAVES", 20)
     with pytest.raises(InputError, match="3 trees together have more than 20 leaves"):
         from_xgboost(text, "tree.json")
     forest = {"boosting": "rf", "bagging_freq": 1, "bagging_fraction": 0.5}
@@ -122,9 +121,9 @@ def test_what_is_not_their_sum_is_refused(xgboost, lightgbm, monkeypatch):
 
 
 def test_tests_that_are_decided_are_left_out():
-    nodes = {0: Split(0, "<", 1.0, 1, 2, nan=False), 1: Leaf(1.0), 2: Leaf(2.0)}
+    one = {0: Split(0, "<", 1.0, 1, 2, nan=False), 1: Leaf(1.0), 2: Leaf(2.0)}
     other = {0: Split(0, "<=", 0.5, 1, 2, nan=False), 1: Leaf(10.0), 2: Leaf(20.0)}
-    trees = [Tree(0, nodes.__getitem__), Tree(0, other.__getitem__)]
+    trees = [Tree(0, one.__getitem__), Tree(0, other.__getitem__)]
     said = Described(kind="two trees", n_features=1, numbers="float64")
     origin = origin_of_sum(trees, lambda leaves: Leaf(sum(leaf.label for leaf in leaves)), said, "here")
     assert origin.labels == (11.0, 21.0, 22.0), "x >= 1 is above 0.5: 12 is no sum"
@@ -133,7 +132,7 @@ def test_tests_that_are_decided_are_left_out():
 
 
 def test_a_node_that_leads_back_to_itself_is_refused():
-    nodes = {0: Split(0, "<", 1.0, 0, 1, nan=False), 1: Leaf(1.0)}
-    trees = [Tree(0, nodes.__getitem__), Tree(0, nodes.__getitem__)]
+    circle = {0: Split(0, "<", 1.0, 0, 1, nan=False), 1: Leaf(1.0)}
+    trees = [Tree(0, circle.__getitem__), Tree(0, circle.__getitem__)]
     with pytest.raises(InputError, match="leads back to itself"):
         origin_of_sum(trees, lambda leaves: leaves[0], Described(kind="two trees", n_features=1), "here")

@@ -1,9 +1,10 @@
-"""Steps before a tree, folded into its thresholds.
+"""What fitted models of ONNX and of scikit-learn have in common: steps before a tree, and regressors.
 
-Does: finds, for each test of the tree, the float32 number at which it turns, through the steps' own arithmetic.
+Does: finds, for each test of a tree, the float32 number at which it turns, through the steps' own arithmetic; makes
+  labels of few numbers that leaves give, and outputs of many.
 Assumes: each test looks at one number of the observation, and what it sees never falls (or never rises) where that
   number rises.
-Does not: know any step (steps.py, onnx/columns.py).
+Does not: know any step (columns.py, scikit.py), or import ONNX.
 
 Subtractions, additions, products with and quotients by numbers that are not 0, clipping and comparisons have that
 property, and so has rounding, in float32 or float64. So a test holds for all numbers up to one, or from one on, and for
@@ -11,12 +12,17 @@ no others; bisection over all float32 numbers in their order finds that one.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from codegen.ir import NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree
+from codegen.importers.reading import MAX_VALUES, Origin
+from codegen.importers.symbolic.paths import without
+from codegen.importers.symbolic.program import with_sums
+from codegen.ir import CONSTANT, NO_FEATURE, Bool, Float32, Floats, GrownTree
+from codegen.sums import DOUBLE_SUMS
 
 LARGEST, INFINITE = np.float32(np.finfo(np.float32).max), np.float32(np.inf)
 
@@ -77,20 +83,20 @@ def _number(order: Any) -> Float32:
     return np.where(np.asarray(order) < 0, -bits, bits)
 
 
-def without(tree: GrownTree, skip: dict[int, int]) -> GrownTree:
-    """The tree without splits that all observations pass on one side; `skip`: node -> that side."""
+def giving(origin: Origin, values: Any, said: Callable[[Floats], Any]) -> Origin:
+    """The origin of a regressor: few numbers are its labels, many, or several at once, are what its leaves give.
 
-    def follow_skips(node: int) -> int:
-        while node in skip:
-            node = skip[node]
-        return node
+    `values`: [n_leaves, n_outputs], in which the actions of the tree count; `said`: what the regressor itself gives,
+    [n, n_outputs].
+    """
+    known, place = np.unique(values, return_inverse=True)
+    if values.shape[1] == 1 and len(known) <= MAX_VALUES:
+        leaf, action = origin.grown.feature == NO_FEATURE, place.ravel()[origin.grown.action]
+        grown = replace(origin.grown, action=np.where(leaf, action, origin.grown.action))
 
-    order, open_ = list[int](), [follow_skips(0)]
-    while open_:
-        node = open_.pop()
-        order.append(node)
-        if tree.feature[node] != NO_FEATURE:
-            open_ += [follow_skips(int(tree.right[node])), follow_skips(int(tree.left[node]))]
-    place = {node: index for index, node in enumerate(order)} | {NO_CHILD: NO_CHILD}
-    left, right = ([place[follow_skips(int(side[node]))] for node in order] for side in (tree.left, tree.right))
-    return GrownTree(tree.feature[order], tree.threshold[order], np.array(left), np.array(right), tree.action[order])
+        def act(rows: Floats) -> Any:
+            return np.searchsorted(known, np.asarray(said(rows))[:, 0])
+
+        return replace(origin, grown=grown, labels=tuple(known.tolist()), act=act)
+    vectors = [[[(value, CONSTANT)] for value in row] for row in values.astype(np.float64).tolist()]
+    return with_sums(replace(origin, act=said, labels=()), (), vectors, (), DOUBLE_SUMS)
