@@ -127,13 +127,13 @@ def _keep_number(value: Any, numbers: dict[Any, None]) -> None:
 def _fold_node(node: ast.AST, known: dict[int, Any], space: dict[str, Any]) -> Any:
     """The number that an expression of constants gives; None for all others."""
     value: Any
+    if not isinstance(node, ast.Constant | ast.Name | ast.BinOp | ast.UnaryOp | ast.Call):
+        return None
     parts = [known.get(id(each)) for each in ast.iter_child_nodes(node) if isinstance(each, ast.expr)]
     try:
-        if isinstance(node, ast.Constant):
-            value = node.value
-        elif isinstance(node, ast.Name):
-            value = space.get(node.id)
-        elif isinstance(node, ast.BinOp | ast.UnaryOp) and None not in parts:
+        if isinstance(node, ast.Constant | ast.Name):
+            value = node.value if isinstance(node, ast.Constant) else space.get(node.id)
+        elif not isinstance(node, ast.Call) and None not in parts:
             value = OPERATORS[type(node.op)](*parts)
         elif isinstance(node, ast.Call) and None not in parts[1:] and isinstance(node.func, ast.Attribute):
             owner: Any = node.func.value
