@@ -20,13 +20,13 @@ import numpy as np
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT64
-from codegen.importers.python.inputs import Inputs
 from codegen.importers.python.values import (
     Array,
     Bound,
     Class,
     Condition,
     Function,
+    Inputs,
     Instance,
     Part,
     Refused,

@@ -27,7 +27,6 @@ from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
-from codegen.importers.python.inputs import Inputs
 from codegen.importers.python.machine import ARRAYS_ADVICE, FAILURES, Machine
 from codegen.importers.python.objects import instance_of
 from codegen.importers.python.statements import follow, link_statements
@@ -36,6 +35,7 @@ from codegen.importers.python.values import (
     Condition,
     Extreme,
     Function,
+    Inputs,
     Instance,
     Part,
     Refused,

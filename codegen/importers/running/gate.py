@@ -45,7 +45,14 @@ MEMBERS = {
         "typing": "NamedTuple Protocol TypedDict",
     }.items()
 }
-ATTRIBUTES = frozenset(f"append get index items keys name value values {LEVELS}".split())
+ATTRIBUTES = frozenset(
+    f"""add all any append args argmax argmin astype bit_count bit_length capitalize clear clip close code copy count
+    cumsum difference discard dot dtype end endswith errno extend find flatten get imag index insert intersection
+    is_integer isdigit issubset issuperset item items join keys kind lower lstrip max mean min msg name ndim numerator
+    denominator obj offset path pop prod ravel real reason remove repeat replace reshape reverse round rstrip setdefault
+    shape size sort split squeeze start startswith std step stop strip sum symmetric_difference text tile title tolist
+    type union update upper value values var T {LEVELS}""".split()
+)
 HELD = [each for held in (builtins, types) for each in vars(held).values() if isinstance(each, type)]
 ARRAYS = [getattr(sys.modules.get("numpy"), each, object) for each in ("ndarray", "generic", "dtype", "ufunc")]
 BUILT_IN = frozenset(name for each in (*HELD, *ARRAYS) for name in dir(each))
