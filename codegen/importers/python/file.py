@@ -153,12 +153,12 @@ def deciders(file: File, wanted: str = "") -> list[Decider]:
 
 def _refuse_file(file: File) -> InputError:
     """Why no function decides."""
-    if not (file.nodes[ast.FunctionDef] or file.nodes[ast.Lambda] or file.nodes[ast.ClassDef]):
+    if not (file.nodes[ast.FunctionDef] or file.nodes[ast.Lambda]):
         advice = "write def agent(x): ... and return the action"
         return InputError("no function: put the rule into one", file.machine.where, advice)
-    unread = [each for each in file.scope.names.values() if isinstance(each, Unread) and each.line]
-    if unread:
-        return InputError(unread[0].what, f"{file.machine.where}, line {unread[0].line}", unread[0].advice)
+    for each in file.scope.names.values():
+        if isinstance(each, Unread) and each.line:
+            return InputError(each.what, f"{file.machine.where}, line {each.line}", each.advice)
     what = "the file has no function that takes an observation and returns a decision"
     advice = "; ".join(("write one function per agent: def agent(x): ...", *file.machine.notes))
     return InputError(what, file.machine.where, advice[:300])

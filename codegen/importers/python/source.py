@@ -52,7 +52,6 @@ from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
 MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits
-VALUED = (ast.IfExp, ast.List, ast.Tuple, ast.Dict, ast.Lambda, ast.Return, ast.Assign, ast.AnnAssign)
 RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
 GIVEN = {
     "": "Python's floats, or float64 arrays", FLOATS: "Python's floats",
@@ -272,9 +271,13 @@ class _Follower:
 
     def _collect_names(self) -> Mapping[Value, str]:
         """What the source calls its numbers, where it uses a name for one as a value."""
-        names: dict[Value, str] = {}
-        named = (each for kind in VALUED for node in self.file.nodes[kind] for each in _values(node))
-        for each in _in_order(each for each in named if isinstance(each, ast.Name | ast.Attribute)):
+        nodes, names = self.file.nodes, dict[Value, str]()
+        used = [each.value for kind in (ast.Return, ast.Assign, ast.AnnAssign) for each in nodes[kind]]
+        used += [each.body for kind in (ast.IfExp, ast.Lambda) for each in nodes[kind]]
+        used += [each.orelse for each in nodes[ast.IfExp]]
+        used += [one for kind in (ast.List, ast.Tuple) for each in nodes[kind] for one in each.elts]
+        used += [one for each in nodes[ast.Dict] for one in each.values]
+        for each in _in_order(each for each in used if isinstance(getattr(each, "ctx", None), ast.Load)):
             name, held = self._constant(each)
             if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
                 names.setdefault(held, name)
@@ -284,17 +287,3 @@ class _Follower:
 def _in_order(nodes: Iterable[Any]) -> list[Any]:
     """Nodes in the order of the text."""
     return sorted(nodes, key=lambda node: (node.lineno, node.col_offset))
-
-
-def _values(node: ast.AST) -> list[ast.expr]:
-    """The expressions of a node that are values, and no parts of tests or sums."""
-    if isinstance(node, ast.IfExp):
-        return [node.body, node.orelse]
-    if isinstance(node, ast.List | ast.Tuple):
-        return [*node.elts] if isinstance(node.ctx, ast.Load) else []
-    if isinstance(node, ast.Dict):
-        return [*node.values]
-    value = node.body if isinstance(node, ast.Lambda) else None
-    if isinstance(node, ast.Return | ast.Assign | ast.AnnAssign):
-        value = node.value
-    return [] if value is None else [value]
