@@ -241,9 +241,11 @@ def _subscript(m: Machine, node: ast.Subscript, scope: Scope) -> Any:
         raise Refused(f"{text_of(node)} is a type", "write it as an annotation only")
     if isinstance(value, enum.EnumType):
         return value[m.whole(key)]
-    if not isinstance(value, list | tuple | dict | str | range):
+    if not isinstance(value, list | tuple | dict | str | range) or (
+        isinstance(key, slice) and isinstance(value, Array)
+    ):
         raise Refused(f"something is looked up in {words_of(value)}", "compute with each x[0] by itself")
-    if isinstance(key, slice) and not isinstance(value, dict):
+    if isinstance(key, slice):
         part: Any = value[key]
         return part if isinstance(part, range) else m.keep_value(part)
     return value[key_of(m, key) if isinstance(value, dict) else m.whole(key)]

@@ -63,7 +63,7 @@ def _attribute(m: Machine, node: ast.Attribute, scope: Scope) -> Any:
         return value.value if name == "value" else value.name
     if isinstance(value, enum.EnumType) and name in value.__members__:
         return value[name]
-    if any(isinstance(value, kind) and name in names for kind, names in METHODS.items()):
+    if name in METHODS.get(type(value), ()):
         return _method(value, name)
     raise Refused(f"'.{escape_text(name)}' of {words_of(value)} is not understood", STATED)
 
@@ -121,7 +121,6 @@ def _class(m: Machine, node: ast.ClassDef, scope: Scope) -> None:
     decorators = [_decorator(m, each, scope) for each in node.decorator_list]
     members: dict[str, Any] = {}
     m.block(node.body, Scope(members, scope, of_class=True))
-    members.pop("__doc__", None)
     if any(isinstance(each, enum.EnumType) for each in bases):
         scope.names[node.name] = _make_enum(node.name, bases, members)
         return
@@ -160,6 +159,7 @@ def _make_enum(name: str, bases: Sequence[Any], members: Mapping[str, Any]) -> A
     kinds = [mixed.get(getattr(each, "name", "")) for each in bases[:-1]]
     constant = (int, float, str, tuple) if kinds else (int, float, str, tuple, enum.auto)
     odd = [key for key, value in members.items() if key.startswith("_") or not isinstance(value, constant)]
+    kinds += [None] if len({isinstance(each, enum.auto) for each in members.values()}) > 1 else []  # versions differ
     if odd or len(kinds) > 1 or None in kinds or bases[-1] not in (enum.Enum, enum.IntEnum):
         what = f"{odd[0]} of the Enum {name}" if odd else f"the Enum {name}"
         raise Refused(f"{escape_text(what)} is not understood", "write members and constants: GO = 1")
