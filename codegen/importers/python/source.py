@@ -170,17 +170,11 @@ class _Follower:
             return self._label(plain)
         if isinstance(value, Test | Condition):
             return m.truth(value)
-        if isinstance(value, np.generic):
-            value = value.item()
         if self._gives(value):
             return self._build_given(list(value) if isinstance(value, list | tuple) else [value])
-        if isinstance(value, Feature | Part | Extreme):
-            return m.whole(value)
         if isinstance(value, list | tuple) and value:
             return tuple(self._number(each) for each in value)
-        if isinstance(value, str):
-            return value
-        return self._number(value)
+        return value if isinstance(value, str) else self._number(value)
 
     def _gives(self, value: Any) -> bool:
         """Whether numbers are given: the user says so, or they depend on features."""
