@@ -56,6 +56,12 @@ class Action(NamedTuple):
     label: Label | None
     source: str  # "": no leaf takes it
 
+    @property
+    def line(self) -> str:
+        """What it is in the source, in words."""
+        told = f" <- {self.source}" if self.source else " (no leaf)"
+        return self.name if self.source == self.name else f"{self.name}{told}"
+
 
 @dataclass(frozen=True)
 class Placed:
@@ -87,11 +93,6 @@ def ensure_known(given: Renaming, placed: Sequence[Placed], kind: str) -> None:
             raise UnknownNameError(kind, old, known, f"--{kind}s")
 
 
-def format_placed(placed: Placed) -> str:
-    """What each feature or action is, in words; of many, the first ones."""
-    return format_first(placed.lines)
-
-
 def format_first(lines: Sequence[str]) -> str:
     """The first ones of many, and how many more there are."""
     more = len(lines) - MAX_LISTED
@@ -107,19 +108,16 @@ def actions_of(labels: Sequence[Any], called: Mapping[Any, str], given: Renaming
     """
     values = [_value(each) for each in labels]
     known = [called.get(each, "") for each in labels]
-    numbers = [_whole(each) for each in values]
-    whole = [each for each in numbers if each is not None]
-    numbered = len(whole) == len(values) == len(set(whole))
-    if numbered and (max(whole) < MAX_NUMBERED or max(whole) < len(whole)):
+    whole = [number for each in values if (number := _whole(each)) is not None]
+    if len({*whole}) == len(values) and max(whole) < max(MAX_NUMBERED, len(whole)):
         labels_by_number = dict(zip(whole, zip(values, known, strict=True), strict=True))
         actions, place = _number_actions(labels_by_number, given), tuple(whole)
+        known += map(str, range(len(actions)))
     else:
         actions, place = _order_actions(values, known, given)
     names, kept, _ = zip(*actions, strict=True)
-    lines = (f"{each.name} <- {each.source}" if each.source != each.name else each.name for each in actions)
-    said = (line if each.source else f"{each.name} (no leaf)" for line, each in zip(lines, actions, strict=True))
-    known = (*known, *map(str, values), *(map(str, range(len(names))) if numbered else ()))
-    return Placed(names, place, tuple(f"{k} {line}" for k, line in enumerate(said)), kept, tuple(filter(None, known)))
+    lines = tuple(f"{k} {each.line}" for k, each in enumerate(actions))
+    return Placed(names, place, lines, kept, tuple(filter(None, (*known, *map(str, values)))))
 
 
 def outputs_of(count: int, given: Sequence[str] | None) -> Placed:
@@ -176,19 +174,13 @@ def _order_actions(
 ) -> tuple[list[Action], tuple[int, ...]]:
     """Actions in the source's order, or in that of the user, and the place of each label among them."""
     own = [legal(name or value, "action") for name, value in zip(known, values, strict=True)]
-    order = list(range(len(values)))
-    if given.plain is not None:
-        order = _order(own, given.plain, "actions")
+    order = list(range(len(values))) if given.plain is None else _order(own, given.plain, "actions")
     texts = all(isinstance(each, str) for each in values)
     spelled = texts or any(isinstance(each, int) and abs(each) > EXACT for each in values)
-    actions = [
-        Action(
-            given.rename(own[k], str(values[k]), known[k]),
-            str(values[k]) if spelled else values[k],
-            known[k] or str(values[k]),
-        )
-        for k in order
-    ]
+    actions = list[Action]()
+    for k in order:
+        name, text = given.rename(own[k], str(values[k]), known[k]), str(values[k])
+        actions.append(Action(name, text if spelled else values[k], known[k] or text))
     actions = _make_distinct(actions, given)
     if texts and all(each.label == each.name for each in actions):
         actions = [each._replace(label=None) for each in actions]

@@ -11,7 +11,7 @@ the file; the library that wrote the file is asked in the tests.
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -87,42 +87,41 @@ def origin_of(
     too many or too deep nodes, thresholds that are no numbers, and features that there are not.
     """
     grown = _Grown([Tree(root, read)], lambda leaves: leaves[0], said, where, sums)
+    tree = grown.grow()
     inputs = [each.feature for each in grown.splits if each.feature < SUMS]
     inputs += [place for form in (sums.known if sums else ()) for _, place in form.terms]
     width = max([said.n_features, *(place + 1 for place in inputs)])
     permits = tuple(leaf.permits for (leaf,) in grown.ends)
-    return replace(grown.make_origin(grown.tree, width), permits=permits)
+    return replace(grown.make_origin(tree, width), permits=permits)
 
 
 def origin_of_sum(trees: Sequence[Tree], add: Callable[[Sequence[Leaf]], Leaf], said: Described, where: str) -> Origin:
     """The sum of trees as one tree, without tests that earlier ones decide. `add`: what the leaves of a path stand for
     together. InputError where several trees have more than MAX_LEAVES leaves, and as for a tree alone.
     """
-    grown = _Grown(trees, add, said, where, None, decided=True)
-    return grown.make_origin(without_alike(grown.tree), said.n_features)
+    grown = _Grown(trees, add, said, where, decided=True)
+    return grown.make_origin(without_alike(grown.grow()), said.n_features)
 
 
+@dataclass
 class _Grown:
-    """One tree of all, whose actions count in `values`. `decided`: whether tests that are decided are left out."""
+    """One tree of all, whose actions count in `values`."""
 
-    def __init__(
-        self,
-        trees: Sequence[Tree],
-        add: Callable[[Sequence[Leaf]], Leaf],
-        said: Described,
-        where: str,
-        sums: Sums | None,
-        *,
-        decided: bool = False,
-    ) -> None:
-        self.trees, self.add, self.said, self.where, self.sums = trees, add, said, where, sums
-        self.values = dict[Any, int]()
-        self.splits, self.ends = list[Split](), list[tuple[Leaf, ...]]()
-        self.nan = True  # whether a NaN, which goes right, goes where the file sends it
-        self._decided = decided
-        tree = in_preorder(_Place((), trees[0].root), self._read_parts, FLOAT64)
-        threshold = tree.threshold.astype(np.float64)
-        self.tree = GrownTree(tree.feature, threshold, tree.left, tree.right, tree.action)
+    trees: Sequence[Tree]
+    add: Callable[[Sequence[Leaf]], Leaf]
+    said: Described
+    where: str
+    sums: Sums | None = None
+    decided: bool = False  # whether tests that earlier ones decide are left out
+    values: dict[Any, int] = field(default_factory=dict[Any, int])
+    splits: list[Split] = field(default_factory=list[Split])
+    ends: list[tuple[Leaf, ...]] = field(default_factory=list[tuple[Leaf, ...]])
+    nan: bool = True  # whether a NaN, which goes right, goes where the file sends it
+
+    def grow(self) -> GrownTree:
+        """The tree, in preorder."""
+        tree = in_preorder(_Place((), self.trees[0].root), self._read_parts, FLOAT64)
+        return GrownTree(tree.feature, tree.threshold.astype(np.float64), tree.left, tree.right, tree.action)
 
     def _read_parts(self, at: _Place) -> int | tuple[int, float, _Place, _Place]:
         """A leaf's value, or a split with the places to the left and to the right."""
@@ -143,7 +142,7 @@ class _Grown:
             sides = (each.otherwise, each.then) if each.sign in UPWARDS else (each.then, each.otherwise)
             if each.feature not in box.high:  # else no NaN comes here
                 self.nan &= each.nan == (each.sign in UPWARDS)
-            left, right = box.split_at(each.feature, threshold) if self._decided else (box, box)
+            left, right = box.split_at(each.feature, threshold) if self.decided else (box, box)
             if left is not None and right is not None:
                 self.splits.append(each)
                 low, high = _Place(leaves, sides[0], left, visited), _Place(leaves, sides[1], right, visited)
@@ -174,25 +173,28 @@ class _Grown:
             if not origin.vectors:
                 return np.array([place.get(end, -1) for end in ends], np.int32)[end_of]
             given = np.zeros((len(rows), len(origin.vectors[0])))
-            for k, end in enumerate(ends):
-                here = [columns[place][end_of == k] for place in range(rows.shape[1])]
+            starts = np.cumsum(np.bincount(end_of, minlength=len(ends)))[:-1]
+            for end, there in zip(ends, np.split(np.argsort(end_of, kind="stable"), starts), strict=True):
+                here = [columns[place][there] for place in range(rows.shape[1])]
                 for output, form in enumerate(end.vector):
-                    given[end_of == k, output] = sum_terms(form.terms, here, numbers)
+                    given[there, output] = sum_terms(form.terms, here, numbers)
             return given
 
         return replace(origin, act=act, finite=bool(origin.vectors))
 
     def _follow_rows(self, columns: dict[int, Floats], count: int) -> tuple[list[Any], Any]:
         """What observations come to, by the nodes' own comparisons, and the place among that of each."""
-        for place, form in enumerate(self.sums.known if self.sums else (), SUMS):
-            columns[place] = sum_terms(form.terms, columns, self.sums.numbers)
+        sums = self.sums or Sums(FLOAT64)
+        for place in range(SUMS, SUMS + len(sums.known)):
+            columns[place] = sums.column(place, columns)
         leaves, which = list[Leaf](), np.zeros((count, len(self.trees)), np.int32)
         for k, tree in enumerate(self.trees):
             for leaf, rows in _leaves_of(tree, columns, np.arange(count)):
                 which[rows, k] = len(leaves)
                 leaves.append(leaf)
         paths, path_of = np.unique(which, axis=0, return_inverse=True)
-        ends = [value_of(self.add([leaves[k] for k in path]), self.where) for path in paths.tolist()]
+        listed: list[list[int]] = paths.tolist()
+        ends = [value_of(self.add([leaves[k] for k in path]), self.where) for path in listed]
         return ends, path_of.ravel()
 
 

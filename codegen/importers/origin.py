@@ -75,8 +75,10 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
         facts |= {f"{policy.agent} from": comment(origin.kind), f"{policy.agent} replayed": count}
         facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by if compared else NOT_COMPARED)
         facts[f"{policy.agent} given"] = comment(takes or origin.given)
-        facts[f"{policy.agent} features"] = comment(names.format_placed(features))
-        facts[f"{policy.agent} {'outputs' if policy.outputs else 'actions'}"] = comment(names.format_placed(actions))
+        facts[f"{policy.agent} features"] = comment(names.format_first(features.lines))
+        facts[f"{policy.agent} {'outputs' if policy.outputs else 'actions'}"] = comment(
+            names.format_first(actions.lines)
+        )
         facts |= {f"{policy.agent} sums": policy.tree.arithmetic} if policy.tree.arithmetic else {}
         facts |= _list_permits(policy, origin)
         if origin.notes:

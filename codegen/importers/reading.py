@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.ir import Bool, Floats, GrownTree, Sum
+from codegen.ir import Bool, Floats, GrownTree, PolicyProfile, Sum
 
 AGENT = "agent_0"
 NOT_COMPARED = "nobody: the source was not compared"  # who replayed an import, where nobody did
@@ -20,6 +20,12 @@ MAX_FEATURES = 1 << 20  # of an observation
 MAX_VALUES = 64  # of a regressor, beyond which they are no actions
 FLOATS = "floats"  # Python's own, beside the types of arrays
 SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
+
+
+def find_uncompared(profile: PolicyProfile) -> list[str]:
+    """The agents whose source was compared with nothing: what read it must be right."""
+    facts = profile.provenance.training
+    return [policy.agent for policy in profile.agents if facts.get(f"{policy.agent} replayed by") == NOT_COMPARED]
 
 
 @dataclass(frozen=True)

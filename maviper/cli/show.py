@@ -151,13 +151,13 @@ def _render_lines(profile: "PolicyProfile", agent: str | None, form: str) -> lis
 
 
 def _rules(profile: "PolicyProfile", agent: str | None) -> list[str]:
-    from codegen.importers.reading import NOT_COMPARED
+    from codegen.importers.reading import find_uncompared
     from maviper.evaluation.show import bounds, rules
 
     lines: list[str] = []
     for policy in _select_agents(profile, agent):
-        compared = profile.provenance.training.get(f"{policy.agent} replayed by") != NOT_COMPARED
-        lines.append(f"{policy.agent}, team {policy.team}{'' if compared else ', its source was not compared'}")
+        told = ", its source was not compared" if policy.agent in find_uncompared(profile) else ""
+        lines.append(f"{policy.agent}, team {policy.team}{told}")
         lines += [f"  {line}" for line in (*bounds(policy), *rules(policy))]
     return lines
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from codegen import ir
+from codegen.importers.reading import find_uncompared
 from codegen.ir import CONSTANT, Floats
 from codegen.wording import NO_UNIT, format_count
 from maviper.episodes import measures
@@ -71,7 +72,8 @@ def about(profile: ir.PolicyProfile) -> str:
     game = f"{name} is a game of {who}{places}"
     if profile.provenance.algorithm == "imported" and not world.reference:
         game = f"An imported tree for {who}" if len(agents) == 1 else f"Imported trees for {who}"
-    return f"{game}. {sees} {does} {moment}{length}."
+    trusted = [f" The source of {agent} was not compared." for agent in find_uncompared(profile)]
+    return f"{game}. {sees} {does} {moment}{length}.{''.join(trusted)}"
 
 
 def _does(policy: ir.AgentPolicy, alike: bool) -> str:

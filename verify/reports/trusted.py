@@ -7,7 +7,7 @@ Does not: import them.
 
 from collections.abc import Collection, Mapping, Sequence
 
-from codegen.importers.reading import NOT_COMPARED
+from codegen.importers.reading import find_uncompared
 from codegen.ir import PolicyProfile
 
 CODEGEN = (
@@ -183,11 +183,10 @@ def texts(checked: bool | None, proofs: Sequence[str], replayed: Sequence[str]) 
 def readers(profile: PolicyProfile) -> list[str]:
     """A line for each imported agent whose source was compared with nothing: its reader must be right."""
     facts = profile.provenance.training
-    agents = [policy.agent for policy in profile.agents if facts.get(f"{policy.agent} replayed by") == NOT_COMPARED]
     return [
         f"that {agent} was read as its language means it (the reader of {facts.get(f'{agent} from', 'its file')}): its "
         "source was not compared"
-        for agent in agents
+        for agent in find_uncompared(profile)
     ]
 
 

@@ -4,7 +4,7 @@ Does: follows columns through scalers, sums, products and comparisons with const
 Assumes: arithmetic as ONNX says it: each operator rounds to its own type.
 Does not: take an operator that mixes columns, or one that may both rise and fall; InputError names the node.
 
-A column remembers whether it rises or falls with its number, and how it is computed. folding.py needs no more.
+A column remembers whether it rises or falls with its number, and how it is computed. fitted.py needs no more.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -98,5 +98,5 @@ def giving(origin: Origin, values: Any, said: Callable[[Floats], Any]) -> Origin
             return np.searchsorted(known, np.asarray(said(rows))[:, 0])
 
         return replace(origin, grown=grown, labels=tuple(known.tolist()), act=act)
-    vectors = [[[(value, CONSTANT)] for value in row] for row in values.astype(np.float64).tolist()]
+    vectors = [[((float(value), CONSTANT),) for value in row] for row in values.astype(np.float64).tolist()]
     return with_sums(replace(origin, act=said, labels=()), (), vectors, (), DOUBLE_SUMS)

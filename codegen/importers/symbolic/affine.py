@@ -12,9 +12,9 @@ its value and not that. Such a sum may be tested, and is no output.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 
 Terms = tuple[tuple[float, int], ...]
 Bounds = tuple[float | None, float | None]
+Columns: TypeAlias = "Sequence[Floats] | Mapping[int, Floats]"  # of inputs, by their places
 # forms of steps: (name, number or both, whether a zero keeps its sign at a bound of 0)
 CUTTING = ("min", "max", "clip")
 IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
@@ -95,7 +96,7 @@ class Sums:
         """What an input is, which is one of `numbers`, or a sum."""
         return self.numbers if feature.place >= SUMS else numbers
 
-    def constant(self, number: Any) -> Affine | None:
+    def constant(self, number: Any) -> float | None:
         """A number of the program; None where its arithmetic would be another one."""
         kind: Any = np.dtype(self.numbers).type
         if isinstance(number, np.generic) and type(cast("Any", number)) is not kind:
@@ -105,7 +106,7 @@ class Sums:
                 value = float(kind(number))
         except (OverflowError, TypeError, ValueError):
             return None
-        return Affine(((value, CONSTANT),)) if math.isfinite(value) else None
+        return value if math.isfinite(value) else None
 
     def of(self, feature: Feature) -> Affine | None:
         """The form of a feature; None where its steps are no terms."""
@@ -114,11 +115,8 @@ class Sums:
         else:
             form = Affine(((1.0, feature.place),))
         for step in feature.steps:
-            if form is None:
-                return None
-            if step.key == self.numbers:
-                continue  # a conversion to what it is already
-            form = self._apply_step(form, step.form)
+            if form is not None and step.key != self.numbers:  # else a conversion to what it is already
+                form = self._apply_step(form, step.form)
         return form
 
     def represent(self, value: Any, make_error: Callable[[str, str], InputError]) -> Affine:
@@ -127,10 +125,10 @@ class Sums:
         """
         if not isinstance(value, Feature):
             number = self.constant(value)
-            if number is None or number.terms[0][0] != value:
+            if number is None or number != value:
                 what = f"{value!r} is returned among numbers that are {self.numbers}, and is none"
                 raise make_error(what, "round it in the source")
-            return number
+            return Affine(((number, CONSTANT),))
         steps = value.steps
         first = len(steps)
         while first and (_cuts(steps[first - 1]) or steps[first - 1].key == self.numbers):
@@ -150,7 +148,7 @@ class Sums:
             assert step.form is not None
             name, given, keeps = step.form
             ends = [self.constant(each) for each in (given if name == "clip" else (given,))]
-            values = [end.terms[0][0] for end in ends if end]
+            values = [end for end in ends if end is not None]
             if len(values) < len(ends):
                 raise make_error(f"what is returned is cut by numbers that are not {self.numbers}", IN_ORDER)
             if 0 in values and not keeps:
@@ -162,15 +160,13 @@ class Sums:
 
     def _apply_step(self, affine: Affine, form: tuple[Any, ...] | None) -> Affine | None:
         """A form after `form`: an operation, and its number; "c-": the number minus the form."""
-        number = None if form is None or form[0] in CUTTING else self.constant(form[1])
-        if form is None or number is None:
+        value = None if form is None or form[0] in CUTTING else self.constant(form[1])
+        if form is None or value is None:
             return None
-        value = number.terms[0][0]
         if form[0] in ("*", "/"):
             return self._scale_form(affine, value if form[0] == "*" else _reciprocal(value))
-        if form[0] == "c-":
-            return affine.negate().plus(number)
-        return affine.plus(number if form[0] == "+" else number.negate())
+        added = Affine(((-value if form[0] == "-" else value, CONSTANT),))
+        return (affine.negate() if form[0] == "c-" else affine).plus(added)
 
     def _scale_form(self, affine: Affine, factor: float | None) -> Affine | None:
         """A product: of one input, or of a sum and a sign."""
@@ -179,11 +175,8 @@ class Sums:
         if factor is None or len(affine.terms) != 1 or affine.alone:
             return None
         weight, place = affine.terms[0]
-        if abs(weight) != 1:
-            return None
-        if abs(factor) < float(np.finfo(self.numbers).tiny):
-            return None  # zero, or subnormal
-        return Affine(((factor * weight, place),))
+        vanishes = abs(factor) < float(np.finfo(self.numbers).tiny)  # zero, or subnormal
+        return None if vanishes or abs(weight) != 1 else Affine(((factor * weight, place),))
 
     def add_features(self, left: Feature, right: Feature, *, minus: bool) -> Feature | None:
         """The sum or difference of two features as a feature; None where it has no form."""
@@ -201,8 +194,8 @@ class Sums:
             self.known.append(affine)
         return self.places[key]
 
-    def column(self, place: int, columns: Sequence[Floats]) -> Floats:
-        """The values of a sum for many observations, as doubles. `columns`: of the inputs, by place."""
+    def column(self, place: int, columns: Columns) -> Floats:
+        """The values of a sum for many observations, as doubles."""
         return sum_terms(self.known[place - SUMS].terms, columns, self.numbers)
 
 
@@ -210,7 +203,7 @@ def _cuts(step: Step) -> bool:
     return step.form is not None and step.form[0] in CUTTING
 
 
-def sum_terms(terms: Terms, columns: Sequence[Floats], numbers: str) -> Floats:
+def sum_terms(terms: Terms, columns: Columns, numbers: str) -> Floats:
     """The value of each sum, term after term, as doubles."""
     kind, count = np.dtype(numbers).type, len(columns[0]) if columns else 0
     total: Any = None
@@ -241,6 +234,3 @@ class Given:
 
     def __hash__(self) -> int:
         return hash(self._key)
-
-    def __repr__(self) -> str:
-        return self._key

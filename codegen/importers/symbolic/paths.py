@@ -203,16 +203,14 @@ def without_alike(tree: GrownTree) -> GrownTree:
     """The tree without splits whose sides decide alike, or of which one side is ruled out: NO_ACTION leaves."""
     skip, kinds = dict[int, int](), dict[Any, int]()  # what decides, and its number
     kind = [NO_ACTION] * len(tree.feature)
-    rows = list(zip(*(each.tolist() for each in (tree.feature, tree.threshold, tree.left, tree.right)), strict=True))
-    for node in range(len(rows) - 1, -1, -1):  # preorder: children come after their parents
-        feature, threshold, left, right = rows[node]
-        sides = () if feature == NO_FEATURE else (kind[left], kind[right])
-        if not sides:
-            action = int(tree.action[node])
+    for node in range(len(kind) - 1, -1, -1):  # preorder: children come after their parents
+        feature, action, left, right = (int(each[node]) for each in (tree.feature, tree.action, tree.left, tree.right))
+        sides = kind[left], kind[right]
+        if feature == NO_FEATURE:
             kind[node] = action if action == NO_ACTION else kinds.setdefault(action, len(kinds))
         elif sides[0] == sides[1] or NO_ACTION in sides:
             skip[node] = right if sides[0] == NO_ACTION else left
             kind[node] = kind[skip[node]]
         else:
-            kind[node] = kinds.setdefault((feature, threshold, sides), len(kinds))
+            kind[node] = kinds.setdefault((feature, float(tree.threshold[node]), sides), len(kinds))
     return without(tree, skip)

@@ -62,17 +62,15 @@ def origin_of_tree(
     """The origin of a tree, whose actions are places of `values`; who answers for it is not said yet."""
     vectors = _vectors_of(values, where, sums)
     bounds = _bounds([one.vector for one in vectors], where)
-    labels, called = (), {}
-    order = list(range(len(vectors)))
-    if not vectors:
-        labels, order = _labels_of(values, said, where)
-        called = {} if isinstance(values[0], tuple) else said.called
+    labels, order = _labels_of(values, said, where) if not vectors else ((), list(range(len(vectors))))
+    named = not vectors and not isinstance(values[0], tuple)
     # Python's max(0.0, nan) is 0.0
     nan = all(each.cut.value(np.nan) != each.cut.value(np.nan) for one in vectors for each in one.vector if each.cut)
     places = np.array([*said.places, -1], dtype=np.int32)  # the last one: no feature
     single = grown.feature < SUMS
     facts: dict[str, Any] = {each.name: getattr(said, each.name) for each in fields(Facts)}
-    facts |= {"features": (*said.features,), "nan": said.nan and nan and not said.finite, "called": called}
+    facts |= {"features": (*said.features,), "called": said.called if named else {}}
+    facts["nan"] = said.nan and nan and not said.finite
     origin = Origin(
         **facts,
         grown=replace(

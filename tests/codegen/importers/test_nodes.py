@@ -10,7 +10,7 @@ from codegen.agreement.entries import same
 from codegen.errors import InputError
 from codegen.importers import nodes, replay
 from codegen.importers.boosted import from_lightgbm, from_xgboost
-from codegen.importers.nodes import Leaf, Split, Tree, origin_of_sum
+from codegen.importers.nodes import Leaf, Split, Tree, origin_of, origin_of_sum
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.symbolic.program import Described
 
@@ -129,6 +129,23 @@ def test_tests_that_are_decided_are_left_out():
     assert origin.labels == (11.0, 21.0, 22.0), "x >= 1 is above 0.5: 12 is no sum"
     assert np.count_nonzero(origin.grown.feature == 0) == 2
     assert origin.act(np.array([[0.5], [0.75], [1.0]])).tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize(("sign", "then"), [("<", True), ("<=", False), (">", True), (">=", False)])
+def test_a_nan_goes_where_the_node_says_and_is_kept_where_that_is_the_right_side(sign, then):
+    nodes = {0: Split(0, sign, 1.0, 1, 2, nan=then), 1: Leaf(1.0), 2: Leaf(2.0)}
+    said, rows = Described(kind="a tree", n_features=1, numbers="float64"), np.array([[np.nan]])
+    single = origin_of(0, nodes.__getitem__, said, "here")
+    assert single.nan == (then == (sign in (">", ">=")))
+    assert [single.labels[each] for each in single.act(rows)] == [1.0 if then else 2.0]
+    plain = {
+        0: Split(0, "<", 2.0, 1, 2, nan=False),
+        1: Leaf(10.0),
+        2: Leaf(20.0),
+    }  # decides it on its right
+    trees = [Tree(0, plain.__getitem__), Tree(0, nodes.__getitem__)]
+    both = origin_of_sum(trees, lambda leaves: Leaf(sum(leaf.label for leaf in leaves)), said, "here")
+    assert both.nan == single.nan and both.labels[0] == 11.0
 
 
 def test_a_node_that_leads_back_to_itself_is_refused():

@@ -5,7 +5,7 @@ Assumes: the labels that the reader gave.
 Does not: evaluate anything of the source.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -47,7 +47,7 @@ def ask_compiler(
 
 
 @contextmanager
-def _run_builds(origin: Origin, name: str, compiled: Compiled, *, scores: bool) -> Iterator[Running]:
+def _run_builds(origin: Origin, name: str, compiled: Compiled, *, scores: bool) -> Generator[Running]:
     """The numbers of a source, and what answers observations."""
     types = compiled.types(name)
     letters = [place for place, kind in enumerate(types) if kind == CHAR]

@@ -71,14 +71,19 @@ def test_no_run_says_that_nothing_was_compared(monkeypatch):
     assert facts["act replayed"] == 0 and facts["act replayed by"] == "nobody: the source was not compared"
 
 
-def test_show_says_that_nothing_was_compared(tmp_path, capsys):
-    file = tmp_path / "act.py"
+def test_every_word_about_a_profile_says_that_nothing_was_compared(tmp_path, capsys):
+    file, made, page = (tmp_path / name for name in ("act.py", "act.json", "page.html"))
     file.write_text(PLAIN)
+    claim = ["--observations", "--property", "ignores", "--agent", "act", "--feature", "x0", "--json"]
     for options, told in (([], False), (["--no-run"], True)):
-        assert main.run(["import", str(file), "-o", str(tmp_path / "act.json"), *options]) == 0
+        assert main.run(["import", str(file), "-o", str(made), *options]) == 0
         assert ("compared    none, nobody" in capsys.readouterr().err) == told
-        assert main.run(["show", str(tmp_path / "act.json")]) == 0
+        assert main.run(["show", str(made)]) == 0
         assert ("its source was not compared" in capsys.readouterr().out) == told
+        assert main.run(["show", str(made), "--format", "html", "-o", str(page)]) == 0
+        assert ("The source of act was not compared." in page.read_text()) == told
+        main.run(["verify", str(made), *claim])
+        assert ("act was read as its language means it" in "".join(capsys.readouterr())) == told
 
 
 def test_a_difference_names_the_observation_and_both_answers():
