@@ -153,7 +153,7 @@ def deciders(file: File, wanted: str = "") -> list[Decider]:
 
 def _refuse_file(file: File) -> InputError:
     """Why no function decides."""
-    if not (file.nodes[ast.FunctionDef] or file.nodes[ast.Lambda]):
+    if not any(file.nodes[kind] for kind in INNER):
         advice = "write def agent(x): ... and return the action"
         return InputError("no function: put the rule into one", file.machine.where, advice)
     for each in file.scope.names.values():
