@@ -72,7 +72,7 @@ REFUSED = [
     ("def act(x, x):\n    return 1 if x < 1 else 0\n", 1, "not Python: duplicate argument 'x'"),
     ("from __future__ import nothing\ndef act(x):\n    return 1 if x < 1 else 0\n", 1, "not Python: future feature"),
     ("Y = 1\nglobals()['Y'] = 2\ndef act(x):\n    return 1 if x[0] < Y else 0\n", 2, "'globals' may change"),
-    ("Y = 1\ndef act(x):\n    global Y\n    Y += 1\n    return 1 if x[0] < 1 else 0\n", 3, "something is kept between calls"),
+    ("Y = 1\ndef act(x):\n    global Y\n    Y += 1\n    return 1 if x[0] < 1 else 0\n", 3, "is kept between calls"),
     ("N = 0\ndef more():\n    global N\n    N += 1\ndef act(x):\n    return 1 if x[0] < N else 0\n", 3, "may change"),
     ("SEEN = []\ndef act(x):\n    SEEN.append(1)\n    return len(SEEN) if x[0] > 0 else 0\n", 3, "outlives"),
     ("def act(x, seen=[]):\n    seen.append(1)\n    return len(seen) if x[0] > 0 else 0\n", 2, "outlives"),
