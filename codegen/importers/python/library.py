@@ -117,6 +117,8 @@ def _join_pair(m: Machine, function: Any, one: Any, other: Any) -> Any:
 
 def _clip(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """np.clip, of one number."""
+    if len(given) == 1 and named.keys() == {"a_min", "a_max"}:
+        given, named = [*given, named["a_min"], named["a_max"]], {}
     value, *ends = map(m.decide, given)
     if named or len(ends) != 2 or not all(map(is_number, ends)) or not isinstance(value, Feature | int | float):
         raise Refused("a whole array is clipped, or by what is no number", "write np.clip(x[0], low, high)")
