@@ -34,6 +34,7 @@ ROWS = 100_000  # at thresholds, beyond which each comes with fewer random value
 MAX_NUMBERS = 1 << 28  # in all observations together: a GiB
 WORK = 1 << 24  # rows times numbers of a source
 MAX_SPECIAL = 64  # features that are put at special values, one by one
+LARGEST = float(np.finfo(np.float64).max)
 FILLINGS = 3  # rows for each value of a feature at a source's numbers: the others at zero, then at random values
 Numbers: TypeAlias = "Iterable[int | float]"
 Column: TypeAlias = "npt.NDArray[Any]"  # [n_rows]
@@ -163,14 +164,9 @@ def list_values(numbers: Numbers, kind: str) -> tuple[Column, Column]:
 
 
 def _list_floats(numbers: Numbers, kind: str) -> tuple[Column, Column]:
-    near = {0.0, 1.0, -1.0}
-    for number in numbers:
-        try:
-            near |= {sign * float(number) + beside for sign in (1, -1) for beside in (-1, 0, 1)}
-        except OverflowError:
-            continue  # a whole number that no double is near to
+    known = np.array([0.0, *(float(each) for each in numbers if abs(each) <= LARGEST)])
     with np.errstate(all="ignore"):
-        at = np.array(sorted(near), np.float64)
+        at = np.unique(np.concatenate([sign * known + beside for sign in (1, -1) for beside in (0.0, -1, 1)]))
         values = [at]
         for neighbours in (FLOAT32,) if kind == FLOAT32 else (FLOAT32, FLOAT64):
             rounded = at.astype(neighbours)
@@ -197,10 +193,13 @@ def choose_rows(
         values.append(np.concatenate([near, special]))
     if not kinds:
         return []
-    single = np.array([(place, at, 0, -1) for place, each in enumerate(values) for at in range(len(each))])
+    single = np.zeros((sum(map(len, values)), 4), np.int64)
+    single[:, 0] = np.repeat(np.arange(len(values)), [len(each) for each in values])
+    single[:, 1] = np.concatenate([np.arange(len(each)) for each in values])
+    single[:, 3] = -1
     if len(single) > most:  # special values first, then as many others as fit
         special = single[:, 1] >= np.array([len(each) for each in plain])[single[:, 0]]
-        order = np.argsort(~special + rng.random(len(single)))
+        order = np.argpartition(~special + rng.random(len(single)), most)
         single = single[np.sort(order[:most])]
     single = np.tile(single, (max(1, min(FILLINGS, most // len(single))), 1))
     chosen = np.concatenate([single, _pair_values([len(each) for each in values], most - len(single), rng)])

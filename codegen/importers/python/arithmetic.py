@@ -12,6 +12,7 @@ found through them is that of Python, to the last bit.
 # pyright: basic
 # the values of a program may be anything
 import ast
+import enum
 import math
 import operator
 from collections.abc import Callable, Mapping
@@ -21,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
-from codegen.importers.python.values import Array, Condition, Extreme, Instance, Member, Part, Refused, Symbol, words_of
+from codegen.importers.python.values import Array, Condition, Extreme, Part, Refused, words_of
 from codegen.importers.symbolic.affine import CUT_BEFORE, CUTTING, IN_ORDER
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test, at_most
 
@@ -31,7 +32,6 @@ OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow, ast.LShift: operator.lshift,
     ast.RShift: operator.rshift, ast.BitAnd: operator.and_, ast.BitOr: operator.or_, ast.BitXor: operator.xor,
 }  # fmt: skip
-BITS = (ast.Mod, ast.LShift, ast.RShift, ast.BitAnd, ast.BitOr, ast.BitXor)  # of whole numbers, value by value
 NAMES: Mapping[type[ast.operator], str] = {ast.Mult: "product", ast.Div: "quotient"}
 FORMS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 COMPARISONS: Mapping[type[ast.cmpop], str] = {
@@ -46,7 +46,8 @@ OTHERWISE = {
 SEVERAL = "test each feature alone, or give the {} as a feature of its own"
 CONDITIONS = (Test, Condition)
 NUMBERS = (int, float, np.number)
-FIXED = (type(None), *NUMBERS, str, range, Member)
+FIXED = (type(None), *NUMBERS, str, range, enum.Enum)
+JOINED = (Feature, *NUMBERS, str, list, tuple)  # what arithmetic is done on
 
 
 # --- arithmetic
@@ -60,10 +61,8 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
     if kind is ast.MatMult:
         raise Refused("a product of arrays is computed, which NumPy adds in an order of its own", IN_ORDER)
     for each in (left, right):
-        if isinstance(each, Array):
-            raise Refused("arithmetic is done on a whole array", "do it on each number")
-        if not isinstance(each, Feature | int | float | np.number | str | list | tuple | set | dict):
-            raise Refused(f"arithmetic is done on {words_of(each)}", TEST_ADVICE)
+        if isinstance(each, Array) or not isinstance(each, JOINED):
+            raise Refused(f"arithmetic is done on {words_of(each)}", "do it on each number")
     if isinstance(left, Feature) and isinstance(right, Feature):
         return _join_features(m, kind, left, right)
     if isinstance(left, Feature) or isinstance(right, Feature):
@@ -77,15 +76,9 @@ def _join_conditions(m: Machine, kind: type[ast.operator], left: Any, right: Any
         if kind in (ast.BitAnd, ast.BitOr):
             return Condition(kind is ast.BitAnd, (left, right))
         if kind is ast.BitXor:
-            return differ(left, right)
-        for each in (left, right):
-            m.ensure_plain(each)
+            return compare_values(m, "!=", left, right)
+        m.ensure_plain()
     return binary(m, kind, *(int(m.truth(each)) if isinstance(each, CONDITIONS) else each for each in (left, right)))
-
-
-def differ(left: Any, right: Any, wanted: bool = True) -> Condition:
-    """Whether one of two conditions holds and the other one does not."""
-    return Condition(True, (Condition(False, (left, right)), Condition(True, (left, right), False)), wanted)
 
 
 def _join_features(m: Machine, kind: type[ast.operator], left: Feature, right: Feature) -> Any:
@@ -112,7 +105,7 @@ def is_number(value: Any) -> bool:
 
 def is_constant(value: Any) -> bool:
     """Whether a value depends on no feature, and Python itself may compare it."""
-    if isinstance(value, tuple | list | set):
+    if isinstance(value, tuple | list | frozenset):
         return not isinstance(value, Array) and all(map(is_constant, value))
     if isinstance(value, dict):
         return all(map(is_constant, value)) and all(map(is_constant, value.values()))
@@ -125,16 +118,16 @@ def _of_constants(m: Machine, kind: type[ast.operator], left: Any, right: Any) -
         bits = right if kind is ast.LShift else right * max(int(left).bit_length(), 1)
         if abs(bits) > MAX_BITS:
             raise Refused("a number is too large", f"keep whole numbers below {MAX_BITS} bits")
-    items = [each for each in (left, right) if isinstance(each, str | list | tuple)]
+    items = [each for each in (left, right) if isinstance(each, list | tuple)]
     times = [each for each in (left, right) if isinstance(each, int)]
     if kind is ast.Mult and items and times and len(items[0]) * max(times[0], 0) > MAX_ITEMS:
         raise Refused("a list or text is too long", f"keep it below {MAX_ITEMS} parts")
-    if kind is ast.Mod and isinstance(left, str):
-        raise Refused("a text is formatted", "write the text itself")
+    if kind is not ast.Add and (isinstance(left, str) or isinstance(right, str)):
+        raise Refused("a text is formatted or repeated", "write the text itself")
     constant = OPERATIONS[kind](left, right)
     if isinstance(constant, complex) or (isinstance(constant, int) and constant.bit_length() > MAX_BITS):
         raise Refused("a number is too large, or complex", "write the result itself")
-    return m.keep_value(constant) if isinstance(constant, list | tuple | str | set | dict) else constant
+    return m.keep_value(constant) if isinstance(constant, list | tuple | str) else constant
 
 
 def _of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
@@ -147,15 +140,9 @@ def _of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> 
     whole = m.counts(feature) and isinstance(number, int)
     if whole and kind is ast.Mult and number == 0:
         return 0
-    if whole and (kind in BITS or (turned and kind in (ast.FloorDiv, ast.Pow))):
-        return _of_constants(m, kind, *((number, m.whole(feature)) if turned else (m.whole(feature), number)))
     if not _usable(number, feature.value(1.0), kind):
         raise Refused("a feature is combined with 0, an infinite or a too large number", "write the result itself")
     sense = FALLING if (kind is ast.Sub and turned) or (kind not in (ast.Add, ast.Sub) and number < 0) else RISING
-    if kind is ast.FloorDiv and not turned and not whole and math.frexp(number)[0] == 0.5:
-        m.finite = True  # of infinities Python gives NaN
-        # of a power of 2, which rounds nothing
-        return feature.then(Step(f"floor {number!r}", partial(apply_finite, lambda value: value // number)))
     allowed = (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,)), *((ast.FloorDiv,) if whole else ()))
     if kind not in allowed:
         said = "a number is divided by a feature" if turned else f"{kind.__name__.lower()} of a feature is asked"
@@ -203,21 +190,19 @@ def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
     m.count()
     if isinstance(left, Feature | Part) and type(right) in (int, float):  # most are this
         return _with_number(m, m.plain(left), sign, right)
-    for one, other, said in ((left, right, sign), (right, left, TURNED[sign])):
-        if isinstance(one, CONDITIONS):
-            return _condition_compared(m, one, said, other)
+    if isinstance(left, CONDITIONS) or isinstance(right, CONDITIONS):  # which count as 0 or 1
+        one, other = (m.truth(each) if isinstance(each, CONDITIONS) else each for each in (left, right))
+        return Condition(True, (compare_values(m, sign, one, other),))
     left, right = m.plain(left), m.plain(right)
     if is_constant(left) and is_constant(right):
-        return _constants_compared(sign, left, right)
-    for each in (left, right):
-        if isinstance(each, Symbol | Array | Instance):
-            raise Refused(f"{words_of(each)} is compared", "compare numbers, texts or members of an Enum")
-    if isinstance(left, tuple | list) and isinstance(right, tuple | list) and sign in ("==", "!="):
-        if type(left) is not type(right) or len(left) != len(right):
+        answer = SIGNS[sign](left, right)
+        return Condition(True, (bool(answer),)) if isinstance(answer, np.generic) else bool(answer)
+    if isinstance(left, tuple) and isinstance(right, tuple) and sign in ("==", "!="):
+        if len(left) != len(right):
             return sign == "!="
         m.forget_nan()  # which is equal to itself there
         pairs = tuple(compare_values(m, "==", a, b) for a, b in zip(left, right, strict=True))
-        return Condition(True, pairs, sign == "==", plain=True)
+        return Condition(True, pairs, sign == "==")
     for one, other, said in ((left, right, sign), (right, left, TURNED[sign])):
         if isinstance(one, Extreme) and (is_number(other) or isinstance(other, Feature)):
             return _extreme_compared(m, one, said, other)
@@ -227,23 +212,6 @@ def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
         return _two_compared(m, sign, left, right)
     what = f"{words_of(left)} and {words_of(right)} are compared, which have no order"
     raise Refused(what, "compare one feature with a number")
-
-
-def _condition_compared(m: Machine, condition: Any, sign: str, other: Any) -> Any:
-    """A comparison of a condition, which counts as 0 or 1."""
-    if isinstance(other, (*CONDITIONS, bool)) and sign in ("==", "!="):
-        return differ(condition, other, sign == "!=")
-    if is_number(other):
-        answers = [bool(SIGNS[sign](each, other)) for each in (False, True)]
-        if answers[0] != answers[1]:
-            return Condition(True, (condition,), answers[1])
-    return compare_values(m, sign, m.decide(condition), m.decide(other))
-
-
-def _constants_compared(sign: str, left: Any, right: Any) -> Any:
-    """What Python itself says, or NumPy."""
-    answer = SIGNS[sign](left, right)
-    return Condition(True, (bool(answer),), plain=False) if isinstance(answer, np.generic) else bool(answer)
 
 
 def _two_compared(m: Machine, sign: str, left: Feature, right: Feature) -> Any:
@@ -280,7 +248,7 @@ def _with_number(m: Machine, feature: Feature, sign: str, number: Any) -> Any:
     if not is_number(number):
         if number is None and sign in ("==", "!="):
             return sign == "!="
-        words = "with a text" if isinstance(number, str | Member) else "with what is no number"
+        words = "with a text" if isinstance(number, str) else "with what is no number"
         raise Refused(f"a feature is compared {words}", "features are numbers: compare with a number")
     if isinstance(number, np.integer):
         number = np.float64(number)
@@ -311,10 +279,8 @@ def _near(sample: Any, number: Any) -> Any:
 
 def _extreme_compared(m: Machine, extreme: Extreme, sign: str, number: Any) -> Any:
     """A test of the least or largest of several: of any of them, or of all."""
-    m.forget_nan()  # what Python takes for the least beside a NaN depends on their order
     if sign in ("==", "!="):
-        within, beyond = ("<=", "<") if extreme.least else (">=", ">")
-        inner = _extreme_compared(m, extreme, within, number), _extreme_compared(m, extreme, beyond, number)
-        return Condition(True, (inner[0], Condition(True, (inner[1],), False)), sign == "==")
+        raise Refused("the least or largest of several is asked what it equals", "compare it by < or >")
+    m.forget_nan()  # what Python takes for the least beside a NaN depends on their order
     every = extreme.least != (sign in ("<", "<="))
     return Condition(every, tuple(compare_values(m, sign, each, number) for each in extreme.parts))

@@ -11,29 +11,27 @@ exactly is an error where it is met. Everything is counted: a file that does not
 # pyright: basic
 # the values of a program may be anything
 import ast
-import builtins
+import enum
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from inspect import Parameter, Signature
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT64
-from codegen.importers.python.inputs import Inputs
 from codegen.importers.python.values import (
     Array,
     Bound,
     Class,
     Condition,
     Function,
+    Inputs,
     Instance,
-    Member,
-    Module,
     Part,
     Refused,
     Scope,
     Stream,
-    Symbol,
     words_of,
 )
 from codegen.importers.reading import FLOATS
@@ -47,11 +45,19 @@ MAX_INDEX = 256  # values of a whole number that is used as an index
 TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
 ARRAYS_ADVICE = "say --arrays floats for Python's floats, --arrays float64 or --arrays float32 for arrays of NumPy"
 UNCOUNTED = "the file does not say how many features there are", "name all: --features a,b,c"
+STATED = "write what it computes with comparisons and numbers; importing.md lists what is read"
 STREAM_ADVICE = "write a list; a generator or iterator may stand in a loop, or as the argument of any, all, sum, list"
 Handler = Callable[["Machine", Any, Scope], Any]
 EXPRESSIONS: dict[type[ast.AST], Handler] = {}
 STATEMENTS: dict[type[ast.AST], Handler] = {}  # these give an `End`, or None
 CALLS: dict[type, Callable[..., Any]] = {}  # what calling a value of a kind gives: machine, value, arguments, node
+REASONS = {
+    **dict.fromkeys((ast.Global, ast.Nonlocal), ("something is kept between calls", STATE_ADVICE)),
+    ast.Raise: ("an error is raised on a path that may be taken", "return an action there"),
+}
+TAKING = ("any", "all", "sum", "min", "max", "list", "tuple", "enumerate", "zip")  # iterators apart
+FAILURES = (Refused, TypeError, ValueError, LookupError, ArithmeticError, AttributeError)
+LEAVES = (ast.Name, ast.Constant)
 
 
 def reads(table: dict[type[ast.AST], Handler], *kinds: type[ast.AST]) -> Callable[[Handler], Handler]:
@@ -88,14 +94,9 @@ def walk_nodes(node: ast.AST, stop: tuple[type[ast.AST], ...] = ()) -> list[Any]
     return nodes
 
 
-LEAVES = (ast.Name, ast.Constant)
-
-
-FAILURES = (Refused, TypeError, ValueError, LookupError, ArithmeticError, AttributeError)
-
-
 def _refuse_node(m: "Machine", node: ast.AST, scope: Scope) -> Any:
-    raise Refused(f"'{type(node).__name__.lower()}' is not understood", "use if, match, for over a list, name = value")
+    what, advice = REASONS.get(type(node), (f"'{type(node).__name__.lower()}' is not understood", STATED))
+    raise Refused(f"{what}: {text_of(node)}", advice)
 
 
 class End(NamedTuple):
@@ -111,21 +112,21 @@ class Machine:
     def __init__(self, where: str, arrays: str) -> None:
         self.where, self.arrays = where, arrays
         self.paths: Growth | None = None
-        self.inputs = Inputs(where, ())
+        self.inputs = Inputs(())
         self.sums = Sums(self.kind or FLOAT64)  # of several features
         self.line, self.depth, self.steps = 0, 0, 0
         self.fresh: dict[int, Any] = {}  # lists and objects that this path has made, and may change
         self.kept: dict[str, set[ast.AST]] = {}  # attributes, and functions that set them, but those of the object made
         self.hard = False  # whether the last error is about something that no line may be skipped for
-        self.assigning = True  # whether an expression may assign a name, or make a generator
+        self.stores: list[Any] = []  # nodes that give a name something
+        self.sets: list[Any] = []  # attributes that are given something
+        self.pauses: list[Any] = []  # nodes that make a generator of the function around them
         self.ran: set[ast.AST] = set()  # functions that the file calls before any decision
         self.called: dict[Any, str] = {}  # what returned members are called
-        self.symbols: set[str] = set()  # names that are returned without being defined
-        self.texts: set[str] = set()  # texts that are returned
         self.notes: dict[str, None] = {}  # what was skipped, in words
         self.made: set[Class] = set()  # classes of which the file makes objects
         self.finite = False  # whether something is computed that Python refuses for infinite numbers
-        self.makers: set[Function] = set()  # functions that the file calls to make functions or objects
+        self.numpy = False  # whether the file uses functions of NumPy, whose conditions are no numbers
 
     @property
     def kind(self) -> str:
@@ -179,7 +180,7 @@ class Machine:
     def keep_value(self, value: Any) -> Any:
         """A new list, dictionary or object, which this path may change."""
         self.weigh(value)
-        if not isinstance(value, str | tuple):
+        if isinstance(value, list | dict):
             self.fresh[id(value)] = value
         return value
 
@@ -189,7 +190,7 @@ class Machine:
         open_ = [value]
         while open_ and weight <= MAX_ITEMS:
             each = open_.pop()
-            if isinstance(each, list | tuple | set):
+            if isinstance(each, list | tuple):
                 weight += len(each)
                 open_ += each
             elif isinstance(each, dict):
@@ -208,42 +209,25 @@ class Machine:
     # --- numbers and truth
 
     def plain(self, value: Any) -> Any:
-        """The value with observations as features, and members of an IntEnum as numbers."""
+        """The value, of an observation as a feature."""
         if isinstance(value, Part):
-            return Feature(self.inputs.number(value.path), value.steps)
-        return value.value if isinstance(value, Member) and value.kind.mixed else value
+            return Feature(self.inputs.number(value), value.steps)
+        return value
 
     def decide(self, value: Any) -> Any:
         """The value as `plain` has it, where a condition is used as the bool that it is among floats."""
         value = self.plain(value)
         if isinstance(value, Test | Condition):
-            self.ensure_plain(value)
+            self.ensure_plain()
             return self.truth(value)
         return value
 
-    def ensure_plain(self, value: Any) -> None:
-        """InputError for a condition that is, or may be, NumPy's: it neither adds nor counts as Python's does."""
-        plain = self._is_plain(value)
-        if plain is None:
-            self.ask_arrays("a condition is used as a number or an object")
-        if plain is False:
-            what = "a condition about arrays of NumPy is used as a number or an object"
-            raise Refused(what, "write int(a > b), or bool(a > b)")
-
-    def _is_plain(self, value: Any) -> bool | None:
-        """Whether a condition is Python's own True or False; None: it depends on what is given."""
-        if isinstance(value, Condition) and value.plain is not None:
-            return value.plain
-        if isinstance(value, Condition):
-            answers = [self._is_plain(each) for each in value.parts]
-            return False if False in answers else None if None in answers else True
-        if not isinstance(value, Test):
-            return True
-        if isinstance(value.number, np.generic):
-            return False
-        given = [1.0, np.float64(1)] if not self.arrays else [np.dtype(self.kind).type(1) if self.kind else 1.0]
-        kinds = {isinstance(value.feature.value(each), np.generic) for each in given}
-        return None if len(kinds) > 1 else not kinds.pop()
+    def ensure_plain(self) -> None:
+        """InputError where a condition may be NumPy's: it neither adds nor counts as Python's does."""
+        self.ask_arrays("a condition is used as a number or an object")
+        if self.kind or self.numpy:
+            what = "a condition that may be NumPy's is used as a number or an object"
+            raise Refused(what, "write int(a > b)")
 
     def holds(self, test: Test) -> bool:
         """Whether a test holds on this path."""
@@ -264,18 +248,13 @@ class Machine:
             return self.holds(Test(value, "!=", 0))
         if isinstance(value, Array):
             raise Refused("an array is no condition", "use any() or all() of its tests")
-        if value is None or isinstance(value, int | float | np.number | str | list | tuple | dict | set | range):
+        if value is None or isinstance(value, int | float | np.number | str | list | tuple | dict | range | enum.Enum):
             return bool(value)
-        if isinstance(value, Member | Function | Class | Instance | Module | Bound):
-            return True
         raise Refused(f"{words_of(value)} is no condition", TEST_ADVICE)
 
     def whole(self, value: Any) -> Any:
         """A constant: of a feature that is a whole number, one for each value that it may have."""
         value = self.decide(value)
-        if isinstance(value, Symbol):
-            what = f"the name {escape_text(value.name)!r} is not defined in the file"
-            raise Refused(what, "write the number or the text itself")
         if not isinstance(value, Feature):
             return value
         if not self.counts(value):
@@ -302,61 +281,47 @@ class Machine:
     def items(self, value: Any) -> Any:
         """The parts of a list, a text, a dictionary, an Enum or an observation of known length."""
         if isinstance(value, Part):
-            n = self.inputs.length(value.path)
-            if not n:
+            if not self.inputs.width:
                 raise Refused(*UNCOUNTED)
-            return [self.inputs.enter(value, k) for k in range(n)]
-        if isinstance(value, Class) and value.enum:
-            return value.constants
-        if isinstance(value, set) and len(value) > 1:
+            return [self.inputs.enter(value, k) for k in range(self.inputs.width)]
+        if isinstance(value, enum.EnumType | dict):
+            return list(value)
+        if isinstance(value, list | tuple | str | range):
+            return value
+        if isinstance(value, frozenset):
             raise Refused("a loop goes over a set, whose order nobody knows", "write a list")
-        if isinstance(value, Stream):
-            return value.items
-        if isinstance(value, list | tuple | str | range | dict | set):
-            return value if isinstance(value, list | tuple | str | range) else list(value)
         raise Refused(f"a loop goes over {words_of(value)}", "loop over literals")
 
     # --- calls
 
     def call(self, called: Any, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST) -> Any:
         """What a call gives."""
+        if any(type(each) is Stream for each in given) and not (isinstance(called, Bound) and called.name in TAKING):
+            raise Refused(f"{text_of(node)} is given an iterator", STREAM_ADVICE)
         if isinstance(called, Bound):
             return called.call(self, node, list(given), dict(named))
-        if any(type(each) is Stream for each in (*given, *named.values())):
-            raise Refused(f"{text_of(node)} is given an iterator", STREAM_ADVICE)
         if isinstance(called, Function):
-            return self.apply(called, given, named, node)
-        if isinstance(called, Instance):
-            method = called.kind.members.get("__call__")
-            return self.call(method, [called, *given], named, node)
+            return self.apply(called, given, named)
+        if isinstance(called, enum.EnumType) and len(given) == 1 and not named:
+            return called(self.whole(given[0]))
+        if isinstance(called, Instance) and "__call__" in called.kind.members:
+            return self.call(called.kind.members["__call__"], [called, *given], named, node)
         if type(called) in CALLS:
             return CALLS[type(called)](self, called, given, named, node)
-        if isinstance(called, Symbol):
-            if "random" in called.name.split("."):
-                what, advice = "a random number is drawn", "a tree decides alike each time: write the limits"
-                raise Refused(what, advice)
-            if called.name in dir(builtins):
-                what = f"{called.name}() is outside what is read of Python"
-                raise Refused(what, "write what it does with comparisons, numbers and lists")
-            what = f"{escape_text(called.name)} is called, which the file does not define"
-            raise Refused(what, "write what it computes into the file; math and numpy are known in part")
         raise Refused(f"{text_of(node)} is not understood", "call functions of the file, of math or of numpy")
 
-    def apply(self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST) -> Any:
+    def apply(self, function: Function, given: Sequence[Any], named: Mapping[str, Any]) -> Any:
         """What a function of the file returns."""
         if self.depth >= MAX_CALLS:
             raise Refused(f"calls are nested more than {MAX_CALLS} deep", "write recursion as tests")
-        scope = Scope(self.bind_arguments(function, given, named, node), function.scope, function.local)
+        scope = Scope(self.bind_arguments(function, given, named), function.scope, function.local)
         self.depth, line = self.depth + 1, self.line
         self.ran |= {function.node} if self.paths is None else set()
         try:
             if isinstance(function.node, ast.Lambda):
                 return self.eval(function.node.body, scope)
             end = self.block(function.node.body, scope)
-            returned = end.value if end else None
-            if self.paths is None and isinstance(returned, Function | Instance):
-                self.makers.add(function)
-            return returned
+            return end.value if end else None
         finally:
             self.depth, self.line = self.depth - 1, line
 
@@ -377,22 +342,23 @@ class Machine:
         except FAILURES as error:
             raise self.make_error(node, error) from None
 
-    def bind_arguments(
-        self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST
-    ) -> dict[str, Any]:
+    def bind_arguments(self, function: Function, given: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
         """What the parameters of a function stand for in a call."""
-        takes, bindings = function.node.args, dict(function.defaults)
-        places = [each.arg for each in (*takes.posonlyargs, *takes.args)]
-        names = [*places, *(each.arg for each in takes.kwonlyargs)]
+        takes = function.node.args
         if takes.vararg or takes.kwarg:
             raise Refused(f"{escape_text(function.name)} takes * or **", "name each parameter")
-        bindings |= {**dict(zip(places, given, strict=False)), **named}
-        missing = [name for name in names if name not in bindings]
-        if len(given) > len(places) or missing or named.keys() - {*names[len(takes.posonlyargs) :]}:
-            raise Refused(f"{text_of(node)} does not fit the parameters of {escape_text(function.name)}", "mend it")
-        if named.keys() & {*places[: len(given)]}:
-            raise Refused(f"{text_of(node)} gives a parameter twice", "mend it")
-        return bindings
+        kinds = {
+            Parameter.POSITIONAL_ONLY: takes.posonlyargs,
+            Parameter.POSITIONAL_OR_KEYWORD: takes.args,
+            Parameter.KEYWORD_ONLY: takes.kwonlyargs,
+        }
+        bound = Signature([
+            Parameter(each.arg, kind, default=function.defaults.get(each.arg, Parameter.empty))
+            for kind, places in kinds.items()
+            for each in places
+        ]).bind(*given, **named)  # fmt: skip
+        bound.apply_defaults()
+        return bound.arguments
 
 
 def step_of(kind: str) -> tuple[Step, ...]:

@@ -14,6 +14,7 @@ knows which it is: `Said.arrays`.
 # the values of a program may be anything
 import ast
 import copy
+import enum
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -26,7 +27,6 @@ from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
-from codegen.importers.python.inputs import MAX_FEATURES, Inputs
 from codegen.importers.python.machine import ARRAYS_ADVICE, FAILURES, Machine
 from codegen.importers.python.objects import instance_of
 from codegen.importers.python.statements import follow, link_statements
@@ -35,17 +35,15 @@ from codegen.importers.python.values import (
     Condition,
     Extreme,
     Function,
+    Inputs,
     Instance,
-    Member,
     Part,
     Refused,
     Scope,
-    Symbol,
     words_of,
 )
-from codegen.importers.reading import FLOATS
-from codegen.importers.running.asking import PYTHON, run_source
-from codegen.importers.running.calling import Called, shape_parameters
+from codegen.importers.reading import FLOATS, MAX_FEATURES
+from codegen.importers.running.asking import PYTHON, Called, run_source
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.paths import Growth
@@ -54,7 +52,6 @@ from codegen.process import silence_warnings
 
 KIND = "if/else Python"
 MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits
-VALUED = (ast.IfExp, ast.List, ast.Tuple, ast.Dict, ast.Lambda, ast.Return, ast.Assign, ast.AnnAssign)
 RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
 GIVEN = {
     "": "Python's floats, or float64 arrays", FLOATS: "Python's floats",
@@ -76,23 +73,21 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
             chosen = deciders(file, said.wanted)
             source = text.decode("latin-1") if said.run else ""
             return {each.name: _origin(file, each, said, len(chosen), source) for each in chosen}
-    except SyntaxError as error:
-        advice = "Python must be able to read the file"
-        place = where if error.lineno is None else f"{where}, line {error.lineno}"
-        raise InputError(f"not Python: {escape_text(error.msg)}", place, advice) from None
     except (RecursionError, MemoryError):
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
-    except ValueError as error:  # such as a null byte
-        raise InputError(f"not Python: {escape_text(error)}", where, "Python must be able to read the file") from None
+    except (SyntaxError, ValueError) as error:  # the latter for a null byte
+        line = getattr(error, "lineno", None)
+        what = f"not Python: {escape_text(getattr(error, 'msg', error))}"
+        raise InputError(what, f"{where}, line {line}" if line else where, "Python must be able to read it") from None
 
 
 def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -> Origin:
     """The origin of a function. InputError also for sums whose arithmetic nobody states."""
-    widths = dict[tuple[int | str, ...], int]()
+    width = len(said.features)
     while True:  # again, where a later line says how many features there are
         follower = _Follower(file, decider, said)
         m = follower.machine
-        m.inputs.widths |= widths
+        m.inputs.width = width
         try:
             origin = origin_of(follower.run, m.where, follower.describe_program, m.kind or FLOAT64, m.sums)
             if not said.arrays and rounds(origin):
@@ -100,8 +95,8 @@ def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -
                 raise InputError(what, f"{m.where}, line {m.sums.line}", ARRAYS_ADVICE)
             return follower.ask_python(origin, decider, source)
         except InputError as error:
-            if len(m.inputs.widths) > len(widths):
-                widths = dict(m.inputs.widths)
+            if m.inputs.width != width:
+                width = m.inputs.width
                 continue
             more = f"; or {ALONE.format(escape_text(decider.name))}" if count > 1 else ""
             raise InputError(error.what, error.where, f"{error.next_step}{more}") from None
@@ -111,7 +106,7 @@ class _Follower:
     """Follows one function along the paths that it is handed."""
 
     def __init__(self, file: File, decider: Decider, said: Said) -> None:
-        self.file, self.function, self.said = file, decider.function, said
+        self.file, self.function, self.said, self.simple = file, decider.function, said, file.simple
         self.machine = m = copy.copy(file.machine)
         m.where = f"{m.where}, function {escape_text(decider.name)}"
         self.first = [self._object(m, each) for each in decider.first]
@@ -121,39 +116,20 @@ class _Follower:
         self.names = [name for name in places if name not in self.defaults]
         self.keywords = [each.arg for each in takes.kwonlyargs if each.arg not in self.defaults]
         m.sums = Sums(m.kind or FLOAT64)
-        m.inputs = Inputs(m.where, (*self.names, *self.keywords), len(said.features))
-        m.notes, m.called, m.texts, m.symbols = dict(m.notes), {}, set(), set()
-        m.finite = False
-        self.n_read = self._look_ahead(m)
+        m.inputs = Inputs((*self.names, *self.keywords))
+        m.notes, m.called, m.finite = dict(m.notes), {}, False
         for each in (*takes.posonlyargs, *takes.args, *takes.kwonlyargs):
             kind = file.scope.names.get(each.annotation.id) if isinstance(each.annotation, ast.Name) else None
             if isinstance(kind, Class) and kind.fields:
-                m.inputs.names[each.arg,] = kind.fields
-
-    def _look_ahead(self, m: Machine) -> int:
-        """What the text says of a sole parameter: `len(x) == 4`, and the last number that it looks at."""
-        name, node, last = m.inputs.parameters[:1], self.function.node, -1
-        for each in self.file.inside(node, ast.Subscript):
-            place = each.slice.value if isinstance(each.slice, ast.Constant) else -1
-            if isinstance(place, int) and (getattr(each.value, "id", ""),) == name:
-                last = max(last, place if place < MAX_FEATURES else -1)
-        for each in self.file.inside(node, ast.Call):
-            of = isinstance(each.func, ast.Name) and each.func.id == "len" and each.args
-            if of and (getattr(each.args[0], "id", ""),) == name:
-                self._count_features(m, name, each)
-        return last + 1
-
-    def _count_features(self, m: Machine, name: tuple[str, ...], call: ast.Call) -> None:
-        """Takes what the length of the observation is compared with for its length."""
-        for each in self.file.inside(call, ast.Compare):
-            number = getattr(each.comparators[0], "value", None)
-            if each.left is call and isinstance(each.ops[0], ast.Eq | ast.NotEq) and isinstance(number, int):
-                m.inputs.widths.setdefault(name, number)
-                m.notes[f"line {each.lineno}: the observation is taken to have {number} numbers"] = None
+                m.inputs.names = kind.fields
+        for each in file.inside(self.function.node, ast.Subscript):  # also in a test that decides nothing
+            place = each.slice.value if isinstance(each.slice, ast.Constant) else None
+            if type(place) is int and (getattr(each.value, "id", ""),) == m.inputs.parameters:
+                m.inputs.n_read = max(m.inputs.n_read, place + 1 if place < MAX_FEATURES else 0)
 
     def _object(self, m: Machine, given: Any) -> Any:
         """The object whose method decides."""
-        if not isinstance(given, Class) or self.function.kind == "class":
+        if not isinstance(given, Class) or self.function.kind == "classmethod":
             return given
         try:
             return instance_of(m, given, [], {}, self.function.node)
@@ -168,14 +144,14 @@ class _Follower:
         if state is None:
             named = {each: Part((each,)) for each in self.keywords}
             named |= {each: Part((each,)) for each in self.names}
-            names = m.bind_arguments(function, self.first, named, function.node)
+            names = m.bind_arguments(function, self.first, named)
             body = function.node.body
             if isinstance(body, ast.expr):  # of a lambda
                 body = [ast.copy_location(ast.Return(body), body)]
             state = link_statements(body, None), names
         rest, names = state
         try:
-            end = follow(m, rest, Scope(dict(names), function.scope, function.local), marks=self.file.simple)
+            end = follow(m, rest, Scope(dict(names), function.scope, function.local), marks=self.simple)
             return self._label(end.value if end else None)
         except FAILURES as error:
             raise m.make_error(None, error) from None
@@ -187,28 +163,18 @@ class _Follower:
             return value  # most are this
         while isinstance(value, list | tuple) and len(value) == 1 and not isinstance(value[0], str):
             value = value[0]  # a list of one number is that number
-        if isinstance(value, Symbol):
-            m.symbols.add(value.name)
-            return value.name
-        if isinstance(value, Member):
+        if isinstance(value, enum.Enum):
             plain = value.value if isinstance(value.value, int | float | str) else value.name
-            if not isinstance(plain, str) or plain != value.name:
+            if plain != value.name:
                 m.called.setdefault(plain, value.name)
             return self._label(plain)
         if isinstance(value, Test | Condition):
             return m.truth(value)
-        if isinstance(value, np.generic):
-            value = value.item()
         if self._gives(value):
             return self._build_given(list(value) if isinstance(value, list | tuple) else [value])
-        if isinstance(value, Feature | Part | Extreme):
-            return m.whole(value)
         if isinstance(value, list | tuple) and value:
             return tuple(self._number(each) for each in value)
-        if isinstance(value, str):
-            m.texts.add(value)
-            return value
-        return self._number(value)
+        return value if isinstance(value, str) else self._number(value)
 
     def _gives(self, value: Any) -> bool:
         """Whether numbers are given: the user says so, or they depend on features."""
@@ -238,7 +204,7 @@ class _Follower:
         if isinstance(value, Extreme):
             raise Refused(NO_SUM, IN_ORDER)
         value = m.truth(value) if isinstance(value, Test | Condition) else m.whole(value)
-        value = value.value if isinstance(value, Member) else value.item() if isinstance(value, np.generic) else value
+        value = value.item() if isinstance(value, np.generic) else getattr(value, "value", value)
         if isinstance(value, int) and value.bit_length() > MAX_BITS:
             raise Refused("a number is too long for a name", "return a shorter one")
         if not isinstance(value, int | float) or not math.isfinite(value):
@@ -250,40 +216,28 @@ class _Follower:
     def describe_program(self) -> Described:
         """What is known once all paths were followed."""
         m = self.machine
-        both = m.symbols & m.texts
-        if both:
-            what = f"{escape_text(min(both))!r} is returned as a text and as a name"
-            raise InputError(what, f"{m.where}, line {self.function.node.lineno}", "return one of them")
-        named = (ast.Name, ast.Attribute) if m.symbols else ()
         texts = [each for each in self.file.nodes[ast.Constant] if isinstance(each.value, str)]
-        order: list[Any] = [
-            each.value if isinstance(each, ast.Constant) else ast.unparse(each)
-            for each in _in_order([*texts, *(each for kind in named for each in self.file.nodes[kind])])
-        ]
         for each in sorted(self.defaults):
             m.notes[f"{escape_text(each)} is what its default says, unless --features names it"] = None
         plain = Described(
             kind=KIND,
             replayed_by=PYTHON,
             given=GIVEN[self.said.arrays],
-            order=order,
+            order=[each.value for each in _in_order(texts)],
             called=self._collect_names(),
             scores=self.said.scores,
             finite=m.finite,
-            n_read=self.n_read,
             notes=tuple(m.notes),
         )
         described = m.inputs.describe_inputs(plain)
-        self.places = [int(each) for each in described.places]
+        self.shapes = m.inputs.shape_parameters(described)
         return described
 
     def ask_python(self, origin: Origin, decider: Decider, source: str) -> Origin:
         """The origin that Python itself answers for; without a source, nobody does."""
         if not source:
             return origin
-        m, takes = self.machine, self.function.node.args
-        names = [*self.names, *self.keywords]
-        shapes = shape_parameters(names, dict(zip(m.inputs.places, self.places, strict=True)))
+        m, takes, shapes = self.machine, self.function.node.args, dict(self.shapes)
         first = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
         plain = [name for name, own in zip(first, self.names, strict=False) if name == own]
         called = Called(
@@ -311,9 +265,13 @@ class _Follower:
 
     def _collect_names(self) -> Mapping[Value, str]:
         """What the source calls its numbers, where it uses a name for one as a value."""
-        names: dict[Value, str] = {}
-        named = (each for kind in VALUED for node in self.file.nodes[kind] for each in _values(node))
-        for each in _in_order(each for each in named if isinstance(each, ast.Name | ast.Attribute)):
+        nodes, names = self.file.nodes, dict[Value, str]()
+        used = [each.value for kind in (ast.Return, ast.Assign, ast.AnnAssign) for each in nodes[kind]]
+        used += [each.body for kind in (ast.IfExp, ast.Lambda) for each in nodes[kind]]
+        used += [each.orelse for each in nodes[ast.IfExp]]
+        used += [one for kind in (ast.List, ast.Tuple) for each in nodes[kind] for one in each.elts]
+        used += [one for each in nodes[ast.Dict] for one in each.values]
+        for each in _in_order(each for each in used if isinstance(getattr(each, "ctx", None), ast.Load)):
             name, held = self._constant(each)
             if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
                 names.setdefault(held, name)
@@ -323,17 +281,3 @@ class _Follower:
 def _in_order(nodes: Iterable[Any]) -> list[Any]:
     """Nodes in the order of the text."""
     return sorted(nodes, key=lambda node: (node.lineno, node.col_offset))
-
-
-def _values(node: ast.AST) -> list[ast.expr]:
-    """The expressions of a node that are values, and no parts of tests or sums."""
-    if isinstance(node, ast.IfExp):
-        return [node.body, node.orelse]
-    if isinstance(node, ast.List | ast.Tuple):
-        return [*node.elts] if isinstance(node.ctx, ast.Load) else []
-    if isinstance(node, ast.Dict):
-        return [*node.values]
-    value = node.body if isinstance(node, ast.Lambda) else None
-    if isinstance(node, ast.Return | ast.Assign | ast.AnnAssign):
-        value = node.value
-    return [] if value is None else [value]

@@ -13,27 +13,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from codegen.errors import InputError, escape_text
-from codegen.importers.python.arithmetic import CONDITIONS, binary, compare_values
-from codegen.importers.python.containers import assign
-from codegen.importers.python.expressions import defaults_of, eval_condition, is_pure
+from codegen.importers.python.arithmetic import binary, compare_values
+from codegen.importers.python.expressions import assign, defaults_of, eval_condition, may_go_unread
 from codegen.importers.python.library import MODULES
-from codegen.importers.python.machine import (
-    STATEMENTS,
-    STREAM_ADVICE,
-    End,
-    Machine,
-    reads,
-    text_of,
-    walk_nodes,
-)
-from codegen.importers.python.values import Array, Class, Function, Refused, Scope, Symbol
+from codegen.importers.python.machine import STATEMENTS, STREAM_ADVICE, End, Machine, reads, text_of
+from codegen.importers.python.values import Array, Function, Refused, Scope, Unread
 from codegen.importers.symbolic.feature import Test
-from codegen.importers.symbolic.paths import STATE_ADVICE
 
-DECORATORS = {"staticmethod": "static", "classmethod": "class", "property": "property", "cached_property": "property"}
-IDLE = ("cache", "lru_cache", "abstractmethod", "override", "final", "njit")  # of a library: they change no answer
-INNER = (ast.FunctionDef, ast.ClassDef, ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
-PLAIN = (ast.Compare, ast.BoolOp, ast.BinOp, ast.UnaryOp, ast.IfExp, ast.Call, ast.Return)
+MAKERS = ("__init__", "__post_init__")  # methods that set attributes of what they make
 MAX_TURNS = 100_000
 
 
@@ -78,35 +65,20 @@ def _return(m: Machine, node: ast.Return, scope: Scope) -> End:
     return End("return", value)
 
 
-@reads(STATEMENTS, ast.Pass, ast.Global)
-def _pass(m: Machine, node: ast.AST, scope: Scope) -> None:
-    if isinstance(node, ast.Global):
-        raise Refused(f"{text_of(node)} keeps something between calls", STATE_ADVICE)
-
-
-@reads(STATEMENTS, ast.Expr)
-def _expression(m: Machine, node: ast.Expr, scope: Scope) -> None:
-    m.eval(node.value, scope)
+@reads(STATEMENTS, ast.Expr, ast.Pass)
+def _expression(m: Machine, node: Any, scope: Scope) -> None:
+    if isinstance(node, ast.Expr):
+        m.eval(node.value, scope)
 
 
 @reads(STATEMENTS, ast.Assert)
 def _assert(m: Machine, node: ast.Assert, scope: Scope) -> None:
     """Taken to hold: it may say how many features there are."""
-    try:
-        value = m.eval(node.test, scope)
-    except InputError:
-        if not is_pure(node.test, scope):
-            raise
-        value = None
+    value = None if may_go_unread(node.test) else m.eval(node.test, scope)
     if value is False:
         raise Refused(f"{text_of(node)} fails", "mend it")
     if value is not True:
         m.notes[f"line {node.lineno}: {text_of(node)} is taken to hold"] = None
-
-
-@reads(STATEMENTS, ast.Raise)
-def _raise(m: Machine, node: ast.Raise, scope: Scope) -> None:
-    raise Refused("an error is raised on a path that may be taken", "return an action there")
 
 
 # --- assignments
@@ -131,10 +103,8 @@ def _run_augmented(m: Machine, node: ast.AugAssign, scope: Scope) -> None:
     load.ctx = ast.Load()
     left, right = m.eval(load, scope), m.eval(node.value, scope)
     m.line = node.lineno
-    if isinstance(left, list) and not isinstance(left, Array) and isinstance(node.op, ast.Add):
-        m.ensure_fresh(left, node).extend(m.items(right))
-        m.weigh(left)
-        return
+    if isinstance(left, list):
+        raise Refused(f"{text_of(node)} changes a list that may have other names", "write a = a + b")
     assign(m, node.target, binary(m, type(node.op), left, right), scope)
 
 
@@ -194,8 +164,7 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
     if isinstance(pattern, ast.MatchValue):
         return m.truth(compare_values(m, "==", value, m.eval(pattern.value, scope)))
     if isinstance(pattern, ast.MatchSingleton):
-        value = m.decide(value) if isinstance(value, CONDITIONS) else value
-        return value is pattern.value
+        return m.decide(value) is pattern.value
     if isinstance(pattern, ast.MatchOr):
         return any(_matches(m, each, value, scope) for each in pattern.patterns)
     if isinstance(pattern, ast.MatchAs):
@@ -211,9 +180,7 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
         return len(value) == len(pattern.patterns) and all(
             _matches(m, each, item, scope) for each, item in zip(pattern.patterns, value, strict=True)
         )
-    if isinstance(pattern, ast.MatchClass):
-        raise Refused("a class pattern asks what a value is made of", "compare numbers, or match members of an Enum")
-    raise Refused("a pattern is not understood", "match numbers, texts, names and lists of them")
+    raise Refused("a pattern is not understood", "match numbers, texts, members of an Enum and tuples of them")
 
 
 # --- definitions and imports
@@ -221,59 +188,49 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
 
 @reads(STATEMENTS, ast.FunctionDef)
 def _function(m: Machine, node: ast.FunctionDef, scope: Scope) -> None:
-    kind = next((each for each in (_kind_of(m, each, scope) for each in node.decorator_list) if each), "")
-    local = _collect_assigned(m, node)
-    scope.names[node.name] = Function(node.name, node, scope.outer, defaults_of(m, node.args, scope), kind, local)
+    own = node.args.args[0].arg if node.name in MAKERS and node.args.args else ""
+    for each in _within(node, m.sets):
+        if getattr(each.value, "id", "") != own or not own:
+            m.kept.setdefault(each.attr, set()).add(node)
+    if _within(node, m.pauses):
+        raise Refused("the function is a generator", STREAM_ADVICE)
+    kinds = [_kind_of(m, each, scope) for each in node.decorator_list]
+    local = set[str]()
+    for each in _within(node, m.stores):
+        local |= {getattr(each, "asname", None) or getattr(each, "id", None) or each.name}
+    defaults = defaults_of(m, node.args, scope)
+    kind = kinds[0] if kinds else ""
+    scope.names[node.name] = Function(node.name, node, scope.outer, defaults, kind, frozenset(local))
+
+
+def _within(node: ast.FunctionDef, nodes: Sequence[Any]) -> list[Any]:
+    """Those of the nodes that stand within a function."""
+    last = node.end_lineno or node.lineno
+    return [each for each in nodes if node.lineno <= each.lineno <= last and each is not node]
 
 
 def _kind_of(m: Machine, node: ast.expr, scope: Scope) -> str:
-    """What a decorator makes of a function. InputError for one that may change it, such as those of the file."""
-    root = node.func if isinstance(node, ast.Call) else node
-    owner: ast.expr = root
-    while isinstance(owner, ast.Attribute):
-        owner = owner.value
-    name = root.attr if isinstance(root, ast.Attribute) else root.id if isinstance(root, ast.Name) else ""
-    held = next((each.names[owner.id] for each in scope if owner.id in each.names), None) if isinstance(
-        owner, ast.Name
-    ) else None  # fmt: skip
-    what = f"the decorator {escape_text(text_of(root))!r} may change the function"
-    if isinstance(held, Function | Class) or name in ("setter", "deleter"):
-        raise Refused(what, "remove it", hard=True)
-    if name not in DECORATORS and name not in IDLE:
-        raise Refused(what, "remove it")
-    return DECORATORS.get(name, "")
-
-
-def _collect_assigned(m: Machine, node: ast.FunctionDef) -> frozenset[str]:
-    """The names that a function assigns, which are local to it. InputError for a generator."""
-    names: set[str] = set()
-    for part in node.body:
-        for each in walk_nodes(part, INNER if m.assigning else (*INNER, *PLAIN)):
-            if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store):
-                names.add(each.id)
-            elif isinstance(each, ast.FunctionDef | ast.ClassDef | ast.MatchAs) and each.name:
-                names.add(each.name)
-            elif isinstance(each, ast.Import | ast.ImportFrom):
-                names |= {one.asname or one.name.split(".")[0] for one in each.names}
-            elif isinstance(each, ast.Yield | ast.YieldFrom):
-                raise Refused(f"{text_of(each)} makes a generator", STREAM_ADVICE)
-    return frozenset(names)
+    """What a decorator makes of a method. InputError for one that may change a function otherwise."""
+    name = node.id if isinstance(node, ast.Name) else ""
+    own = any(isinstance(each.names.get(name), Function) for each in scope)
+    if own or name not in ("staticmethod", "classmethod", "property"):
+        what = f"the decorator {escape_text(text_of(node))!r} may change the function"
+        raise Refused(what, "remove it", hard=own)
+    return name
 
 
 @reads(STATEMENTS, ast.Import, ast.ImportFrom)
 def _import(m: Machine, node: Any, scope: Scope) -> None:
-    """Known modules; all other names stand for themselves, and are an error where a decision reads them."""
+    """Known modules; all other names are an error where a decision reads them."""
     for each in node.names:
+        name = each.asname or each.name
+        if each.name == "*":
+            raise Refused(f"{text_of(node)} may give names other meanings", "import names one by one", hard=True)
+        what = "a random number is drawn" if name == "random" else f"{escape_text(name)} comes from elsewhere"
+        unread = Unread(what, "write the numbers and functions that decide into the file")
         if isinstance(node, ast.Import):
-            name = each.asname or each.name.split(".")[0]
-            module = each.name if each.asname else name
-            scope.names[name] = MODULES.get(module, Symbol(name))
-        elif each.name == "*":
-            if node.module == "math":
-                scope.names |= MODULES["math"].members
-            elif node.module not in ("typing", "enum", "dataclasses", "__future__"):
-                raise Refused(f"{text_of(node)} may give names other meanings", "import names one by one")
+            scope.names[name.split(".")[0]] = MODULES.get(each.name, unread)
         else:
+            m.numpy |= node.module == "numpy"
             known = MODULES.get(node.module or "")
-            member = known.members.get(each.name) if known else None
-            scope.names[each.asname or each.name] = member if member is not None else Symbol(each.asname or each.name)
+            scope.names[name] = known.members.get(each.name, unread) if known else unread

@@ -1,17 +1,22 @@
-"""What an expression of Python may be, beside Python's own numbers, texts, lists and dictionaries.
+"""What an expression of Python may be, beside Python's own numbers, texts, lists, dictionaries and members of Enums.
 
-Does: names the kinds of values that the reader adds, with what each needs to know.
-Assumes: lists, tuples, dictionaries, sets and constants stand for themselves.
-Does not: compute with them.
+Does: names the kinds of values that the reader adds; gives each number of the observation that is read (`x[0]`,
+  `x["speed"]`, `x.speed`, a parameter) a place, and says which features there are.
+Assumes: what depends on no feature stands for itself.
+Does not: compute with them, or know which features decide anything.
 """
 
 import ast
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from codegen.errors import InputError, escape_text
+from codegen.importers.reading import MAX_FEATURES
 from codegen.importers.symbolic.feature import Step
+from codegen.importers.symbolic.program import Described
+
+ONE = "give each feature one name or place: of one list or object, or as a parameter of its own"
 
 
 class Refused(InputError):
@@ -23,19 +28,12 @@ class Refused(InputError):
 
 
 @dataclass(frozen=True)
-class Symbol:
-    """A name that the file uses and does not define, such as an action of the caller's. It may be returned only."""
-
-    name: str
-
-
-@dataclass(frozen=True)
 class Unread:
-    """What a name of the file stands for after a line that is not read. Looking it up is an error."""
+    """What a name stands for that comes from elsewhere, or from a line that is not read. Looking it up is an error."""
 
     what: str
     advice: str
-    line: int
+    line: int = 0  # 0: the error is where the name is looked up
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,6 @@ class Condition:
     every: bool
     parts: tuple[Any, ...]
     wanted: bool = True
-    plain: bool | None = None  # whether it is Python's own True or False, as of `not`; None: as its parts are
 
 
 @dataclass(frozen=True)
@@ -69,11 +66,8 @@ class Array(list[Any]):
     """A row of an array of NumPy: it is looked up in, gone through and returned, and nothing else."""
 
 
-@dataclass(frozen=True, eq=False)
-class Stream:
-    """An iterator, which is used where it is made: a loop, or the argument of a function that takes it apart."""
-
-    items: Iterable[Any]
+class Stream(list[Any]):
+    """What an iterator gives. It is used where it is made: by a loop, or as the argument of what takes it apart."""
 
 
 @dataclass
@@ -105,25 +99,18 @@ class Function:
     node: ast.FunctionDef | ast.Lambda
     scope: Scope  # where it stands
     defaults: Mapping[str, Any]
-    kind: str = ""  # "", "static", "class" or "property"
+    kind: str = ""  # "", "staticmethod", "classmethod" or "property"
     local: frozenset[str] = frozenset()  # names that it assigns
 
 
 @dataclass(eq=False)
 class Class:
-    """A class of the file. Only an Enum has a base that matters."""
+    """A class of the file that is no Enum."""
 
     name: str
     members: dict[str, Any]
-    enum: bool = False  # its members are constants
-    mixed: type | None = None  # ... and compare as their values do, which are of this type
     fields: tuple[str, ...] = ()  # of a dataclass or named tuple, in their order
-    typed: bool = False  # a TypedDict, which only annotates
-
-    @property
-    def constants(self) -> "list[Member]":
-        """The members of an Enum, without second names."""
-        return list(dict.fromkeys(each for each in self.members.values() if isinstance(each, Member)))
+    made: bool = True  # whether objects of it can be made; not of a TypedDict, which only annotates
 
 
 @dataclass(eq=False)
@@ -132,23 +119,6 @@ class Instance:
 
     kind: Class
     attributes: dict[str, Any] = field(default_factory=dict[str, Any])
-
-
-@dataclass(frozen=True, eq=False)
-class Member:
-    """A member of an Enum, equal to what Python says it is equal to."""
-
-    kind: Class
-    name: str
-    value: Any
-
-    def __eq__(self, other: object) -> bool:
-        if self.kind.mixed is None:
-            return self is other
-        return bool(self.value == (other.value if isinstance(other, Member) and other.kind.mixed else other))
-
-    def __hash__(self) -> int:
-        return hash(self.name if self.kind.mixed is None else self.value)
 
 
 @dataclass(frozen=True)
@@ -174,17 +144,94 @@ class Module:
     members: Mapping[str, Any]
 
 
-AUTO = Symbol("auto()")  # a member of an Enum that has no value of its own
+WORDS = {
+    "Part": "the observation", "Extreme": "the least or the largest of several features",
+    "NoneType": "None", "str": "a text", "dict": "a dictionary", "Instance": "an object", "Stream": "an iterator",
+    "Array": "an array", "Feature": "a feature", "Test": "a condition", "Condition": "a condition",
+}  # fmt: skip
 
 
 def words_of(value: Any) -> str:
     """What kind of value it is, in words."""
-    if isinstance(value, Symbol):
-        return f"the name {escape_text(value.name)!r}, which the file does not define,"
-    words = {
-        "Part": "the observation", "Extreme": "the least or the largest of several features",
-        "NoneType": "None", "str": "a text", "dict": "a dictionary",
-        "Instance": "an object", "Stream": "an iterator", "Array": "an array", "Feature": "a feature",
-        "Test": "a condition", "Condition": "a condition", "Member": "a member of an Enum",
-    }  # fmt: skip
-    return words.get(type(value).__name__, f"a {type(value).__name__.lower()}")
+    return WORDS.get(type(value).__name__, f"a {type(value).__name__.lower()}")
+
+
+# --- the observation
+
+
+@dataclass
+class Inputs:
+    """What a function reads: one parameter that holds all numbers, or a parameter for each."""
+
+    parameters: tuple[str, ...]
+    width: int = 0  # how many numbers a sole parameter holds; 0: nobody says
+    names: tuple[str, ...] = ()  # of all of them
+    places: dict[tuple[int | str, ...], int] = field(default_factory=dict[tuple[int | str, ...], int])
+    inner: type | None = None  # int or str: what the numbers of a sole parameter are looked up by
+    n_read: int = 0  # numbers up to the last one that is looked at
+
+    def number(self, part: Part) -> int:
+        """The place of a part that is used as a number."""
+        if len(part.path) == 1 and self.inner:
+            raise Refused(f"{text_of_path(part.path)} is used as a number and as a list of numbers", ONE)
+        return self.places.setdefault(part.path, len(self.places))
+
+    def count_names(self, names: Sequence[str]) -> None:
+        """Takes the number of names for that of features, and the names for theirs if there is one for each."""
+        if self.width and self.width != len(names):
+            raise Refused(f"{len(names)} names for {self.width} features", "give each feature a name: a, b = x")
+        self.width = len(names)
+        features = tuple(f"x{place}" if name == "_" else name for place, name in enumerate(names))
+        if all(names) and len(set(features)) == len(features):
+            self.names = self.names or features
+
+    def enter(self, part: Part, key: int | str) -> Part:
+        """The number that stands at a key."""
+        path = (*part.path, key)
+        if len(path) > 2 or len(self.parameters) > 1:
+            raise Refused(f"{text_of_path(path)} is looked up within one of several things that are given", ONE)
+        if part.path in self.places:
+            raise Refused(f"{text_of_path(part.path)} is used as a number and as a list of numbers", ONE)
+        self.inner = self.inner or type(key)
+        if self.inner is not type(key):
+            raise Refused(f"{text_of_path(part.path)} is read by numbers and by names", "use one of both everywhere")
+        if isinstance(key, int):
+            if key < 0 and not self.width:
+                what = (
+                    f"{text_of_path(path)} counts from the end, and the file does not say how many features there are"
+                )
+                raise Refused(what, "count from the front, or name all features: --features a,b,c")
+            key = key + self.width if key < 0 else key
+            if not 0 <= key < (self.width or MAX_FEATURES):
+                raise Refused(f"{text_of_path(path)} is beyond the observation", f"it has {self.width} numbers")
+            self.n_read = max(self.n_read, key + 1)
+        return Part((*part.path, key), part.steps)
+
+    def describe_inputs(self, plain: Described) -> Described:
+        """The description with the features and their order."""
+        if len(self.parameters) > 1:
+            places = [self.parameters.index(str(path[0])) for path in self.places]
+            return replace(plain, places=places, features=self.parameters, n_features=len(self.parameters))
+        if self.parameters in self.places:
+            return replace(plain, places=[0], features=self.parameters, n_features=1)
+        if self.inner is not str:
+            places = [int(path[1]) for path in self.places]
+            return replace(plain, places=places, features=self.names, n_features=self.width, n_read=self.n_read)
+        features = list(dict.fromkeys([*self.names, *(str(path[1]) for path in self.places)]))
+        places = [features.index(str(path[1])) for path in self.places]
+        return replace(plain, places=places, features=features, keyed=True)
+
+    def shape_parameters(self, described: Described) -> dict[str, Any]:
+        """What each parameter is given: the place of a feature, "row" for all, places by name."""
+        if len(self.parameters) != 1:
+            return {name: place for place, name in enumerate(self.parameters)}
+        if self.inner is str:
+            shape: Any = {path[1]: place for path, place in zip(self.places, described.places, strict=True)}
+        else:
+            shape = 0 if self.parameters in self.places else "row"
+        return {self.parameters[0]: shape}
+
+
+def text_of_path(path: Sequence[int | str]) -> str:
+    """A path as Python."""
+    return escape_text(str(path[0])) + "".join(f"[{escape_text(repr(key))}]" for key in path[1:])

@@ -10,9 +10,9 @@ Does not: run anything in this process, or know how the reader read.
 # answers may be anything
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,6 @@ from codegen.agreement import programs
 from codegen.errors import DisagreementError, InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import Answers, Origin, Running
-from codegen.importers.running.calling import Called
 from codegen.ir import Floats
 
 SECONDS = 60
@@ -35,6 +34,23 @@ PRECONDITION = "AssertionError"
 FORMS = {"floats": "Python's floats", FLOAT64: "float64 arrays", FLOAT32: "float32 arrays of NumPy 2"}
 FORM_ADVICE = "say --arrays floats if it is given no arrays; else make floats of what it compares: float(x[0])"
 ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PATH": ""}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Called:
+    """How a source is called, as the reader takes it. A shape is the place of a number in an observation, "row" for
+    all of it, or places by name.
+    """
+
+    source: str  # its bytes, each as the character of that number
+    where: str
+    entry: str  # a name of the file
+    method: str = ""  # of the entry; "": the entry itself
+    made: bool = True  # whether a class is called for an object first
+    given: Sequence[Any] = ()  # the shapes of what is given by place
+    named: Mapping[str, Any] = field(default_factory=dict[str, Any])  # ... and by name
+    forms: Sequence[str] = ("floats",)  # "floats", "float64", "float32"
+    scores: bool = False  # whether a list that is returned holds a score for each action
 
 
 @contextmanager

@@ -127,13 +127,13 @@ def _keep_number(value: Any, numbers: dict[Any, None]) -> None:
 def _fold_node(node: ast.AST, known: dict[int, Any], space: dict[str, Any]) -> Any:
     """The number that an expression of constants gives; None for all others."""
     value: Any
+    if not isinstance(node, ast.Constant | ast.Name | ast.BinOp | ast.UnaryOp | ast.Call):
+        return None
     parts = [known.get(id(each)) for each in ast.iter_child_nodes(node) if isinstance(each, ast.expr)]
     try:
-        if isinstance(node, ast.Constant):
-            value = node.value
-        elif isinstance(node, ast.Name):
-            value = space.get(node.id)
-        elif isinstance(node, ast.BinOp | ast.UnaryOp) and None not in parts:
+        if isinstance(node, ast.Constant | ast.Name):
+            value = node.value if isinstance(node, ast.Constant) else space.get(node.id)
+        elif not isinstance(node, ast.Call) and None not in parts:
             value = OPERATORS[type(node.op)](*parts)
         elif isinstance(node, ast.Call) and None not in parts[1:] and isinstance(node.func, ast.Attribute):
             owner: Any = node.func.value
@@ -173,18 +173,14 @@ def encode_answer(value: Any, depth: int = 0) -> Any:
     return {"strange": kind.__name__}
 
 
-def make_value(shape: Any, row: Any, array: Any) -> Any:
-    """What a parameter is given: a number, the whole observation, a list, or numbers by name."""
-    if isinstance(shape, int):
-        return row[shape]
-    if shape == "row":
-        return row
-    if isinstance(shape, list):
-        return array([0.0 if each is None else make_value(each, row, array) for each in shape])
-    return 0.0 if shape is None else Names({key: make_value(each, row, array) for key, each in shape.items()})
+def make_value(shape: Any, row: Any) -> Any:
+    """What a parameter is given: a number, the whole observation, or numbers by name."""
+    if isinstance(shape, dict):
+        return Names({key: row[place] for key, place in shape.items()})
+    return row if shape == "row" else row[shape]
 
 
-def ask_rows(entry: Any, asked: dict[str, Any], rows: Any, array: Any) -> tuple[list[Any], list[int]]:
+def ask_rows(entry: Any, asked: dict[str, Any], rows: Any) -> tuple[list[Any], list[int]]:
     """The answers that are different, and the place of each row's among them."""
     given, named, places = asked["given"], asked["named"], dict[Any, int]()
     said, row_places = list[Any](), list[int]()
@@ -195,8 +191,8 @@ def ask_rows(entry: Any, asked: dict[str, Any], rows: Any, array: Any) -> tuple[
                 value = entry(row)
             else:
                 value = entry(
-                    *[make_value(each, row, array) for each in given],
-                    **{name: make_value(each, row, array) for name, each in named.items()},
+                    *[make_value(each, row) for each in given],
+                    **{name: make_value(each, row) for name, each in named.items()},
                 )
             kind = type(value)
             key = (kind, value) if kind in (str, int, bool) else None
@@ -219,12 +215,12 @@ def answer_form(entry: Any, asked: dict[str, Any], form: str, content: bytes) ->
     if form == "floats":
         numbers = memoryview(content).cast("d").tolist() if content else []
         rows = [numbers[place * width : (place + 1) * width] for place in range(asked["rows"])]
-        return ask_rows(entry, asked, rows, list)
+        return ask_rows(entry, asked, rows)
     import numpy as np
 
     matrix = np.frombuffer(content, np.float64).reshape(asked["rows"], width).astype(form)
     with np.errstate(all="ignore"):
-        return ask_rows(entry, asked, matrix, lambda parts: np.array(parts, form))
+        return ask_rows(entry, asked, matrix)
 
 
 def main() -> None:

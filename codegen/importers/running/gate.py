@@ -16,15 +16,16 @@ import sys
 import types
 from collections.abc import Iterator
 
-NODES = (
+NODES = frozenset((
     ast.Module, ast.FunctionDef, ast.ClassDef, ast.Return, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.For, ast.While,
     ast.If, ast.Match, ast.Raise, ast.Assert, ast.Expr, ast.Pass, ast.Break, ast.Continue, ast.BoolOp, ast.NamedExpr,
     ast.BinOp, ast.UnaryOp, ast.Lambda, ast.IfExp, ast.Dict, ast.Set, ast.ListComp, ast.SetComp, ast.DictComp,
     ast.GeneratorExp, ast.Compare, ast.Call, ast.FormattedValue, ast.JoinedStr, ast.Constant, ast.Attribute,
     ast.Subscript, ast.Starred, ast.Name, ast.List, ast.Tuple, ast.Slice, ast.comprehension, ast.arguments, ast.arg,
     ast.keyword, ast.match_case, ast.MatchValue, ast.MatchSingleton, ast.MatchSequence, ast.MatchMapping, ast.MatchStar,
-    ast.MatchAs, ast.MatchOr, ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop,
-)  # fmt: skip
+    ast.MatchAs, ast.MatchOr,
+))  # fmt: skip
+SIGNS = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)  # of which every kind is let through
 NAMES = frozenset(
     """abs all any bool callable dict divmod enumerate filter float frozenset int isinstance iter len list map max min
     next object pow print range reversed round set slice sorted str sum super tuple zip property staticmethod
@@ -35,23 +36,13 @@ LEVELS = "critical debug error exception info log warning"
 MEMBERS = {
     module: frozenset(members.split())
     for module, members in {
-        "abc": "ABC abstractmethod",
-        "bisect": "bisect bisect_left bisect_right",
-        "collections": "namedtuple",
         "dataclasses": "dataclass field",
-        "enum": "Enum Flag IntEnum IntFlag StrEnum auto unique",
-        "functools": "cache lru_cache partial reduce",
-        "itertools": "chain product",
+        "enum": "Enum IntEnum auto unique",
         "logging": f"basicConfig getLogger DEBUG INFO WARNING ERROR {LEVELS}",
         "math": " ".join(each for each in dir(math) if not each.startswith("_")),
-        "numpy": """abs absolute add all any arange argmax argmin argsort around array asarray bool_ ceil clip
-            concatenate copysign cos cosh deg2rad degrees digitize divide dot e equal exp fabs fix float32 float64 floor
-            floor_divide fmax fmin full greater greater_equal hypot inf int16 int32 int64 int8 isclose isfinite isinf
-            isnan less less_equal linspace log log10 log2 logical_and logical_not logical_or logical_xor maximum max
-            mean median min minimum mod multiply nan ndarray negative ones pi prod rad2deg radians rint round
-            searchsorted select sign sin sinh sort sqrt square std subtract sum tan tanh trunc uint16 uint32 uint64
-            uint8 var where zeros""",
-        "typing": "NamedTuple TypedDict final override",
+        "numpy": """abs array asarray clip deg2rad dot e float32 float64 inf matmul maximum minimum nan ndarray pi
+            rad2deg""",
+        "typing": "NamedTuple Protocol TypedDict",
     }.items()
 }
 ATTRIBUTES = frozenset(
@@ -82,15 +73,15 @@ def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Mo
     `method`: of the entry, which is what decides. SyntaxError for all that is not on the lists.
     """
     tree = ast.parse(text)
-    imports, used = dict[str, tuple[str, str]](), {method}
-    for node in ast.walk(tree):
+    imports, used, nodes = dict[str, tuple[str, str]](), {method}, list(ast.walk(tree))
+    for node in nodes:
         used |= {node.attr} if isinstance(node, ast.Attribute) else set()
         for each in node.names if isinstance(node, ast.Import | ast.ImportFrom) else ():
             held = (node.module or "", each.name) if isinstance(node, ast.ImportFrom) else (each.name, "")
             if imports.setdefault(each.asname or each.name, held) != held:
                 raise _refuse(node, f"{each.asname or each.name} is imported twice")
     imports = {name: held for name, held in imports.items() if _is_member(*held)}
-    for node in list(ast.walk(tree)):
+    for node in nodes:
         _clean_node(node, used)
     tree.body = _reach_entry(tree.body, entry)
     nodes = list(ast.walk(tree))
@@ -164,7 +155,9 @@ def _bind_names(nodes: list[ast.AST]) -> Iterator[str]:
 
 def _check_node(node: ast.AST, bound: frozenset[str], imports: dict[str, tuple[str, str]]) -> None:
     """SyntaxError for a node that is not on the lists."""
-    if not isinstance(node, NODES):
+    if type(node) not in NODES:
+        if isinstance(node, SIGNS):
+            return
         raise _refuse(node, f"{type(node).__name__} is not among what is run")
     for name in (getattr(node, field, None) for field in ("id", "name", "arg", "rest")):
         if isinstance(name, str) and name.startswith("__") and name not in (*OWN, "__name__"):

@@ -121,7 +121,7 @@ def act(x):
     [
         ("np.maximum({}, 0.0)", ZERO),
         ("max(0.0, {})", ZERO),
-        ("np.clip({}, 0.0, None)", ZERO),
+        ("np.clip({}, 0.0, None)", "by what is no number"),
         ("2.0 * np.clip({}, -1.0, 1.0)", "no sum of weighted features"),
         ("np.clip({}, -1.0, 1.0) + x[2]", "two features are added|no sum|are joined"),
     ],

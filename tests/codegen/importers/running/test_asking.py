@@ -94,17 +94,9 @@ def test_a_difference_names_the_observation_and_both_answers():
     assert "[" in caught.value.where
 
 
-@pytest.mark.parametrize(
-    ("form", "given"),
-    [
-        ("np.asarray(x)[0] > 3", "Python's floats, or float64 arrays"),
-        ("x.copy()[0] > 3", "Python's floats, or float64 arrays"),
-        ("x.tolist()[0] > 3", "float64 arrays"),
-    ],
-)
-def test_what_the_source_takes_is_what_is_given(form, given):
-    source = f"import numpy as np\ndef act(x):\n    assert len(x) == 1\n    return 1 if {form} else 2\n"
-    assert facts_of(source)["act given"] == given
+def test_what_the_source_takes_is_what_is_given():
+    source = "import numpy as np\ndef act(x):\n    assert len(x) == 1\n    return 1 if np.asarray(x)[0] > 3 else 2\n"
+    assert facts_of(source)["act given"] == "Python's floats, or float64 arrays"
 
 
 def test_observations_that_an_assertion_leaves_out_are_not_counted():
