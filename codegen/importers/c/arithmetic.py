@@ -4,8 +4,8 @@ Does: promotes and converts as C does; computes numbers; makes a step of what is
 Assumes: each type is evaluated as itself (FLT_EVAL_METHOD 0); a compiler without fast-math.
 Does not: wrap signed numbers, or convert a float that does not fit: C leaves both undefined.
 
-A compiler may round a product and a sum once instead of twice (contraction). Where that moves a threshold, the test is
-refused.
+A compiler may round a product and a sum once instead of twice (contraction). Where that moves a threshold, the
+test is refused.
 """
 
 import math
@@ -17,24 +17,19 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.importers.c.contraction import FLOATING, NEGATE, Rounding, contract_feature, make_step
-from codegen.importers.c.kinds import (
-    BOOL,
-    DOUBLE,
-    ENUM,
-    FLOAT,
-    INT,
-    LONG,
-    UINT,
-    ULONG,
-    UNSIGNED,
-    Kind,
-    quotient,
-    round_number,
-    truncate_float,
-)
-from codegen.importers.c.sums import CONTRACTED, ROUNDINGS, TEST_ADVICE, Summing
-from codegen.importers.c.values import Condition, Number, Outside, Symbol, Value
+from codegen.importers.c import kinds
+from codegen.importers.c.kinds import DOUBLE, INT, Condition, Kind, Number, Outside, Symbol, Value
+from codegen.importers.c.sums import (
+    CONTRACTED,
+    FLOATING,
+    NEGATE,
+    ROUNDINGS,
+    TEST_ADVICE,
+    Rounding,
+    Summing,
+    contract_feature,
+    make_step,
+)  # fmt: skip
 from codegen.importers.symbolic.affine import Given
 from codegen.importers.symbolic.feature import (
     FALLING,
@@ -47,7 +42,7 @@ from codegen.importers.symbolic.feature import (
     Step,
     Test,
     turns_of,
-)
+)  # fmt: skip
 from codegen.importers.symbolic.paths import Growth
 from codegen.ir import CONSTANT
 
@@ -123,9 +118,9 @@ class Arithmetic:
 
     def convert_value(self, value: Value, kind: Kind) -> Number | Symbol | Condition:
         """A value as one of a type."""
-        if kind == BOOL and isinstance(value, Condition | Symbol):
+        if kind == kinds.BOOL and isinstance(value, Condition | Symbol):
             return value if isinstance(value, Condition) else Condition(lambda: self.truth(value))
-        if isinstance(value, Condition) and kind.rank <= INT.rank and kind != UINT:
+        if isinstance(value, Condition) and kind.rank <= INT.rank and kind != kinds.UINT:
             return value
         given = self.plain(value)
         if isinstance(given, Number):
@@ -134,11 +129,11 @@ class Arithmetic:
 
     def _number(self, given: Number, kind: Kind) -> Any:
         value = given.value
-        if kind == BOOL:
+        if kind == kinds.BOOL:
             return int(value != 0)
         if kind.floating:
             if not given.kind.floating:
-                return round_number(value, kind)
+                return kinds.round_number(value, kind)
             number = kind.float_type(value)
             if np.isfinite(value) and not np.isfinite(number):
                 raise self.make_error(f"the number {value} is beyond {kind}", "write a smaller one")
@@ -159,7 +154,7 @@ class Arithmetic:
         """A whole number converted to a type: its last bits. InputError where compilers differ."""
         if kind.holds(value):
             return value
-        if kind in (LONG, ULONG, ENUM) or kind.name == "char":
+        if kind in (kinds.LONG, kinds.ULONG, kinds.ENUM) or kind.name == "char":
             raise self.make_error(f"the number {value} is no {kind}", "write a number of the type")
         return kind.low + (value - kind.low) % (kind.high - kind.low + 1)
 
@@ -169,10 +164,10 @@ class Arithmetic:
             return feature.then(_to(kind)) if kind.rank < given.kind.rank else feature
         if kind.floating:
             least, most = self.ends(feature)
-            exact = max(-least, most) <= 2 ** (24 if kind == FLOAT else 53)
+            exact = max(-least, most) <= 2 ** (24 if kind == kinds.FLOAT else 53)
             return feature if exact and kind == DOUBLE else feature.then(_to(kind))
         if given.kind.floating:
-            feature = feature.then(Step("truncated", truncate_float))
+            feature = feature.then(Step("truncated", kinds.truncate_float))
         least, most = self.ends(feature)
         if not given.kind.floating and most - least < MAX_TABLE and not (kind.holds(least) and kind.holds(most)):
             return self._tabulate(given, f"as {kind}", lambda v: self._cut_bits(v, kind)).feature
@@ -209,21 +204,21 @@ class Arithmetic:
         return self._whole("-", Number(-1 if given.kind.signed else given.kind.high, given.kind), given, given.kind)
 
     def _promote_number(self, given: Number | Symbol) -> Number | Symbol:
-        if given.kind != ENUM and given.kind.rank >= INT.rank:
+        if given.kind != kinds.ENUM and given.kind.rank >= INT.rank:
             return given
         return Number(given.value, INT, given.name) if isinstance(given, Number) else Symbol(given.feature, INT)
 
     def common(self, one: Kind, other: Kind) -> Kind:
         """The type in which two numbers meet."""
         if one.rank == other.rank and one.signed != other.signed:
-            return UNSIGNED.get(one, one) if one.signed else one
+            return kinds.UNSIGNED.get(one, one) if one.signed else one
         high, low = (one, other) if one.rank >= other.rank else (other, one)
-        return ULONG if (high, low) == (LONG, UINT) else high
+        return kinds.ULONG if (high, low) == (kinds.LONG, kinds.UINT) else high
 
     def binary(self, sign: str, left: Value, right: Value) -> Value:
         """An operator of two numbers."""
         one, other = self.plain(left), self.plain(right)
-        enums = [each for each in (one, other) if each.kind == ENUM]
+        enums = [each for each in (one, other) if each.kind == kinds.ENUM]
         one, other = self._promote_number(one), self._promote_number(other)
         if sign in ("<<", ">>"):
             return self._shift_number(sign, one, other)
@@ -288,9 +283,8 @@ class Arithmetic:
             what = "a product of features" if sign in "*/" else "a sum of several features"
             raise self.make_error(f"{what} is not read", TEST_ADVICE)
         make = kind.float_type
-        return self._then(
-            one, Rounding(f"squared{kind}", lambda v: make(make(v) * make(v)), FOLDING, lambda v: v * v, kind)
-        )
+        squared = Rounding(f"squared{kind}", lambda v: make(make(v) * make(v)), FOLDING, lambda v: v * v, kind)
+        return self._then(one, squared)
 
     def _whole(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
         if isinstance(one, Number) and isinstance(other, Number):
@@ -306,7 +300,7 @@ class Arithmetic:
             form = (sign if first or sign != "-" else "c-", c)
             step = Step(f"{sign}{c}{first}", lambda v: compute(v, c) if first else compute(c, v), sense, form=form)
         elif sign == "/" and first and c:
-            step = Step(f"//{c}", lambda v: quotient(v, c), RISING if c > 0 else FALLING)
+            step = Step(f"//{c}", lambda v: kinds.quotient(v, c), RISING if c > 0 else FALLING)
         elif sign == "*":
             return Number(0, kind)
         else:
@@ -368,7 +362,7 @@ class Arithmetic:
         if sign in ("/", "%"):
             if b == 0:
                 raise self.make_error("a number is divided by 0", "write the value")
-            whole = quotient(a, b)
+            whole = kinds.quotient(a, b)
             return self.wrap_number(whole if sign == "/" else a - whole * b, kind)
         if sign in BITS:
             return BITS[sign](a, b)
@@ -395,6 +389,6 @@ def _to(kind: Kind) -> Step:
     make = kind.float_type
 
     def apply(v: Any) -> Any:
-        return round_number(v, kind) if isinstance(v, int) else make(v)
+        return kinds.round_number(v, kind) if isinstance(v, int) else make(v)
 
     return Step(f"to {kind}", apply)

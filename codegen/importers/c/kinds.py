@@ -1,20 +1,23 @@
-"""Types of C, and numbers of them: what an object may hold, how large it is, what a literal is.
+"""Types of C, and what an interpreter of it holds: numbers, features, conditions, and objects that pointers lead to.
 
-Does: names the arithmetic types with their ranges; reads literals; rounds exact numbers to float and double; divides
-  and cuts towards 0.
+Does: names the arithmetic types with their ranges; reads literals; rounds exact numbers to float and double; values
+  with their types; objects that are read, set and copied.
 Assumes: IEEE binary32 `float`, binary64 `double`, `int` of 32 bits, `long long` of 64; each type evaluated as itself.
 Does not: take long double. `char` may be signed or not, `long` may have 32 bits or 64: what depends on it is refused.
 """
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
+
+from codegen.importers.symbolic.feature import Feature
 
 
 @dataclass(frozen=True)
@@ -193,10 +196,8 @@ def literal(text: str) -> Number | None:
         return _finite(Fraction(digits), FLOAT)
     match = HEXADECIMAL.fullmatch(text)
     if match:
-        digits, _, exponent = match[1].lower().partition("p")
-        whole, _, part = digits[2:].partition(".")
-        exact = Fraction(int(whole + part, 16), 16 ** len(part)) * Fraction(2) ** int(exponent)
-        return _finite(exact, FLOAT if match[2] else DOUBLE)
+        with suppress(OverflowError):
+            return _finite(Fraction(float.fromhex(match[1])), FLOAT if match[2] else DOUBLE)
     return None
 
 
@@ -245,3 +246,92 @@ def quotient(a: Any, b: int) -> Any:
     if not isinstance(a, int):
         return a if b > 0 else -a
     return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
+
+
+# --- values and objects
+
+
+class Outside(BaseException):
+    """The path ends, no error: the program takes no such observation, as an assertion fails or a number overflows."""
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A number that is computed of an input, and its type."""
+
+    feature: Feature
+    kind: Kind
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A truth value that is asked for where it decides."""
+
+    holds: Callable[[], bool]
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of the file."""
+
+    node: Any
+
+
+class Place(NamedTuple):
+    """Where an object stands: a parameter, or a variable by its number, and the way from it."""
+
+    base: str | int
+    way: tuple[str | int, ...] = ()
+
+    def then(self, step: str | int) -> "Place":
+        """A member or an item of it."""
+        return Place(self.base, (*self.way, step))
+
+
+@dataclass(frozen=True)
+class Object:
+    """What a place holds, by its type; a struct is its own value. `length`: of the array whose item it is (0: not
+    known), None for no item.
+    """
+
+    place: Place
+    type: Type
+    length: int | None = None
+
+    def item(self, at: int) -> "Object | None":
+        """The item so many places behind this one; None: there is none."""
+        if self.length is None:
+            return None if at else self
+        (*way, index) = self.place.way
+        there = int(index) + at
+        if there < 0 or (self.length and there >= self.length):
+            return None
+        return Object(Place(self.place.base, (*way, there)), self.type, self.length)
+
+    def parts(self) -> "Iterator[Object]":
+        """All in it that holds one value, in order."""
+        if isinstance(self.type, Record):
+            for name, member in self.type.members.items():
+                yield from Object(self.place.then(name), member).parts()
+        elif isinstance(self.type, Many):
+            for at in range(self.type.length):
+                yield from Object(self.place.then(at), self.type.of, self.type.length).parts()
+        else:
+            yield self
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A pointer."""
+
+    target: Object
+
+
+Value: TypeAlias = Number | Symbol | Condition | Text | Function | Reference | Object | None

@@ -13,28 +13,19 @@ from typing import Any
 
 import numpy as np
 
+from codegen.importers.c import kinds
 from codegen.importers.c.arithmetic import TEST_ADVICE
-from codegen.importers.c.kinds import (
-    DOUBLE,
-    FLOAT,
-    INT,
-    LLONG,
-    LONG,
-    SCHAR,
-    SHORT,
-    UCHAR,
-    UINT,
-    ULLONG,
-    USHORT,
-    Kind,
-    Type,
-    size_of,
-)
-from codegen.importers.c.values import Array, Number, Outside, Reference, Struct, Symbol, Value
+from codegen.importers.c.kinds import DOUBLE, FLOAT, INT, LONG, Kind, Number, Outside, Reference, Symbol, Type, Value
 from codegen.importers.symbolic.feature import FOLDING, Step
 
 PRINTING = ["printf", "fprintf", "puts", "fputs", "putchar", "putc", "fputc", "fflush", "perror"]
 SINGLE, HUGE = float(np.finfo(np.float32).max), float(np.finfo(np.float64).max)
+WHOLE: Mapping[str, Kind] = {
+    "SCHAR": kinds.SCHAR, "SHRT": kinds.SHORT, "INT": INT, "LLONG": kinds.LLONG,
+    "UCHAR": kinds.UCHAR, "USHRT": kinds.USHORT, "UINT": kinds.UINT, "ULLONG": kinds.ULLONG,
+    **{f"INT{bits}": kinds.STANDARD[f"int{bits}_t"] for bits in (8, 16, 32, 64)},
+    **{f"UINT{bits}": kinds.STANDARD[f"uint{bits}_t"] for bits in (8, 16, 32, 64)},
+}  # fmt: skip
 CONSTANTS: Mapping[str, Number] = {
     "true": Number(1, INT, "true"), "false": Number(0, INT, "false"), "NULL": Number(0, INT),
     "M_PI": Number(np.float64(math.pi), DOUBLE), "M_PI_2": Number(np.float64(math.pi / 2), DOUBLE),
@@ -43,13 +34,9 @@ CONSTANTS: Mapping[str, Number] = {
     "FLT_MAX": Number(np.float32(SINGLE), FLOAT), "DBL_MAX": Number(np.float64(HUGE), DOUBLE),
     "FLT_MIN": Number(np.float32(2.0**-126), FLOAT), "DBL_MIN": Number(np.float64(2.0**-1022), DOUBLE),
     "FLT_EPSILON": Number(np.float32(2.0**-23), FLOAT), "DBL_EPSILON": Number(np.float64(2.0**-52), DOUBLE),
-    **{f"{name}_MAX": Number(kind.high, kind if kind.rank >= INT.rank else INT) for name, kind in {
-        "SCHAR": SCHAR, "UCHAR": UCHAR, "SHRT": SHORT, "USHRT": USHORT, "INT": INT, "UINT": UINT, "LLONG": LLONG,
-        "INT8": SCHAR, "UINT8": UCHAR, "INT16": SHORT, "UINT16": USHORT, "INT32": INT, "UINT32": UINT,
-        "INT64": LLONG, "ULLONG": ULLONG, "UINT64": ULLONG}.items()},
-    **{f"{name}_MIN": Number(kind.low, kind if kind.rank >= INT.rank else INT) for name, kind in {
-        "SCHAR": SCHAR, "SHRT": SHORT, "INT": INT, "INT8": SCHAR, "INT16": SHORT, "INT32": INT, "INT64": LLONG,
-        "LLONG": LLONG}.items()},
+    **{f"{name}_MAX": Number(kind.high, kind if kind.rank >= INT.rank else INT) for name, kind in WHOLE.items()},
+    **{f"{name}_MIN": Number(kind.low, kind if kind.rank >= INT.rank else INT) for name, kind in WHOLE.items()
+       if kind.signed},
     "EXIT_SUCCESS": Number(0, INT), "EXIT_FAILURE": Number(1, INT),
 }  # fmt: skip
 Handler = Callable[[Any, list[Any]], Value]
@@ -123,19 +110,14 @@ def _is_nan(machine: Any, given: list[Any]) -> Value:
 def _copy_memory(machine: Any, given: list[Any]) -> Value:
     """memcpy of whole items."""
     target, source, size = (machine.value(each) for each in given)
-    if not isinstance(target, Reference) or not isinstance(source, Reference) or not isinstance(size, Number):
+    pointers = isinstance(target, Reference) and isinstance(source, Reference)
+    if not pointers or target.target.type != source.target.type or not isinstance(size, Number):
         raise machine.make_error("a copy of memory is not read", "copy item by item")
-    if not isinstance(target.target, Array) or not isinstance(source.target, Array):
-        if isinstance(target.target, Struct):
-            machine.store(target.target, source.target)
-            return target
-        raise machine.make_error("a copy of memory is not read", "copy item by item")
-    of = target.target.type.of
-    bytes_, each = int(size.value), size_of(of)[0]
-    if of != source.target.type.of or bytes_ % each:
+    count, rest = divmod(int(size.value), kinds.size_of(target.target.type)[0])
+    if rest:
         raise machine.make_error("a copy is not of whole items of one type", "copy item by item")
-    for at in range(bytes_ // each):
-        from_, to = source.target.item(source.at + at), target.target.item(target.at + at)
+    for at in range(count):
+        from_, to = source.target.item(at), target.target.item(at)
         if from_ is None or to is None:
             raise machine.make_error("a copy goes beyond an array", "stay within the declared length")
         machine.store(to, machine.load(from_))
@@ -155,7 +137,7 @@ def _assertion(machine: Any, given: list[Any]) -> Value:
 
 FUNCTIONS: Mapping[str, Handler] = {
     "fabs": _absolute(DOUBLE), "fabsf": _absolute(FLOAT), "abs": _absolute(INT), "labs": _absolute(LONG),
-    "llabs": _absolute(LLONG), "fmin": _extreme(False, DOUBLE), "fminf": _extreme(False, FLOAT),
+    "llabs": _absolute(kinds.LLONG), "fmin": _extreme(False, DOUBLE), "fminf": _extreme(False, FLOAT),
     "fmax": _extreme(True, DOUBLE), "fmaxf": _extreme(True, FLOAT),
     **{f"{name}{end}": _make_step(f"{name}{end}", kind, compute) for end, kind in (("", DOUBLE), ("f", FLOAT))
        for name, compute in (("floor", np.floor), ("ceil", np.ceil), ("trunc", np.trunc), ("round", _round_away))},
@@ -165,6 +147,6 @@ FUNCTIONS: Mapping[str, Handler] = {
 }  # fmt: skip
 RESULTS: Mapping[str, Type] = {
     **{name: FLOAT if name.endswith("f") else DOUBLE for name in FUNCTIONS if name[0] in "fcrnst"},
-    **dict.fromkeys(("labs", "lround", "lroundf"), LONG), "llabs": LLONG,
+    **dict.fromkeys(("labs", "lround", "lroundf"), LONG), "llabs": kinds.LLONG,
     **dict.fromkeys(("abs", "isnan"), INT),
 }  # fmt: skip

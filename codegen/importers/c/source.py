@@ -12,7 +12,7 @@ are skipped. A function whose floating numbers are all `double` compares float64
 # pyright: basic
 # pycparser's nodes have no declared attributes
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -21,22 +21,19 @@ from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.c.compiled.asking import ask_compiler
+from codegen.importers.c.compiled.builds import ask_compiler
 from codegen.importers.c.compiled.unit import Asked
-from codegen.importers.c.declarations import ADVICE, collect_assigned, is_const, walk
-from codegen.importers.c.inputs import Inputs, parts_of
-from codegen.importers.c.kinds import INT, STANDARD
+from codegen.importers.c.inputs import Inputs
+from codegen.importers.c.kinds import STANDARD, Object, Outside, Place, Reference
 from codegen.importers.c.library import PRINTING
-from codegen.importers.c.statements import Open, Statements, parameters_of
+from codegen.importers.c.machine import Machine
+from codegen.importers.c.objects import ADVICE, collect_assigned, is_const, parameters_of, walk
 from codegen.importers.c.text import Expanded, expand_source
-from codegen.importers.c.values import Origin as Place
-from codegen.importers.c.values import Outside, Reference, Struct, copy_objects
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.symbolic.paths import OUTSIDE, Growth
 from codegen.importers.symbolic.program import Described, origin_of
 
 KIND = "if/else C"
-TYPES = "".join(f"typedef int {name};" for name in STANDARD)
 ADJACENT = re.compile(r"(?<![\w#])([A-Za-z_]\w*)(?=[ \t\n]+[A-Za-z_])")
 TEXT = re.compile(r'^#.*$|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\'', re.MULTILINE)
 KEYWORDS = frozenset(
@@ -53,10 +50,9 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
     text = None
     try:
         text = expand_source(content, where, said.beside)
-        unknown = _unknown_types(text) if text.missing else []
-        types = TYPES + "".join(f"typedef int {name};" for name in unknown)
-        parsed = CParser().parse(types + "\n" + text.text, where)
-        del parsed.ext[: len(STANDARD) + len(unknown)]
+        types = [*STANDARD, *(_unknown_types(text.text) if text.missing else ())]
+        parsed = CParser().parse("".join(f"typedef int {each};" for each in types) + f"\n{text.text}", where)
+        del parsed.ext[: len(types)]
         origins = {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
         return ask_compiler(origins, parsed, text, where, said)
     except ParseError as error:
@@ -68,10 +64,10 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
 
 
-def _unknown_types(text: Expanded) -> list[str]:
+def _unknown_types(text: str) -> list[str]:
     """Names that can only be types, since another name follows them: those of headers that are not there."""
-    found = (each[1] for each in ADJACENT.finditer(TEXT.sub('""', text.text)))
-    return sorted({name for name in found if name not in KEYWORDS and name not in STANDARD})
+    found = {each[1] for each in ADJACENT.finditer(TEXT.sub('""', text))}
+    return sorted(name for name in found - KEYWORDS if name not in STANDARD)
 
 
 def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
@@ -95,14 +91,6 @@ def _names(node: Any) -> set[str]:
     return {each.name for each in walk(node) if isinstance(each, c_ast.ID)}
 
 
-def _collect_aliased(parsed: Any) -> set[str]:
-    """Arrays and pointers of the file that some function may set through another name."""
-    declared = [each for each in parsed.ext if isinstance(each, c_ast.Decl)]
-    return {
-        each.name for each in declared if isinstance(each.type, c_ast.ArrayDecl | c_ast.PtrDecl) and not is_const(each)
-    }
-
-
 def _collect_escaping(node: Any) -> set[str]:
     """The names of objects that stand below a node as they are, not as a part of an expression that reads them."""
     names = set[str]()
@@ -115,30 +103,29 @@ def _collect_escaping(node: Any) -> set[str]:
 
 def _answers(name: str, functions: Mapping[str, Any]) -> bool:
     """Whether a function is given something, and returns something or may write it to a parameter."""
-    node = functions[name]
-    result = node.decl.type.type
+    result = functions[name].decl.type.type
     if isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["void"]:
         return bool(_collect_written(name, functions, frozenset()))
-    return bool(parameters_of(node))
+    return bool(parameters_of(functions[name]))
 
 
 def _collect_written(name: str, functions: Mapping[str, Any], outer: frozenset[str]) -> set[str]:
     """The parameters of a function that something may be written through."""
     node, handed = functions[name], set[str]()
-    parameters = [each for each in parameters_of(node) if isinstance(each.type, c_ast.PtrDecl | c_ast.ArrayDecl)]
     for each in walk(node.body):
         if isinstance(each, c_ast.Assignment):
             handed |= _names(each.lvalue)
         elif isinstance(each, c_ast.FuncCall) and each.args is not None:
             called = each.name.name if isinstance(each.name, c_ast.ID) else ""
-            known = functions[called] if called in functions and called not in outer else None
-            inner = _collect_written(called, functions, outer | {name}) if known is not None else set[str]()
-            places = [at.name for at in parameters_of(known)] if known is not None else []
-            for at, given in enumerate(each.args.exprs):
-                if called in PRINTING or (known is not None and places[at : at + 1] and places[at] not in inner):
-                    continue
-                handed |= set() if isinstance(given, c_ast.ArrayRef | c_ast.StructRef) else _names(given)
-    return {each.name for each in parameters if each.name in handed and not is_const(each.type.type)}
+            given, known = each.args.exprs, called in functions and called not in outer
+            if known:
+                inner = _collect_written(called, functions, outer | {name})
+                places = zip(parameters_of(functions[called]), given, strict=False)
+                given = [argument for parameter, argument in places if parameter.name in inner]
+            for argument in given if called not in PRINTING else ():
+                handed |= set() if isinstance(argument, c_ast.ArrayRef | c_ast.StructRef) else _names(argument)
+    pointers = [each for each in parameters_of(node) if isinstance(each.type, c_ast.PtrDecl | c_ast.ArrayDecl)]
+    return {each.name for each in pointers if each.name in handed and not is_const(each.type.type)}
 
 
 def _names_only(node: Any) -> bool:
@@ -153,14 +140,17 @@ def _names_only(node: Any) -> bool:
     return whole and isinstance(result, c_ast.PtrDecl)
 
 
-class _Machine(Statements):
+class _Follower(Machine):
     """One function of a file, on one path after the other."""
 
     def __init__(self, name: str, parsed: Any, text: Expanded, where: str, numbers: str) -> None:
         super().__init__(f"{where}, function {name}", text.names, numbers, contracts=text.contracts)
         self.numbers = numbers
         self.limits = dict[str, None]()  # which observations it takes, where not all, in words
-        aliased = _collect_aliased(parsed)
+        self.answers = list[Place]()
+        declared = [each for each in parsed.ext if isinstance(each, c_ast.Decl)]
+        pointing = [each for each in declared if isinstance(each.type, c_ast.ArrayDecl | c_ast.PtrDecl)]
+        aliased = {each.name for each in pointing if not is_const(each)}  # which may be set through another name
         for each in parsed.ext:
             if isinstance(each, c_ast.FuncDef):
                 if each.decl.name in self.functions:
@@ -170,27 +160,22 @@ class _Machine(Statements):
                 self.changing |= collect_assigned(each) | (
                     aliased & _collect_escaping(each.body) if aliased else aliased
                 )
-        self.changing -= {each.name for each in parsed.ext if isinstance(each, c_ast.Decl) and is_const(each)}
         for each in parsed.ext:
             self.at(each)
-            if isinstance(each, c_ast.FuncDef):
-                self._declare_global(each.decl)
-            elif isinstance(each, c_ast.Typedef):
+            if isinstance(each, c_ast.Typedef):
                 self.typedef(each)
-            elif isinstance(each, c_ast.Decl):
-                self._declare_global(each)
+            elif isinstance(each, c_ast.FuncDef | c_ast.Decl):
+                self._declare_global(each.decl if isinstance(each, c_ast.FuncDef) else each)
             elif not isinstance(each, c_ast.Pragma | c_ast.StaticAssert):
                 raise self.make_error("only functions, types and constants may stand outside functions", ADVICE)
         self.function = self.functions[name]
-        self.writes = bool(_collect_written(name, self.functions, frozenset()))
-        result = self.function.decl.type.type
-        self.plain_char = isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["char"]
         parameters = {each.name: self.parameter(each) for each in parameters_of(self.function)}
         self.inputs = self.observed = Inputs(parameters, numbers == FLOAT64, self.make_error)
-        self.answers = list[Place]()
 
     def _declare_global(self, node: Any) -> None:
         """What stands in the file; what cannot be read is an error only where a decision needs it."""
+        if is_const(node):
+            self.changing.discard(node.name)
         try:
             self.declare(node)
         except InputError:
@@ -204,49 +189,49 @@ class _Machine(Statements):
         self.depth, self.scopes = 0, self.scopes[:1]
         try:
             if state is None:
-                returned = self.run(self.function, self.observed.bind_parameters(), ((self.function.body, None), []))
+                self.memory, frame = {}, {}
+                for name, type_ in self.observed.parameters.items():
+                    given = self.observed.given(name)
+                    frame[name] = given if isinstance(given, Object) else self.new_object(type_)
+                    if isinstance(given, Reference):
+                        self.memory[frame[name].place] = given
+                returned = self.run(self.function, frame, ((self.function.body, None), []))
             else:
-                objects, (frame, *scopes) = _copy_state(*state[1:])
-                self.observed.objects |= objects
-                returned = self.run(self.function, frame, (state[0], scopes))
+                open_, memory, (frame, *scopes) = state
+                self.memory = dict(memory)
+                returned = self.run(self.function, dict(frame), (open_, [dict(each) for each in scopes]))
         except Outside as outside:
             self.limits[str(outside)] = None
             return OUTSIDE
-        results = self.observed.results()
-        self.answers = [each.origin for each in results if each.origin]
+        results = self.observed.results(self.memory)
         if results and returned is not None:
             what = "an action is returned, and another one is written to a parameter"
             raise self.make_error(what, "do one of both; return void where an answer is written")
         if results:
+            self.answers = [each.place for each in results]
             return self.together([self.load(each) for each in results])
         if returned is None:
             raise self.make_error("nothing is returned or written on some path", "return an action on every path")
         target = self.load(returned.target) if isinstance(returned, Reference) else returned
-        self.answers = list(parts_of(target.type if isinstance(target, Struct) else INT, Place("")))
-        value = self.answer(target)
-        return chr(value) if self.plain_char and isinstance(value, int) and 32 < value < 127 else value
-
-    def mark(self, open_: Open) -> None:
-        """The path can go on from here, with copies of its variables."""
-        assert self.paths is not None
-        self.paths.mark((open_, *_copy_state(self.observed.objects if self.writes else {}, self.scopes[1:])))
-
-
-def _copy_state(objects: Mapping[str, Any], scopes: Sequence[Mapping[str, Any]]) -> tuple[Any, Any]:
-    """What the caller handed over, and the variables of each scope, as they are now."""
-    held = [*objects.values(), *(each for scope in scopes for each in scope.values())]
-    copies = iter(copy_objects(held))
-    return {name: next(copies) for name in objects}, [{name: next(copies) for name in scope} for scope in scopes]
+        if isinstance(target, Reference):
+            raise self.make_error("a pointer is returned", "return a number or a text")
+        parts = list(target.parts()) if isinstance(target, Object) else []
+        returns = Object(Place(""), target.type) if isinstance(target, Object) else None
+        self.answers = [each.place for each in returns.parts()] if returns else [Place("")]
+        value = self.together([self.load(each) for each in parts] if parts else [target])
+        result = self.function.decl.type.type
+        plain_char = isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["char"]
+        return chr(value) if plain_char and isinstance(value, int) and 32 < value < 127 else value
 
 
 def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> tuple[Origin, Asked]:
-    machine = _Machine(name, parsed, text, where, FLOAT32)
+    machine = _Follower(name, parsed, text, where, FLOAT32)
     if all(kind.fits_float32 for kind in machine.observed.kinds()):
         return _follow_machine(machine, text, said)
-    return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
+    return _follow_machine(_Follower(name, parsed, text, where, FLOAT64), text, said)
 
 
-def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> tuple[Origin, Asked]:
+def _follow_machine(machine: _Follower, text: Expanded, said: Said) -> tuple[Origin, Asked]:
     def describe_program() -> Described:
         used_places, features, count = machine.observed.features(machine.arithmetic.used)
         notes = [f"read without {', '.join(text.missing)}"] if text.missing else []

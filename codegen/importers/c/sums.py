@@ -1,27 +1,100 @@
-"""Sums of several features in C, and numbers that are returned.
+"""Roundings of C: sums of several features, and products that a compiler may join with the sum behind them.
 
-Does: joins features to sums in the type that C adds them in; refuses products that a compiler may join with a sum.
+Does: joins features to sums in the type that C adds them in; steps that know their exact result, and the same feature
+  as a compiler computes it that rounds a product and a sum once (contraction).
 Assumes: each type is evaluated as itself (FLT_EVAL_METHOD 0); a compiler without fast-math.
-Does not: reorder anything (symbolic/affine.py).
+Does not: reorder anything (symbolic/affine.py), or decide whether a joined pair matters (arithmetic.py).
 """
 
-from collections.abc import Callable, Sequence
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.c.kinds import DOUBLE, FLOAT, GIVEN, Kind
-from codegen.importers.c.values import Number, Symbol
+from codegen.importers.c.kinds import DOUBLE, FLOAT, GIVEN, Kind, Number, Symbol, round_number
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.affine import IN_ORDER, Affine, Given, Sums
-from codegen.importers.symbolic.feature import Feature
+from codegen.importers.symbolic.feature import FALLING, RISING, Feature, Step
 from codegen.ir import CONSTANT
 from codegen.sums import DOUBLE_SUMS
 
 TEST_ADVICE = "compare one feature, or a sum of features, with a number"
 ROUNDINGS = "a product and a sum may be rounded once or twice, as the compiler likes"
 CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
+FLOATING: Mapping[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": lambda a, b: a / b,
+}  # fmt: skip
+NEGATE = Step("negated", operator.neg, FALLING, form=("*", -1))
+
+
+@dataclass(frozen=True)
+class Rounding(Step):
+    """A step that rounds an exact result, so that a compiler may join it with another one."""
+
+    exact: Callable[[Fraction], Fraction] = field(default=lambda exact: exact, compare=False)
+    kind: Kind = DOUBLE
+    sums: bool = False  # whether it adds; else it multiplies
+
+
+def make_step(sign: str, c: Any, kind: Kind, *, first: bool) -> Step:
+    """Arithmetic of a feature, which stands `first` or last, and a number of its type."""
+    make = kind.float_type
+    compute, exact = FLOATING[sign], Fraction(float(c))
+
+    def apply(v: Any) -> Any:
+        return make(compute(make(v), c) if first else compute(c, make(v)))
+
+    falls = (sign == "-" and not first) or (sign in "*/" and c < 0)
+    key, sense = f"{sign}{c!r}{first}{kind}", FALLING if falls else RISING
+    form = (sign if first or sign != "-" else "c-", c)
+    if sign == "/":  # which no compiler joins with another step
+        return Step(key, apply, sense, form=form)
+
+    def precisely(v: Fraction) -> Fraction:
+        return compute(v, exact) if first else compute(exact, v)
+
+    return Rounding(key, apply, sense, precisely, kind, sign in "+-", form=form)
+
+
+def contract_feature(feature: Feature) -> Feature | None:
+    """The feature with each product kept exact until the sum that follows it; None: there is no such pair."""
+    steps, product, pairs = list[Step](feature.steps), -1, 0
+    for at, step in enumerate(feature.steps):
+        before = feature.steps[product] if product >= 0 else None
+        if isinstance(step, Rounding) and step.sums and isinstance(before, Rounding) and before.kind == step.kind:
+            steps[product] = _exact(before)
+            steps[at], pairs = _once(step), pairs + 1
+        if not isinstance(step, Rounding) and step is not NEGATE:
+            product = -1
+        elif isinstance(step, Rounding):
+            product = -1 if step.sums else at
+    return Feature(feature.place, tuple(steps)) if pairs else None
+
+
+def _exact(product: Rounding) -> Step:
+    """A product without its rounding."""
+
+    def apply(v: Any) -> Any:
+        return product.exact(Fraction(float(v))) if np.isfinite(v) else product.apply(v)
+
+    return Step(f"exactly {product.key}", apply, product.sense)
+
+
+def _once(total: Rounding) -> Step:
+    """A sum of an exact number."""
+
+    def apply(v: Any) -> Any:
+        return round_number(total.exact(v), total.kind) if isinstance(v, Fraction) else total.apply(v)
+
+    return Step(f"once {total.key}", apply, total.sense)
+
+
+# --- sums
 
 
 def _as_given(symbol: Symbol) -> Symbol:

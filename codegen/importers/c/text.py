@@ -1,4 +1,4 @@
-"""The text of a C file after its preprocessor, which pcpp is.
+"""The text of a C file after its preprocessor, which pcpp is, and plain C that stands in C++.
 
 Does: expands macros; reads headers that lie beside the file; skips standard headers, and names what it could not read.
 Assumes: no macro is given to the compiler, other than those of the language.
@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 from pcpp.preprocessor import Action, OutputDirective, Preprocessor
 
 from codegen.errors import InputError, escape_text
-from codegen.importers.c.plain import ENDINGS, strip_cpp
 
 STANDARD = frozenset(
     """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign stdarg stdatomic
@@ -255,3 +254,51 @@ def expand_source(content: bytes, where: str, beside: Callable[[str], bytes | No
     expanded = HIDDEN.sub(lambda match: lines[int(match[1])], out.getvalue()) if hides else out.getvalue()
     missing = tuple(dict.fromkeys(reader.missing))
     return Expanded(expanded, dict(reader.kept), missing, reader.contracts, content, reader.read)
+
+
+# --- plain C that stands in C++
+
+ENDINGS = (".ino", ".cpp", ".hpp", ".cc", ".h")
+AROUND = re.compile(r'\bnamespace(?:\s+\w+)?\s*\{|\bextern\s*"C"\s*\{|\b(class)\s+\w+(?:\s+final)?\s*\{')
+PARTS = re.compile(r"\b(?:public|private|protected)\s*:")
+OF_CONST = re.compile(r"\)(\s*)(?:const\b\s*)?(?:noexcept\b\s*)?\{")
+TEXTS = re.compile(r'"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\'')
+WORDS = (
+    (re.compile(r"\b(?:static\s+|inline\s+)*constexpr\b(?:\s+static\b)?"), "static const"),
+    (re.compile(r"\bstatic_cast\s*<\s*([\w\s]+?)\s*>\s*\("), r"(\1)("),
+    (re.compile(r"\bnullptr\b"), "NULL"),
+    (re.compile(r"(?m)^([ \t]*#[ \t]*include[ \t]*<)c([a-z]+)>"), r"\1\2.h>"),  # <cstdint>
+)
+
+
+def strip_cpp(text: str, where: str) -> str:
+    """The text as C; each line stays where it is. InputError for a class or namespace that has no end."""
+    for words, plain in WORDS:
+        text = words.sub(lambda match, plain=plain: match.expand(plain) + _breaks(match[0]), text)
+    while match := AROUND.search(text):
+        end = _closing(text, match.end())
+        if end is None:
+            line = text.count("\n", 0, match.start()) + 1
+            raise InputError("a class or namespace has no end", f"{where}, line {line}", "close its brace")
+        inner, after = text[match.end() : end], text[end + 1 :]
+        if match[1]:
+            inner = PARTS.sub(lambda each: _breaks(each[0]), inner)
+            inner = OF_CONST.sub(lambda each: f"){_breaks(each[0])} {{", inner)
+            after = re.sub(r"\A(\s*);", r"\1", after)
+        text = text[: match.start()] + _breaks(match[0]) + inner + after
+    return text
+
+
+def _breaks(text: str) -> str:
+    return "\n" * text.count("\n")
+
+
+def _closing(text: str, start: int) -> int | None:
+    """The place of the brace that closes the one before `start`."""
+    depth = 1
+    masked = TEXTS.sub(lambda match: " " * len(match[0]), text)
+    for match in re.finditer(r"[{}]", masked[start:]):
+        depth += 1 if match[0] == "{" else -1
+        if depth == 0:
+            return start + match.start()
+    return None

@@ -1,9 +1,9 @@
 """A C file as the C compiler reads it: compiled three times, run, and asked for its answers.
 
 Does: builds what unit.py writes without optimisation, with it, and with traps for what C leaves undefined; asks all of
-  them about rows; says where they differ, and where a trap is met.
+  them about rows; says where they differ, and where a trap is met; hands their answers to the replay.
 Assumes: what is compiled was accepted by the reader: it calls nothing outside the file but functions of numbers.
-Does not: use anything that the reader computed. It runs in a scratch folder, with limits (driver.py).
+Does not: use anything that the reader computed. It runs in a scratch folder, with limits.
 
 A compiler may join a product and a sum unless the source forbids it, so the second build lets it. In the first one,
 whole numbers wrap around: compilers leave out additions before their traps see them (`w + 5 > 9` is `w > 4`), so an
@@ -13,9 +13,11 @@ overflow may show only as a difference of the two.
 import shutil
 import tempfile
 import weakref
-from collections.abc import Sequence
+from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cached_property
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cached_property, partial
 from itertools import repeat
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -23,11 +25,14 @@ from typing import Any
 
 import numpy as np
 
+from codegen.agreement.compiled import find_compiler
 from codegen.agreement.programs import run
 from codegen.errors import InputError, MissingToolError, escape_text
-from codegen.importers.c.compiled.driver import DRIVER
-from codegen.importers.c.compiled.unit import WIDE, Asked
-from codegen.importers.c.values import Origin
+from codegen.importers.c.compiled.tokens import ensure_same_tokens, list_headers
+from codegen.importers.c.compiled.unit import CHAR, WIDE, Asked, write_unit
+from codegen.importers.c.kinds import Place
+from codegen.importers.c.text import Expanded
+from codegen.importers.reading import Answers, Origin, Running, Said
 from codegen.ir import Floats
 
 COMPILED_BY = "the C compiler (-O0, -O2, UBSan)"
@@ -141,9 +146,9 @@ class Compiled:
         return InputError(what, f"{self._where}, function {function}, at {', '.join(shown)}", advice)
 
 
-def _name_place(place: Origin) -> str:
+def _name_place(place: Place) -> str:
     """A feature, as messages call it."""
-    return ".".join(map(str, (place.parameter, *place.way)))
+    return ".".join(map(str, (place.base, *place.way)))
 
 
 def _first(said: CompletedProcess[str]) -> str:
@@ -168,3 +173,138 @@ def _part(word: str) -> Answer:
         return chr(code) if 32 < code < 127 else code
     digits = word.lstrip("-")
     return int(word) if digits.isdigit() else float.fromhex(word)
+
+
+# --- answers for the replay
+
+
+def ask_compiler(
+    origins: Mapping[str, tuple[Origin, Asked]], parsed: Any, text: Expanded, where: str, said: Said
+) -> dict[str, Origin]:
+    """The origins, which the builds answer for; without a compiler, or where nothing may be run, nobody does.
+    InputError where the preprocessors differ.
+    """
+    compiler = find_compiler() if said.run else None
+    if compiler is None:
+        return {name: origin for name, (origin, _) in origins.items()}
+    ensure_same_tokens(text, compiler, where)
+    asked = [each for _, each in origins.values()]
+    unit = write_unit(parsed, asked, text.names, list_headers(text))
+    compiled = Compiled(unit, asked, compiler, where, contracts=text.contracts)
+    return {
+        name: replace(
+            origin, second=partial(_run_builds, origin, name, compiled, scores=said.scores), replayed_by=COMPILED_BY
+        )
+        for name, (origin, _) in origins.items()
+    }
+
+
+@contextmanager
+def _run_builds(origin: Origin, name: str, compiled: Compiled, *, scores: bool) -> Generator[Running]:
+    """The numbers of a source, and what answers observations."""
+    types = compiled.types(name)
+    letters = [place for place, kind in enumerate(types) if kind == CHAR]
+
+    def ask_rows(rows: Floats) -> Answers:
+        taken = np.ones(len(rows), np.bool_) if origin.takes is None else origin.takes(rows)
+        if origin.takes is not None and "overflow" not in origin.given:  # where assertions alone rule observations out
+            compiled.ensure_failing(name, rows[~taken & ~np.isnan(rows).any(axis=1)])
+        taken &= (rows[:, letters] >= 0).all(axis=1)  # a char may have a sign, or none
+        answers = compiled.answers(name, rows[taken])
+        told = np.zeros((len(rows), len(origin.vectors[0])) if origin.vectors else len(rows))
+        if len(answers) and origin.vectors:
+            told[taken] = answers
+        elif len(answers):
+            places = {label: place for place, label in enumerate(origin.labels)}
+            told = told.astype(np.int32)
+            told[taken] = [places.get(_label(each, scores=scores), -1) for each in answers]
+        words = dict(zip(np.flatnonzero(taken).tolist(), answers, strict=True))
+        return Answers(told, taken, np.ones(len(rows), np.bool_), lambda place: _word(words[place]))
+
+    yield Running(compiled.numbers, ask_rows, ["int8" if each == CHAR else each for each in types])
+
+
+def _word(answer: Sequence[Answer]) -> str:
+    return escape_text(repr(answer[0] if len(answer) == 1 else list(answer)))[:200]
+
+
+def _label(answer: Sequence[Answer], *, scores: bool) -> Any:
+    if len(answer) == 1:
+        return answer[0]
+    return answer.index(max(answer)) if scores else tuple(answer)
+
+
+# --- the program around the file: rows in, answers out, nothing else; POSIX for its limits, elsewhere time alone
+
+DRIVER = r"""
+#include <setjmp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#if defined(__unix__) || defined(__APPLE__)
+#include <sys/resource.h>
+#include <unistd.h>
+static void limit(int what, rlim_t most) {
+    struct rlimit both = {most, most};
+    if (setrlimit(what, &both)) exit(3);
+}
+static void limits(void) {
+    limit(RLIMIT_CPU, 60);
+    limit(RLIMIT_AS, (rlim_t)4 << 30);
+    limit(RLIMIT_FSIZE, 0);
+    limit(RLIMIT_CORE, 0);
+#ifdef RLIMIT_NPROC
+    limit(RLIMIT_NPROC, 0);
+#endif
+}
+#else
+#define dup _dup
+#define fdopen _fdopen
+int dup(int);
+FILE *fdopen(int, const char *);
+static void limits(void) {}
+#endif
+
+extern int (*maviper_doors[])(const double *, int);
+void maviper_numbers(void);
+static FILE *out;
+static jmp_buf failed;
+
+void maviper_number(double value) { fprintf(out, "%a ", value); }
+void maviper_whole(long long value) { fprintf(out, "%lld ", value); }
+void maviper_natural(unsigned long long value) { fprintf(out, "%llu ", value); }
+void maviper_say(const char *word) { fprintf(out, "%s ", word); }
+void maviper_letter(char value) { fprintf(out, "c%d ", value); }
+void maviper_text(const char *value) {
+    fputs("t", out);
+    for (; value && *value; value++) fprintf(out, "%02x", (unsigned)(unsigned char)*value);
+    fputs(" ", out);
+}
+void maviper_fail(void) { longjmp(failed, 1); }
+
+/* DRIVER numbers | DRIVER FUNCTION WIDTH MODE; mode 1: each answer at once */
+int main(int n, char **given) {
+    out = fdopen(dup(1), "w");
+    if (!out || !freopen("/dev/null", "w", stdout)) return 3;
+    limits();
+    if (n < 4) {
+        setvbuf(out, 0, _IONBF, 0);
+        maviper_numbers();
+        return fclose(out) != 0;
+    }
+    int function = atoi(given[1]), mode = atoi(given[3]);
+    volatile int row = 0;
+    size_t width = (size_t)atol(given[2]);
+    double *in = malloc((width + 1) * sizeof *in);
+    if (!in) return 3;
+    maviper_doors[function](0, 0);
+    fputs("\n", out);
+    for (; fread(in, sizeof *in, width, stdin) == width; row ^= 1) {
+        if (setjmp(failed)) fputs("!", out);
+        else if (!maviper_doors[function](in, row)) fputs("-", out);
+        fputs("\n", out);
+        if (mode == 1) fflush(out);
+    }
+    free(in);
+    return fclose(out) != 0;
+}
+"""

@@ -18,8 +18,8 @@ from typing import Any
 
 from pycparser import c_ast, c_generator
 
-from codegen.importers.c.declarations import walk
-from codegen.importers.c.values import Origin
+from codegen.importers.c.kinds import Place
+from codegen.importers.c.objects import walk
 
 BEFORE = "maviper_"
 SLACK = 16  # items of an array behind the last one that is a feature
@@ -54,8 +54,8 @@ class Asked:
     """A function that decides: where its features stand, and where it leaves its answer; parameter "": returned."""
 
     name: str
-    features: tuple[Origin, ...]
-    answers: tuple[Origin, ...]
+    features: tuple[Place, ...]
+    answers: tuple[Place, ...]
 
 
 def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], headers: Sequence[str]) -> str:
@@ -174,7 +174,7 @@ def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
     given = [each for each in (decl.type.args.params if decl.type.args else ()) if isinstance(each, c_ast.Decl)]
     pointers, lines = set[str](), list[str]()
     for each in given:
-        counted = [place.way[0] for place in places if place.parameter == each.name and place.way]
+        counted = [place.way[0] for place in places if place.base == each.name and place.way]
         most = max((step for step in counted if isinstance(step, int)), default=0)
         lines.append(f"static {_storage(each, most + 1 + SLACK, typedefs, pointers)};")
         lines.append(f"__builtin_memset(&{BEFORE}{each.name}, row & 1, sizeof {BEFORE}{each.name});")
@@ -196,9 +196,9 @@ def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
     return f"static int {BEFORE}door_{at}(const double *in, int row) {{\n{body}\n}}"
 
 
-def _place(place: Origin, pointers: set[str]) -> str:
+def _place(place: Place, pointers: set[str]) -> str:
     """A feature or a part of an answer, as C says it."""
-    name = place.parameter or "returned"
+    name = str(place.base or "returned")
     single = name in pointers and place.way and isinstance(place.way[0], str)
     steps = "".join(f".{step}" if isinstance(step, str) else f"[{step}]" for step in place.way)
     return f"{BEFORE}{name}{'[0]' if single else ''}{steps}"

@@ -7,11 +7,10 @@ from codegen import ir
 from codegen.agreement.compiled import find_compiler
 from codegen.errors import DisagreementError, InputError
 from codegen.importers import replay
-from codegen.importers.c import expressions
+from codegen.importers.c import kinds, machine
 from codegen.importers.c.compiled.builds import COMPILED_BY
 from codegen.importers.c.inputs import Inputs
 from codegen.importers.c.source import from_c
-from codegen.importers.c.statements import Statements
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.reading import NOT_COMPARED
 from codegen.importers.symbolic import feature
@@ -123,8 +122,8 @@ def test_observations_of_whole_numbers_are_whole_and_within_their_type():
 
 
 def test_a_number_that_is_misread_is_seen(monkeypatch):
-    read = expressions.literal
-    monkeypatch.setattr(expressions, "literal", lambda text: read("0.7000001" if text == "0.7" else text))
+    read = kinds.literal
+    monkeypatch.setattr(kinds, "literal", lambda text: read("0.7000001" if text == "0.7" else text))
     with pytest.raises(DisagreementError, match="takes action 0 where its origin takes 1"):
         imported("int f(const double *x) { return x[0] > 0.7; }")
 
@@ -148,8 +147,8 @@ def test_features_that_change_places_are_seen(monkeypatch):
 
 
 def test_a_text_that_is_misread_is_seen(monkeypatch):
-    plain = Statements._plain
-    monkeypatch.setattr(Statements, "_plain", lambda self, value: plain(self, value).upper())
+    plain = machine.Machine._plain
+    monkeypatch.setattr(machine.Machine, "_plain", lambda self, value: plain(self, value).upper())
     with pytest.raises(DisagreementError):
         imported('const char *f(float x) { return x > 1 ? "go" : "stay"; }')
 
@@ -161,10 +160,10 @@ def test_observations_that_an_assertion_rules_out_are_not_asked():
 
 
 def test_an_assertion_that_is_misread_is_seen(monkeypatch):
-    read = expressions.literal
+    read = kinds.literal
     text = "#include <assert.h>\nint f(float total) { assert(total >= 4); if (total > 9) return 1; return 0; }"
     for wrong, says in (("5", "leaves out an observation"), ("3", "an assertion fails that the reader does")):
-        monkeypatch.setattr(expressions, "literal", lambda text, wrong=wrong: read(wrong if text == "4" else text))
+        monkeypatch.setattr(kinds, "literal", lambda text, wrong=wrong: read(wrong if text == "4" else text))
         with pytest.raises(InputError, match=says):
             imported(text)
 

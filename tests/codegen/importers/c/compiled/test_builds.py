@@ -8,7 +8,7 @@ from codegen.agreement.compiled import find_compiler
 from codegen.errors import InputError, MissingToolError
 from codegen.importers.c.compiled.builds import Compiled
 from codegen.importers.c.compiled.unit import Asked, write_unit
-from codegen.importers.c.values import Origin
+from codegen.importers.c.kinds import Place
 
 COMPILER = find_compiler()
 pytestmark = [pytest.mark.compile, pytest.mark.skipif(COMPILER is None, reason="no C compiler")]
@@ -17,7 +17,7 @@ pytestmark = [pytest.mark.compile, pytest.mark.skipif(COMPILER is None, reason="
 def built(text, parameter="x", width=1, contracts=False, headers=(), compiler=None):
     """The builds of a text with a function f."""
     parsed = CParser().parse(text)
-    asked = Asked("f", tuple(Origin(parameter, (place,)) for place in range(width)), (Origin(""),))
+    asked = Asked("f", tuple(Place(parameter, (place,)) for place in range(width)), (Place(""),))
     unit = write_unit(parsed, [asked], {}, headers)
     return Compiled(unit, [asked], compiler or COMPILER, "tree.c", contracts=contracts)
 
