@@ -86,6 +86,8 @@ def _numbers_document(numbers: Mapping[str, Fraction]) -> dict[str, str]:
 def _flowing(certificate: FlowCertificate) -> tuple[str, dict[str, Any]]:
     widths = _numbers_document(certificate.widths)
     made = {"order": certificate.order, "steps": certificate.steps, "cells": widths}
+    made |= {"joined_every": certificate.every} if certificate.every != 1 else {}
+    made |= {"levels": certificate.levels} if certificate.levels else {}
     samples = {"at_samples": certificate.claim.at_samples}
     return FLOW_FORM, {**samples, **made, "cuts": proof_lines(certificate.cuts)}
 

@@ -77,6 +77,8 @@ def _try_plans(question: Question[SystemClaim], search: PlanSearch) -> ReachOutc
             candidate.plan.steps,
             candidate.widths,
             encode_numbers(list(candidate.plan.cuts)),
+            candidate.plan.every,
+            candidate.plan.levels,
         )
         with suppress(RejectedError):
             return ReachOutcome(Verdict.PROVED, certificate=made, branches=accepted_flow(made, profile, system))

@@ -5,7 +5,8 @@ Assumes: a profile and a system that were read and checked; a document that anyo
 Does not: prove, or write (verify/certificates).
 
 A certificate says how the start is cut, the order of the series, the steps of a period, and in which cells sets are
-joined. All sets and tubes are made from that again, and every enclosure is shown again.
+joined: at all samples in cells of one width, or by levels (levels.py). All sets and tubes are made from that again, and
+every enclosure is shown again.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
 from verify.checker.covers.rounding import floor
 from verify.checker.envelope import REMAKE, ensure_readable, ensure_whole, numbers, read_proof
+from verify.checker.flows.levels import LevelSweep
 from verify.checker.flows.sweep import FlowSweep, Plan, SetWatch
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import SystemClaimJson, ensure_asked, read_claim
@@ -32,6 +34,7 @@ from verify.systems.system import System
 FORM = "maviper-system-certificate-3"
 MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
 MAX_ORDER, MAX_STEPS = 30, 1_000
+MAX_LEVELS, MAX_EVERY = 20, 1 << 20
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,8 @@ class FlowCertificate:
     steps: int  # of a period
     widths: Mapping[str, Fraction]  # of cells, by variable; none: sets are not joined
     cuts: bytes  # of the start
+    every: int = 1  # so many samples sets are joined, by levels
+    levels: int = 0  # of cells, each half as wide as those before; 0: cells of one width
 
     counted: ClassVar[str] = "sets"
     unit: ClassVar[str] = "set"
@@ -59,7 +64,8 @@ class FlowCertificate:
     def made_of(self) -> dict[str, Any]:
         """What a report says of it beside its size."""
         widths = {name: rational_literal(width) for name, width in self.widths.items()}
-        return {"order": self.order, "steps_of_a_period": self.steps, "cells": widths}
+        levels = {"joined_every": self.every, "levels": self.levels} if self.levels else {}
+        return {"order": self.order, "steps_of_a_period": self.steps, "cells": widths, **levels}
 
     def reading(self, reader: Callable[[bytes], bytes]) -> FlowCertificate:
         """The same with its cuts given to a reader."""
@@ -90,14 +96,23 @@ def check_certificate(
     sweep = FlowSweep(profile, system, certificate.claim)
     sweep.sampled = watch
     widths = {sweep.columns[name]: floor(width) for name, width in certificate.widths.items()}
-    return sweep.run(Plan(list(numbers(certificate.cuts)), certificate.order, certificate.steps, widths))
+    cuts, every, levels = list(numbers(certificate.cuts)), certificate.every, certificate.levels
+    plan = Plan(cuts, certificate.order, certificate.steps, widths, every, levels)
+    if levels == 0 and every == 1:
+        return sweep.run(plan)
+    if not widths or cuts != [0] or not 1 <= levels <= MAX_LEVELS or not 1 <= every <= MAX_EVERY:
+        raise RejectedError(
+            f"the levels are not from 1 to {MAX_LEVELS}, or the samples between joins not from 1 to {MAX_EVERY:,}, "
+            "or there are no cells, or cuts beside them"
+        )
+    return LevelSweep(sweep, plan).run()
 
 
 # --- the text
 
 
-class FlowCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
-    """The members of the file; numbers are exact texts."""
+class FlowCertificateJson(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """The members of the file; numbers are exact texts. Older files do not have those with defaults."""
 
     certificate: str
     profile: str
@@ -110,6 +125,8 @@ class FlowCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     cells: dict[str, str]
     cuts: list[str]
     content_hash: str
+    joined_every: int = 1
+    levels: int = 0
 
 
 def from_json(text: str | bytes, where: str = "certificate") -> FlowCertificate:
@@ -120,5 +137,6 @@ def from_json(text: str | bytes, where: str = "certificate") -> FlowCertificate:
         inhabitant = {name: read_number(value) for name, value in raw.inhabitant.items()}
         widths = {name: read_number(value) for name, value in raw.cells.items()}
         claim = replace(read_claim(raw.claim), at_samples=raw.at_samples)
-        cuts = read_proof(raw.cuts, "$.cuts")
-        return FlowCertificate(raw.profile, raw.system, claim, inhabitant, raw.order, raw.steps, widths, cuts)
+        cuts, every, levels = read_proof(raw.cuts, "$.cuts"), raw.joined_every, raw.levels
+        steps = raw.order, raw.steps
+        return FlowCertificate(raw.profile, raw.system, claim, inhabitant, *steps, widths, cuts, every, levels)

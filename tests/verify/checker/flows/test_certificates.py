@@ -29,7 +29,12 @@ def certificate(**changes):
 
 
 def test_a_certificate_is_read_as_it_was_written():
-    for made in (certificate(), certificate(widths={"angle": F(1, 16)}, cuts=encode_numbers([1, 0, 0]))):
+    wide = {"angle": F(1, 8), "spin": F(1, 4)}
+    for made in (
+        certificate(),
+        certificate(widths={"angle": F(1, 16)}, cuts=encode_numbers([1, 0, 0])),
+        certificate(widths=wide, every=4, levels=2),
+    ):
         again = from_json(to_json(made))
         assert again == made and again.claim.at_samples is False
         assert check_certificate(again, TEAM, SYSTEM) > 20
@@ -57,6 +62,11 @@ def test_another_profile_system_or_variable_is_told(name):
 
 
 FORGED = {
+    "levels without cells": {"every": 4, "levels": 1},
+    "joins without levels": {"widths": {"angle": F(1, 8)}, "every": 4},
+    "no level": {"widths": {"angle": F(1, 8)}, "every": 4, "levels": -1},
+    "cuts beside levels": {"widths": {"angle": F(1, 8)}, "every": 4, "levels": 1, "cuts": encode_numbers([1, 0, 0])},
+    "too few levels": {"widths": {"angle": F(4), "spin": F(8)}, "every": 1, "levels": 1},
     "order 0": {"order": 0},
     "no steps": {"steps": 0},
     "cuts that end": {"cuts": encode_numbers([1, 0])},
