@@ -107,8 +107,8 @@ def _ensure_watchable(certificate: SystemCertificate, where: str) -> None:
             ensure_wide(_list_regions(certificate), where)
         case CoverProof(sets="forms"):
             raise InputError(FORMS, where, ADVICE)
-        case FlowSets(cells=cells):
-            if not cells:
+        case FlowSets(cells=cells, levels=levels):
+            if not cells or levels:  # between two joins the sets of a level keep their frames
                 raise InputError(
                     TURNED, where, "a monitor needs a proof by boxes: a formula, or a world that moves in steps"
                 )

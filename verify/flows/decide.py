@@ -68,7 +68,8 @@ def _try_plans(question: Question[SystemClaim], search: PlanSearch) -> ReachOutc
         if isinstance(state, Verdict):
             return about_nothing(claim, state)
         plan = candidate.plan
-        proof = FlowSets(plan.order, plan.steps, candidate.widths, encode_numbers(list(plan.cuts)))
+        cuts = encode_numbers(list(plan.cuts))
+        proof = FlowSets(plan.order, plan.steps, candidate.widths, cuts, plan.every, plan.levels)
         made = certify(profile, system, claim, state, proof)
         with suppress(RejectedError):
             return ReachOutcome(Verdict.PROVED, certificate=made, branches=accept(made, profile, system))

@@ -1,6 +1,7 @@
 """How to cut the start, step a period and join sets, so that the checker's sweep shows a claim about a flow.
 
-Does: tries plans, the cheap ones first: whole starts with frames, cuts of the start, sets joined in ever smaller cells.
+Does: tries plans, the cheap ones first: whole starts with frames, cuts of the start, sets joined in ever smaller cells,
+  by levels or all of one width.
 Assumes: a checked profile, system and claim about continuous time.
 Does not: prove: a plan that is found here is run again as a certificate.
 """
@@ -8,6 +9,7 @@ Does not: prove: a plan that is found here is run again as a certificate.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 from math import floor, log2
@@ -17,6 +19,7 @@ import numpy as np
 
 from codegen.ir import NO_FEATURE, Float64, PolicyProfile
 from verify.checker.covers.parts import StartBox, halves
+from verify.checker.flows.levels import LevelSweep
 from verify.checker.flows.sweep import FEW as FEW_SETS
 from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
@@ -32,6 +35,8 @@ FIRST = 20_000  # sets for cuts of the start at first, and for cells of one widt
 MANY = FEW_SETS  # sets of a part at each step, beyond which it is cut and not followed further
 ASIDE = 0.125  # how much the width of a variable counts on which no decision depends
 CELLS = tuple(range(2, 7))  # into how many parts, as powers of two, what episodes range over is cut
+JOINS = 4  # samples, at every so many of which sets are joined by levels; or at the first one only
+MAX_LEVELS, LEVELLED = 10, 5  # of cells, and variables that are cut by them
 MAX_POWER = 18  # of 2: cells of a list that could be followed, if a set ranged over all of them
 MAX_DEPTH = 20  # of cuts of the start
 NARROW = 1e-200
@@ -52,6 +57,20 @@ class _Cutting:
     def __init__(self, whole: StartBox) -> None:
         self.whole, self.root = whole, CutPart(whole)
         self.pending, self.lost = [self.root], list[CutPart]()
+
+
+class _Trying:
+    """What was tried with one order and number of steps: cuts, and the levels and cells that may still show it."""
+
+    def __init__(self, how: tuple[int, int], cutting: _Cutting) -> None:
+        self.how, self.cutting = how, cutting
+        self.cells: list[dict[int, float]] | None = None
+        self.levels = list[LevelSweep]()
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether more sets may help."""
+        return self.cells is None or bool(self.cutting.pending or self.cells or self.levels)
 
 
 class PlanSearch:
@@ -79,40 +98,80 @@ class PlanSearch:
         return self.sweep.spent
 
     def plans(self) -> Iterator[FoundPlan]:
-        """Plans that show the claim, the cheap ones first."""
-        whole = self.sweep.whole
+        """Plans that show the claim, the cheap ones first: in each turn with one more way to step, and with more sets
+        for those of before.
+        """
+        whole, tries, pending = self.sweep.whole, list[_Trying](), list(self._hows)
         if whole is None:
             return
-        for how in self._hows:
-            self.how = how
-            if not self._left:
-                return
-            if self._find_open([whole], Plan((), *how), self._once) == []:
-                yield FoundPlan(Plan((0,), *how), {})
-            if not self._points_are_shown(whole):
-                continue
-            yield from self._by(whole, how)
-
-    def _by(self, whole: StartBox, how: tuple[int, int]) -> Iterator[FoundPlan]:
-        """Plans with one order and number of steps: cuts and cells in turn, with ever more sets."""
-        cutting, cells = _Cutting(whole), list[dict[int, float]]()
-        allowed = max(FIRST, self._once)
         for turn in count():
-            if self._left <= self._once or (turn and not cutting.pending and not cells):
+            while pending and len(tries) <= turn:
+                self.how = how = pending.pop(0)
+                if self._find_open([whole], Plan((), *how), self._once) == []:
+                    yield FoundPlan(Plan((0,), *how), {})
+                if self._points_are_shown(whole):
+                    tries.append(_Trying(how, _Cutting(whole)))
+            tries = [each for each in tries if each.goes_on]
+            if not tries and not pending:
                 return
-            plan = self._by_cuts(cutting, how, min(allowed, self._left))
-            if plan is not None:
-                yield FoundPlan(plan, {})
-                return
-            cells = cells if turn else list(self._cells(whole, how))
-            for widths in tuple(cells):
-                open_ = self._find_open([whole], Plan((), *how, widths), min(allowed, self._left))
-                if open_ == []:
-                    named = {self._names[column]: Fraction(width) for column, width in widths.items()}
-                    yield FoundPlan(Plan((0,), *how, widths), named)
-                if open_ is not None:
-                    cells.remove(widths)
-            allowed *= 4
+            for number, each in enumerate(tries):
+                self.how = each.how
+                if self._left <= self._once:
+                    return
+                yield from self._by(whole, each, max(FIRST, self._once) * 4 ** max(turn - number, 0))
+
+    def _by(self, whole: StartBox, trying: _Trying, allowed: int) -> Iterator[FoundPlan]:
+        """Plans with one order and number of steps: cuts, cells of what is tested, levels, cells of all in turn."""
+        how = trying.how
+        plan = self._by_cuts(trying.cutting, how, min(allowed, self._left))
+        if plan is not None:
+            yield FoundPlan(plan, {})
+        if trying.cells is None:
+            trying.cells = list(self._cells(whole, how))
+            trying.levels = list(self._levels(trying.cells, how))
+        few = [widths for widths in trying.cells if len(widths) < max(map(len, trying.cells))]
+        yield from self._by_cells(few, trying, allowed)
+        for levels in tuple(trying.levels):
+            found = self._descend(levels, 4 * allowed if levels.plan.every == JOINS else allowed)
+            if found is not None:
+                yield self._name_widths(found)
+            if levels.levels >= MAX_LEVELS:
+                trying.levels.remove(levels)
+        yield from self._by_cells([widths for widths in trying.cells if widths not in few], trying, allowed)
+
+    def _by_cells(self, cells: Sequence[dict[int, float]], trying: _Trying, allowed: int) -> Iterator[FoundPlan]:
+        """Plans with cells of one width; those that left something open are not tried again."""
+        for widths in cells:
+            plan = Plan((), *trying.how, widths)
+            open_ = self._find_open([trying.cutting.whole], plan, min(allowed, self._left))
+            if open_ == []:
+                yield self._name_widths(replace(plan, cuts=(0,)))
+            if open_ is not None:
+                assert trying.cells is not None
+                trying.cells.remove(widths)
+
+    def _name_widths(self, plan: Plan) -> FoundPlan:
+        return FoundPlan(plan, {self._names[column]: Fraction(width) for column, width in plan.widths.items()})
+
+    def _levels(self, cells: Sequence[dict[int, float]], how: tuple[int, int]) -> Iterator[LevelSweep]:
+        """Sweeps by levels, which begin with the widest cells of all variables."""
+        widest = max(cells, key=lambda widths: (len(widths), *widths.values()), default=dict[int, float]())
+        for every in (JOINS, self.sweep.last) if 0 < len(widest) <= LEVELLED and self.sweep.last > JOINS else ():
+            yield LevelSweep(self.sweep, Plan((0,), *how, widest, every, 1))
+
+    def _descend(self, levels: LevelSweep, allowed: int) -> Plan | None:
+        """The plan with as many levels as show the claim; None where they take too many sets."""
+        self.sweep.most = self.sweep.spent + min(allowed, self._left)
+        try:
+            while levels.levels < MAX_LEVELS:
+                if levels.descend():
+                    return replace(levels.plan, levels=levels.levels)
+                self.why = levels.why or self.why
+        except RejectedError as error:
+            self.why = str(error)
+        finally:
+            tell(min(self.spent, self._most), self._most, "sets of states")
+        return None
 
     @property
     def _once(self) -> int:

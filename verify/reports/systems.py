@@ -143,7 +143,8 @@ def _tell_proof(proof: SystemProof) -> dict[str, Any]:
         case Cover(cells):
             return {"cells": as_plain(cells)}
         case FlowSets(order, steps, cells):
-            return {"order": order, "steps_of_a_period": steps, "cells": as_plain(cells)}
+            levels = {"joined_every": proof.joined_every, "levels": proof.levels} if proof.levels else {}
+            return {"order": order, "steps_of_a_period": steps, "cells": as_plain(cells), **levels}
         case Invariant(parts):
             return {"parts": [part.followed for part in parts], "steps": [part.steps for part in parts]}
 

@@ -1,150 +1,43 @@
 """What the verdicts of a report rest on, in words: modules, engines, and the meanings of features.
 
-Does: names the modules of the trusted base, and says what a proof without a certificate and a counterexample rest on.
-Assumes: tests that hold the lists of modules against what the checker and the referee import.
+Does: says what a proof with a certificate, one without, and a counterexample rest on.
+Assumes: a test that holds the lists of verify/checker/README.md against what the checker imports.
 Does not: import them.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 from codegen.importers.reading import find_uncompared
 from codegen.ir import PolicyProfile
 
-CODEGEN = (
-    "check",
-    "errors",
-    "floats",
-    "form",
-    "ir",
-    "legality",
-    "paths",
-    "policy_json",
-    "region",
-    "sum_rules",
-    "sums",
-    "world",
+LISTED = "and the modules that verify/checker/README.md lists for it"
+WITH_CERTIFICATE = (
+    f"for a proof about single decisions with a certificate: its checker (verify/checker/decisions), {LISTED}"
 )
-CLAIMS = (
-    "claim",
-    "decisions",
-    "formula",
-    "formula_json",
-    "matching",
-    "observed",
-    "pairs",
-    "predicates",
-    "region",
-    "relations",
-    "verifiable",
-)
-CHECKER = {
-    "verify/checker": ("envelope", "reading", "thresholds"),
-    "verify/checker/decisions": ("certificates", "walk"),
-}
-VERIFY = ("exact", "kinds", "semantics")
-DECISIONS = {"codegen": CODEGEN, "verify": VERIFY, **CHECKER, "verify/claims": CLAIMS}
-EPISODES = {
-    "codegen": CODEGEN,
-    "verify": VERIFY,
-    **CHECKER,
-    "verify/checker/episodes": ("certificates", "contact_reading", "contacts", "forever", "reading", "walk"),
-    "verify/claims": (*CLAIMS, "episodes"),
-}
-SYSTEMS = {
-    "codegen": CODEGEN,
-    "verify": VERIFY,
-    "verify/checker": ("accept", "certificate", "envelope", "reading", "thresholds"),
-    "verify/checker/systems": ("cases", "certificates", "proofs", "reading", "rows", "trees", "walk"),
-    "verify/claims": ("formula", "formula_json", "region"),
-    "verify/systems": ("affine", "claims", "documents", "system"),
-}
-COVERS = {
-    **SYSTEMS,
-    "verify/checker/covers": (
-        "boxes",
-        "certificates",
-        "cuts",
-        "forever",
-        "images",
-        "invariants",
-        "leaves",
-        "parts",
-        "rounding",
-        "stated",
-        "sweep",
-        "trees",
-    ),
-    "verify/checker/covers/forms": ("arrays", "cuts", "moves", "sweep"),
-    "verify/systems": (*SYSTEMS["verify/systems"], "regions"),
-}
-FLOWS = {
-    **SYSTEMS,
-    "verify/checker/covers": ("boxes", "cuts", "leaves", "parts", "rounding", "trees"),
-    "verify/checker/flows": (
-        "cases",
-        "certificates",
-        "functions",
-        "programs",
-        "sampling",
-        "series",
-        "sets",
-        "spans",
-        "steps",
-        "sweep",
-        "tapes",
-    ),
-}
-REFEREE = {
-    "codegen": ("errors", "floats", "ir", "observe", "region", "sum_rules", "sums", "world"),
-    "verify": (*VERIFY, "question", "subjects"),
-    "verify/claims": (
-        "claim",
-        "decisions",
-        "episodes",
-        "formula",
-        "matching",
-        "observed",
-        "predicates",
-        "region",
-        "verifiable",
-    ),
-    "verify/claims/uncertified": ("own", "starts", "values", "views"),
-    "verify/states": ("real", "state"),
-}
-
-
-def modules(base: Mapping[str, tuple[str, ...]]) -> list[str]:
-    """The full names of the modules of a base."""
-    return sorted(f"{folder.replace('/', '.')}.{name}" for folder, names in base.items() for name in names)
-
-
-def cite(base: Mapping[str, tuple[str, ...]]) -> str:
-    """The modules of a base in words."""
-    return "; ".join(f"{folder} ({', '.join(sorted(names))})" for folder, names in base.items())
-
-
-WITH_CERTIFICATE = f"for a proof about single decisions with a certificate: {cite(DECISIONS)}"
 WITHOUT_CERTIFICATE = (
     "for a proof about single decisions without a certificate: the solver, and the encoder of trees, roundings and "
     "claim (verify/solver/encode.py)"
 )
 EPISODES_WITH_CERTIFICATE = (
-    f"for a proof about episodes with a certificate: {cite(EPISODES)}; and the dynamics in the profile's world spec"
+    f"for a proof about episodes with a certificate: its checker (verify/checker/episodes), {LISTED}; and the dynamics "
+    "in the profile's world spec"
 )
 EPISODES_WITHOUT_CERTIFICATE = (
     "for a proof about episodes without a certificate: one reading, which nothing checks, by the zones and their steps "
     "(verify/episodes: composition, contacts, cuts, unroll, zones), and the dynamics in the profile's world spec"
 )
 SYSTEMS_WITH_CERTIFICATE = (
-    f"for a proof about a stated system: {cite(SYSTEMS)}; and that the statement is true of what it is about"
+    f"for a proof about a stated system: its checker (verify/checker/systems), {LISTED}; and that the statement is "
+    "true of what it is about"
 )
 SYSTEMS_WITH_COVER = (
-    f"for a proof about a stated system by boxes or affine forms: {cite(COVERS)}; that the processor rounds float64 "
-    "to nearest, of which the checker asks samples; and that the statement is true of what it is about"
+    f"for a proof about a stated system by boxes or affine forms: its checker (verify/checker/covers), {LISTED}; "
+    "that the processor rounds float64 to nearest, of which the checker asks samples; and that the statement is true of "
+    "what it is about"
 )
 SYSTEMS_WITH_SETS = (
-    f"for a proof about continuous time: {cite(FLOWS)}; that the processor rounds float64 to nearest, of which the "
-    "checker asks samples; and that the statement is true of what it is about"
+    f"for a proof about continuous time: its checker (verify/checker/flows), {LISTED}; that the processor rounds "
+    "float64 to nearest, of which the checker asks samples; and that the statement is true of what it is about"
 )
 SYSTEM_READ = "that the world file was read as it is meant: verify/systems (files, and what it imports)"
 SYSTEM_ENCLOSED = (
@@ -160,7 +53,10 @@ FLOW_REPLAYED = (
     "replay` runs them again"
 )
 REPLAYED = "for a counterexample: none of this, since it can be replayed"
-REFEREED = f"for a counterexample in real arithmetic: the referee ({cite(REFEREE)}); `maviper replay` asks it again"
+REFEREED = (
+    "for a counterexample in real arithmetic: the referee (verify/states/state.py, and what it imports); `maviper "
+    "replay` asks it again"
+)
 MEANINGS = "the meanings of the features in the profile"
 UNCHECKED = f"{MEANINGS} (not checked: this version cannot play the profile's world)"
 CHECKED = f"{MEANINGS} (the same as those of this version's world)"

@@ -5,7 +5,8 @@ Assumes: a profile and a system that were read and checked; a document that anyo
 Does not: prove, read (../systems/proofs.py) or write (verify/certificates).
 
 A certificate says how the start is cut, the order of the series, the steps of a period, and in which cells sets are
-joined. All sets and tubes are made from that again, and every enclosure is shown again.
+joined: at all samples in cells of one width, or by levels (levels.py). All sets and tubes are made from that again, and
+every enclosure is shown again.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from verify.checker.covers.rounding import floor
 from verify.checker.envelope import REMAKE, numbers
+from verify.checker.flows.levels import LevelSweep
 from verify.checker.flows.sweep import FlowSweep, Plan, SetWatch
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import ensure_asked
@@ -24,6 +26,7 @@ from verify.systems.system import System
 
 MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
 MAX_ORDER, MAX_STEPS = 30, 1_000
+MAX_LEVELS, MAX_EVERY = 20, 1 << 20
 
 
 def check_certificate(
@@ -51,4 +54,13 @@ def check_certificate(
     sweep = FlowSweep(profile, system, certificate.claim)
     sweep.sampled = watch
     widths = {sweep.columns[name]: floor(width) for name, width in proof.cells.items()}
-    return sweep.run(Plan(list(numbers(proof.cuts)), proof.order, proof.steps, widths))
+    cuts, every, levels = list(numbers(proof.cuts)), proof.joined_every, proof.levels
+    plan = Plan(cuts, proof.order, proof.steps, widths, every, levels)
+    if levels == 0 and every == 1:
+        return sweep.run(plan)
+    if not widths or cuts != [0] or not 1 <= levels <= MAX_LEVELS or not 1 <= every <= MAX_EVERY:
+        raise RejectedError(
+            f"the levels are not from 1 to {MAX_LEVELS}, or the samples between joins not from 1 to {MAX_EVERY:,}, "
+            "or there are no cells, or cuts beside them"
+        )
+    return LevelSweep(sweep, plan).run()

@@ -58,13 +58,14 @@ class StepPrograms:
 
     def step(self, frames: int) -> Program:
         """T_h of the centres of so many frames, [d] each; DT_h of what lies AROUND, [d d] by rows; what T_h leaves out
-        and errors add, by what is ON_THE_WAY, [d]. All of it is one program, since its parts can be computed together.
+        and errors add, by what is ON_THE_WAY, [d]; f's derivative along solutions there, [d]. All of it is one program,
+        since its parts can be computed together.
         """
         if frames not in self._steps:
             tape, wanted = Tape(), list[int | None]()
             for number in range(frames):
                 wanted += self._write_polynomial(tape, centre_of(number))
-            wanted += [*self._write_slopes(tape), *self._write_remainder(tape)]
+            wanted += [*self._write_slopes(tape), *self._write_remainder(tape), *self._write_bends(tape)]
             self._steps[frames] = Program(tape, wanted)
         return self._steps[frames]
 
@@ -79,18 +80,34 @@ class StepPrograms:
 
     def _write_remainder(self, tape: Tape) -> list[int | None]:
         """h**K x_K + sum of k < K of h**(k+1) / (k+1) Dx_k W, where W are the errors by their names."""
-        series = self._reading.series(self._order, bool(self._off), tape, ON_THE_WAY).coefficients
-        errors = {self._reading.names.index(name): tape.write("given", name=error_name(name)) for name in self._off}
+        series, errors = self._write_on_the_way(tape, self._order)
         return [self._bound_last(tape, each, errors) for each in series]
+
+    def _write_bends(self, tape: Tape) -> list[int | None]:
+        """2 x_2 + Dx_1 W."""
+        series, errors = self._write_on_the_way(tape, 2)
+        twice = [_scale_place(tape, _value_of(each[2]), Fraction(2)) for each in series]
+        moved = [self._multiply_errors(tape, each[1], errors) for each in series]
+        return [_add_places(tape, both) for both in zip(twice, moved, strict=True)]
+
+    def _write_on_the_way(self, tape: Tape, order: int) -> tuple[list[list[Known]], dict[int, int]]:
+        """Coefficients of what is on the way, and errors by their columns."""
+        series = self._reading.series(order, bool(self._off), tape, ON_THE_WAY).coefficients
+        return series, {self._reading.names.index(n): tape.write("given", name=error_name(n)) for n in self._off}
 
     def _bound_last(self, tape: Tape, coefficients: Sequence[Known], errors: dict[int, int]) -> int | None:
         last = _scale_place(tape, _value_of(coefficients[self._order]), self._seconds**self._order)
         for k in range(self._order):
-            moved = {column: _slope_of(coefficients[k], column) for column in errors}
-            parts = [tape.times(slope, errors[column]) for column, slope in moved.items() if slope is not None]
             factor = self._seconds ** (k + 1) / (k + 1)
-            last = _add_places(tape, [last, _scale_place(tape, _add_places(tape, parts), factor)])
+            moved = self._multiply_errors(tape, coefficients[k], errors)
+            last = _add_places(tape, [last, _scale_place(tape, moved, factor)])
         return last
+
+    def _multiply_errors(self, tape: Tape, one: Known, errors: dict[int, int]) -> int | None:
+        """The derivatives of a coefficient times errors."""
+        moved = {column: _slope_of(one, column) for column in errors}
+        parts = [tape.times(slope, errors[column]) for column, slope in moved.items() if slope is not None]
+        return _add_places(tape, parts)
 
     def _sum_powers(self, tape: Tape, places: Sequence[int | None]) -> int | None:
         """The sum of h**k c_k, the last ones first."""

@@ -17,6 +17,11 @@ For x in a box X, T_h the Taylor polynomial of order K, and B a box that no solu
 where W holds the errors of the derivative, which may be anything measurable: along x' = f + w the k-th derivative g_k
 of a solution changes by g_(k+1) + Dg_k w, and each w is under k + 1 integrals. B is such a box if X + [0, h] (f(B) +
 W) lies in it.
+
+On the way, x(t) is no further from (1 - t / h) x(0) + t / h x(h) than the integrals of f and of w are from the lines
+between their ends. The derivative of f along a solution is g = 2 x_2(B) + Dx_1(B) W almost everywhere, so the first is
+off by - t (h - t) / 2 g, which is in - [0, h**2 / 8] g; the second by at most t (h - t) / h, or h / 4, times the width
+of W.
 """
 
 from __future__ import annotations
@@ -103,7 +108,8 @@ class FlowStep:
 
     def __init__(self, reading: FlowReading, errors: Sequence[tuple[Fraction, Fraction]], how: Stepping) -> None:
         self._names = reading.names
-        self._power = Factor(how.seconds)
+        self._power, self._quarter = Factor(how.seconds), Factor(how.seconds / 4)
+        self._eighth = Factor(-(how.seconds**2) / 8)
         self._bounds = _ends_of(errors)
         off = [name for name, each in zip(reading.names, errors, strict=False) if each != EXACT]
         self._programs = StepPrograms(reading, how, off)
@@ -117,7 +123,7 @@ class FlowStep:
     def move_sets(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
         """The sets a step later; `held`: the inputs of each, [n]."""
         stay, shown = self._stay(box, held)
-        polynomials, slopes, left_out = self._sum_series(box, frames, stay, held)
+        polynomials, slopes, left_out, bends = self._sum_series(box, frames, stay, held)
         moved_frames: list[Frame] = []
         after = common(stay, plus(box, self._moves(stay, held)))  # by the mean of each derivative on the way
         for frame, polynomial in zip(frames, polynomials, strict=True):
@@ -125,7 +131,9 @@ class FlowStep:
             moved_frames.append(moved)
             after = common(after, moved.box)
         shown &= np.asarray(finite(after).all(axis=1)) & np.asarray(finite(stay).all(axis=1))
-        return Moved(after, tuple(moved_frames), stay, shown, np.asarray((after.low > after.high).any(axis=1)))
+        tube = common(stay, plus(hull(box, after), self._bulge(bends)))
+        tube = Spans(*(np.where(finite(tube), new, old) for old, new in zip(stay, tube, strict=True)))
+        return Moved(after, tuple(moved_frames), tube, shown, np.asarray((after.low > after.high).any(axis=1)))
 
     def jump_sets(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
         """The sets after a jump to the values that the reading gives, by their mean value form too."""
@@ -173,6 +181,15 @@ class FlowStep:
     def _errors_of(self, count: int) -> Spans:
         return Spans(*(np.broadcast_to(each, (count, len(each))) for each in self._bounds))
 
+    def _bulge(self, bends: Spans) -> Spans:
+        """How far solutions may be from the line between their ends: -[0, h**2 / 8] f' + [-h / 4, h / 4] |W|."""
+        bent = scale_spans(bends, self._eighth)
+        errors = self._errors_of(len(bends.low))
+        return plus(
+            Spans(np.minimum(bent.low, 0.0), np.maximum(bent.high, 0.0)),
+            scale_spans(minus(errors, errors), self._quarter),
+        )
+
     # --- the series
 
     def _of_centres(self, frames: Sequence[Frame], held: Mapping[str, Spans]) -> list[Spans]:
@@ -186,9 +203,9 @@ class FlowStep:
 
     def _sum_series(
         self, box: Spans, frames: Sequence[Frame], stay: Spans, held: Mapping[str, Spans]
-    ) -> tuple[list[Spans], Spans, Spans]:
+    ) -> tuple[list[Spans], Spans, Spans, Spans]:
         """T_h of the centres, [n, d] of each frame; DT_h over boxes around them, [n, d, d]; what T_h leaves out and
-        errors add, [n, d].
+        errors add, [n, d]; f's derivative along solutions, [n, d].
         """
         given, size = dict(held), len(self._names)
         for number, frame in enumerate(frames):
@@ -199,8 +216,9 @@ class FlowStep:
         results = self._programs.step(len(frames)).run(given, len(stay.low))
         rows = Spans(np.ascontiguousarray(results.low.T), np.ascontiguousarray(results.high.T))
         parts = [rows.at((slice(None), slice(place, place + size))) for place in range(0, len(frames) * size, size)]
-        matrices = _as_matrices(rows.at((slice(None), slice(len(frames) * size, -size))))
-        return parts, matrices, rows.at((slice(None), slice(-size, None)))
+        matrices = _as_matrices(rows.at((slice(None), slice(len(frames) * size, -2 * size))))
+        left_out, bends = (rows.at((slice(None), slice(*ends))) for ends in ((-2 * size, -size), (-size, None)))
+        return parts, matrices, left_out, bends
 
     def _name_columns(self, mark: str, boxes: Spans) -> dict[str, Spans]:
         return {mark + name: boxes.at((slice(None), column)) for column, name in enumerate(self._names)}

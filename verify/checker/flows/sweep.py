@@ -46,13 +46,17 @@ NOT_STATED = "a state may be where nothing says how it moves"
 @dataclass(frozen=True)
 class Plan:
     """How a claim is shown. `cuts`: of the start, as covers have them; `widths`: of cells, by column, in which sets are
-    joined at samples; none: sets keep the frames of their start. `order` of the series, `steps` of a period.
+    joined at samples; none: sets keep the frames of their start. `order` of the series, `steps` of a period. `levels`:
+    how often cells become narrower, beginning with `widths`, 0 for one list of cells; then sets are joined at `every`
+    so many samples.
     """
 
     cuts: Sequence[int]
     order: int
     steps: int
     widths: Mapping[int, float] = field(default_factory=dict[int, float])
+    every: int = 1
+    levels: int = 0
 
 
 class SeenStep(NamedTuple):
@@ -114,32 +118,39 @@ class FlowSweep:
 
     def follow(self, starts: Sequence[StartBox], plan: Plan) -> None:
         """Follows parts of the start; `open` has those that were not shown."""
+        kept = 0 if plan.widths else 1
+        self.follow_sets(build_sets(self._start.box_starts(starts), kept), plan, 0, self.last)
+
+    def follow_sets(self, sets: SetList, plan: Plan, first: int, end: int) -> SetList:
+        """Follows sets from a sample to a later one, where they are not asked about unless it is the last; `open` has
+        the parts that were not shown.
+        """
         self.open = {}
+        moves, joins = self._find_moves(plan), plan.widths and not plan.levels
+        with np.errstate(all="ignore"):  # what overflows is not finite, and is left open
+            for period in range(first, end + (end == self.last)):
+                sets = sets.join_by_cell(plan.widths) if joins else sets
+                if self.sampled is not None:
+                    self.sampled(period, sets)
+                sets = self._ask_at_sample(sets, period)
+                if period == self.last or not sets.size:
+                    break
+                boxes = split_by_trees(self._trees, sets.numbered)
+                sets = self._limit_sets(sets.narrow_to(boxes))
+                sets = self._drop_bad(sets, self._cases.beyond(sets.numbered), NOT_STATED)
+                held = zip(self._cases.within(sets.numbered), moves, strict=True)
+                sets = beside([self._through(sets.narrow_to(each), move, plan, period) for each, move in held])
+        if end == self.last and self._claim.says.once and sets.size:
+            self._leave(sets, np.ones(sets.size, dtype=np.bool_), "an episode may not get into the region")
+        return sets
+
+    def _find_moves(self, plan: Plan) -> list[_Move]:
+        """How the sets of each case move."""
         how = Stepping(plan.order, self._flow.period / plan.steps)
         if how not in self._moves:
             of = zip(self._readings, self._errors, self.jumps, strict=True)
             self._moves[how] = [_Move(FlowStep(reading, errors, how), jump) for reading, errors, jump in of]
-        boxes = self._start.box_starts(starts)
-        with np.errstate(all="ignore"):  # what overflows is not finite, and is left open
-            self._episodes(build_sets(boxes, 0 if plan.widths else 1), self._moves[how], plan)
-
-    def _episodes(self, sets: SetList, moves: Sequence[_Move], plan: Plan) -> None:
-        last = self._claim.steps
-        for period in range(last + 1):
-            if plan.widths:
-                sets = sets.join_by_cell(plan.widths)
-            if self.sampled is not None:
-                self.sampled(period, sets)
-            sets = self._ask_at_sample(sets, period)
-            if period == last or not sets.size:
-                break
-            boxes = split_by_trees(self._trees, sets.numbered)
-            sets = self._limit_sets(sets.narrow_to(boxes))
-            sets = self._drop_bad(sets, self._cases.beyond(sets.numbered), NOT_STATED)
-            held = zip(self._cases.within(sets.numbered), moves, strict=True)
-            sets = beside([self._through(sets.narrow_to(each), move, plan, period) for each, move in held])
-        if self._claim.says.once and sets.size:
-            self._leave(sets, np.ones(sets.size, dtype=np.bool_), "an episode may not get into the region")
+        return self._moves[how]
 
     def _through(self, sets: SetList, move: _Move, plan: Plan, period: int) -> SetList:
         """One period. Beside the frames of their start, sets have one of the sample, which is dropped after it."""
@@ -284,6 +295,16 @@ class FlowSweep:
         if sets.size > MAX_SETS:
             raise RejectedError(f"a list has more than {MAX_SETS:,} sets")
         return sets
+
+    @property
+    def last(self) -> int:
+        """The number of the last sample."""
+        return self._claim.steps
+
+    @property
+    def starts(self) -> BoxList:
+        """Boxes around all starts, which are one part."""
+        return self._start.box_starts([box for boxes in self._start.cut([0]) for box in boxes])
 
     @property
     def whole(self) -> StartBox | None:

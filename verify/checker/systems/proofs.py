@@ -96,6 +96,8 @@ class FlowSets(Members, frozen=True):
     steps: int  # of a period
     cells: Mapping[str, Fraction]  # widths by variable
     cuts: Bytes  # of the start
+    joined_every: int = 1  # so many samples sets are joined, by levels
+    levels: int = 0  # of cells, each half as wide as those before; 0: cells of one width
 
 
 # --- invariants

@@ -29,7 +29,12 @@ def certificate(**changes):
 
 
 def test_a_certificate_is_read_as_it_was_written():
-    for made in (certificate(), certificate(cells={"angle": F(1, 16)}, cuts=encode_numbers([1, 0, 0]))):
+    wide = {"angle": F(1, 8), "spin": F(1, 4)}
+    for made in (
+        certificate(),
+        certificate(cells={"angle": F(1, 16)}, cuts=encode_numbers([1, 0, 0])),
+        certificate(cells=wide, joined_every=4, levels=2),
+    ):
         again = from_json(to_json(made))
         assert again == made and again.claim.at_samples is False
         assert accept(again, TEAM, SYSTEM) > 20
@@ -57,6 +62,16 @@ def test_another_profile_system_or_variable_is_told(name):
 
 
 FORGED = {
+    "levels without cells": {"joined_every": 4, "levels": 1},
+    "joins without levels": {"cells": {"angle": F(1, 8)}, "joined_every": 4},
+    "no level": {"cells": {"angle": F(1, 8)}, "joined_every": 4, "levels": -1},
+    "cuts beside levels": {
+        "cells": {"angle": F(1, 8)},
+        "joined_every": 4,
+        "levels": 1,
+        "cuts": encode_numbers([1, 0, 0]),
+    },
+    "too few levels": {"cells": {"angle": F(4), "spin": F(8)}, "joined_every": 1, "levels": 1},
     "order 0": {"order": 0},
     "no steps": {"steps": 0},
     "cuts that end": {"cuts": encode_numbers([1, 0])},
