@@ -32,8 +32,8 @@ SYSTEMS_WITH_CERTIFICATE = (
 )
 SYSTEMS_WITH_COVER = (
     f"for a proof about a stated system by boxes or affine forms: its checker (verify/checker/covers), {LISTED}; "
-    "that the processor rounds float64 to nearest, of which the checker asks samples; and that the statement is true of "
-    "what it is about"
+    "that the processor rounds float64 to nearest, of which the checker asks samples; and that the statement is true "
+    "of what it is about"
 )
 SYSTEMS_WITH_SETS = (
     f"for a proof about continuous time: its checker (verify/checker/flows), {LISTED}; that the processor rounds "
