@@ -11,7 +11,7 @@ ALWAYS = "always"  # in place of a number of steps: for ever
 
 
 class Kind(Enum):
-    """What a claim is about; the values are the words of reports."""
+    """The subject of a claim; the values are the words of reports."""
 
     DECISIONS = "decisions"  # in world states
     LEAVES = "leaves"  # of trees: whether a world state reaches them

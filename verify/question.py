@@ -58,7 +58,7 @@ class AnyClaim(Protocol):
 
     @property
     def label(self) -> str:
-        """What a user calls it; "" where nobody said."""
+        """The name that a user gave it; "" where nobody said."""
         ...
 
     @property
@@ -78,7 +78,7 @@ Asked = TypeVar("Asked", bound=AnyClaim)
 
 @dataclass(frozen=True)
 class Budgets:
-    """How much may be spent on a question, in units that do not depend on the machine."""
+    """The limits on what is spent on a question, in units that do not depend on the machine."""
 
     solver_units: int = 200_000_000  # Z3 resource units per query; a depth-10 pair of trees takes far less
     max_nodes: int = 4_000_000  # search nodes per goal; half a second compiled, a minute or two in Python
@@ -90,7 +90,7 @@ class Budgets:
     option: str = "--solver-units"  # that sets the limits on units and nodes; "" where none does
 
     def hint(self, what: str = "may answer") -> str:
-        """What helps where a limit on units or nodes ended a search."""
+        """Returns advice for where a limit on units or nodes ended a search."""
         return f"a larger {self.option} {what}" if self.option else "smaller trees or a smaller region may be decided"
 
     @property
@@ -106,7 +106,7 @@ class Budgets:
 
 @dataclass(frozen=True, eq=False)
 class Question(Generic[About]):
-    """Whether a claim holds of its subject wherever a region reaches, by the arithmetic named."""
+    """The question whether a claim holds of its subject wherever a region reaches, by the arithmetic named."""
 
     subject: Subject
     claim: About
@@ -151,7 +151,7 @@ class Question(Generic[About]):
 
     @cached_property
     def names_goal(self: "Question[DecisionClaim]") -> bool:
-        """Whether the claim or a test of an agent that it speaks of names the goal: else all goals have one answer."""
+        """True if the claim or a test of an agent that it speaks of names the goal: else all goals have one answer."""
         acting = agents(self.formula)
         policies = (policy for policy in self.profile.agents if policy.agent in acting)
         return names_goal(self.formula) or any(GOAL in read_by(policy) for policy in policies)
@@ -171,7 +171,7 @@ class Question(Generic[About]):
 
     @property
     def cases(self: "Question[DecisionClaim]") -> "list[Case]":
-        """What is answered one by one: each part for each goal."""
+        """The cases that are answered one by one: each part for each goal."""
         return list(product(self.goals, self.parts))
 
     @cached_property

@@ -38,7 +38,7 @@ SETTLED = (Verdict.PROVED, Verdict.VIOLATED)  # what a control is asked about
 
 @dataclass(frozen=True)
 class Opinion:
-    """What one engine said, and what it spent; SKIPPED where the question is beyond it."""
+    """The verdict of one engine, and what it spent; SKIPPED where the question is beyond it."""
 
     engine: str
     verdict: Verdict
@@ -61,7 +61,7 @@ class Margin:
 
 @dataclass(frozen=True)
 class Cost:
-    """What an answer took of its main budget, in a unit that does not depend on the machine."""
+    """The amount that an answer took of its main budget, in a unit that does not depend on the machine."""
 
     spent: int
     budget: int
@@ -70,7 +70,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Control:
-    """How many of the same trees with their leaves shuffled fulfil the claim, and how many break it, of all that were
+    """The number of copies of the trees with their leaves shuffled that fulfil the claim, and that break it, of all
     asked.
     """
 
@@ -80,13 +80,13 @@ class Control:
 
     @staticmethod
     def of(verdicts: Iterable[Verdict]) -> Control:
-        """What some verdicts on shuffled trees say together."""
+        """Counts the verdicts on shuffled trees."""
         counts = Counter(verdicts)
         return Control(counts[Verdict.PROVED], counts[Verdict.VIOLATED], counts.total())
 
     @property
     def verdict(self) -> Verdict:
-        """What more than half of them say. It should be VIOLATED, else the claim says little about the trees."""
+        """The verdict of more than half of them. It should be VIOLATED, else the claim says little about the trees."""
         if 2 * self.fulfil > self.asked:
             return Verdict.PROVED
         return Verdict.VIOLATED if 2 * self.broken > self.asked else Verdict.UNKNOWN if self.asked else Verdict.SKIPPED
@@ -101,7 +101,7 @@ class Control:
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What a verdict rests on, of whatever kind. `certificate`: of a proof; the checker accepted it."""
+    """The evidence for a verdict of whatever kind. `certificate`: of a proof; the checker accepted it."""
 
     control: Control = Control()  # of shuffled leaves
     opinions: tuple[Opinion, ...] = ()  # of the engines asked; where two have a verdict, it is the same
@@ -125,7 +125,7 @@ class Evidence:
 
     @property
     def plays_world(self) -> bool:
-        """Whether this version plays the world that the profile is about, so that meanings of features were checked."""
+        """True if this version plays the world that the profile is about, so that meanings of features were checked."""
         return False
 
 
@@ -144,7 +144,7 @@ class Result(Generic[About, Found]):
 
     @property
     def claim(self) -> About:
-        """What is claimed."""
+        """The claim that was asked about."""
         return self.question.claim
 
     @property
@@ -164,7 +164,7 @@ class Result(Generic[About, Found]):
 
     @property
     def certificate(self) -> Any:
-        """What the checker accepts as a proof, or None."""
+        """The certificate that the checker accepts, or None."""
         return self.evidence.certificate
 
     @property

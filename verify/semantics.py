@@ -13,7 +13,7 @@ SEMANTICS = (MACHINE, REAL)
 
 
 class Semantics(NamedTuple):
-    """How the tests of trees read a world state: the arithmetic, and by how much each measured feature may be off."""
+    """The reading of world states by trees: the arithmetic, and by how much each measured feature may be off."""
 
     arithmetic: str = MACHINE
     eps: Fraction = Fraction(0)

@@ -26,7 +26,7 @@ class BudgetSpentError(SpentError):
 
 @dataclass
 class Spending:
-    """What is spent so far, of at most so many boxes."""
+    """The amount spent so far, of at most so many boxes."""
 
     most: int
     boxes: int = 0
@@ -41,7 +41,7 @@ class Spending:
 
     @property
     def left(self) -> int:
-        """What may still be spent, in boxes."""
+        """The boxes that may still be spent."""
         return max(self.most - self.total, 0)
 
     def ensure_left(self, boxes: int = 1) -> None:
@@ -55,12 +55,12 @@ class Spending:
         self.tell()
 
     def tell(self, words: str = "") -> None:
-        """How far the search is, in boxes of the budget."""
+        """Tells how far the search is, in boxes of the budget."""
         tell(min(self.total, self.most), self.most, f"boxes of the budget{words}")
 
     @property
     def words(self) -> str:
-        """What was spent on what, as reports say it."""
+        """Words for what was spent on what, as reports say it."""
         kinds = (
             (self.boxes, "box"),
             (self.played, "played state"),

@@ -95,7 +95,7 @@ def _span(source: str, keys: tuple[Key, ...]) -> tuple[int, int] | None:
     reads = 0
 
     def says(count: int) -> bool | None:
-        """Whether the first lines state the value; None where they break off within a statement."""
+        """Returns True if the first lines state the value; None where they break off within a statement."""
         nonlocal reads
         reads += 1
         try:
@@ -116,7 +116,7 @@ def _span(source: str, keys: tuple[Key, ...]) -> tuple[int, int] | None:
 
 
 def _holds(document: Mapping[str, Any], keys: tuple[Key, ...]) -> bool:
-    """Whether keys lead to a value. A key with a dot may be written as two."""
+    """Returns True if keys lead to a value. A key with a dot may be written as two."""
     at: Any = document
     for key in keys:
         try:

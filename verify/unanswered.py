@@ -28,4 +28,4 @@ class SpentError(UnansweredError):
 
 
 class BeyondError(UnansweredError):
-    """What is asked has no answer of this kind."""
+    """The question asked has no answer of this kind."""

@@ -33,7 +33,7 @@ else:
 
 
 class Header(Members, frozen=True):
-    """What a certificate is, and what it is about: a state shows that its claim is about something."""
+    """The form and the subject of a certificate, and a state that shows that its claim is about something."""
 
     certificate: str  # the form
     profile: str  # content hash

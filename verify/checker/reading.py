@@ -110,7 +110,7 @@ class Reading:
         return [self.flat(f, wanted, known) for (f, wanted), bit in self.parts[place].items() if mask >> bit & 1]
 
     def tree(self, policy: AgentPolicy, semantics: Semantics) -> SearchTree:
-        """What each node of an agent's tree says.
+        """Reads what each node of an agent's tree says.
 
         Under errors a side that no measured value reaches, given the tests of its feature above it, is false.
         """

@@ -201,8 +201,8 @@ def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **giv
 
 
 def readable(name: str, of: str = "") -> tuple[str, ...]:
-    """What may be given with the named claim beside its team; of `steady` also what `of` reads. UnknownNameError for
-    names that there are not.
+    """Returns the parameters that the named claim reads beside its team; of `steady` also what `of` reads.
+    UnknownNameError for names that there are not.
     """
     return _family(name).reads(name, of)
 
@@ -233,7 +233,7 @@ def opponents_words(opponents: bool) -> str:
 
 
 def describe_left_out(world: WorldSpec) -> str:
-    """Which starts claims about episodes of a world are not about, in words; "" for none."""
+    """Describes the starts that claims about episodes of a world leave out; "" for none."""
     return COINCIDING if partners(world) else ""
 
 

@@ -40,7 +40,7 @@ class TeamClaim:
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
-        """What the claim reads beside its team."""
+        """The parameters that the claim reads beside its team."""
         raise NotImplementedError
 
     @property

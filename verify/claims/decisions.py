@@ -61,12 +61,12 @@ class DecisionClaim(TeamClaim):
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
-        """What the claim reads beside its team."""
+        """The parameters that the claim reads beside its team."""
         own = {name: getattr(self, name) for name in self.reads}
         return {"eps": self.eps, "of": self.of, **own} if self.eps else own
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds."""
+        """Returns the formula that is claimed where the assumption holds."""
         raise NotImplementedError
 
     def of_view(self, view: View) -> View:
@@ -107,7 +107,7 @@ class _Engaging(DecisionClaim):
     """That all agents are engaged in one of some matchings."""
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds."""
+        """Returns the formula that is claimed where the assumption holds."""
         return disjunction(
             *(
                 conjunction(*(engages(policy, landmark, self) for policy, landmark in matching))
@@ -157,7 +157,7 @@ class NoDouble(DecisionClaim):
     hardens = False
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds. InputError for a team of one."""
+        """Returns the formula that is claimed where the assumption holds. InputError for a team of one."""
         team, landmarks = profile.team(self.team), _landmarks(profile)
 
         @cache  # each is part of a claim about every other agent
@@ -186,7 +186,7 @@ class Aligned(DecisionClaim):
     kappa: Fraction = KAPPA  # least share of ahead in sideways
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds."""
+        """Returns the formula that is claimed where the assumption holds."""
         return disjunction(
             *(
                 conjunction(*(self._straight(policy, landmark) for policy, landmark in matching))
@@ -218,7 +218,7 @@ class Assignment(DecisionClaim):
     of = "assignment"
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds. InputError for a team that is not of two."""
+        """Returns the formula that is claimed where the assumption holds. InputError for a team that is not of two."""
         if len(profile.team(self.team)) != 2:
             raise InputError("assignment is defined for teams of two only", f"team {self.team}", "use distinct_targets")
         pairings = _matchings(profile, self.team)

@@ -43,7 +43,7 @@ class EpisodeClaim(TeamClaim):
 
     @property
     def by_edges(self) -> bool:
-        """Whether a proof holds for any number of steps."""
+        """True if a proof holds for any number of steps."""
         return self.ever
 
     @property
@@ -58,7 +58,7 @@ class EpisodeClaim(TeamClaim):
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
-        """What the claim reads beside its team."""
+        """The parameters that the claim reads beside its team."""
         said: dict[str, Parameter] = {"steps": ALWAYS if self.ever else self.steps, "radius": self.radius}
         return said | ({self.whom: self.named} if self.whom else {})
 
@@ -73,7 +73,7 @@ class EpisodeClaim(TeamClaim):
         return None
 
     def describe_broken(self, profile: PolicyProfile, between: Between) -> str:
-        """What is not shown by bounds of where everybody ever is, in words; "" where they show the claim."""
+        """Describes what is not shown by bounds of where everybody ever is; "" where they show the claim."""
         return f"edges do not show {self.name}"
 
     @classmethod
@@ -148,7 +148,7 @@ class KeepsApart(EpisodeClaim):
     others: tuple[str, ...] = ()  # empty: the team's own agents
 
     def pairs(self, profile: PolicyProfile) -> list[tuple[str, str]]:
-        """Who keeps apart from whom, each pair once, an agent of the team first."""
+        """Lists the pairs that keep apart, each pair once, an agent of the team first."""
         team = [policy.agent for policy in profile.team(self.team)]
         pairs = product(team, self.others) if self.others else combinations(team, 2)
         return list({frozenset(pair): pair for pair in pairs if pair[0] != pair[1]}.values())

@@ -38,7 +38,7 @@ FindRegion = Callable[[str], Region]  # what a file names -> the region
 
 
 class Stated(NamedTuple):
-    """What one table of a file states."""
+    """The statement of one table of a file."""
 
     claim: Claim
     region: Region

@@ -58,12 +58,12 @@ class _Joined:
 
     @cached_property
     def agents(self) -> frozenset[str]:
-        """As the function `agents`."""
+        """The agents named in its parts; see the function `agents`."""
         return _NONE.union(*map(agents, self.parts))
 
     @cached_property
     def names_goal(self) -> bool:
-        """As the function `names_goal`."""
+        """True if a part names the goal; see the function `names_goal`."""
         return any(map(names_goal, self.parts))
 
 
@@ -191,7 +191,7 @@ def for_goal(formula: Formula, goal: str | None) -> Formula:
 
 
 def names_goal(formula: Formula) -> bool:
-    """Whether the formula may say another thing for another goal: it asks which one it is, or where."""
+    """Returns True if the formula may say another thing for another goal: it asks which one it is, or where."""
     if isinstance(formula, (And, Or)):
         return formula.names_goal
     if isinstance(formula, Linear):
@@ -239,7 +239,7 @@ def coordinates(formula: Formula) -> frozenset[str]:
 
 
 def holds(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, int]) -> bool:
-    """Whether the formula is true at an exact point, with the chosen actions; `for_goal` was applied before."""
+    """Returns True if the formula is true at an exact point, with the chosen actions; `for_goal` was applied before."""
     if isinstance(formula, Linear):
         total = sum((weight * at[name] for weight, name in formula.terms), Fraction(0))
         return total < formula.bound or (total == formula.bound and not formula.strict)

@@ -41,7 +41,7 @@ class Mirrored(NamedTuple):
 
 @dataclass(frozen=True)
 class View:
-    """How the observations of a profile are put together. It has one copy at most."""
+    """The way in which the observations of a profile are put together. It has one copy at most."""
 
     shared: tuple[str, ...] = ()  # features that the agents that have them observe alike
     raised: Raised | None = None
@@ -55,7 +55,7 @@ class View:
 
     @property
     def copy(self) -> str:
-        """What its copy is called."""
+        """The name of the copy."""
         return self.copied + (RAISED if self.raised is not None else MIRRORED)
 
     def original(self, agent: str) -> str:

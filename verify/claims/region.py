@@ -44,7 +44,7 @@ def goal_text(goal: str | None) -> str:
 
 
 def tell_of_goal(goal: str | None, words: str) -> str:
-    """What is said of a goal, which is named where there is one."""
+    """Puts the goal, if there is one, before words."""
     return words if goal is None else f"goal {goal}: {words}"
 
 

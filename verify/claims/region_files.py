@@ -29,7 +29,7 @@ def read_region(source: str, world: WorldSpec, name: str, velocities: Sequence[s
 
 
 def region_of(document: Mapping[str, object], world: WorldSpec, where: Place, velocities: Sequence[str] = ()) -> Region:
-    """As `read_region`, from a parsed document in which floats are texts."""
+    """Reads a region as `read_region` does, from a parsed document in which floats are texts."""
     for key in document:
         if key not in ("goals", "default", "box", "difference", "apart"):
             raise UnknownNameError("key", key, ("goals", "default", "box", "difference", "apart"), where)
@@ -78,12 +78,12 @@ def _apart(document: Mapping[str, object], entities: Sequence[str], where: Place
 
 
 def is_list(value: object) -> TypeGuard[list[object]]:
-    """Whether a value of a parsed document is a list."""
+    """Returns True if a value of a parsed document is a list."""
     return isinstance(value, list)
 
 
 def is_table(value: object) -> TypeGuard[dict[str, object]]:
-    """Whether a value of a parsed document is a table."""
+    """Returns True if a value of a parsed document is a table."""
     return isinstance(value, dict)
 
 

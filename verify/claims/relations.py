@@ -30,7 +30,7 @@ class Agree(DecisionClaim):
     agents: tuple[str, ...] = ()
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds."""
+        """Returns the formula that is claimed where the assumption holds."""
         first, second = ([action.name for action in profile.policy(agent).actions] for agent in self.agents)
         ways = [(first.index(name), second.index(name)) for name in first if name in second]
         a, b = self.agents
@@ -54,13 +54,13 @@ class Differ(Agree):
     of = "differ"
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds."""
+        """Returns the formula that is claimed where the assumption holds."""
         return negate(super().states(profile))
 
 
 @dataclass(frozen=True)
 class _Moving(DecisionClaim):
-    """What an agent does where one feature has another value and all others stay.
+    """A claim about an agent's action where one feature has another value and all others stay.
 
     It is about a view in which the agent stands twice, the copy with a value of its own of the feature.
     """
@@ -107,7 +107,7 @@ class Monotone(_Moving):
     order: tuple[str, ...] = ()  # all actions, lowest first; empty: in the profile's order
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds. LookupError for a profile without the copy."""
+        """Returns the formula claimed where the assumption holds. LookupError for a profile without the copy."""
         lower, higher, low, high = self._twice(profile)
         names = [action.name for action in lower.actions]
         ranks = [names.index(name) for name in self.order or names]
@@ -134,7 +134,7 @@ class Ignores(_Moving):
     actions: tuple[str, ...] = ()  # only whether it takes one of these matters; empty: which one it takes
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds. LookupError for a profile without the copy."""
+        """Returns the formula claimed where the assumption holds. LookupError for a profile without the copy."""
         one, other, *_ = self._twice(profile)
         names = [action.name for action in one.actions]
         alike = [[names.index(name) for name in self.actions]] if self.actions else [[k] for k in range(len(names))]
@@ -172,7 +172,7 @@ class Symmetric(DecisionClaim):
         return replace(view, mirrored=Mirrored(self.agent, self.features))
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds. LookupError for a profile without the copy."""
+        """Returns the formula claimed where the assumption holds. LookupError for a profile without the copy."""
         one, other = profile.policy(self.agent), profile.policy(self.agent + MIRRORED)
         names = [action.name for action in one.actions]
         ranks = [names.index(name) for name in self.order or names]

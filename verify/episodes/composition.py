@@ -92,7 +92,7 @@ class _Open(Exception):
 
 @dataclass(frozen=True)
 class _Task:
-    """What some agents of the team are to do."""
+    """A task of some agents of the team."""
 
     agents: tuple[str, ...]
     pairs: tuple[tuple[str, str], ...] = field(default=(), kw_only=True)  # that are to keep apart
@@ -103,7 +103,7 @@ class _Task:
 
     @property
     def part(self) -> tuple[str, str]:
-        """How a certificate names it: an agent and a mark, or "" for both where it is about all of them."""
+        """Its names in a certificate: an agent and a mark, or "" for both where it is about all of them."""
         return "", ""
 
     def open(self, zones: Zones, group: Group, claim: EpisodeClaim, landmarks: Sequence[str]) -> Zones:
@@ -147,7 +147,7 @@ class _Apart(_Task):
 
 @dataclass(frozen=True)
 class _Left:
-    """What following a group left open: why, and the zones; None when they are not all known."""
+    """The part that following a group left open: why, and the zones; None when they are not all known."""
 
     reason: str
     task: _Task
@@ -189,7 +189,7 @@ class _Decider:
         return ZonesDecision(verdict, self.visited, reason, state, followed, parts, self.touched, self.given_up)
 
     def _for_goal(self, goal: str | None) -> list[_Left]:
-        """What is open for one goal; nothing when the claim is proved."""
+        """Returns what is open for one goal; nothing when the claim is proved."""
         if self.claim.apart:
             return self._decide_apart(goal)
         matchings = find_matchings(self.profile, self.claim)
@@ -207,7 +207,7 @@ class _Decider:
         return [left] if left else []
 
     def _decide_apart(self, goal: str | None) -> list[_Left]:
-        """What is open of pairs that keep apart: each alone, then all those left together."""
+        """Returns what is open of pairs that keep apart: each alone, then all those left together."""
         (pairs,) = name_pairs(self.profile, self.claim)
         tasks = [_Apart(tuple(name for name in pair if name in self.team), pairs=(pair,)) for pair in pairs]
         open_tasks = [left for task in tasks if (left := self._task(task, goal))]
@@ -221,7 +221,7 @@ class _Decider:
         return [left] if left else []
 
     def _last(self, left: _Left | None, goal: str | None) -> _Left | None:
-        """What is open after the whole profile is followed too, where that may settle what a smaller group left."""
+        """Returns what is open with the whole profile followed too, where that may settle what a smaller group left."""
         if left is None or left.zones is None or not self._count_left():
             return left
         agents, everybody = left.group.agents, tuple(policy.agent for policy in self.profile.agents)
@@ -249,7 +249,7 @@ class _Decider:
         return max(0, self.budget - self.visited)
 
     def _task(self, task: _Task, goal: str | None) -> _Left | None:
-        """What is open of a task; None when it is proved. Raises _Violated."""
+        """Returns what is open of a task; None when it is proved. Raises _Violated."""
         together = self._closure(task.agents)
         key = task, self._goal_read(together, goal)
         if key not in self.known:
@@ -302,7 +302,7 @@ class _Decider:
         return self._leave_open(task, group, Zones.join(kept) if ended else None, search.touched > 0)
 
     def _leave_open(self, task: _Task, group: Group, zones: Zones | None, touched: bool) -> _Left:
-        """What following a group left open, in words; `zones`: None where the budget ended before all were known."""
+        """Describes what following a group left open; `zones`: None where the budget ended before all were known."""
         who = " with ".join(group.agents)
         if zones is None:
             return _Left(f"{who}: {SPENT.format(self.budget, self.visited)}", task, group, None)

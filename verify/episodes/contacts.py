@@ -66,14 +66,14 @@ def colliders(world: WorldSpec, agents: Sequence[str]) -> frozenset[str]:
 
 
 def bound_neglected(world: WorldSpec, steps: int) -> float:
-    """How far the pushes that zones leave out may move a position within so many steps, length units."""
+    """Bounds how far pushes that zones leave out may move a position within so many steps, length units."""
     most = sum(entity.collides for entity in world.agents + world.landmarks)
     return (steps * world.dt) ** 2 * most * world.contact_force * world.contact_margin * float(np.exp(-SURE_MARGINS))
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """How an entity of the zones moves: as the group's agent, within bounds, or not at all."""
+    """The motion of an entity of the zones: as the group's agent, within bounds, or not at all."""
 
     node: int
     agent: int = -1  # its place in the group; -1: it is not followed
@@ -155,7 +155,7 @@ def nearest(low: Int64, high: Int64) -> Int64:
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """What may push the agents of a group: each pair's first is one of them."""
+    """The contacts that may push the agents of a group: each pair's first is one of them."""
 
     world: WorldSpec
     pairs: tuple[Pair, ...]
@@ -215,7 +215,7 @@ class Contacts:
 
 
 def contacts_of(world: WorldSpec, bodies: Mapping[str, Body], max_speed: tuple[float | None, ...]) -> Contacts | None:
-    """What may push the agents of a group, of which `max_speed` are the speed limits; None where nothing does."""
+    """Returns what may push a group's agents; `max_speed` are their speed limits. None where nothing pushes."""
     entities = [entity.name for entity in world.agents + world.landmarks]
     pairs, distances = list[Pair](), list[float]()
     for i, j, touching in partners(world):
@@ -278,7 +278,7 @@ def split_known(zones: Zones) -> tuple[Zones, Zones]:
 
 
 def travels(world: WorldSpec, pushes: Mapping[str, float], parts: Sequence[Start], steps: int) -> Mapping[str, Int64]:
-    """How far each agent may have come from its start on an axis, [steps + 1] in 1 / SCALE, whatever anybody does.
+    """Bounds how far each agent comes from its start on an axis, [steps + 1] in 1 / SCALE, whatever anybody does.
 
     `pushes`: agent -> the most that an action adds to its velocity on an axis.
     """

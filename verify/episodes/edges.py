@@ -58,7 +58,7 @@ class _Far(Exception):
 
 
 def decide(question: EpisodeQuestion) -> EdgesDecision:
-    """Whether edges show a claim. UNKNOWN where no edges are found, with the state from which one would be crossed."""
+    """Decides a claim by edges. UNKNOWN where no edges are found, with the state from which one would be crossed."""
     profile, claim = question.profile, question.claim
     team = [policy.agent for policy in profile.team(claim.team)]
     everybody = [*team, *(policy.agent for policy in profile.agents if policy.agent not in team)]
@@ -145,7 +145,7 @@ class _EdgeSearch:
             moved = True
 
     def _ask_edge(self, edges: dict[str, Interval], name: str, upper: bool) -> Outcome | None:
-        """Whether a tree pushes beyond an edge. _Spent."""
+        """Asks whether a tree pushes beyond an edge. _Spent."""
         question, harmless = self._question, self._reading.harmless(name, upper)
         if harmless is None:
             return None
@@ -181,7 +181,7 @@ class _EdgeSearch:
         edges[name] = (low, edge) if upper else (-edge, high)
 
     def _farthest(self, name: str) -> Fraction:
-        """How far away an edge may be."""
+        """Returns how far away an edge may be."""
         claim, agent = self._question.claim, name.rpartition(".")[0]
         most = account_of(claim).farthest
         if most is not None and self._question.profile.policy(agent).team == claim.team:
@@ -189,7 +189,7 @@ class _EdgeSearch:
         return FARTHEST_EDGE
 
     def _describe_crossing(self, name: str, out: int, outcome: Outcome, most: Fraction, rest: Fraction) -> str:
-        """Who may cross an edge, from where, and where that leads."""
+        """Describes who may cross an edge, from where, and where that leads."""
         agent, _, axis = name.rpartition(".")
         policy, state = self._question.profile.policy(agent), outcome.state or {}
         pushing = " or ".join(policy.actions[action].name for action in self._reading.axes[name].outward(out))

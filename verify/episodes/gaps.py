@@ -32,7 +32,7 @@ def where(episode: ContactReading, gap: Gap, allowed: Box, now: Now, finely: boo
 
 
 def _number(axis: int, at: int) -> int:
-    """What `ContactReading.cut` reads."""
+    """Returns the number that `ContactReading.cut` reads."""
     place = at // CUT
     return 1 + axis + 2 * (2 * place if place >= 0 else -2 * place - 1)
 

@@ -57,7 +57,7 @@ class Only(NamedTuple):
 
 
 class Several(NamedTuple):
-    """What follows each side: a closed one is its cycle. `left`: whether any start is left."""
+    """The continuation of each side: a closed one is its cycle. `left`: whether any start is left."""
 
     sides: tuple[tuple[Side, "bytes | Only | Several"], ...]
     left: bool
@@ -101,7 +101,7 @@ class EpisodeProver:
         return first, second
 
     def _look(self, zone: Zone, place: Place) -> Only | Several:
-        """What each side of a question leads to, without going on after its end."""
+        """Finds what each side of a question leads to, without going on after its end."""
         stage, node, chosen, now = place
         if isinstance(node, int):
             return Only(node, b"", zone)

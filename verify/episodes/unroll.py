@@ -36,7 +36,7 @@ CHUNK = 4096  # zones that are stepped together
 
 
 class SideBound(NamedTuple):
-    """What a side of a split asks: start(p) - start(q) <= limit - sign * (what offsets have added to the test)."""
+    """A condition on the starts: start(p) - start(q) <= limit - sign * (what offsets have added to the test)."""
 
     p: int
     q: int
@@ -122,7 +122,7 @@ def build_group(
 
 
 def _pushes(profile: PolicyProfile, policy: AgentPolicy) -> Float64:
-    """What each action adds to the agent's velocity, [actions, 2]."""
+    """Returns what each action adds to the agent's velocity, [actions, 2]."""
     force = next(entity.force for entity in profile.world.agents if entity.name == policy.agent)
     return np.array([action.effect or (0.0, 0.0) for action in policy.actions]) * force * profile.world.dt
 
@@ -229,7 +229,7 @@ class EpisodeSearch:
         self._group, self._steps, self._cut, self._budget = group, steps, cut, budget
 
     def run(self, first: Zones, failed: Callable[[Zones], None]) -> bool:
-        """Whether the search came to its end within the budget. `failed` gets the zones left after the last step."""
+        """Returns True if the search ended within the budget. `failed` gets the zones left after the last step."""
         waiting: list[list[Zones]] = [[first], *([] for _ in range(self._steps))]
         while True:
             sizes = [sum(zones.count for zones in batch) for batch in waiting]
@@ -312,7 +312,7 @@ def split_by_tree(zones: Zones, group: Group, place: int) -> Zones:
 
 
 def _ask_node(zones: Zones, node: Node, pieces: _Pieces) -> _Asked:
-    """What pieces choose below a node."""
+    """Returns what pieces choose below a node."""
     if isinstance(node, int):
         return _Asked(pieces, np.full(len(pieces.rows), node), [])
     action, sides = np.full(len(pieces.rows), NOWHERE), list[tuple[Int64, _Asked]]()

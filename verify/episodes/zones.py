@@ -35,14 +35,14 @@ Matrix = list[list[Fraction]]
 
 
 class Loose(NamedTuple):
-    """What contacts leave open of zones: offset and velocity may be larger by so much."""
+    """The freedom that contacts leave to zones: offset and velocity may be larger by so much."""
 
     drift: Int64  # [n, agents, 2] of the offset, in 1 / SCALE
     gust: Float64  # [n, agents, 2] of the velocity
 
     @staticmethod
     def join(parts: Sequence["Loose"]) -> "Loose":
-        """As `Zones.join`."""
+        """Joins parts as `Zones.join` does."""
         return Loose(np.concatenate([one.drift for one in parts]), np.concatenate([one.gust for one in parts]))
 
 
@@ -67,7 +67,7 @@ class Zones(NamedTuple):
         return (low, low) if self.loose is None else (low, low + self.loose.drift[rows, agent, axis])
 
     def velocities(self, rows: Any, agent: int, axis: int) -> tuple[Int64, Int64]:
-        """As `offsets`, of the velocity, in 1 / SCALE."""
+        """Bounds the velocity as `offsets` bounds the offset, in 1 / SCALE."""
         speed = self.velocity[rows, agent, axis]
         low = np.rint(speed * SCALE).astype(np.int64)
         if self.loose is None:
@@ -106,7 +106,7 @@ class Zones(NamedTuple):
 
     @property
     def count(self) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]  # nobody counts a batch's members
-        """How many zones there are."""
+        """The number of zones."""
         return self.bounds.shape[0]
 
 

@@ -68,7 +68,7 @@ def _like(agent: str, given: Mapping[str, object], where: Place) -> str:
 def _actions(
     agent: str, described: Mapping[str, object], names: Names, inputs: dict[str, Unit], where: Place
 ) -> Mapping[str, Mapping[str, Expression]]:
-    """What each action sets, all of them the same inputs."""
+    """Reads what each action sets; all of them set the same inputs."""
     actions: dict[str, Mapping[str, Expression]] = {}
     for action, settings in _some(described, "actions", where, MAX_ACTIONS).items():
         place = where / "actions" / action
@@ -105,7 +105,7 @@ def _as_label(name: str, where: Place) -> str:
 def _settings(
     agent: str, given: Mapping[str, object], names: Names, inputs: dict[str, Unit], where: Place
 ) -> dict[str, Expression]:
-    """What one action sets, by `AGENT.INPUT`; their units go into `inputs`."""
+    """Reads what one action sets, by `AGENT.INPUT`; their units go into `inputs`."""
     settings: dict[str, Expression] = {}
     for key, value in given.items():
         place, name = where / key, f"{agent}.{as_name(key, where)}"

@@ -48,7 +48,7 @@ MAX_STEPS = 1_000
 
 
 class Pattern(Enum):
-    """What a claim says of its regions; the values are the words of files."""
+    """The statement of a claim about its regions; the values are the words of files."""
 
     DECIDES = "decides"
     STAYS_IN = "stays_in"
@@ -59,7 +59,7 @@ class Pattern(Enum):
 
 
 class _Says(NamedTuple):
-    """What a claim says of the states of an episode."""
+    """The statement of a claim about the states of an episode."""
 
     words: str
     first: str = ""  # the parameter that is the step from which on states count; "": the start
@@ -110,7 +110,7 @@ class CurveOverCell(NamedTuple):
 
 @dataclass(frozen=True)
 class CurvedClaim:
-    """What a claim has to do with one whose formula has curves, `written` in a file: it implies that one, which implies
+    """The relation of a claim to one whose formula has curves, `written` in a file: it implies that one, which implies
     `weaker`, since `enclosures` hold, over cells that fill the ranges of what they name. Whoever makes one knows that
     (curves/formulas.py), or shows it (verify/checker/systems/enclosures.py).
     """
@@ -175,12 +175,12 @@ class SystemClaim:
 
     @property
     def says(self) -> _Says:
-        """What it says of the states of an episode."""
+        """The statement about the states of an episode."""
         return SAYS[self.pattern]
 
     @property
     def about_decisions(self) -> bool:
-        """Whether it speaks of one state and what is decided there, not of episodes."""
+        """True if the claim speaks of one state and what is decided there, not of episodes."""
         return self.says.still
 
     @property

@@ -106,7 +106,7 @@ class Enclosing:
                 return self._apply_curve(LINES[function], self._model(argument))
 
     def _deviation(self, model: _Model) -> Fraction:
-        """How far the form comes from its value in the middle."""
+        """Returns how far the form comes from its value in the middle."""
         return sum((abs(slope) * self._radius[name] for name, slope in model.slopes.items()), Fraction(0))
 
     def _range(self, model: _Model) -> Interval:
@@ -190,7 +190,7 @@ def _times(one: Interval, other: Interval) -> Interval:
 
 
 def _apart(bounds: Interval) -> bool:
-    """Whether 0 lies outside."""
+    """Returns True if 0 lies outside the bounds."""
     return bounds[0] > 0 or bounds[1] < 0
 
 

@@ -68,8 +68,8 @@ WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingProxyType({})) -> Statement:
-    """What a world file states. `name`: of the file, for errors; `acting`: how proofs read those of its agents that
-    test sums or give numbers, whose roundings become variables. InputError with the place of the first fault.
+    """Reads a world file. `name`: of the file, for errors; `acting`: how proofs read those of its agents that test sums
+    or give numbers, whose roundings become variables. InputError with the place of the first fault.
     """
     document, where = parse(source, name, "not a readable file", ADVICE)
     only(document, KEYS, where)
@@ -121,7 +121,7 @@ def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingP
 
 
 def _flows(moved: Mapping[str, object]) -> bool:
-    """Whether the state moves in continuous time: derivatives are stated, of all states or in a piece."""
+    """Returns True if the state moves in continuous time: derivatives are stated, of all states or in a piece."""
     pieces = moved.get("piece", [])
     return "flow" in moved or any(is_table(each) and "flow" in each for each in (pieces if is_list(pieces) else []))
 
@@ -231,7 +231,7 @@ def _clock(document: Mapping[str, object], variables: tuple[Variable, ...], cons
 
 
 def _says(value: object, word: str) -> bool:
-    """Whether a text in a document has a word, or a table in it has it as a key."""
+    """Returns True if a text in a document has a word, or a table in it has it as a key."""
     if is_table(value):
         return word in value or any(_says(each, word) for each in value.values())
     if is_list(value):

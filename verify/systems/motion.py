@@ -77,8 +77,8 @@ def read_pieces(
     regions: Callable[[Sequence[Mapping[str, object]], Place], list[list[CaseRegion]]],
     where: Place,
 ) -> Iterator[tuple[Mapping[str, object], Sequence[CaseRegion], Place]]:
-    """What holds in each piece, in which states, and its place; in all states where there are no pieces. `moves`: the
-    tables that a piece may state itself.
+    """Yields the statements of each piece, the states in which they hold, and its place; in all states where there are
+    no pieces. `moves`: the tables that a piece may state itself.
     """
     if "piece" not in given:
         yield given, [CaseRegion({}, ())], where
@@ -118,8 +118,8 @@ def ensure_few(cases: Sequence[object], where: Place) -> None:
 
 
 def merge_tables(shared: Mapping[str, object], stated: Mapping[str, object], where: Place) -> dict[str, object]:
-    """What holds in a piece: what it states itself, and name by name what it leaves to the tables of all pieces. Of A
-    and c, which have no names but an entry for each variable, a piece has its own or those of all.
+    """Returns the statements that hold in a piece: what it states itself, and name by name what it leaves to the tables
+    of all pieces. Of A and c, which have no names but an entry for each variable, a piece has its own or those of all.
     """
     piece = {**shared, **stated}
     for key in (each for each in (*NAMED, "let", "B") if each in piece):
@@ -201,7 +201,7 @@ class _Motion:
 
     @property
     def _of_states(self) -> Names:
-        """What conditions may name: variables and constants."""
+        """The names that conditions may use: variables and constants."""
         known = {each.name: self._names.known[each.name] for each in self._all}
         return Names(known, self._names.meant, self._names.modes)
 
@@ -272,7 +272,7 @@ class _Motion:
         return fitting(as_typed(stated[name], named, where / name), self._names.known[name], where / name)
 
     def _split_next(self, following: Mapping[str, Expression], where: Place) -> tuple[dict[str, Expression], Effect]:
-        """What holds for all actions, and what each action adds."""
+        """Splits next values into what holds for all actions, and what each action adds."""
         move: dict[str, Expression] = {}
         effect: Effect = {}
         for name, expression in following.items():

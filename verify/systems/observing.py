@@ -30,8 +30,8 @@ def measure_feature(feature: Feature, state: State) -> Fraction:
 
 
 def observe_state(system: System, policy: AgentPolicy, state: State) -> Floats:
-    """What an agent observes in a state, [1, n_features] of the numbers that it compares. KeyError for a feature that
-    the system does not have.
+    """Returns what an agent observes in a state, [1, n_features] of the numbers that it compares. KeyError for a
+    feature that the system does not have.
     """
     features = system.features[policy.agent]
     exact = [measure_feature(features[feature.name], state) for feature in policy.features]

@@ -34,7 +34,7 @@ def pieces(rules: Sequence[Rule], variables: Sequence[Variable], where: object) 
 
 
 def count(rule: Rule) -> int:
-    """How many pieces a rule becomes."""
+    """Counts the pieces that a rule becomes."""
     total = 1
     for name in list_curved(rule):
         total *= rule.cuts.get(name, 1)

@@ -62,7 +62,7 @@ MAX_CUTS = 1_000  # of a range
 
 
 def ensure_claims(statement: Statement, where: str) -> int:
-    """How many claims a world file has. InputError with the place of the first fault."""
+    """Counts the claims of a world file. InputError with the place of the first fault."""
     place = replace(statement.place, name=where)
     return len(_claims(statement.properties, place, statement, _build_agents(statement))) if statement.properties else 0
 
@@ -163,7 +163,7 @@ def parse_written(claim: SystemClaim, statement: Statement, profile: PolicyProfi
 def _vocabulary(
     statement: Statement, acting: Mapping[str, AgentPolicy], curves: Curves
 ) -> tuple[Vocabulary, dict[str, str]]:
-    """What formulas may name, and whose next value each name of one is."""
+    """Returns the names that formulas may use, and whose next value each name of one is."""
     constants = {
         name: Typed(number.value.value, number.unit)
         for name, number in statement.names.meant.items()
@@ -229,7 +229,7 @@ def _decides(
 
 
 class _Lowering(NamedTuple):
-    """What takes next values and curves out of a formula."""
+    """The data by which next values and curves are taken out of a formula."""
 
     statement: Statement
     acting: Mapping[str, AgentPolicy]
@@ -301,7 +301,7 @@ def _steps(table: Mapping[str, object], pattern: Pattern, statement: Statement, 
 
 
 def _times(table: Mapping[str, object], statement: Statement, where: Place) -> bool | None:
-    """Whether a claim is about samples only; None where the system moves in steps."""
+    """Returns True if a claim is about samples only; None where the system moves in steps."""
     given = table.get("at_samples", False)
     if statement.system.flow is None:
         if "at_samples" in table:
@@ -313,7 +313,7 @@ def _times(table: Mapping[str, object], statement: Statement, where: Place) -> b
 
 
 def _read_formula(table: Mapping[str, object], where: Place) -> str:
-    """What is claimed of variables and actions."""
+    """Reads the formula that is claimed of variables and actions."""
     if "formula" not in table:
         raise InputError("a property needs a name or a formula", where, f"names: {', '.join((*PATTERNS, robust.NAME))}")
     return text(table["formula"], where / "formula")
@@ -332,7 +332,7 @@ def _words(region: object, place: Place, beyond: Mapping[str, str] | None = None
 
 
 def _beyond(region: object, statement: Statement, where: Place) -> dict[str, str]:
-    """What a claim about decisions has to say of bounds that leave a range, since it is about states of the ranges."""
+    """Returns words for bounds that leave a range, since a claim about decisions is about states of the ranges."""
     bounds, _ = region_parts(as_table(region, where), statement.names, where)
     words: dict[str, str] = {}
     for one in statement.system.variables:

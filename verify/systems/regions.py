@@ -25,13 +25,13 @@ def box_of(bounds: Mapping[str, Interval]) -> Polytope:
 
 
 def narrow(ends: Interval, factor: Fraction, end: Fraction) -> Interval:
-    """What is left of an interval below an end, or above it where the factor is negative; empty where they cross."""
+    """Cuts an interval to what is below an end, or above it where the factor is negative; empty where they cross."""
     low, high = ends
     return (low, min(high, end)) if factor > 0 else (max(low, end), high)
 
 
 def is_empty(region: Polytope) -> bool | None:
-    """Whether no state lies in all half spaces; None where that takes too many steps to say."""
+    """Returns True if no state lies in all half spaces; None where that takes too many steps to say."""
     open_ = set(region)
     while new := _count_new(open_):
         if any(_false(half) for half in open_):
@@ -47,7 +47,7 @@ def _false(half: HalfSpace) -> bool:
 
 
 def _count_new(halves: set[HalfSpace]) -> dict[str, int]:
-    """How many inequalities the elimination of each variable makes. Counted in one go: a game has tens of variables."""
+    """Counts the inequalities that eliminating each variable makes, in one go: a game has tens of variables."""
     above, below = Counter[str](), Counter[str]()
     for half in halves:
         for name, factor in half.form.terms:
@@ -57,7 +57,7 @@ def _count_new(halves: set[HalfSpace]) -> dict[str, int]:
 
 
 def _without(halves: set[HalfSpace], name: str) -> set[HalfSpace]:
-    """What the others say once a variable is eliminated."""
+    """Returns the half spaces that remain once a variable is eliminated."""
     above, below = list[tuple[HalfSpace, Fraction]](), list[tuple[HalfSpace, Fraction]]()
     for half in halves:
         if factor := next((factor for each, factor in half.form.terms if each == name), None):
@@ -83,7 +83,7 @@ def overlapping(boxes: Sequence[Box]) -> tuple[int, int] | None:
 
 
 def apart(one: Box, other: Box) -> bool:
-    """Whether two boxes share at most a border. A box of no width is apart from others only where it lies outside."""
+    """Tests if two boxes share at most a border. A box of no width is apart from others only where it lies outside."""
     for name in one.keys() & other.keys():
         low, high = max(one[name][0], other[name][0]), min(one[name][1], other[name][1])
         if low > high or (low == high and _is_wide(one[name]) and _is_wide(other[name])):

@@ -18,8 +18,8 @@ from verify.toml_places import Place
 
 @dataclass(frozen=True)
 class Agent:
-    """Who acts: its team, and what each of its actions sets its inputs to, `AGENT.INPUT`. `reward` is what it is paid
-    on entering a state; claims and proofs do not know it.
+    """An agent: its team, and what each of its actions sets its inputs to, `AGENT.INPUT`. `reward` is what it
+    is paid on entering a state; claims and proofs do not know it.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Agent:
 
 @dataclass(frozen=True)
 class Rule:
-    """How the state moves in a box, as it is written: the next value of a variable is its `move`, the effects of all
+    """The state's motion in a box, as it is written: the next value of a variable is its `move`, the effects of all
     agents' actions on it, and an error that the user states. `when`: further conditions of its states; `choice`: what
     is taken of each choice, in the words of the file, as all others are rules of their own. `place`: where it stands.
     """
@@ -56,7 +56,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Statement:
-    """What a file states. `system.pieces` are the rules, with enclosures for what is not affine."""
+    """The statements of a file. `system.pieces` are the rules, with enclosures for what is not affine."""
 
     system: System
     agents: tuple[Agent, ...]
@@ -77,5 +77,5 @@ class Statement:
 
     @property
     def moves(self) -> bool:
-        """Whether it says how the state moves."""
+        """True if the statement says how the state moves."""
         return bool(self.rules) or self.system.flow is not None

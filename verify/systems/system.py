@@ -44,7 +44,7 @@ class HalfSpace:
     strict: bool = False
 
     def holds(self, state: State) -> bool:
-        """Whether a state lies in it."""
+        """Returns True if a state lies in the half space."""
         value = self.form.at(state)
         return value < 0 if self.strict else value <= 0
 
@@ -53,7 +53,7 @@ Polytope = tuple[HalfSpace, ...]  # the states that lie in all of them
 
 
 class Measure(Enum):
-    """What a feature makes of an affine form; the values are the words of files."""
+    """The measure that a feature takes of an affine form; the values are the words of files."""
 
     VALUE = "value"
     SIGN = "sign"  # -1, 0 or 1
@@ -64,7 +64,7 @@ class Measure(Enum):
 
 @dataclass(frozen=True)
 class Feature:
-    """What one feature of an agent measures. `bounds` are those of a clipped one."""
+    """The quantity that one feature of an agent measures. `bounds` are those of a clipped one."""
 
     form: Affine
     measure: Measure = Measure.VALUE
@@ -86,7 +86,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Piece:
-    """How the state moves where it lies in a box and meets conditions. What is not named in `move` becomes 0, in
+    """The motion of the state where it lies in a box and meets conditions. What is not named in `move` becomes 0, in
     `error` it is exact. `choice`: which value it takes of each choice of its rule, in the words of the file.
     """
 
@@ -98,7 +98,7 @@ class Piece:
     choice: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
     def holds(self, state: State) -> bool:
-        """Whether it says how a state moves."""
+        """Returns True if the piece says how a state moves."""
         inside = all(low <= state[name] <= high for name, (low, high) in self.where.items())
         return inside and all(half.holds(state) for half in self.when)
 
@@ -113,10 +113,10 @@ class Piece:
 
 @dataclass(frozen=True)
 class Flow:
-    """How the state moves in continuous time: at each moment the derivative of variable x is `rates[x]`, over variables
-    and inputs, plus an error anywhere in `error[x]`, which may change at any time. `held` are the inputs' values by
-    (agent, action): between two samples, `period` seconds apart, they stay. At each sample, after actions were chosen,
-    every x of `jumps` becomes `jumps[x]` of what was before.
+    """The motion of the state in continuous time: at each moment the derivative of variable x is `rates[x]`, over
+    variables and inputs, plus an error anywhere in `error[x]`, which may change at any time. `held` are the inputs'
+    values by (agent, action): between two samples, `period` seconds apart, they stay. At each sample, after actions
+    were chosen, every x of `jumps` becomes `jumps[x]` of what was before.
 
     `jitter`: by how many seconds any one period may be longer, or shorter if below 0. `seen`: how late observations may
     be: at each sample each agent observes by any one of these, variable -> the variable that keeps what it was some
@@ -154,7 +154,7 @@ class Flow:
 
 @dataclass(frozen=True)
 class FlowCase:
-    """How a state moves that at a sample lies in a box and meets conditions, as pieces have them."""
+    """The motion of a state that at a sample lies in a box and meets conditions, as pieces have them."""
 
     where: Box
     when: Polytope

@@ -145,7 +145,7 @@ def interval(value: object, unit: Unit, names: Names, where: Place) -> Interval:
 
 
 def error_of(value: object, unit: Unit, names: Names, where: Place) -> Interval:
-    """What something may be off by: a number e for [-e, e], or an interval."""
+    """Reads by how much something may be off: a number e for [-e, e], or an interval."""
     low, high = interval(value, unit, names, where)
     if is_list(value):
         return low, high

@@ -39,12 +39,12 @@ class BoxList(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many there are."""
+        """The number of boxes."""
         return len(self.part)
 
     @property
     def variables(self) -> int:
-        """How many variables they bound."""
+        """The number of variables that the boxes bound."""
         return self.bounds.shape[1] // 2
 
     @property
@@ -145,7 +145,7 @@ def alike_joined(boxes: BoxList) -> BoxList:
 
 
 def unit_of(least: Float64, most: Float64) -> Float64:
-    """How close bounds are that are alike, by the least and the most of each column."""
+    """Returns the distance within which bounds count as alike, for each column, from its least and its most."""
     return np.maximum(np.abs(least), np.abs(most)) * ALIKE + 2.0**-1000
 
 

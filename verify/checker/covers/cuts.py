@@ -49,7 +49,7 @@ class BoundLine(NamedTuple):
 
     @property
     def opposite(self) -> BoundLine:
-        """What holds where it does not."""
+        """The bound that holds where this one does not."""
         (last, up), down = self.end, self.down
         beyond = nextafter(-up, -inf) if last == up else -up  # a float that belongs to the one side only
         return BoundLine(self.far, self.near, FloatEnd(beyond, -down), -up)
@@ -71,7 +71,7 @@ def half_line(inequality: Linear, columns: Mapping[str, int]) -> BoundLine | Non
 
 
 def opposite(inequality: Linear) -> Linear:
-    """What holds where an inequality does not."""
+    """Returns the negation of an inequality."""
     terms = tuple((-weight, name) for weight, name in inequality.terms)
     return Linear(terms, -inequality.bound, not inequality.strict)
 

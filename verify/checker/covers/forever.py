@@ -59,7 +59,7 @@ def _check_part(
     system: System,
     seen: Callable[[BoxList], None] | None,
 ) -> tuple[int, frozenset[int]]:
-    """How many sets of a part were asked about, and which half spaces of the claim it shows. RejectedError."""
+    """Checks a part; returns how many sets were asked about, and the half spaces that it shows. RejectedError."""
     modes = {one.name for one in system.variables if one.modes}
     if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in (*part.widths.values(), *part.joined.values())):
         raise RejectedError("a cell has a width out of range")

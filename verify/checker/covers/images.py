@@ -35,8 +35,8 @@ class _Term(NamedTuple):
 
 
 class _BoxMotion:
-    """How joint actions move boxes that differ in what they add alone. Of a variable that is multiplied by a negative
-    number, the bounds of its negative are multiplied by a positive one.
+    """The motion by joint actions of boxes that differ only in what is added to them. Of a variable that is multiplied
+    by a negative number, the bounds of its negative are multiplied by a positive one.
     """
 
     def __init__(self, terms: Terms, columns: Mapping[str, int]) -> None:
@@ -141,7 +141,7 @@ class PieceImage:
         return form
 
     def _effects(self, joint: int) -> list[Mapping[str, Affine]]:
-        """What each agent does in a joint action."""
+        """Returns the effect of each agent's action in a joint action."""
         chosen = zip(self._policies, digits(joint, self._trees), strict=True)
         return [self._piece.effect.get((policy.agent, policy.actions[action].name), {}) for policy, action in chosen]
 

@@ -114,7 +114,7 @@ class FollowedMotion:
         return outside_of(self._claimed, boxes) if self._claimed else boxes.take(slice(0, 0))
 
     def is_unstated(self, boxes: BoxList) -> Bool:
-        """Which boxes may hold states of which nothing is stated."""
+        """Returns True for each box that may hold states of which nothing is stated."""
         return self._stated.beyond(boxes.low, boxes.high)
 
     def move_boxes(self, boxes: BoxList) -> BoxList:
@@ -170,8 +170,8 @@ class InvariantSweep:
     def check(
         self, arriving: Iterator[BoxList], cells: Int64, steps: int, watch: Callable[[BoxList], None] | None = None
     ) -> int:
-        """How many boxes were asked about. `arriving`: at the claim's first step. RejectedError where a list of cells
-        is no invariant that shows the claim.
+        """Checks that cells are an invariant that shows the claim; returns the number of boxes asked about.
+        RejectedError where they are not. `arriving`: boxes at the claim's first step.
 
         `watch` is told of the boxes of cells, and of those on the way back to cells: of every state of these that meets
         the claim it is shown that the system keeps it.
@@ -229,7 +229,7 @@ class Known:
         return key
 
     def holds(self, cells: Int64) -> Bool:
-        """Which cells are in the list, [n]."""
+        """Returns True for each cell that is in the list, [n]."""
         inside = np.asarray(((cells >= self._low) & (cells <= self._high)).all(axis=1), dtype=np.bool_)
         held = inside.copy()
         held[inside] = np.isin(self._key(cells[inside]), self._keys)
@@ -253,8 +253,8 @@ class RegionSweep:
         self._all, self._names, self._steps = tuple(regions), names, steps
 
     def check(self, arriving: Iterator[BoxList], cuts: Sequence[Sequence[int]]) -> int:
-        """How many boxes were asked about. `arriving`: at the claim's first step; `cuts`: of each region. RejectedError
-        where the regions are no invariant that shows the claim.
+        """Checks that the regions are an invariant that shows the claim; returns the number of boxes asked about.
+        RejectedError where they are not. `arriving`: boxes at the claim's first step; `cuts`: of each region.
         """
         with np.errstate(all="ignore"):
             for boxes in arriving:
@@ -318,7 +318,7 @@ def _start_in_region(system: System, region: Polytope, names: set[str]) -> Syste
 
 
 def find_shown_halves(claim: SystemClaim, followed: set[str]) -> frozenset[int]:
-    """Which half spaces of a claim's one region some variables decide; of several regions all or none."""
+    """Returns the half spaces of a claim's one region that some variables decide; of several regions all or none."""
     if len(claim.regions) == 1:
         return frozenset(place for place, half in enumerate(claim.regions[0]) if names_of(half) <= followed)
     named = {name for region in claim.regions for half in region for name in names_of(half)}

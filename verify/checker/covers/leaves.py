@@ -91,7 +91,7 @@ class LeafWays:
         return [_column(last) for last in self._last.T]
 
     def _pairs(self, by_column: Float64, least: Float64, most: Float64) -> tuple[Int64, Int64]:
-        """Which boxes meet which ways: numbers of both, pair by pair. `least`, `most`: bounds of each column."""
+        """Returns the numbers of boxes and ways that meet, pair by pair. `least`, `most`: bounds of each column."""
         count = by_column.shape[1]
         reached: Bool = np.asarray((least <= self._last).all(axis=1), dtype=np.bool_)  # no box meets another way
         ways = np.flatnonzero(reached)
@@ -109,8 +109,8 @@ class LeafWays:
         return np.divmod(np.concatenate(pairs), len(self._node))
 
     def _look_up(self, by_column: Float64, columns: Sequence[int], row: Bits) -> Int64:
-        """Which boxes meet which of the ways in a row of bits, as far as some columns say: a pair's number is that of
-        the box times the number of ways, and the way's.
+        """Returns the pairs of a box and a way in a row of bits that meet, as far as some columns say: a pair's number
+        is that of the box times the number of ways, and the way's.
         """
         common: Bits = np.repeat(row, by_column.shape[1], axis=0)
         for column in columns:

@@ -29,7 +29,7 @@ class StatedStates:
 
     @property
     def limited(self) -> bool:
-        """Whether there are states of which nothing is stated."""
+        """True if there are states of which nothing is stated."""
         return self._bounds is not None
 
     def _bound_pieces(self, system: System) -> tuple[Float64, Float64] | None:
@@ -55,7 +55,7 @@ class StatedStates:
         return low, high
 
     def beyond(self, low: Float64, high: Float64) -> Bool:
-        """Which sets, by bounds [n, variables], may hold states of which nothing is stated, [n]."""
+        """Returns True for each set, by bounds [n, variables], that may hold states of which nothing is stated, [n]."""
         if self._bounds is None:
             return np.zeros(len(low), dtype=np.bool_)
         least, most = self._bounds

@@ -30,8 +30,8 @@ MAX_SWEPT = 200_000_000  # boxes over all steps
 
 @dataclass(frozen=True)
 class Cells:
-    """How the start is cut, and in which cells boxes are joined. `cuts`: for each box in turn, 0 where it is swept as
-    it is, else 1 more than the column of the variable at whose middle it is cut, the lower half first. `widths`: of
+    """The cuts of the start, and the cells in which boxes are joined. `cuts`: for each box in turn, 0 where it is swept
+    as it is, else 1 more than the column of the variable at whose middle it is cut, the lower half first. `widths`: of
     cells, by column; none: boxes are not joined.
     """
 

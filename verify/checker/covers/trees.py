@@ -75,12 +75,12 @@ class TreeCuts:
 
     @property
     def actions(self) -> int:
-        """How many the agent has."""
+        """The number of the agent's actions."""
         return self._actions
 
     @property
     def several(self) -> bool:
-        """Whether it tests several variables at once, by which boxes are cut into pieces that nothing joins."""
+        """True if the tree tests several variables at once, by which boxes are cut into pieces that nothing joins."""
         return bool(self._cuts)
 
     def split_at_tests(self, boxes: BoxList) -> BoxList:
@@ -135,11 +135,11 @@ def _within(cuts: Sequence[Cut], boxes: BoxList) -> BoxList:
 
 
 class Chooses(Protocol):
-    """What sends boxes down the tree of an agent."""
+    """Something that sends boxes down the tree of an agent."""
 
     @property
     def actions(self) -> int:
-        """How many the agent has."""
+        """The number of the agent's actions."""
         ...
 
     def split_at_tests(self, boxes: BoxList) -> BoxList:

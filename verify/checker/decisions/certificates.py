@@ -73,7 +73,7 @@ class Certificate:
 
     @property
     def says_left_sides(self) -> bool:
-        """Whether it states the left sides of its claim, of which each can hold."""
+        """True if the certificate states the left sides of its claim, of which each can hold."""
         return self.form in (MET, MET_PARTED)
 
     @property
@@ -172,7 +172,7 @@ def _act(policy: AgentPolicy, at: Mapping[str, Fraction], semantics: str) -> int
 
 
 def _names_goal(claim: Formula, profile: PolicyProfile) -> bool:
-    """Whether a formula or a test of an agent that it speaks of names the goal: else all goals are one question."""
+    """Returns True if a formula, or a test of an agent in it, names the goal: else all goals are one question."""
     acting = agents(claim)
     return names_goal(claim) or any(GOAL in read_by(profile.policy(agent)) for agent in acting)
 

@@ -53,7 +53,7 @@ def check_all(
     semantics: Semantics,
     proof: Iterator[int],
 ) -> int:
-    """As `check`, of claims that all hold: `proof` is that of each, one after the other."""
+    """Checks several claims that must all hold, see `check`: `proof` is that of each, one after the other."""
     closed = sum(_check_claim(profile, claim, region, goal, semantics, proof) for claim in claims)
     if next(proof, None) is not None:
         raise RejectedError("the proof continues after its last branch")
@@ -90,11 +90,11 @@ class DecisionWalk:
         self.trees, self.known = trees, known
 
     def ends(self, leaf: int, known: tuple[Known, ...], proof: Iterator[int]) -> list[Flat]:
-        """What must be impossible when all agents are at leaves; `leaf` is the last one's."""
+        """Returns the conditions that must be impossible when all agents are at leaves; `leaf` is the last agent's."""
         raise NotImplementedError
 
     def is_settled(self, place: Place) -> bool:
-        """Whether a place needs no proof, because nothing that follows it can deny the claim."""
+        """Returns True if a place needs no proof, because nothing that follows it can deny the claim."""
         return False
 
     def close(self, start: Flat, edges: Sequence[Edge], proof: Iterator[int]) -> int:
@@ -127,7 +127,7 @@ class DecisionWalk:
         return closed
 
     def following(self, place: Place, proof: Iterator[int]) -> list[tuple[Flat, Place]]:
-        """What the search goes on to, the last first: the sides of the next test, or the ends when none is left."""
+        """Returns the next places, the last first: the sides of the next test, or the ends when none is left."""
         tree, node, known = place
         leaf = ROOT
         while tree < len(self.trees):
@@ -181,13 +181,13 @@ class Denial(DecisionWalk):
         return [self.denied(known)]
 
     def is_settled(self, place: Place) -> bool:
-        """Whether what is known of the agents already makes the denied claim false."""
+        """Returns True if what is known of the agents already makes the denied claim false."""
         tree, _, known = place
         return tree != DENIED and self.denied(known) is None
 
 
 def negative(cycle: Sequence[Edge]) -> bool:
-    """Whether bounds form a cycle whose sum is negative, so that they cannot hold together."""
+    """Returns True if bounds form a cycle whose sum is negative, so that they cannot hold together."""
     end, total = cycle[-1][1], 0
     for upper, lower, weight in cycle:
         if upper != end:

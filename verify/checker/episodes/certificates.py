@@ -64,7 +64,7 @@ class EpisodeCertificate:
         return replace(self, parts=tuple(replace(part, proof=reader(part.proof)) for part in self.parts))
 
     def check(self, profile: PolicyProfile) -> int:
-        """As the function."""
+        """Checks the certificate; see `check_certificate`."""
         return check_certificate(self, profile)
 
 

@@ -98,7 +98,7 @@ class ContactReading(PartedReading):
         return bounds
 
     def strange(self, gap: Gap) -> bool:
-        """Whether one of a pair may do anything."""
+        """Returns True if one of a pair may do anything."""
         return None in self._find_places(gap.pair)
 
     def _find_places(self, number: int) -> list[int | None]:
@@ -107,17 +107,17 @@ class ContactReading(PartedReading):
         return [self._place[one] for one in (pair.first, pair.second) if one < len(self._agents)]
 
     def apart(self, gap: Gap, now: Now) -> bool:
-        """Whether two whose starts differ so are too far apart to push each other."""
+        """Returns True if two whose starts differ so are too far apart to push each other."""
         return self.contacts[gap.pair].apart(self.gap(gap, now))
 
     @property
     def questions(self) -> tuple[Node, ...]:
-        """What is asked after the region: the claim, each agent's tree, and the gaps of those who may touch."""
+        """The questions asked after the region: the claim, each agent's tree, and the gaps of those who may touch."""
         gaps = [Gap(number, starts) for number, starts in enumerate(self.start.gaps)]
         return *super().questions, *(self._halves(gap, axis, 0) for gap in gaps for axis in (0, 1))
 
     def _ensure(self, profile: PolicyProfile, claim: EpisodeClaim, region: Region, push: float) -> None:
-        """As in `EpisodeReading`; also that PAD covers the roundings of velocities, and pushes that are left out."""
+        """See `EpisodeReading`; also ensures that PAD covers roundings of velocities and pushes left out."""
         world, pushing = profile.world, [0.0] * len(profile.world.agents + profile.world.landmarks)
         largest = ensure_stated(world, claim.steps, region)
         for pair in self.contacts:
@@ -158,7 +158,7 @@ class ContactReading(PartedReading):
         return node
 
     def bound(self, side: Side, now: Now) -> tuple[int, int, int]:
-        """As in `EpisodeReading`, for the offset by which most starts give the answer; fewest, where slack is taken."""
+        """See `EpisodeReading`; reads the offset by which most starts give the answer, fewest where slack is taken."""
         upper, lower, most, slack, child = side
         if not isinstance(child, Gap):
             ends = (now.shift[lower] - now.most[upper]) if slack < 0 else (now.most[lower] - now.shift[upper])
@@ -185,7 +185,7 @@ class ContactReading(PartedReading):
         return Side(first, second, most, 0, below), Side(second, first, -most, 0, above)
 
     def onward(self, stage: int, answer: Node, chosen: tuple[int, ...], now: Now) -> Place | None:
-        """As in `EpisodeReading`; before a step the gaps are asked of all pairs that are not known to be apart."""
+        """See `EpisodeReading`; before a step the gaps are asked of all pairs that are not known to be apart."""
         if isinstance(answer, Gap):
             now = now._replace(gaps=(*now.gaps[: answer.pair], answer.starts, *now.gaps[answer.pair + 1 :]))
             return self._follow_choice(chosen, now, answer.pair + 1)

@@ -61,7 +61,7 @@ class Contact(NamedTuple):
         return self.force * (self.touching + self.margin)
 
     def apart(self, gap: Box) -> bool:
-        """Whether all gaps of a box are so large that pushes are left out."""
+        """Returns True if all gaps of a box are so large that pushes are left out."""
         (west, east), (south, north) = gap
         x, y = max(west, -east, 0), max(south, -north, 0)
         return x >= self.reach or y >= self.reach or x * x + y * y >= self.reach * self.reach
@@ -103,7 +103,7 @@ def contacts(world: WorldSpec) -> tuple[Contact, ...]:
 
 
 def coincident(world: WorldSpec, start: Mapping[str, Fraction]) -> bool:
-    """Whether the centres of two that push each other stand in one place."""
+    """Returns True if the centres of two that push each other start in one place."""
     names = [entity.name for entity in world.agents + world.landmarks]
     pairs = [(names[pair.first], names[pair.second]) for pair in contacts(world)]
     return any(all(abs(start[f"{a}.{axis}"] - start[f"{b}.{axis}"]) <= ONE_PLACE for axis in "xy") for a, b in pairs)

@@ -56,7 +56,7 @@ GRID = 1 << 64  # speeds of the bound of coasting are rounded up to its multiple
 
 
 class Axis(NamedTuple):
-    """How an agent moves along one axis: what its actions add to the velocity in a step, and the rest of the world."""
+    """An agent's motion along one axis: what its actions add to the velocity in a step, and the rest of the world."""
 
     pushes: tuple[Fraction, ...]  # by action
     dt: Fraction
@@ -64,7 +64,7 @@ class Axis(NamedTuple):
 
     @property
     def coasting(self) -> Fraction:
-        """How far an agent still comes, for each unit of velocity."""
+        """The distance that an agent still covers, for each unit of velocity."""
         return self.dt / (1 - self.kept)
 
     def strongest(self, outwards: int) -> Fraction:
@@ -106,7 +106,7 @@ class LastingCertificate:
         return replace(self, proofs={side: reader(proof) for side, proof in self.proofs.items()})
 
     def check(self, profile: PolicyProfile) -> int:
-        """As the function."""
+        """Checks the certificate; see `check_certificate`."""
         return check_certificate(self, profile)
 
     @property
@@ -116,7 +116,7 @@ class LastingCertificate:
 
 
 class EdgeReading:
-    """What edges ask of a profile. RejectedError for worlds that this reading does not cover."""
+    """The parts of a profile that edges need. RejectedError for worlds that this reading does not cover."""
 
     def __init__(self, profile: PolicyProfile, region: Region) -> None:
         world = profile.world
@@ -167,7 +167,7 @@ class EdgeReading:
         return conjunction(*(Not(Acts(agent, action)) for action in actions)) if actions else None
 
     def sides(self, edges: Mapping[str, Interval]) -> Iterator[Side]:
-        """What has a proof each."""
+        """Yields each side that has a proof: the edge's name, True for the upper edge, and the goal."""
         for name in edges:
             for upper in (False, True):
                 if self.harmless(name, upper) is not None:

@@ -69,7 +69,7 @@ FREE = Side(0, 0, 0, 0, 0)  # an answer that asks nothing of the start
 
 
 class Now(NamedTuple):
-    """What all starts of a branch share after some steps."""
+    """The state after some steps that all starts of a branch share."""
 
     step: int
     speeds: tuple[tuple[float, float], ...]  # [agents] the machine's own
@@ -94,8 +94,8 @@ def certifiable(name: str) -> type[EpisodeClaim]:
 
 
 def matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[Matching]:
-    """What fulfils a claim: who may arrive where, at the named landmarks, or one for each agent in any way; or the one
-    set of all pairs that keep apart.
+    """Returns the matchings that fulfil a claim: who may arrive where, at the named landmarks, or one for each agent in
+    any way; or the one set of all pairs that keep apart.
     """
     team = [policy.agent for policy in profile.team(claim.team)]
     if isinstance(claim, KeepsApart):
@@ -117,8 +117,8 @@ def matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[Matching]:
 
 @dataclass(frozen=True)
 class ProofPart:
-    """What one proof shows: that an agent arrives at a landmark, or keeps apart from another entity; or (both names are
-    "") that the team is matched, or all pairs keep apart.
+    """The statement of one proof: that an agent arrives at a landmark, or keeps apart from another entity; or (both
+    names are "") that the team is matched, or all pairs keep apart.
 
     For one goal, or for all of them (goal is None); `followed` agents act by their trees, others as they like.
     """
@@ -199,7 +199,7 @@ class EpisodeReading:
 
     @property
     def questions(self) -> tuple[Node, ...]:
-        """What is asked after the region: the claim, then each agent's tree."""
+        """The questions asked after the region: the claim, then each agent's tree."""
         return self.claim, *self.trees
 
     def _side(self, flat: Flat, child: Node, slack: int, unknown: Collection[str] = ()) -> Side:
@@ -260,7 +260,7 @@ class EpisodeReading:
         return build_node(frozenset[tuple[str, str]](), 0)
 
     def bound(self, side: Side, now: Now) -> tuple[int, int, int]:
-        """What an answer says of the starts: (upper, lower, most), the ends as nodes."""
+        """Returns the bound that an answer sets on the starts: (upper, lower, most), the ends as nodes."""
         upper, lower, most, slack, _ = side
         most += now.shift[lower] - now.shift[upper] + (slack if now.moved[upper] or now.moved[lower] else 0)
         return (upper if upper < self.nodes else 0), (lower if lower < self.nodes else 0), most
@@ -301,7 +301,7 @@ class EpisodeReading:
         return self._ask_claim(chosen, self._later(now, chosen))
 
     def _follow_choice(self, chosen: tuple[int, ...], now: Now) -> Place | None:
-        """What follows when all agents that are followed have chosen."""
+        """Returns the place that follows when all agents that are followed have chosen."""
         return self._ask_claim(chosen, self._later(now, chosen))
 
     def _later(self, now: Now, chosen: Sequence[int]) -> Now:
@@ -333,7 +333,7 @@ class PartedReading(EpisodeReading):
 
 
 def compute_push(effect: tuple[float, float] | None, mover: EntitySpec, world: WorldSpec) -> tuple[float, float]:
-    """What an action adds to the velocity in a step."""
+    """Returns what an action adds to the velocity in a step."""
     if effect is None:
         raise RejectedError(f"the profile does not say how {mover.name}'s actions push")
     return effect[0] * mover.force * world.dt, effect[1] * mover.force * world.dt

@@ -25,7 +25,7 @@ STILL = Number(Fraction(0))
 
 
 class FlowCases:
-    """Which case of a flow holds which states. RejectedError where modes may be left, or cases leave gaps."""
+    """The cases of a flow and the states in each. RejectedError where modes may be left, or cases leave gaps."""
 
     def __init__(self, system: System, columns: Mapping[str, int]) -> None:
         assert system.flow is not None
@@ -42,7 +42,7 @@ class FlowCases:
             self._stated = RegionCut(list(map(linear, tests_of(Piece(hull_of(of), {})))), columns)
 
     def beyond(self, boxes: BoxList) -> Bool:
-        """Which boxes may hold states that no case holds; each box has its own number for a part."""
+        """Returns True for each box that may hold states that no case holds; each box has its own number for a part."""
         found = np.zeros(boxes.size, dtype=np.bool_)
         if self._stated is not None:
             found[self._stated.outside(boxes).part] = True
@@ -66,7 +66,7 @@ def _ensure_stays(mode: Variable, modes: Mapping[str, Variable], flow: Flow) -> 
 
 
 def _is_set(value: Expression, mode: Variable, modes: Mapping[str, Variable], flow: Flow) -> bool:
-    """Whether a jump sets a mode to one of its values."""
+    """Returns True if a jump sets a mode to one of its values."""
     match value:
         case Number(number):
             return is_mode_value(number, mode)

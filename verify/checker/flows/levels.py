@@ -37,7 +37,7 @@ class _Span(NamedTuple):
     targets: Int64
 
     def hold(self, parts: BoxList, hashes: Int64) -> Bool:
-        """Which parts lie in a marked box."""
+        """Returns True for each part that lies in a marked box."""
         place = np.minimum(np.searchsorted(self.hashes, hashes), len(self.hashes) - 1)
         inside = (parts.bounds >= self.bounds[place]).all(axis=1)
         return np.asarray((self.hashes[place] == hashes) & self.marked[place] & inside)
@@ -54,11 +54,11 @@ class LevelSweep:
 
     @property
     def levels(self) -> int:
-        """How many were followed."""
+        """The number of levels followed."""
         return len(self._levels)
 
     def run(self) -> int:
-        """How many sets were asked about. RejectedError where the claim is not shown."""
+        """Follows all levels; returns the number of sets asked about. RejectedError where the claim is not shown."""
         shown = [self.descend() for _ in range(self.plan.levels)]
         if not shown[-1]:
             raise RejectedError(self.why)
@@ -90,7 +90,7 @@ class LevelSweep:
         return all(span.marked.all() for span in list(spans.values())[:1])
 
     def _drop_shown(self, parts: BoxList, first: int) -> BoxList:
-        """What lies in no marked box of the levels before, cut by their cells."""
+        """Returns the parts that lie in no marked box of the levels before, cut by their cells."""
         for widths, spans in self._levels:
             if first in spans and parts.size:
                 parts, hashes = _hash_cells(parts, widths)
@@ -98,7 +98,7 @@ class LevelSweep:
         return parts
 
     def _follow(self, boxes: BoxList, first: int, end: int) -> tuple[BoxList, dict[int, str]]:
-        """What is left of boxes at a later sample, and which were not shown up to it, and why."""
+        """Returns what is left of boxes at a later sample, and for boxes not shown up to it, why."""
         self._seen = []
         self._sweep.sampled = None if self._told is None else lambda at, sets: self._seen.append((at, sets))
         try:

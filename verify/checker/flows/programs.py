@@ -17,7 +17,7 @@ from verify.checker.flows.tapes import Program, Tape
 
 
 class Stepping(NamedTuple):
-    """How to step: the order K of the series, and the seconds h of a step."""
+    """The order K of the series, and the seconds h of a step."""
 
     order: int
     seconds: Fraction

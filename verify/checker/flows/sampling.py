@@ -52,7 +52,7 @@ class LateTrees:
 
     @property
     def actions(self) -> int:
-        """How many the agent has."""
+        """The number of the agent's actions."""
         return self.ways[0].actions
 
     def split_at_tests(self, boxes: BoxList) -> BoxList:

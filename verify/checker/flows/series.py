@@ -150,7 +150,7 @@ class _Writing:
         self.tape = tape
 
     def constant(self, operation: Operation) -> Coefficient:
-        """What does not depend on time."""
+        """Returns the coefficient of an operation that does not depend on time."""
         does = {"name": "given", "number": "exact"}.get(operation.does, operation.does)
         return Coefficient(self.tape.write(does, name=operation.name, number=operation.number), {})
 

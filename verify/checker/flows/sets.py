@@ -30,7 +30,7 @@ class SetList(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many there are."""
+        """The number of sets."""
         return len(self.part)
 
     def take(self, which: Bool | Int64) -> SetList:

@@ -137,15 +137,15 @@ def hull(one: Spans, other: Spans) -> Spans:
 
 
 def common(one: Spans, other: Spans) -> Spans:
-    """What lies in both."""
+    """Returns the intersections of the spans."""
     return Spans(np.maximum(one.low, other.low), np.minimum(one.high, other.high))
 
 
 def within(one: Spans, other: Spans) -> Bool:
-    """Whether each lies in the other; never where a bound is NaN."""
+    """Returns True for each span of `one` that lies in that of `other`; never where a bound is NaN."""
     return (one.low >= other.low) & (one.high <= other.high)
 
 
 def finite(span: Spans) -> Bool:
-    """Whether both bounds are finite."""
+    """Returns True for each span whose bounds are both finite."""
     return np.isfinite(span.low) & np.isfinite(span.high)

@@ -92,8 +92,8 @@ def build_frames(box: Spans) -> Frame:
 
 
 class Moved(NamedTuple):
-    """What a step makes of sets: boxes and frames after it, a box of all states on the way, where all was shown, and
-    where frames have nothing in common, so that there was no state.
+    """The results of a step of sets: boxes and frames after it, a box of all states on the way, where all was shown,
+    and where frames have nothing in common, so that there was no state.
     """
 
     box: Spans
@@ -182,7 +182,7 @@ class FlowStep:
         return Spans(*(np.broadcast_to(each, (count, len(each))) for each in self._bounds))
 
     def _bulge(self, bends: Spans) -> Spans:
-        """How far solutions may be from the line between their ends: -[0, h**2 / 8] f' + [-h / 4, h / 4] |W|."""
+        """Bounds how far solutions may be from the line between their ends: -[0, h**2 / 8] f' + [-h / 4, h / 4] |W|."""
         bent = scale_spans(bends, self._eighth)
         errors = self._errors_of(len(bends.low))
         return plus(
@@ -224,7 +224,7 @@ class FlowStep:
         return {mark + name: boxes.at((slice(None), column)) for column, name in enumerate(self._names)}
 
     def _run(self, program: Program, start: Spans, held: Mapping[str, Spans]) -> Spans:
-        """What a program computes of boxes [n, d], by rows: [n, results]."""
+        """Runs a program on boxes [n, d], by rows: [n, results]."""
         results = program.run({**self._name_columns("", start), **held}, len(start.low))
         return Spans(np.ascontiguousarray(results.low.T), np.ascontiguousarray(results.high.T))
 

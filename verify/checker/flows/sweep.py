@@ -45,10 +45,10 @@ NOT_STATED = "a state may be where nothing says how it moves"
 
 @dataclass(frozen=True)
 class Plan:
-    """How a claim is shown. `cuts`: of the start, as covers have them; `widths`: of cells, by column, in which sets are
-    joined at samples; none: sets keep the frames of their start. `order` of the series, `steps` of a period. `levels`:
-    how often cells become narrower, beginning with `widths`, 0 for one list of cells; then sets are joined at `every`
-    so many samples.
+    """The way in which a claim is shown. `cuts`: of the start, as covers have them; `widths`: of cells, by column, in
+    which sets are joined at samples; none: sets keep the frames of their start. `order` of the series, `steps` of a
+    period. `levels`: how often cells become narrower, beginning with `widths`, 0 for one list of cells; then sets are
+    joined at `every` so many samples.
     """
 
     cuts: Sequence[int]
@@ -60,7 +60,7 @@ class Plan:
 
 
 class SeenStep(NamedTuple):
-    """What a step of a period was: its number, its sets, boxes of all states in it, and boxes of those at its end."""
+    """A step of a period: its number, its sets, boxes of all states in it, and boxes of those at its end."""
 
     period: int
     step: int
@@ -70,7 +70,7 @@ class SeenStep(NamedTuple):
 
 
 class _Move(NamedTuple):
-    """How the sets of one case move: steps between samples, and what jumps at one."""
+    """The motion of the sets of one case: steps between samples, and what jumps at one."""
 
     step: FlowStep
     jump: FlowStep | None
@@ -108,7 +108,7 @@ class FlowSweep:
         self.sampled: SetWatch | None = None
 
     def run(self, plan: Plan) -> int:
-        """How many sets were asked about. RejectedError where one may break the claim, or could not be followed."""
+        """Counts the sets asked about. RejectedError where one may break the claim, or could not be followed."""
         ensure_arithmetic()
         for starts in self._start.cut(plan.cuts):
             self.follow(starts, plan)
@@ -145,7 +145,7 @@ class FlowSweep:
         return sets
 
     def _find_moves(self, plan: Plan) -> list[_Move]:
-        """How the sets of each case move."""
+        """Returns the motion of the sets of each case."""
         how = Stepping(plan.order, self._flow.period / plan.steps)
         if how not in self._moves:
             of = zip(self._readings, self._errors, self.jumps, strict=True)
@@ -184,7 +184,7 @@ class FlowSweep:
         return SetList(moved.box.at(kept), frames, sets.part[kept], sets.joint[kept])
 
     def inputs(self, joint: Int64) -> dict[str, Spans]:
-        """What is held in each set."""
+        """Returns the inputs held in each set."""
         numbers, of = np.unique(joint, return_inverse=True)
         known = [self._of_joint(int(number)) for number in numbers]
         names = list(known[0]) if known else []
@@ -247,17 +247,17 @@ class FlowSweep:
         return BoxList(*(np.concatenate(column) for column in zip(*lists, strict=True)))
 
     def _outside(self, sets: SetList) -> SetList:
-        """What of the sets may not lie in the regions."""
+        """Narrows the sets to what may not lie in the regions."""
         return sets.narrow_to(self._beyond(sets.numbered))
 
     # --- single boxes, [1, variables]
 
     def surely_outside(self, box: Spans) -> bool:
-        """Whether no state of a box lies in a region."""
+        """Returns True if no state of a box lies in a region."""
         return self._in_some(_as_list(box)).size == 0
 
     def surely_inside(self, box: Spans) -> bool:
-        """Whether every state of a box lies in a region."""
+        """Returns True if every state of a box lies in a region."""
         return self._beyond(_as_list(box)).size == 0
 
     def only_action(self, box: Spans, way: int = 0) -> int | None:
@@ -313,7 +313,7 @@ class FlowSweep:
 
 
 def _jump_of(flow: Flow, names: Sequence[str]) -> FlowStep | None:
-    """What moves sets at samples; None where nothing jumps."""
+    """Returns the step that moves sets at samples; None where nothing jumps."""
     if not flow.jumps:
         return None
     values = {name: flow.jumps.get(name, Name(name)) for name in names}

@@ -26,7 +26,7 @@ AT_ONCE = 1 << 18  # results that are computed together: about what a processor 
 
 
 class Operation(NamedTuple):
-    """What is done to the results at some places of a tape; `name`: of what is given; `number`: a factor or value."""
+    """An operation on the results at some places of a tape; `name`: of what is given; `number`: a factor or value."""
 
     does: str
     reads: tuple[int, ...] = ()
@@ -135,12 +135,12 @@ def _sort_by_level(operations: Sequence[Operation], wanted: Iterable[int | None]
 
 
 def _number(operation: Operation) -> Spans:
-    """What is the same for all boxes."""
+    """Returns the value of an operation that is the same for all boxes."""
     return half_turns(1) if operation.does == "pi" else exact(operation.number, 1)
 
 
 def _does(kind: str, operations: Sequence[Operation]) -> Callable[..., Float64]:
-    """What computes a group."""
+    """Returns the function that computes a group of operations."""
     if kind == "scale":
         return _scaling([each.number for each in operations])
     return _waving(operations) if kind == "waves" else FUNCTIONS[kind]

@@ -27,7 +27,7 @@ Sum = tuple[tuple[str, Fraction], ...]  # of variables, its first factor 1
 
 
 def has_cases(system: System) -> bool:
-    """Whether a system has modes, or pieces that hold less than a box."""
+    """Returns True if a system has modes, or pieces that hold less than a box."""
     return any(one.modes for one in system.variables) or any(piece.when for piece in system.pieces)
 
 
@@ -72,7 +72,7 @@ def ensure_starts(mode: Variable, start: Polytope) -> None:
 
 
 def is_mode_value(number: Fraction, mode: Variable) -> bool:
-    """Whether a number is one of a mode's values."""
+    """Returns True if a number is one of a mode's values."""
     return number.denominator == 1 and 0 <= number < len(mode.modes)
 
 
@@ -122,7 +122,7 @@ def ensure_complete(system: System, modes: Mapping[str, Variable]) -> None:
 
 
 def _meets_tests(tests: Sequence[HalfSpace], places: Mapping[Sum, int], cells: Sequence[Sequence[Fraction]]) -> Bool:
-    """Which combinations of cells meet all tests of a piece: one axis for each sum."""
+    """Returns True for each combination of cells that meets all tests of a piece: one axis for each sum."""
     masks: list[Bool] = [np.ones(len(each), dtype=np.bool_) for each in cells]
     for half in tests:
         place = places[_sum(half)]
@@ -150,7 +150,7 @@ def _sum(half: HalfSpace) -> Sum:
 
 
 def _holds(half: HalfSpace, total: Fraction) -> bool:
-    """Whether a half space holds where its sum has a value."""
+    """Returns True if a half space holds where its sum has this value."""
     value = half.form.terms[0][1] * total + half.form.constant
     return value < 0 if half.strict else value <= 0
 

@@ -50,7 +50,7 @@ def check_certificate(certificate: SystemCertificate, proof: Walks, profile: Pol
 def close_branches(
     profile: PolicyProfile, system: System, claim: SystemClaim, part: FollowedPart, walked: bytes
 ) -> int:
-    """How many branches a proof of a part closes. RejectedError where it does not hold."""
+    """Checks the proof of a part; counts the branches that it closes. RejectedError where it does not hold."""
     proof = Proof(numbers(walked, BITS))
     SystemQuestions(profile, system, claim, part, proof).run()
     proof.ensure_read()
@@ -86,7 +86,7 @@ def ensure_asked(
 
 
 def needs_stated(claim: SystemClaim, system: System) -> bool:
-    """Whether an episode may leave what is stated: then it is to be shown that none does."""
+    """Returns True if an episode may leave what is stated: then it is to be shown that none does."""
     return not claim.about_decisions and claim.steps > 0 and all(piece.where for piece in system.pieces)
 
 

@@ -61,7 +61,7 @@ ZERO = Range(0, 0)
 
 
 class SlopedRange(NamedTuple):
-    """What an expression and its derivatives are over a box. `steep`: names by which no bound of the slope is known."""
+    """An expression and its derivatives over a box. `steep`: names by which no bound of the slope is known."""
 
     value: Range
     slopes: dict[str, Range]
@@ -87,8 +87,8 @@ OnPiece = Callable[[int, int], None]  # how many pieces are shown, of how many
 
 
 def ensure_enclosed(statement: Statement, on_piece: OnPiece = lambda done, most: None) -> int:
-    """How many bounds were shown; `on_piece` is told of each piece. RejectedError where one does not hold what its rule
-    says.
+    """Checks that each piece holds what its rule says, else RejectedError; returns the number of bounds shown.
+    `on_piece` is told of each piece.
     """
     ranges = {each.name: each.range for each in statement.system.variables}
     shown = 0
@@ -105,8 +105,8 @@ def ensure_enclosed(statement: Statement, on_piece: OnPiece = lambda done, most:
 
 
 def ensure_curves(enclosures: Sequence[CurveOverCell], ranges: Box) -> int:
-    """How many enclosures of curves in a claim were shown. RejectedError where one does not hold its curve, or the
-    cells of a curve leave out states of the ranges.
+    """Checks enclosures of curves in a claim; returns their number. RejectedError where one does not hold its curve, or
+    the cells of a curve leave out states of the ranges.
     """
     cells: dict[Expression, list[Box]] = {}
     for each in enclosures:
@@ -151,12 +151,12 @@ def _check_piece(piece: Piece, rule: Rule, where: str) -> int:
 
 
 def _less(error: Interval, stated: tuple[Fraction | int, Fraction | int]) -> Interval:
-    """What the error leaves for enclosures."""
+    """Returns the error that the stated one leaves for enclosures."""
     return error[0] - stated[0], error[1] - stated[1]
 
 
 def _differences(piece: Piece, rule: Rule, name: str) -> Iterator[FormDifference]:
-    """What the rule says of a variable less what the piece says, for all joint actions.
+    """Yields what the rule says of a variable less what the piece says, for all joint actions.
 
     What an agent does exactly as the rule says adds nothing, so joint actions that differ in such agents are one.
     """

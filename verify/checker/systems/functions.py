@@ -190,7 +190,7 @@ def exp_at(number: int) -> Range:
 
 
 def _halvings(number: int) -> int:
-    """How often a number is halved for a series."""
+    """Returns how often a number is halved for a series."""
     count = 0
     while abs(number) >> count > HALF:
         count += 1

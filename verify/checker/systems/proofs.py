@@ -62,7 +62,7 @@ class Hull(Members, frozen=True):
 
 
 class FollowedPart(Members, frozen=True):
-    """What a proof is about: the variables that are followed, and what is shown by them alone."""
+    """The variables that a proof follows, and what is shown by them alone."""
 
     followed: tuple[str, ...]
     shows: tuple[int, ...]  # which ways to break the claim do not happen (see `ways`); the number after them: unstated
@@ -80,8 +80,8 @@ class Walks(Members, frozen=True):
 
 
 class Cover(Members, frozen=True):
-    """What the boxes of a cover are made from: the widths of cells by variable, and how the start is cut; or that its
-    sets are affine forms, which are not joined.
+    """The parameters of a cover's sets: the widths of cells by variable, and how the start is cut; or that its sets
+    are affine forms, which are not joined.
     """
 
     cells: Mapping[str, Fraction]
@@ -90,7 +90,7 @@ class Cover(Members, frozen=True):
 
 
 class FlowSets(Members, frozen=True):
-    """What the sets of a flow are made from. Without cells sets are not joined."""
+    """The parameters of a flow's sets. Without cells sets are not joined."""
 
     order: int  # of the series
     steps: int  # of a period
@@ -141,7 +141,7 @@ class Invariant(Members, frozen=True):
 
 
 class SystemHeader(Header, frozen=True):
-    """What a certificate about a stated system is about."""
+    """The header of a certificate about a stated system."""
 
     system: str  # content hash
 

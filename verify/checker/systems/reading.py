@@ -168,7 +168,7 @@ class SystemReading:
 
 
 class Effect:
-    """What an action does to the followed variables, in each piece: forms that are added; one object for equal ones."""
+    """An action's effect on the followed variables, in each piece: forms that are added; one object for equal ones."""
 
     def __init__(self, by_piece: tuple[Mapping[str, Affine], ...], number: int) -> None:
         self.by_piece = by_piece
@@ -176,7 +176,7 @@ class Effect:
 
 
 class Leap:
-    """How a piece and a joint action move the followed variables."""
+    """The motion of the followed variables by a piece and a joint action."""
 
     def __init__(self, forms: Mapping[str, Affine], piece: Piece) -> None:
         self.forms = forms
@@ -185,7 +185,7 @@ class Leap:
         self.kind = 0  # the same for leaps with the same motion
 
     def key(self) -> LeapKey:
-        """What the motion after it is made of."""
+        """Returns a key of what the motion after it is made of."""
         return tuple((name, form.terms, *self.errors[name]) for name, form in self.forms.items())
 
     def after(self, branch: Branch) -> Motion:

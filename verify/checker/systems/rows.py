@@ -51,7 +51,7 @@ class Row(NamedTuple):
     strict: bool
 
     def opposite(self) -> Row:
-        """What holds where this does not."""
+        """Returns the row that holds where this one does not."""
         return Row(self.direction, not self.upper, self.end, not self.strict)
 
 
@@ -63,7 +63,7 @@ class VariableSum:
 
 
 class Motion:
-    """How the followed variables depend on the unknowns after some steps; one object for equal dependence."""
+    """The dependence of the followed variables on the unknowns after some steps; one object for equal dependence."""
 
     def __init__(self, weights: Mapping[str, Weights], unknowns: tuple[tuple[int, str], ...]) -> None:
         self.weights = weights
@@ -126,7 +126,7 @@ class Branch:
         return Span(low, low_open, high, high_open)
 
     def decide_row(self, row: Row) -> bool | None:
-        """Whether a row holds for all its states or for none, as far as bounds tell; None where they do not."""
+        """Returns whether a row holds for all its states or for none, as far as bounds tell; None where they do not."""
         low, low_open, high, high_open = self.span(row.direction)
         if not row.upper:
             low, low_open, high, high_open = -high, high_open, -low, low_open
@@ -136,7 +136,7 @@ class Branch:
         return False if low > end or (low == end and (low_open or row.strict)) else None
 
     def is_contradicted(self, used: Iterable[tuple[Row, int]]) -> bool:
-        """Whether the sum of rows, each times a number above 0 per 2**bits of its direction, is beyond all bounds."""
+        """Returns True if rows, each times a number above 0 per 2**bits of its direction, sum to beyond all bounds."""
         used = list(used)
         most = max((row.direction.bits for row, _ in used), default=0)
         weights: dict[int, int] = {}

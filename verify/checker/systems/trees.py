@@ -99,7 +99,7 @@ def sides_of(system: System, policy: AgentPolicy) -> dict[int, Formula]:
 
 
 def _effects(system: System, reading: SystemReading, policy: AgentPolicy) -> list[Effect]:
-    """What each action does to the followed variables; one object for equal effects."""
+    """Returns the effect of each action on the followed variables; one object for equal effects."""
     distinct: dict[object, Effect] = {}
     effects: list[Effect] = []
     for number, action in enumerate(policy.actions):

@@ -38,7 +38,7 @@ Decided = tuple[Branch, tuple[Effect, ...]]
 
 
 class SideAnswer(IntEnum):
-    """Which side of a question has states of a branch."""
+    """The side of a question that has states of a branch."""
 
     BOTH = 0  # or it is not known
     NOT_THIS = 1  # none for which the inequality holds
@@ -47,7 +47,7 @@ class SideAnswer(IntEnum):
 
 
 class Answers(ABC):
-    """Who answers the questions of a search."""
+    """The source of the answers to a search's questions."""
 
     @abstractmethod
     def visit(self, branch: Branch) -> None:
@@ -55,7 +55,7 @@ class Answers(ABC):
 
     @abstractmethod
     def side(self, branch: Branch, row: Row) -> SideAnswer:
-        """Whether a row holds for states of a branch, and its opposite."""
+        """Returns whether a row, or its opposite, has states of a branch."""
 
     @abstractmethod
     def hull(self, branch: Branch) -> int | None:
@@ -63,7 +63,7 @@ class Answers(ABC):
 
     @abstractmethod
     def asks_fulfilled(self, branch: Branch) -> bool:
-        """Whether the states of a branch that fulfil the claim are told apart from the others."""
+        """Returns True if the states of a branch that fulfil the claim are told apart from the others."""
 
     @abstractmethod
     def leave_open(self, branch: Branch, stated: bool) -> None:
@@ -78,7 +78,7 @@ class Proof(Answers):
         self.closed = 0
 
     def side(self, branch: Branch, row: Row) -> SideAnswer:
-        """As in the proof, with a sum of rows that shows it."""
+        """Reads the answer from the proof, with a sum of rows that shows it."""
         answer = self._number()
         if answer > SideAnswer.NEITHER:
             raise RejectedError(f"after {self.closed} closed branches: {answer} is no answer")
@@ -95,12 +95,12 @@ class Proof(Answers):
         """Nothing is read."""
 
     def hull(self, branch: Branch) -> int | None:
-        """As in the proof."""
+        """Reads the hull from the proof."""
         number = self._number()
         return number - 1 if number else None
 
     def asks_fulfilled(self, branch: Branch) -> bool:
-        """As in the proof."""
+        """Reads the answer from the proof."""
         return self._number() > 0
 
     def leave_open(self, branch: Branch, stated: bool) -> None:
@@ -226,7 +226,7 @@ class SystemQuestions:
                             yield self.reading.move_branch(decided, number, effects)
 
     def _build_exclusion(self, step: int) -> Condition:
-        """What is to be excluded at a step."""
+        """Returns the condition that must be excluded at a step."""
         if step not in self._conditions:
             parts = _parts(self.claim.violation_at(step))
             shown = [parts[way] for way in self._shows if way < len(parts)]

@@ -20,7 +20,7 @@ from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction, di
 
 
 class Compared(NamedTuple):
-    """How agents compare a feature: float32 or float64; (is at most, is above) one of these numbers, as formulas."""
+    """A comparison of a feature: float32 or float64; (is at most, is above) one of these numbers, as formulas."""
 
     numbers: str
     cut: Callable[[float], tuple[Formula, Formula]]

@@ -53,7 +53,7 @@ TRUTHS = {"true": TRUE, "false": FALSE}
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """What a text may speak of, and the default parameters of its predicates."""
+    """The names that a text may use, and the default parameters of its predicates."""
 
     coordinates: tuple[str, ...]  # those that a region bounds, and the goal's
     agents: Mapping[str, AgentPolicy]  # whose actions may be spoken of
@@ -72,7 +72,7 @@ class CurveReader(Protocol):
     """Reads what is not linear as coordinates of their own."""
 
     def is_curve(self, node: Node) -> bool:
-        """Whether a tree states something that is not linear."""
+        """Returns True if a tree states something that is not linear."""
         ...
 
     def coordinate(self, source: Source, node: Node) -> tuple[str, Unit | None, Token | None]:
@@ -81,7 +81,7 @@ class CurveReader(Protocol):
 
 
 class StatedFormula(NamedTuple):
-    """What a text states."""
+    """The statement of a text."""
 
     formula: Formula
     conditions: tuple[Condition, ...]  # the left sides of its implications
@@ -291,7 +291,7 @@ class _Formulas:
         return same if sign.text == "==" else negate(same)
 
     def _is_word(self, node: Node) -> bool:
-        """Whether a tree is the name of something that is no number."""
+        """Returns True if a tree is the name of something that is no number."""
         if not isinstance(node, NameNode):
             return False
         known = (*self._known.coordinates, *self._known.constants, *TRUTHS)

@@ -17,7 +17,7 @@ Steps = int | Literal["always"]  # "always": for ever
 
 
 class Form(Enum):
-    """How a parameter is given; the values are what an option's help calls it."""
+    """The form in which a parameter is given; the values are what an option's help calls it."""
 
     NUMBER = "NUMBER"  # exact
     STEPS = "N|always"
@@ -29,7 +29,7 @@ FORMS = {Fraction: Form.NUMBER, int: Form.STEPS, str: Form.NAME}  # by the first
 
 
 class Parameters(TypedDict, total=False):
-    """What may be said of a claim, with the help text of each; a claim reads some of them."""
+    """The parameters of claims, with the help text of each; a claim reads some of them."""
 
     margin: Annotated[Number | None, "An agent closes on a landmark when it is ahead by more than this (default: 0)."]
     radius: Annotated[

@@ -26,7 +26,7 @@ class CoordinateSum:
 
     @property
     def is_constant(self) -> bool:
-        """Whether it is a number."""
+        """True if the sum is a number."""
         return not self.terms and not self.maxima
 
     def __add__(self, other: "CoordinateSum") -> "CoordinateSum":

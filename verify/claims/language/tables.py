@@ -31,9 +31,7 @@ def properties(document: Table, file: Place) -> list[tuple[Table, Place]]:
 
 
 def read_each(tables: list[tuple[Table, Place]], read: Callable[[Table, Place], Read]) -> list[Read]:
-    """What each table is read as. InputError that tells every table that cannot be read; PartlyReadError where others
-    can be.
-    """
+    """Reads each table. InputError that tells every table that cannot be read; PartlyReadError where others can be."""
     claims: list[Read] = []
     faults: list[InputError] = []
     for table, place in tables:

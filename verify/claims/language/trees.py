@@ -24,7 +24,7 @@ def list_conditions(node: Node) -> list[tuple[Node, ...]]:
 
 
 def _find_denied(node: Node) -> Node | None:
-    """What a tree says does not hold; None where it says that something holds."""
+    """Returns what a tree denies; None where it says that something holds."""
     return node.value if isinstance(node, Prefixed) and node.signs.count("not") % 2 else None
 
 
@@ -51,7 +51,7 @@ def spell(node: Node, least: int = Level.IMPLIES) -> str:
 
 
 def strip_signs(node: Node) -> Node:
-    """What stands behind signs."""
+    """Returns the tree behind signs."""
     return node.value if isinstance(node, Prefixed) and "not" not in node.signs else node
 
 

@@ -25,7 +25,7 @@ Told = TypeVar("Told", bound=EpisodeClaim)
 
 
 class Account(Generic[Told]):
-    """What is said and measured of a claim."""
+    """The words and measurements about a claim."""
 
     words: ClassVar[str]
     nobody_named: ClassVar[str] = ""  # what it means where the parameter that names entities is empty
@@ -85,7 +85,7 @@ class Account(Generic[Told]):
 
     @property
     def farthest(self) -> Fraction | None:
-        """How far from the origin the team may go; None where the claim does not say."""
+        """The largest distance from the origin that the team may reach; None where the claim does not say."""
         return None
 
 

@@ -18,7 +18,7 @@ MAX_TRIED = 6  # three agents and three landmarks: fewer operations than sets of
 
 
 def has_matching(related: Bool) -> Bool:
-    """Whether every agent can have a landmark of its own. `related`: [..., n_agents, n_landmarks]. Returns [...].
+    """Tests where each agent can have a landmark of its own. `related`: [..., n_agents, n_landmarks]. Returns [...].
 
     After each agent, the sets of landmarks (as bits) that the agents so far can hold; few matchings are tried one by
     one.

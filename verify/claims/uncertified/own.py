@@ -32,7 +32,7 @@ class AliveLeaves(DecisionClaim):
     hardens = landmark_each = False
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed of a world state: nothing."""
+        """Returns TRUE: nothing is claimed of a world state."""
         return TRUE
 
 
@@ -52,11 +52,11 @@ class OwnFormula(DecisionClaim):
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
-        """What the claim reads beside its team."""
+        """The parameters that the claim reads beside its team."""
         return {"margin": self.margin, "radius": self.radius} | ({"eps": self.eps} if self.eps else {})
 
     def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds."""
+        """Returns the formula that is claimed where the assumption holds."""
         return self.statement
 
 

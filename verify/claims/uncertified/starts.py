@@ -65,12 +65,12 @@ def everywhere(profile: PolicyProfile) -> Region:
 
 
 def name_region(profile: PolicyProfile, region: Region) -> str:
-    """What a region is called; `start` only where it is the start region, whatever its own name is."""
+    """Returns a region's name; `start` only where it is the start region, whatever its own name is."""
     return "" if region.name == START and not is_start(profile, region) else region.name
 
 
 def is_start(profile: PolicyProfile, region: Region) -> bool:
-    """Whether a region is the start region, by its bounds."""
+    """Returns True if a region is the start region, by its bounds."""
     try:
         return region == everywhere(profile)
     except InputError:  # no damping bounds the velocities, so there is none

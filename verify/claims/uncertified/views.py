@@ -44,8 +44,8 @@ def describe_view(view: View) -> str:
 
 
 def find_numbers(view: PolicyProfile) -> dict[str, str]:
-    """What the agents that observe each variable of a view compare: float32 or float64; UNLIKE where some compare
-    either.
+    """Returns the numbers that the agents that observe each variable of a view compare: float32 or float64; UNLIKE
+    where some compare either.
     """
     variables, numbers = {each.name for each in view.world.variables}, dict[str, str]()
     for policy in view.agents:
@@ -57,7 +57,7 @@ def find_numbers(view: PolicyProfile) -> dict[str, str]:
 
 
 def unread(profile: PolicyProfile) -> bool:
-    """Whether no feature of a profile has a meaning, so that only its observations can be spoken of."""
+    """Returns True if no feature of a profile has a meaning, so that only its observations can be spoken of."""
     return all(feature.meaning is None for policy in profile.agents for feature in policy.features)
 
 
@@ -72,8 +72,8 @@ def select_features(profile: PolicyProfile, names: Sequence[str]) -> tuple[str, 
 
 
 def build_seen_region(viewed: Viewed) -> Region | None:
-    """What episodes showed of each variable, within its range; of a shared one, what any agent was shown. None where
-    nobody looked.
+    """Builds the region that episodes showed of each variable, within its range; of a shared one, what any agent was
+    shown. None where nobody looked.
     """
     seen: dict[str, tuple[Fraction, Fraction]] = {}
     for policy in viewed.origin.agents:
@@ -90,7 +90,7 @@ def build_seen_region(viewed: Viewed) -> Region | None:
 
 
 def _within(seen: Interval, stated: Interval) -> Interval:
-    """What was seen of a range; all of it where nothing was."""
+    """Returns the part of a range that was seen; all of it where nothing was."""
     low, high = max(seen[0], stated[0]), min(seen[1], stated[1])
     return (low, high) if low <= high else stated
 

@@ -100,7 +100,7 @@ def _beyond(piece: Piece) -> Formula:
 def _iterate_implied(
     formula: Formula, after: Mapping[str, Affine], errors: Mapping[str, Interval], exact: bool
 ) -> Iterator[Formula]:
-    """What a formula implies in a piece: itself at the ends of all errors; of enclosures, with the best of them."""
+    """Yields what a formula implies in a piece: itself at the ends of all errors; for enclosures, with the best."""
     if not exact:
         yield _put(formula, after, errors, min)
         return

@@ -31,13 +31,13 @@ from verify.systems.system import Affine, Box, Interval, Variable
 
 @dataclass(frozen=True)
 class Curves:
-    """What stands for the curves of a formula: expressions by the name of a coordinate that no file can have."""
+    """The substitutes for curves in a formula: expressions by the name of a coordinate that no file can have."""
 
     names: Names
     found: dict[str, Expression] = field(default_factory=dict[str, Expression])
 
     def is_curve(self, node: Node) -> bool:
-        """Whether a tree is a product, quotient, power or function of what varies, which no sum is."""
+        """Returns True if a tree is a product, quotient, power or function of what varies, which no sum is."""
         match node:
             case CallNode(token, _):
                 return token.text in FUNCTIONS

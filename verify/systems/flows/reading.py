@@ -36,8 +36,8 @@ SMOOTH = ("sin", "cos", "tan", "exp", "sqrt")  # functions that have derivatives
 
 
 class Around(NamedTuple):
-    """What a file states beside its flow. `names`: variables, inputs and constants; `counters`: variables that go up by
-    1 at a sample, of which a file says nothing.
+    """The statements of a file beside its flow. `names`: variables, inputs and constants; `counters`: variables that go
+    up by 1 at a sample, of which a file says nothing.
     """
 
     variables: Sequence[Variable]
@@ -71,7 +71,7 @@ def flow_of(given: Mapping[str, object], around: Around, where: Place) -> tuple[
 
 
 def _cases(given: Mapping[str, object], reader: _FlowReader, where: Place) -> Iterator[FlowCase]:
-    """What is stated of each case, once for each way to choose."""
+    """Yields each case as it is stated, once for each way to choose."""
     for stated, own, place in read_pieces(given, MOVES, reader.regions, where):
         yield from reader.cases(stated, own, place)
 
@@ -94,7 +94,7 @@ class _FlowReader:
         return regions_of(tables, self._variables, self._names, where)
 
     def cases(self, given: Mapping[str, object], regions: Sequence[CaseRegion], where: Place) -> list[FlowCase]:
-        """What a table says of the states in some regions, once for each way to choose."""
+        """Reads the cases that a table states for some regions, once for each way to choose."""
         choices: dict[str, Choice] = {}
         called: dict[str, str] = {}
         known = Names(self._names.known, read_lets(given, self._names, choices, called, where), self._names.modes)
@@ -174,7 +174,7 @@ def _errors(given: Mapping[str, object], units: Mapping[str, Unit], names: Names
 
 
 def _hold_inputs(agents: Sequence[Agent], where: Place) -> dict[tuple[str, str], Mapping[str, Fraction]]:
-    """What each action of each agent holds its inputs at for a period."""
+    """Returns the values at which each action of each agent holds its inputs for a period."""
     held: dict[tuple[str, str], Mapping[str, Fraction]] = {}
     for agent in agents:
         for action, settings in agent.actions.items():

@@ -34,7 +34,7 @@ class Sampling:
 
 
 def sampling_of(given: object, names: Names, where: Place) -> Sampling:
-    """What `period` says: a time, or a table. InputError with the place of the first fault."""
+    """Reads `period`: a time, or a table. InputError with the place of the first fault."""
     second = unit_of("s", where)
     if not is_table(given):
         return Sampling(_length(given, second, names, where))
@@ -84,7 +84,7 @@ def keeping(
     features: Mapping[str, Mapping[str, Feature]],
     where: Place,
 ) -> Keeping:
-    """What delays need. Before the first sample everything was as at the start. InputError for too many variables."""
+    """Returns what delays need; before the first sample all was as at the start. InputError for too many variables."""
     tested = {name for of in features.values() for each in of.values() for name, _ in each.form.terms}
     late = [one for one in variables if one.name in tested]
     if not any(delays):

@@ -38,7 +38,7 @@ ADVICE = "verify the agent by sampling, or state narrower ranges"
 
 @dataclass(frozen=True)
 class Rounded:
-    """What a variable holds: by how much something that is computed in a state is above its exact value.
+    """The rounding that a variable holds: by how much something that is computed in a state is above its exact value.
 
     `sums`: of which one, by the leaf's vector, or the same whatever the leaf is; `given`: what becomes of an output in
     its last rounding, instead.
@@ -52,7 +52,7 @@ class Rounded:
 
     @property
     def range(self) -> Interval:
-        """What the variable may be. It begins at 0, so that one cell of any width holds it."""
+        """The range of the variable. It begins at 0, so that one cell of any width holds it."""
         return Fraction(0), 2 * self.bound
 
     @property
@@ -81,7 +81,7 @@ def acting(policy: AgentPolicy, features: Mapping[str, Feature], ranges: Mapping
 
 
 class Errors:
-    """How far what is computed in floats may be from its exact value: bounds, in exact numbers.
+    """The largest errors of what is computed in floats: bounds, in exact numbers.
 
     A rounding to nearest is off by at most half a unit in the last place: `u |x| + s`, with u = 2^-53 and s = 2^-1075
     in float64, and 2^-24, 2^-150 in float32. An addition is exact among subnormal numbers, so `u |x|` bounds its own.
@@ -230,7 +230,7 @@ class _Reading:
         return self._split(self._feature(form), last, ends(spec.low, f"-{output}_least"), below_high)
 
     def _constant(self, vector: int, output: int) -> float:
-        """What a leaf gives whatever is observed, cut and rounded: as the reference computes it."""
+        """Returns what a leaf gives whatever is observed, cut and rounded: as the reference computes it."""
         arrays = ([NO_FEATURE], [0.0], [-1], [-1], [0])
         tree = Tree(
             *(np.array(each) for each in arrays),
@@ -275,7 +275,7 @@ class _Reading:
         return form.plus(self._roundings.setdefault(variable, Rounded(variable, _short(bound), (each,))).form)
 
     def _value(self, output: int, given: Sum) -> Affine:
-        """What an output is before it is cut, with its rounding, whose bound is that of all leaves."""
+        """Returns an output before it is cut, with its rounding, whose bound is that of all leaves."""
         variable = f"{self.real.agent}.{ROUNDING}output_{output + 1}"
         if variable not in self._roundings:
             sums = tuple(vector[output] for vector in self._tree.vectors)

@@ -27,7 +27,7 @@ from verify.toml_places import Place
 
 
 def find_numbers(statement: Statement, policies: Iterable[AgentPolicy]) -> dict[str, str]:
-    """What the agents that observe each variable compare: float32 or float64; UNLIKE where some compare either."""
+    """Returns what the agents that observe a variable compare: float32 or float64; UNLIKE where some compare either."""
     by_variable: dict[str, str] = {}
     for policy in policies:
         read = statement.acting.get(policy.agent)
@@ -40,7 +40,7 @@ def find_numbers(statement: Statement, policies: Iterable[AgentPolicy]) -> dict[
 
 
 def read_observed(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> StatedFormula:
-    """What a text states, of which the vocabulary knows the features. InputError as of `read_statement`."""
+    """Reads a text of which the vocabulary knows the features. InputError as of `read_statement`."""
     known = {
         name: compare_variable(name, numbers) for name, numbers in vocabulary.observed.items() if numbers != UNLIKE
     }
@@ -49,7 +49,7 @@ def read_observed(text: str, vocabulary: Vocabulary, where: Callable[[int], str]
 
 
 def compare_variable(name: str, numbers: str) -> Compared:
-    """How agents compare a variable, whose exact value is rounded once, to the nearest float."""
+    """Returns the comparison of a variable by agents, whose exact value is rounded once, to the nearest float."""
 
     def cut(threshold: float) -> tuple[Formula, Formula]:
         end = (Fraction(threshold) + Fraction(float(neighbour(threshold, inf, numbers)))) / 2

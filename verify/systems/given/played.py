@@ -56,8 +56,8 @@ def with_copies(statement: Statement, profile: PolicyProfile) -> PolicyProfile:
 
 
 def list_settings(statement: Statement, agent: str, action: str) -> dict[str, Affine]:
-    """What an action of an agent that chooses sets its inputs to, by name. Those that are not affine are left out, as
-    no formula names them.
+    """Returns the values to which an action of an agent that chooses sets its inputs, by name. Those that are not
+    affine are left out, as no formula names them.
     """
     (stated,) = (each for each in statement.agents if each.name == agent)
     forms = {name: affine(each) for name, each in stated.actions[action].items()}

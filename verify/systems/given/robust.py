@@ -25,7 +25,7 @@ OFF = "_off"  # ends the name of a copy that observes with errors
 
 
 class Robust(NamedTuple):
-    """What is claimed: |out(x + e) - out(x)| <= most, wherever each |e| is at most its `eps`."""
+    """The claim |out(x + e) - out(x)| <= most, wherever each |e| is at most its `eps`."""
 
     formula: str
     errors: Polytope  # over the copy's variables
@@ -33,7 +33,7 @@ class Robust(NamedTuple):
 
 
 def copy_called(agent: str) -> str:
-    """What the copy of an agent that observes with errors is called."""
+    """Returns the name of the copy of an agent that observes with errors."""
     return agent + OFF
 
 

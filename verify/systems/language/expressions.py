@@ -86,7 +86,7 @@ Expression: TypeAlias = Number | Pi | Name | Sum | Product | Quotient | Power | 
 
 
 def parts(expression: Expression) -> tuple[Expression, ...]:
-    """What it is made of."""
+    """Returns the parts of an expression."""
     match expression:
         case Sum(left, right) | Product(left, right) | Quotient(left, right):
             return left, right
@@ -106,7 +106,7 @@ def names(expression: Expression) -> frozenset[str]:
 
 
 def extent(expression: Expression) -> tuple[int, int]:
-    """How many parts it has, parts of parts included, and how deep they lie."""
+    """Returns how many parts an expression has, parts of parts included, and how deep they lie."""
     below = [extent(part) for part in parts(expression)]
     return 1 + sum(count for count, _ in below), 1 + max((depth for _, depth in below), default=0)
 
@@ -127,7 +127,7 @@ def degree(expression: Expression) -> int:
 
 
 def terms(expression: Expression) -> Iterator[Expression]:
-    """What it is a sum of, signs carried along."""
+    """Yields the terms of an expression, signs carried along."""
     match expression:
         case Sum(left, right):
             yield from terms(left)

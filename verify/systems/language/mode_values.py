@@ -23,7 +23,7 @@ def input_of(agent: str, variable: str) -> str:
 
 
 def mode_of(text: str, variable: str, names: Names, actions: Actions, where: Place) -> Expression:
-    """What a text says of a mode. InputError for anything else."""
+    """Reads the value of a mode from a text. InputError for anything else."""
     return read_with(text, names, where, lambda reader, tree: _value(reader.source, tree, variable, names, actions))
 
 

@@ -80,9 +80,9 @@ Choice = tuple[Option, ...]
 
 @dataclass(frozen=True)
 class Names:
-    """What a text may name: `known` are variables and inputs, `meant` constants and what `let` names; `modes` those of
-    variables that have some. `choices`: where texts may hold choices, those that were read, by the name that stands for
-    each in an expression.
+    """The names that a text may use: `known` are variables and inputs, `meant` constants and what `let` names; `modes`
+    those of variables that have some. `choices`: where texts may hold choices, those that were read, by the name that
+    stands for each in an expression.
     """
 
     known: Mapping[str, Unit]
@@ -114,8 +114,8 @@ def fitting(typed: Typed[Expression], unit: Unit, where: Place | str) -> Express
 
 
 def feature_of(text: str, functions: Collection[str], names: Names, where: Place | str) -> tuple[str, Expression]:
-    """What a text measures: which of `functions` it is, "" for none, and of what expression; EQUALS where it says that
-    an expression is 0.
+    """Reads what a text measures: which of `functions` it is, "" for none, and of what expression; EQUALS where it says
+    that an expression is 0.
     """
 
     def read(reader: "_Expressions", tree: Node) -> tuple[str, Expression]:
@@ -156,7 +156,7 @@ def arguments(text: str) -> list[str]:
 
 
 def read_with(text: str, names: Names, where: Place | str, read: "Callable[[_Expressions, Node], Read]") -> Read:
-    """What a function reads of a text, given its reader and its tree. InputError with the place of the first fault."""
+    """Reads a text by a function, given its reader and its tree. InputError with the place of the first fault."""
 
     def locate(offset: int) -> str:
         return where.of_offset(text, offset) if isinstance(where, Place) else f"{where}, column {offset + 1}"
@@ -263,7 +263,7 @@ class _Expressions(Arithmetic[Expression]):
         return extreme
 
     def _distance(self, inner: Expression, function: Token) -> Expression:
-        """What a value is above 0, less what it is below."""
+        """Returns the part of a value above 0, less its part below."""
         known = affine(inner)
         if known is not None and not known.terms:
             return Number(abs(known.constant))

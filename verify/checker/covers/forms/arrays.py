@@ -44,7 +44,7 @@ class FormList(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many there are."""
+        """The number of forms."""
         return len(self.part)
 
     def take(self, which: Bool | Int64) -> FormList:
@@ -54,7 +54,7 @@ class FormList(NamedTuple):
         )
 
     def reach(self) -> Float64:
-        """How far the columns and the radius reach from the middle, about, [n, variables]."""
+        """Returns about how far the columns and the radius reach from the middle, [n, variables]."""
         return np.abs(self.columns).sum(axis=1) + self.radius
 
     def bounds(self) -> tuple[Float64, Float64]:
@@ -66,7 +66,7 @@ class FormList(NamedTuple):
 
     @property
     def finite(self) -> Bool:
-        """Which forms have finite numbers only, [n]."""
+        """True for each form that has finite numbers only, [n]."""
         whole = np.abs(self.columns).sum(axis=(1, 2)) + np.abs(self.middle).sum(axis=1) + self.radius.sum(axis=1)
         return np.isfinite(whole)
 
@@ -125,8 +125,8 @@ class Sums(NamedTuple):
 
 
 def sums(forms: FormList, weights: Float64) -> Sums:
-    """What variables add up to. `weights`: [variables], or for each form, [n, variables]; each the float nearest to an
-    exact number, which is 0 or not below LEAST.
+    """Sums the variables of forms by weights. `weights`: [variables], or for each form, [n, variables]; each the float
+    nearest to an exact number, which is 0 or not below LEAST.
     """
     weights = np.broadcast_to(weights, forms.middle.shape)
     value = (forms.middle * weights).sum(axis=1)
@@ -157,8 +157,8 @@ def narrow_forms(forms: FormList, of: Sums, most: float | Float64) -> FormList:
 
 
 def sides(of: Sums, last: float | Float64, up: float | Float64) -> tuple[Bool, Bool]:
-    """Which forms lie in a half line of a sum wholly, and which in part, [n] each. `last`: the largest float in it,
-    `up`: no less than its end; of each form, [n], or of all.
+    """Marks the forms that lie in a half line of a sum wholly, and those that do in part, [n] each. `last`: the largest
+    float in it, `up`: no less than its end; of each form, [n], or of all.
     """
     met, whole = ~(of.low > last), of.high <= up
     return met & whole, met & ~whole
@@ -180,12 +180,12 @@ class FormCut(NamedTuple):
         return together([forms.take(whole), narrow_forms(forms.take(crossing), of.take(crossing), self.up)])
 
     def may_meet(self, forms: FormList) -> Bool:
-        """Which forms have a state that may meet the inequality, [n]."""
+        """Returns True for each form with a state that may meet the inequality, [n]."""
         return ~(sums(forms, self.weights).low > self.last)
 
 
 class Moves(NamedTuple):
-    """What is done to each form in a step: `matrix` [n, d, d] of floats nearest to exact numbers, each 0 or not below
+    """The motion of each form in a step: `matrix` [n, d, d] of floats nearest to exact numbers, each 0 or not below
     LEAST; `shift` [n, d]; an error of at most `error` [n, d], which becomes a column for the variables `kept`.
     """
 

@@ -30,7 +30,7 @@ MAX_COMPARED = 1 << 25  # bounds of pieces that are compared with bounds of form
 
 
 class _Known(NamedTuple):
-    """What a piece does by a joint action: factors [d, d], and bounds of constants and errors, [d] each."""
+    """The effect of a piece and a joint action: factors [d, d], and bounds of constants and errors, [d] each."""
 
     matrix: Float64
     low: Float64
@@ -64,7 +64,7 @@ class FormPieces:
         return (-np.inf, np.inf) if bounds is None else (floor(bounds[0]), ceiling(bounds[1]))
 
     def _errs(self, name: str) -> bool:
-        """Whether a piece has an error there, or does otherwise than another one."""
+        """Returns True if a piece has an error for a variable, or does otherwise than another piece."""
         forms = {piece.move.get(name, Affine()) for piece in self._pieces}
         return len(forms) > 1 or any(piece.error.get(name, ZERO) != ZERO for piece in self._pieces)
 
@@ -159,7 +159,7 @@ class FormPieces:
         return other.low + value - reach, other.high + value + reach
 
     def _of(self, joint: Int64, piece: Int64) -> _Known:
-        """What pieces do by joint actions, one row for each."""
+        """Returns the effects of pieces and joint actions, one row for each."""
         keys, back = np.unique(np.stack([piece, joint]), axis=1, return_inverse=True)
         places = np.array([self._place(*map(int, key)) for key in keys.T], dtype=np.int64)
         if len(self._table.low) < len(self._known):

@@ -31,8 +31,8 @@ MAX_VARIABLES = 128  # so that all sums are short
 
 
 class Left(NamedTuple):
-    """Which parts are left open for which claim, [claims, parts], how many forms were asked about, and why the first
-    part was left open.
+    """The parts left open for each claim, [claims, parts], how many forms were asked about, and why the first part was
+    left open.
     """
 
     open: Bool
@@ -58,8 +58,8 @@ class FormSweep:
         self._open, self._why = np.zeros((0, 0), dtype=np.bool_), ""
 
     def run(self, cuts: Sequence[int]) -> int:
-        """How many forms were asked about, of a start cut as proofs say. RejectedError where one may break the claim,
-        or leave what is stated.
+        """Sweeps a start, cut as proofs say; returns the number of forms asked about. RejectedError where one may break
+        the claim, or leave what is stated.
         """
         swept = 0
         for parts in self._parts.parts(cuts):
