@@ -58,7 +58,7 @@ class Tree(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """How far a path has come."""
+    """The point that a path has reached."""
 
     leaves: tuple[Leaf, ...]  # of the trees that it is through with
     node: Any  # of the next one

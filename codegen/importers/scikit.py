@@ -123,8 +123,8 @@ class _Fitted(NamedTuple):
 
 
 def _predict(fitted: _Fitted, rows: Floats) -> Any:
-    """What a model predicts. A tree of float32 numbers is asked beside each of them too, among doubles that round to
-    the same float32: DisagreementError where it tells them apart.
+    """Returns a model's predictions. A tree of float32 numbers is asked beside each of them too, among doubles that
+    round to the same float32: DisagreementError where it tells them apart.
     """
     with silence_warnings():
         said = np.asarray(fitted.model.predict(rows))
@@ -136,7 +136,7 @@ def _predict(fitted: _Fitted, rows: Floats) -> Any:
 
 
 def _takes_nan(fitted: _Fitted) -> bool:
-    """Whether a model predicts for missing values, whatever it was fitted on."""
+    """Returns True if a model predicts for missing values, whatever it was fitted on."""
     try:
         _predict(fitted, np.full((1, int(fitted.trees[0].n_features)), np.nan))
     except ValueError:

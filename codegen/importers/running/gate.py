@@ -63,7 +63,7 @@ COMPUTED = (ast.Lambda, ast.NamedExpr, ast.GeneratorExp, ast.ListComp, ast.DictC
 
 
 def _refuse(node: ast.AST, what: str) -> SyntaxError:
-    """What a source is refused for, which may do something else than compute."""
+    """Returns an error for a source that may do something else than compute."""
     return SyntaxError(what, ("source", getattr(node, "lineno", 0), 0, ""))
 
 
@@ -110,7 +110,7 @@ def _clean_node(node: ast.AST, used: set[str]) -> None:
 
 
 def _clean_statement(node: ast.stmt, parent: ast.AST, used: set[str]) -> list[ast.stmt]:
-    """What is left of a statement; of a method that nothing names, nothing."""
+    """Returns what is left of a statement; of a method that nothing names, nothing."""
     of_class, told = (
         isinstance(parent, ast.ClassDef),
         isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant),
