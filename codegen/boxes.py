@@ -67,7 +67,7 @@ def box_of(tree: Tree, node: int) -> Box:
 
 
 def split_corners(low: Floats, high: Floats, feature: int, threshold: np.floating) -> tuple[Corners, Corners]:
-    """What goes left and what goes right at a test, as arrays; a side is empty where its low end is not below."""
+    """Splits corners at a test into left and right, as arrays; a side is empty where its low end is not below."""
     most, least = high.copy(), low.copy()
     most[feature] = min(high[feature], threshold)
     least[feature] = max(low[feature], threshold)

@@ -112,7 +112,7 @@ class GrownTree(_Arrays):
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a feature measures: a weighted sum of world coordinates (none: 0), or a function of it (see FUNCTIONS).
+    """The meaning of a feature: a weighted sum of world coordinates (none: 0), or a function of it (see FUNCTIONS).
 
     It is observed in float64, term after term, then rounded to float32 for an agent that compares float32. Weights are
     powers of two, so products are exact: of n terms, n - 1 additions round.
@@ -173,7 +173,7 @@ class AgentPolicy:
 
     @property
     def numbers(self) -> str:
-        """What it observes and compares: `float32` or `float64`."""
+        """The numbers that it observes and compares: `float32` or `float64`."""
         return self.tree.numbers
 
 

@@ -185,7 +185,7 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
 
 
 def _summing(policy: AgentPolicy) -> dict[str, Any]:
-    """What an agent with sums or outputs has beside the others; nothing for them."""
+    """Returns the entries that only an agent with sums or outputs has; nothing for the others."""
     tree = policy.tree
     if not tree.arithmetic:
         return {}

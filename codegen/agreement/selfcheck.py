@@ -64,7 +64,7 @@ class Report:
 
 
 def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> Floats:
-    """What every target is asked: boundaries of the deployed and the grown tree, special values, random ones."""
+    """Returns every target's questions: boundaries of the deployed and the grown tree, special values, random ones."""
     return np.concatenate(list(_parts(policy, random)))
 
 

@@ -356,9 +356,9 @@ def read_sklearn_tree(tree: Any, action: Any) -> GrownTree:
 
 
 def _columns(steps: Sequence[tuple[str, Any]], width: int) -> list[int]:
-    """Which column of the observation each column after the steps is made of. InputError with its name for a step that
-    is not known to keep columns apart and in order: each known one maps one column by subtractions, additions, products
-    with and quotients by positive numbers, clipping or a comparison, and so never falls where its input rises.
+    """Returns the observation's column that each one after the steps is made of. InputError with its name for a step
+    that is not known to keep columns apart and in order: each known one maps one column by subtractions, additions,
+    products with and quotients by positive numbers, clipping or a comparison, and so never falls where its input rises.
     """
     places: list[int] = list(range(width))
     for name, step in steps:

@@ -40,7 +40,7 @@ class ProvedPart:
 
 @dataclass(frozen=True)
 class Where:
-    """What is known; each part that is missing has its reason."""
+    """The zones and regions that are known; each part that is missing has its reason."""
 
     reason: str = ""  # why there are no zones at all
     everywhere: bool = False
@@ -52,7 +52,7 @@ class Where:
 
     @property
     def complete(self) -> bool:
-        """Whether the zones are all that there are."""
+        """True if the zones are all that there are."""
         return all(one.complete for one in self.failing)
 
     @property

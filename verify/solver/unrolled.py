@@ -52,7 +52,7 @@ def opinion(question: Question[SystemClaim]) -> Opinion:
 
 
 def size(profile: PolicyProfile, system: System, claim: SystemClaim) -> int:
-    """How many splits of trees and rules of pieces a query has, over all steps."""
+    """Counts the splits of trees and rules of pieces that a query has, over all steps."""
     splits = sum(len(leaves(policy.tree)) for policy in profile.agents)
     rules = len(system.pieces) * len(system.variables)
     return max(1, claim.steps) * (splits + rules)

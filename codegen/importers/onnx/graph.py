@@ -68,7 +68,7 @@ Value: TypeAlias = str | Columns | np.ndarray | Given  # a text: in words what i
 
 
 class OnnxTree(NamedTuple):
-    """What a model decides by: the tree, the labels of its classes, and how many features an observation has."""
+    """The deciding parts of a model: the tree, the labels of its classes, and how many features an observation has."""
 
     grown: GrownTree
     labels: tuple[int | str, ...]
@@ -275,7 +275,7 @@ class _Flow:
         return True
 
     def follow_node(self, node: Any) -> Sequence[Value]:
-        """Returns a node's outputs."""
+        """Follows a node, and returns its outputs."""
         attributes = {item.name: self.onnx.helper.get_attribute_value(item) for item in node.attribute}
         if _operator(node) == (MAIN, "Constant"):
             return [self.constant(node, attributes)]

@@ -136,7 +136,7 @@ class Machine:
     # --- errors
 
     def make_error(self, node: ast.AST | None, error: Exception) -> InputError:
-        """What is wrong at a node: an error of a handler, or of Python's own arithmetic and containers."""
+        """Makes an error for a node from an error of a handler, or of Python's own arithmetic and containers."""
         what, advice = f"this fails with {escape_text(error)[:80]}", TEST_ADVICE
         if isinstance(error, Refused):
             what, advice, self.hard = error.what, error.next_step, error.hard

@@ -68,7 +68,7 @@ def _refuse(node: ast.AST, what: str) -> SyntaxError:
 
 
 def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Module, dict[str, tuple[str, str]]]:
-    """What a source needs for `entry`, a name of the file, and its imports: name -> module and member, or "".
+    """Lists what a source needs for `entry`, a name of the file, and its imports: name -> module and member, or "".
 
     `method`: of the entry, which is what decides. SyntaxError for all that is not on the lists.
     """
