@@ -65,7 +65,7 @@ class _Arrays:
 
     @property
     def compared(self) -> str:
-        """What thresholds are: the observations' numbers, or those that sums are computed in, where any is tested."""
+        """The type of thresholds: that of the observations' numbers or, if sums are tested, that of the sums."""
         return choose_numbers(self.arithmetic) if self.sums else self.numbers
 
     def __post_init__(self) -> None:

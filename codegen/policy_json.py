@@ -74,7 +74,7 @@ def dumps(profile: PolicyProfile) -> str:
 
 
 def _semantics(numbers: Iterable[str], summing: bool) -> str:
-    """What a profile says of its meaning; `numbers`: what its agents compare; `summing`: whether any has sums."""
+    """Returns a profile's text on its meaning; `numbers`: what its agents compare; `summing`: whether any has sums."""
     return (WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS) + (WITH_SUMS if summing else "")
 
 

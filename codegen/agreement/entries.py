@@ -120,7 +120,7 @@ def constants_of(profile: ir.PolicyProfile) -> list[float | str]:
 
 
 def checks(policy: ir.AgentPolicy, rows: Floats) -> Int32:
-    """What the input checks should say of observations [n, n_features]: 1 for finite, 2 for within the ranges."""
+    """Returns what the input checks should say of observations [n, n_features]: 1 for finite, 2 for in the ranges."""
     low, high = (np.array([getattr(feature, end) for feature in policy.features]) for end in ("low", "high"))
     low, high = at_most(low, policy.numbers), -at_most(-high, policy.numbers)
     within = ((rows >= low) & (rows <= high)).all(axis=1)

@@ -91,7 +91,7 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
 
 
 def _replay(policy: ir.AgentPolicy, named: "_Named") -> tuple[int, str]:
-    """Counts the observations compared, and returns with it what the source takes; "": what its reader says."""
+    """Compares a tree with its source: how many observations, and what the source takes ("": what its reader says)."""
     origin, columns = named.origin, np.array(named.features.place)
     place = np.array(named.actions.place, dtype=np.int32)
 

@@ -198,7 +198,7 @@ class Lookup:
 
 
 def look_up(cover: Cover, where: str) -> Lookup:
-    """How states are looked up in the sets of a cover. `where` is named in errors. InputError for too many sets."""
+    """Returns the lookup of states in the sets of a cover. `where` is named in errors. InputError for too many sets."""
     return replace(lookup(cover.steps, where), sums=cover.sums, ever=cover.ever)
 
 

@@ -148,7 +148,7 @@ def of_modules(agents: Iterable[str]) -> list[str]:
 
 
 def is_reserved(prefix: str) -> bool:
-    """Whether a word cannot begin names and be the files' name: of Rust or Python, or one that the text uses."""
+    """Returns True if a word cannot begin names and be the files' name: of Rust or Python, or one that the text has."""
     return prefix in RUST or prefix in USED or iskeyword(prefix)
 
 

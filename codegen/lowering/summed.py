@@ -114,7 +114,7 @@ class SumNode:
 
     @property
     def test(self) -> str:
-        """And how."""
+        """The comparison with its threshold, as people read it."""
         return " ".join(self.shown.split(" ")[-2:])
 
     @property

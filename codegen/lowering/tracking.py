@@ -118,7 +118,7 @@ def ensure_followed(world: ir.WorldSpec, steps: int) -> None:
 
 
 def _add_up(world: ir.WorldSpec, steps: int) -> float:
-    """How far a position may be from that of an episode of the proof, where each number may be off at each step."""
+    """Bounds how far a position may be from that of an episode of the proof, if each number may be off at each step."""
     position = velocity = 0.0
     for _ in range(steps):
         position += abs(world.dt) * velocity + OFF

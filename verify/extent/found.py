@@ -93,7 +93,7 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
 
 
 def _beside(question: DecisionQuestion, where: Where, name: str) -> Where:
-    """What is found though there are too many zones: a region inside a smaller one of which all zones are known."""
+    """Adds what is found despite too many zones: a region inside a smaller one of which all zones are known."""
     if any(one.nodes > one.limit for one in where.failing):
         return where  # each smaller region might take as many nodes
     for candidate in candidates(question, SAMPLE_SEED):

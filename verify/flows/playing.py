@@ -48,7 +48,7 @@ class FlowCourse(NamedTuple):
         return self.longer[min(period, len(self.longer) - 1)]
 
     def way_at(self, period: int) -> int:
-        """Returns which way to observe late one sample has."""
+        """Returns the way in which one sample is observed late."""
         return self.ways[min(period, len(self.ways) - 1)]
 
 

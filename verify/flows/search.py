@@ -60,7 +60,7 @@ class _Cutting:
 
 
 class _Trying:
-    """The state of trying one order and number of steps: cuts, and the levels and cells that may still show it."""
+    """The progress with one order and number of steps: cuts, and the levels and cells that may still show it."""
 
     def __init__(self, how: tuple[int, int], cutting: _Cutting) -> None:
         self.how, self.cutting = how, cutting

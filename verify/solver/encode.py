@@ -282,7 +282,7 @@ class _Encoder:
         return tuple((weight, self._named.get(name, name)) for weight, name in _read_terms(feature, self.at))
 
     def _rounding(self, agent: str, feature: str, meaning: ir.Meaning) -> Real:
-        """What rounding adds to a sum of several coordinates: known within bounds only, the same one in every test.
+        """Returns the rounding error of a sum of coordinates: known within bounds only, the same one in every test.
 
         n - 1 additions are off by at most (n - 1) u / (1 - (n - 1) u) of the sum of all sizes, with u = 2**-53 (Higham
         2002, Accuracy and Stability of Numerical Algorithms, 4.2); twice (n - 1) u is more.

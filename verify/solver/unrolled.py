@@ -33,7 +33,7 @@ Choices = Mapping[tuple[str, int], Test]  # (agent, the number of an action) -> 
 
 
 def opinion(question: Question[SystemClaim]) -> Opinion:
-    """What the solver says of a question; SKIPPED where the query would be large, UNKNOWN where its units are spent.
+    """Asks the solver for its opinion; SKIPPED where the query would be large, UNKNOWN where its units are spent.
 
     A claim is VIOLATED too where an episode leaves what is stated before it is broken: then it is not proved.
     """

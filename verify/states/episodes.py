@@ -153,7 +153,7 @@ def find_met_ways(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64)
 
 
 def meets_claim(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
-    """Which episodes of [steps + 1, batch, n_coordinates] fulfil the claim, up to float64 rounding of distances."""
+    """Returns which episodes [steps + 1, batch, n_coordinates] fulfil the claim up to float64 rounding of distances."""
     return np.logical_or.reduce(find_met_ways(profile, claim, episode))
 
 

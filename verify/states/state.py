@@ -63,7 +63,7 @@ def error_name(agent: str, feature: str) -> str:
 
 
 def measurable(meaning: ir.Meaning) -> bool:
-    """Whether a feature is measured, and so may be off: what is constant, or says that two things are equal, is not."""
+    """Returns True if a feature is measured and may be off: not a constant, nor a test that two things are equal."""
     return bool(meaning.terms) and meaning.function != "zero"
 
 

@@ -36,7 +36,7 @@ def width(problem: Problem) -> int | None:
 
 
 def price(problem: Problem) -> int:
-    """How much of a budget a search node takes: more where numbers are too long for the extension, whoever searches."""
+    """Prices a search node in a budget: more where numbers are too long for the extension, whoever searches."""
     return 1 if width(problem) is not None else SLOWER
 
 

@@ -57,7 +57,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Tests:
-    """The facts from the trees of the agents of whom a claim speaks, which are the same for every goal."""
+    """The splits and barred sides of the agents of whom a claim speaks, which are the same for every goal."""
 
     splits: Splits
     barred: Barred

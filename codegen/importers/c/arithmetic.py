@@ -272,7 +272,7 @@ class Arithmetic:
         return self._then(given, make_step(sign, c, kind, first=first))
 
     def build_given(self, values: Sequence[Value]) -> Given | None:
-        """Returns what is returned where it depends on features, as a form for each number; None: these are labels."""
+        """Builds a form for each number returned where these depend on features; None: these are labels."""
         given = self.summing.build_given([self.resolve_number(each) for each in values])
         terms = [term for each in given.vector for term in each.terms] if given else []
         self.used |= {place for _, place in terms if place != CONSTANT}
