@@ -114,7 +114,7 @@ def _eval_boolean(m: Machine, node: ast.BoolOp, scope: Scope) -> Any:
 
 
 def _cannot_fail(node: ast.AST) -> bool:
-    """Returns True if looking at an expression cannot fail, whatever precedes it: it looks up written places."""
+    """Returns True if looking at an expression cannot fail, whatever precedes it: its subscripts are literals."""
     written = isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant | ast.UnaryOp)
     return (written or isinstance(node, SAFE)) and all(map(_cannot_fail, ast.iter_child_nodes(node)))
 
