@@ -67,7 +67,7 @@ def box_of(tree: Tree, node: int) -> Box:
 
 
 def split_corners(low: Floats, high: Floats, feature: int, threshold: np.floating) -> tuple[Corners, Corners]:
-    """What goes left and what goes right at a test, as arrays; a side is empty where its low end is not below."""
+    """Splits corners at a test into left and right, as arrays; a side is empty where its low end is not below."""
     most, least = high.copy(), low.copy()
     most[feature] = min(high[feature], threshold)
     least[feature] = max(low[feature], threshold)
@@ -75,7 +75,7 @@ def split_corners(low: Floats, high: Floats, feature: int, threshold: np.floatin
 
 
 def size(policy: AgentPolicy) -> int:
-    """How many numbers stand in a tree: a test's threshold and a sum's weights, a leaf's action or all of its terms."""
+    """Counts the numbers in a tree: a test's threshold and a sum's weights, a leaf's action or all of its terms."""
     tree, n = policy.tree, len(policy.features)
     tested: list[int] = tree.feature[tree.feature != NO_FEATURE].tolist()
     chosen: list[int] = tree.action[tree.feature == NO_FEATURE].tolist()
@@ -123,7 +123,7 @@ def read_distances(region: RegionSpec) -> Iterator[Apart]:
 def is_inside(
     region: RegionSpec, coordinates: npt.NDArray[np.float64], names: tuple[str, ...]
 ) -> npt.NDArray[np.bool_]:
-    """Which world states [batch, n_coordinates] the check lets pass. `names`: of the coordinates."""
+    """Returns which world states [batch, n_coordinates] the check lets pass. `names`: of the coordinates."""
     at = dict(zip(names, coordinates.T, strict=True))
     within = np.ones(len(coordinates), dtype=bool)
     for first, second, low, high in read_bounds(region):

@@ -90,7 +90,7 @@ def _names(path: str, kind: str, names: Sequence[str], taken: Sequence[str] = ()
 
 
 def identifier(name: str) -> str:
-    """What generated code makes of a legal name: lower case, `_` for `-`."""
+    """Turns a legal name into the identifier of generated code: lower case, `_` for `-`."""
     return name.lower().replace("-", "_")
 
 
@@ -201,7 +201,7 @@ def _action(path: str, action: ActionSpec, features: Sequence[str]) -> Iterator[
 
 
 def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
-    """What is wrong with the tree that acts, its numbers and leaves, and with the tree that was grown."""
+    """Yields the faults of the tree that acts, of its numbers and leaves, and of the tree that was grown."""
     tree, numbers = policy.tree, policy.numbers
     counts = (len(policy.features) + len(tree.sums), len(tree.vectors) if policy.outputs else len(policy.actions))
     broken = list(_tree(f"{path}.tree", policy.tree, *counts, preorder=True))

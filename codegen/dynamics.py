@@ -109,7 +109,7 @@ class Motion:
         return self.step_pushed(position, velocity, push)
 
     def step_pushed(self, position: Float64, velocity: Float64, push: Float64) -> tuple[Float64, Float64]:
-        """As `step`, by the accelerations that agents give themselves, [n_agents, 2, batch], which are overwritten."""
+        """Steps as `step` does, by the agents' own accelerations [n_agents, 2, batch], which are overwritten."""
         if len(self._partners) > 1 and position.shape[-1] <= PUSHED_AT_ONCE:
             self._push_all_apart(position, push)
         else:
@@ -138,8 +138,8 @@ class Motion:
                 push[b, axis, near] -= force[axis]
 
     def _push_all_apart(self, position: Float64, push: Float64) -> None:
-        """As `_push_apart` of one pair after the other, bit for bit: an agent gets its forces in the order of the
-        pairs, and those in which it comes second precede those in which it comes first.
+        """Does the same as `_push_apart` of one pair after the other, bit for bit: an agent gets its forces in the
+        order of the pairs, and those in which it comes second precede those in which it comes first.
         """
         gaps = position[self._first] - position[self._second]
         touching = np.repeat(self._touching, gaps.shape[-1])

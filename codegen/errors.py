@@ -23,7 +23,7 @@ from unicodedata import category
 
 
 class ExitCode(IntEnum):
-    """What a command's exit status says; documented in `maviper --help`."""
+    """The exit statuses of a command; documented in `maviper --help`."""
 
     DONE = 0
     VIOLATED = 1
@@ -108,7 +108,7 @@ def escape_text(text: object) -> str:
 
 
 def steers(text: str) -> bool:
-    """Whether a text holds a control or format character, or the end of a line."""
+    """Returns True if a text holds a control or format character, or the end of a line."""
     return not text.isprintable() and not STEERING.isdisjoint(map(category, text))
 
 

@@ -89,7 +89,7 @@ def short_hex(value: float) -> str:
 
 
 def factor(weight: float) -> str:
-    """What stands before a coordinate of this weight, its sign aside: "" or such as "0.5*"."""
+    """Returns the text before a coordinate of this weight, its sign aside: "" or such as "0.5*"."""
     return "" if abs(weight) == 1 else f"{abs(weight):g}*"
 
 

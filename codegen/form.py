@@ -207,7 +207,7 @@ def nodes_of(policy: AgentPolicy) -> list[dict[str, Any]]:
 
 
 def _dump_test(tree: Tree, feature: int, threshold: float, names: Sequence[str]) -> dict[str, Any]:
-    """What a split compares."""
+    """Returns the comparison of a split, as JSON."""
     if feature >= len(names):
         return {"sum": _dump_sum(tree.sums[feature - len(names)], names), "threshold": threshold}
     if tree.numbers == FLOAT64:
@@ -239,7 +239,7 @@ class _Known:
 
 
 class _Reading:
-    """What the nodes of one agent have named so far."""
+    """The names, sums and vectors that the nodes of one agent may refer to so far."""
 
     def __init__(self, raw: AgentJson) -> None:
         self.features: Mapping[str, int] = {each.name: place for place, each in enumerate(raw.features)}

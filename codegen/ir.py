@@ -65,7 +65,7 @@ class _Arrays:
 
     @property
     def compared(self) -> str:
-        """What thresholds are: the observations' numbers, or those that sums are computed in, where any is tested."""
+        """The type of thresholds: that of the observations' numbers or, if sums are tested, that of the sums."""
         return choose_numbers(self.arithmetic) if self.sums else self.numbers
 
     def __post_init__(self) -> None:
@@ -112,7 +112,7 @@ class GrownTree(_Arrays):
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a feature measures: a weighted sum of world coordinates (none: 0), or a function of it (see FUNCTIONS).
+    """The meaning of a feature: a weighted sum of world coordinates (none: 0), or a function of it (see FUNCTIONS).
 
     It is observed in float64, term after term, then rounded to float32 for an agent that compares float32. Weights are
     powers of two, so products are exact: of n terms, n - 1 additions round.
@@ -173,7 +173,7 @@ class AgentPolicy:
 
     @property
     def numbers(self) -> str:
-        """What it observes and compares: `float32` or `float64`."""
+        """The numbers that it observes and compares: `float32` or `float64`."""
         return self.tree.numbers
 
 

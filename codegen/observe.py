@@ -73,7 +73,7 @@ class Observer:
 
 
 def _apply_function(function: str, total: Float64) -> npt.NDArray[Any]:
-    """What a function of a meaning makes of sums; "": the sums themselves."""
+    """Applies a function of a meaning to sums; "": returns the sums themselves."""
     match function:
         case "positive":
             return total > 0

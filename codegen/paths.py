@@ -25,7 +25,7 @@ class Box:
     high: dict[int, float]
 
     def split_at(self, feature: int, threshold: float) -> tuple["Box | None", "Box | None"]:
-        """What of it goes left and what goes right at a test; None for nothing."""
+        """Returns the parts of it that go left and right at a test; None for nothing."""
         low, high = self.low.get(feature), self.high.get(feature)
         left = right = None
         if low is None or low < threshold:

@@ -74,7 +74,7 @@ def dumps(profile: PolicyProfile) -> str:
 
 
 def _semantics(numbers: Iterable[str], summing: bool) -> str:
-    """What a profile says of its meaning; `numbers`: what its agents compare; `summing`: whether any has sums."""
+    """Returns a profile's text on its meaning; `numbers`: what its agents compare; `summing`: whether any has sums."""
     return (WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS) + (WITH_SUMS if summing else "")
 
 
@@ -185,7 +185,7 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
 
 
 def _summing(policy: AgentPolicy) -> dict[str, Any]:
-    """What an agent with sums or outputs has beside the others; nothing for them."""
+    """Returns the entries that only an agent with sums or outputs has; nothing for the others."""
     tree = policy.tree
     if not tree.arithmetic:
         return {}

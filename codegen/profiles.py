@@ -91,7 +91,7 @@ def find_besides(profile: PolicyProfile) -> Iterator[Violation]:
 
 
 def _evidence(path: str, policy: AgentPolicy) -> Iterator[Violation]:
-    """What was seen and counted in episodes, and the labels of actions."""
+    """Yields the faults of what was seen and counted in episodes, and of the labels of actions."""
     if policy.seen and len(policy.seen) != len(policy.features):
         yield Violation(f"{path}.features", "all of them have been seen, or none has")
     for index, ends in enumerate(policy.seen):
@@ -147,7 +147,7 @@ def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
 def _bounds_fault(
     kind: str, name: str, parts: Sequence[str], bounds: Sequence[str], known: Sequence[str]
 ) -> Violation | None:
-    """What is wrong with an entry of a region."""
+    """Returns what is wrong with an entry of a region, or None."""
     if len(parts) != (1 if kind == "box" else 2) or any(part not in known for part in parts):
         return Violation(f"$.region.{kind}", f"cannot read {name!r}")
     here = f"$.region.{kind}.{name}"

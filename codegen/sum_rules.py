@@ -116,7 +116,7 @@ def _sum(each: Sum, arithmetic: str, n_features: int) -> Iterator[str]:
 
 
 def _number(value: float, numbers: str) -> str | None:
-    """What is wrong with a weight, constant or bound."""
+    """Returns what is wrong with a weight, constant or bound, or None."""
     if not math.isfinite(value):
         return f"must be finite, not {value}"
     with np.errstate(over="ignore", under="ignore"):

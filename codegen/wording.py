@@ -49,7 +49,7 @@ def _spell(value: float, digits: int) -> str:
 
 
 def is_zero(threshold: float) -> bool:
-    """Whether a threshold is read as 0."""
+    """Returns True if a threshold is read as 0."""
     return abs(threshold) <= TINY
 
 

@@ -41,7 +41,7 @@ class Build:
 
     @property
     def compilable(self) -> bool:
-        """Whether there are a header and a compiler for it."""
+        """True if there are a header and a compiler for it."""
         return self.text("h") is not None and self.compiler is not None
 
     @cached_property
@@ -70,7 +70,7 @@ class ReplayBuild(Build):
 
     @property
     def compilable(self) -> bool:
-        """Whether there is a compiler."""
+        """True if there is a compiler."""
         return self.compiler is not None
 
     @cached_property

@@ -177,7 +177,7 @@ class CompiledC:
         return within
 
     def _gives(self, agent: str) -> bool:
-        """Whether an agent gives numbers."""
+        """Returns True if an agent gives numbers."""
         return bool((summed := self._agents[agent].summed) and summed.outputs)
 
     def _answers(self, agent: str, count: int) -> Any:
@@ -188,7 +188,7 @@ class CompiledC:
         return np.full(count, -1, dtype=np.int32)
 
     def act_and_check(self, agent: str, rows: Floats) -> tuple[Any, Int32]:
-        """What `act` and `checks` give, from one call."""
+        """Returns what `act` and `checks` give, from one call."""
         rows = self._pack_rows(agent, rows)
         actions = self._answers(agent, len(rows))
         checks = np.full(len(rows), -1, dtype=np.int32)

@@ -27,7 +27,7 @@ TEAM = "team from world states"
 
 @dataclass(frozen=True)
 class Agreement:
-    """How one target fared for one agent: `differences` of `observations` decisions differ from the reference."""
+    """The result of one target for one agent: `differences` of `observations` decisions differ from the reference."""
 
     target: str
     agent: str
@@ -52,7 +52,7 @@ class Told:
 
 @dataclass(frozen=True)
 class Asked:
-    """What every language is asked about a profile."""
+    """The questions about a profile that every language is asked."""
 
     profile: ir.PolicyProfile
     finite: bool = False  # whether infinite and NaN coordinates are left out
@@ -120,7 +120,7 @@ def constants_of(profile: ir.PolicyProfile) -> list[float | str]:
 
 
 def checks(policy: ir.AgentPolicy, rows: Floats) -> Int32:
-    """What the input checks should say of observations [n, n_features]: 1 for finite, 2 for within the ranges."""
+    """Returns what the input checks should say of observations [n, n_features]: 1 for finite, 2 for in the ranges."""
     low, high = (np.array([getattr(feature, end) for feature in policy.features]) for end in ("low", "high"))
     low, high = at_most(low, policy.numbers), -at_most(-high, policy.numbers)
     within = ((rows >= low) & (rows <= high)).all(axis=1)
@@ -135,7 +135,7 @@ def constants(target: str, wanted: Sequence[float | str], given: Sequence[float 
 
 
 def reference(policy: ir.AgentPolicy, rows: Any) -> Any:
-    """What an agent does: actions [batch], or the numbers that it gives, [batch, n_outputs]."""
+    """Returns an agent's actions [batch], or the numbers that it gives, [batch, n_outputs]."""
     return ir.outputs(policy, rows) if policy.outputs else ir.act(policy, rows)
 
 
@@ -147,7 +147,7 @@ def differing(policy: ir.AgentPolicy, wanted: Any, answers: Any) -> Bool:
 
 
 def compare_entries(target: str, asked: Asked, told: Told) -> list[Agreement]:
-    """What a language's answers are worth: an agreement for each kind of entry and agent."""
+    """Compares a language's answers with the reference: an agreement for each kind of entry and agent."""
     profile = asked.profile
     agreements: list[Agreement] = []
     if told.constants is not None:
@@ -175,13 +175,13 @@ def compare_entries(target: str, asked: Asked, told: Told) -> list[Agreement]:
 
 
 def compare_observations(target: str, policy: ir.AgentPolicy, asked: Asked, given: Float64) -> list[Agreement]:
-    """Whether an agent's observations [n, n_features] of the states are the reference's numbers, bit by bit."""
+    """Compares an agent's observations [n, n_features] of the states with the reference's numbers, bit by bit."""
     wrong = np.asarray(~same(given, _observe_states(policy, asked)).all(axis=1))
     return [_agreement(f"{target} {OBSERVE}", policy.agent, wrong, asked.states)]
 
 
 def same(a: Float64, b: Floats) -> Bool:
-    """Whether numbers are equal, as doubles, zeros with their signs; every NaN is the same."""
+    """Compares numbers for equality, as doubles, zeros with their signs; every NaN is the same."""
     bits = [np.ascontiguousarray(each, dtype=np.float64).view(np.uint64) for each in (a, b)]
     return (bits[0] == bits[1]) | (np.isnan(a) & np.isnan(b))
 

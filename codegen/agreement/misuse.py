@@ -12,7 +12,7 @@ import numpy as np
 
 
 def single(n: int, asks: bool) -> list[Any]:
-    """What is no observation of n numbers. `asks`: whether a decision asks for any of them; others go unread."""
+    """Lists values that are no observation of n numbers. `asks`: whether a decision asks for any; others go unread."""
     zeros = [0.0] * n
     lengths: list[Any] = [[], zeros[1:], [*zeros, 0.0], tuple(zeros[1:]), np.zeros(n - 1), np.zeros(2 * n)]
     shapes: list[Any] = [np.zeros((1, n)), np.zeros((n, 1)), np.zeros((n, n)), np.zeros(())]
@@ -22,7 +22,7 @@ def single(n: int, asks: bool) -> list[Any]:
 
 
 def many(n: int) -> list[Any]:
-    """What is no array of observations of n numbers."""
+    """Lists values that are no array of observations of n numbers."""
     widths: list[Any] = [np.zeros((2, width), dtype=np.float32) for width in (n - 1, n + 1, 2 * n)]
     shapes: list[Any] = [np.zeros(n), np.zeros((2, n, n)), [[0.0] * n, [0.0] * (n + 1)], None]
     return [
@@ -36,7 +36,7 @@ def many(n: int) -> list[Any]:
 
 
 def find_accepted(function: Callable[[Any], Any], given: Sequence[Any]) -> list[str]:
-    """What the function does not refuse, in words."""
+    """Describes, in words, each given value that the function does not refuse."""
     descriptions: list[str] = []
     for each in given:
         try:

@@ -109,7 +109,7 @@ def special(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator, numb
 
 
 def _fillings(most: int, numbers: int, at_most: int = NUMBERS_AT_MOST) -> int:
-    """How many random completions there are, at least one; `numbers`: in all rows with one completion each."""
+    """Returns the number of random completions, at least one; `numbers`: in all rows with one completion each."""
     return max(1, min(most, at_most // max(1, numbers)))
 
 
@@ -148,7 +148,7 @@ def _ends(features: tuple[ir.FeatureSpec, ...]) -> Float64:
 
 
 def _draw_rows(within: Float64, count: int, rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
-    """As `random`, between the ends [2, n_features]."""
+    """Draws random rows, as `random` does, between the ends [2, n_features]."""
     rows = np.empty((count, within.shape[1]), dtype=numbers)
     for start in range(0, count, DRAWN_AT_ONCE):
         part = slice(start, min(start + DRAWN_AT_ONCE, count))

@@ -31,7 +31,7 @@ from codegen.targets import javascript, rust
 
 
 class Reader(NamedTuple):
-    """How a target that is read agent by agent is read back: `act(*contents, agent, rows)` gives the actions."""
+    """The way to read back a target that is read agent by agent: `act(*contents, agent, rows)` gives the actions."""
 
     target: str
     files: tuple[str, ...]  # the names of what it reads, of {prefix} and {agent}
@@ -68,7 +68,7 @@ def json_act(text: str, agent: str, rows: Any) -> list[Any]:
 
 
 def load_reader(reader: str, text: str, agent: str) -> Callable[[Any], Any]:
-    """How the reference reader that is handed out with the JSON `text` decides for an observation."""
+    """Returns the decision function of the reference reader that is handed out with the JSON `text`."""
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
         path = Path(folder) / "profile.json"
         path.write_text(text)
@@ -90,7 +90,7 @@ def load_python(text: str) -> Mapping[str, Any]:
 
 
 def python_told(module: Mapping[str, Any], asked: Asked) -> Told:
-    """What a Python module's namespace answers, beside decisions from observations."""
+    """Collects the answers of a Python module's namespace, beside decisions from observations."""
     agents = [policy.agent for policy in asked.profile.agents]
     tables: list[dict[str, Any]] = [module.get(name, {}) for name in ("FINITE", "IN_RANGE", "OBSERVE", "ACT_WORLD")]
     finite, in_range, observe, act_world = tables
@@ -131,8 +131,8 @@ def _python_constants(module: Mapping[str, Any], agents: Sequence[str]) -> list[
 
 
 class Ran(NamedTuple):
-    """What a module of another language did: decisions for numbers one by one, and for their values in the agent's
-    numbers in a batch; how many wrong inputs it was given, and which of them it did not refuse.
+    """The results of a module in another language: decisions for numbers one by one, and for their values in the
+    agent's numbers in a batch; how many wrong inputs it was given, and which of them it did not refuse.
     """
 
     single: Any
@@ -142,7 +142,7 @@ class Ran(NamedTuple):
 
 
 def javascript_act(text: str, model: Model, rows: Mapping[str, Float64], asked: Asked) -> tuple[dict[str, Ran], Told]:
-    """What each agent's functions do, and what else the module answers. MissingToolError without Node.js."""
+    """Runs each agent's functions and collects the module's other answers. MissingToolError without Node.js."""
     node = _tool("node", "install Node.js, or leave the target javascript out")
     with tempfile.TemporaryDirectory(prefix="maviper-") as name:
         folder = Path(name)
@@ -196,7 +196,7 @@ def _bytes(agent: Agent, rows: Floats) -> bytes:
 
 
 def _read_entries(folder: Path, model: Model) -> Told:
-    """What a harness left behind."""
+    """Reads the answers that a harness left behind."""
     said = cast(dict[str, Any], json.loads((folder / "entries.json").read_text()))
     located = model.agents if model.located else ()
     together = model.located and model.acting
@@ -311,7 +311,7 @@ def _run(command: list[str], folder: Path, failed: str) -> None:
 
 
 def _constant(given: str | float | None) -> str | float:
-    """As JSON tells it, which knows no NaN, and may write 5 for 5.0."""
+    """Returns a constant told by JSON, which knows no NaN (null stands for it), and may write 5 for 5.0."""
     return given if isinstance(given, str) else np.nan if given is None else float(given)
 
 

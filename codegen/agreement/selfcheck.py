@@ -46,7 +46,7 @@ class Report:
 
     @property
     def observations(self) -> int:
-        """How many decisions were compared (answers of input checks and nodes of syntax trees are not decisions)."""
+        """The number of decisions compared (answers of input checks and nodes of syntax trees are not decisions)."""
         return sum(item.observations for item in self.agreements if not item.target.endswith(NO_DECISIONS))
 
     def ensure(self) -> "Report":
@@ -64,7 +64,7 @@ class Report:
 
 
 def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> Floats:
-    """What every target is asked: boundaries of the deployed and the grown tree, special values, random ones."""
+    """Returns every target's questions: boundaries of the deployed and the grown tree, special values, random ones."""
     return np.concatenate(list(_parts(policy, random)))
 
 
@@ -181,7 +181,7 @@ def _c_replayed(
 
 
 def _check_c_all(build: Build, asked: Kept, count: int) -> list[Agreement]:
-    """What the call for all agents does, for the first observations of each."""
+    """Checks the call for all agents on the first observations of each."""
     agents, model = build.profile.agents, build.model
     agreements: list[list[Agreement]] = []
     for seen in asked.together([policy.agent for policy in agents], count):
@@ -197,7 +197,7 @@ Replayed = Callable[[ir.AgentPolicy, Floats, Any], Iterable[Agreement]]
 
 
 def _in_parts(policy: ir.AgentPolicy, asked: Kept, wanted: Mapping[str, Any], replayed: Replayed) -> list[Agreement]:
-    """What `replayed` finds in an agent's observations, given to it in parts of bounded memory."""
+    """Collects what `replayed` finds in an agent's observations, given to it in parts of bounded memory."""
     expected = wanted[policy.agent]
     parts = [replayed(policy, rows, expected[low : low + len(rows)]) for low, rows in asked.parts(policy.agent)]
     return [reduce(merge_agreements, each) for each in zip(*parts, strict=True)]
@@ -210,7 +210,7 @@ def merge_agreements(one: Agreement, other: Agreement) -> Agreement:
 
 
 def _check_c_entries(build: Build, asked: Asked, skipped: list[str]) -> list[Agreement]:
-    """What the C says of world states, of the region, and its constants."""
+    """Checks what the C says of world states and of the region, and its constants."""
     profile, model, compiled = build.profile, build.model, build.library
     if model.style == ORDERED:  # by its contract, it takes finite coordinates only
         asked = Asked(profile, finite=True)
@@ -238,7 +238,7 @@ def _read(
     wanted: Mapping[str, Any],
     skipped: list[str],
 ) -> list[Agreement]:
-    """What the readers of `readback` find; a reader whose tool is missing is named in `skipped`, each tool once."""
+    """Runs the readers of `readback`; a reader whose tool is missing is named in `skipped`, each tool once."""
     agreements: list[Agreement] = []
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         for reader in readback.READERS:
@@ -257,7 +257,7 @@ def _read(
 def _read_back(
     reader: readback.Reader, contents: Sequence[Any], policy: ir.AgentPolicy, asked: Kept, wanted: Any
 ) -> Agreement:
-    """What a reader finds in the files that it reads. MissingToolError without its tool."""
+    """Compares a reader's answers from its files with the reference. MissingToolError without its tool."""
     agreements: list[Agreement] = []
     for low, rows in asked.parts(policy.agent):
         chosen = slice(-low % reader.every, None, reader.every)  # the rows of the whole array that it is asked about
@@ -269,7 +269,7 @@ def _read_back(
 
 
 def _check_reader(build: Build, entry: Asked) -> list[Agreement]:
-    """Whether the reference reader refuses what is no observation, and makes doubles of numbers of every type."""
+    """Checks that the reference reader refuses what is no observation, and makes doubles of numbers of every type."""
     profile, document = build.profile, build.text("json")
     reader = build.files.get(f"{build.model.prefix}_reader.py")
     if document is None or not isinstance(reader, str):

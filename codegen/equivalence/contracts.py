@@ -41,7 +41,7 @@ class Leaf:
 
 @dataclass(frozen=True)
 class Contract:
-    """What a function promises."""
+    """The promises of a function."""
 
     name: str
     kind: str  # of an observation's numbers: float or double
@@ -57,7 +57,7 @@ class Contract:
 
 @dataclass(frozen=True)
 class Axiom:
-    """What a proof uses of IEEE 754: two ways to ask of x whether it is at most some number."""
+    """A fact of IEEE 754 that a proof uses: two ways to ask of x whether it is at most some number."""
 
     name: str
     kind: str  # of x: float or double

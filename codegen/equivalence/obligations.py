@@ -192,7 +192,7 @@ def _test(test: ast.expr, given: str, n: int) -> str:
 
 
 def _place(number: ast.IfExp, given: str) -> int:
-    """Which number of the observation an expression is, where the observation is of doubles."""
+    """Returns the place in an observation of doubles of the number that an expression reads."""
     read = NUMBER.fullmatch(ast.unparse(number))
     if read is None:
         raise Unreadable(f"a number of Python: {ast.unparse(number)[:60]}")

@@ -175,7 +175,7 @@ def enumerators(parsed: c_ast.FileAST) -> dict[str, int]:
 
 
 def _shapes(numbers: Mapping[str, int], policy: ir.AgentPolicy, upper: str) -> list[str]:
-    """Whether the names of features and actions stand for their places."""
+    """Lists the constants for features and actions whose numbers are not their counts and places."""
     wanted = {f"{upper}_N_FEATURES": len(policy.features), f"{upper}_N_ACTIONS": len(policy.actions)}
     for kind, items in (("X_", policy.features), ("", policy.actions)):
         for place, item in enumerate(items):
@@ -186,7 +186,7 @@ def _shapes(numbers: Mapping[str, int], policy: ir.AgentPolicy, upper: str) -> l
 
 
 def _kinds(function: c_ast.FuncDef, numbers: str) -> Iterator[str]:
-    """Whether observations and tables of thresholds are of the type that the agent compares."""
+    """Yields the observations and tables of thresholds that are not of the type that the agent compares."""
     given = function.decl.type.args.params[0].type
     declared = [("observations", given)]
     declared += [(item.name, item.type) for item in function.body.block_items or [] if _declares(item, "threshold")]
@@ -199,7 +199,7 @@ def _kinds(function: c_ast.FuncDef, numbers: str) -> Iterator[str]:
 
 
 def act_faults(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
-    """How an `..._act` differs from a tree; what is not of the form that is proved raises one of NOT_PROVED."""
+    """Yields the differences of an `..._act` from a tree; a form that is not proved raises one of NOT_PROVED."""
     yield from _kinds(function, tree.numbers)
     items = [item for item in function.body.block_items or [] if not is_void(item)]
     if any(isinstance(item, c_ast.For) or _declares(item, "action") for item in items):
@@ -278,12 +278,12 @@ def _declares(item: Any, name: str) -> bool:
 
 
 def is_table(item: Any) -> bool:
-    """Whether a statement declares an array with its numbers."""
+    """Returns True if a statement declares an array with its numbers."""
     return isinstance(item, c_ast.Decl) and isinstance(item.init, c_ast.InitList)
 
 
 def is_void(item: Any) -> bool:
-    """Whether a statement is (void)x;"""
+    """Returns True if a statement is (void)x;"""
     return isinstance(item, c_ast.Cast) and isinstance(item.expr, c_ast.ID)
 
 

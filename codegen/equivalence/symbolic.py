@@ -179,7 +179,7 @@ class _Run:
         raise Unreadable("the function ends without an answer")
 
     def simple(self, statement: Any, rest: Any, names: dict[str, Any]) -> tuple[tuple[str, Any] | None, Any]:
-        """What a statement without a choice changes, and what is left after it."""
+        """Returns what a statement without a choice changes, and what is left after it."""
         if isinstance(statement, c_ast.Compound):
             for item in reversed(statement.block_items or []):
                 rest = self.cell(item, rest)

@@ -101,7 +101,7 @@ def _xgboost_node(tree: Mapping[str, Any], where: str, place: int) -> Split | Le
 def _add_xgboost(
     objective: str, bases: Sequence[float], classes: Sequence[int], where: str, leaves: Sequence[Leaf]
 ) -> Leaf:
-    """What the leaves of a path stand for. `classes`: of the trees, where there are more than two."""
+    """Returns the leaf that the leaves of a path add up to. `classes`: of the trees, where there are more than two."""
     link = LINKS[XGBOOST].get(objective)
     if link == SIGN:
         if len(bases) > 1 or not 0 < bases[0] < 1:
@@ -122,7 +122,7 @@ def _value(leaf: Leaf) -> float:
 
 
 def _apply_link(link: str | None, objective: str, scores: Sequence[Any], where: str, *, alone: bool) -> Leaf:
-    """What scores stand for: a class, or a number, which is a label where the tree stands `alone`."""
+    """Turns scores into a leaf: a class, or a number, which is a label where the tree stands `alone`."""
     if link == LARGEST:
         return Leaf(best_class([float(score) for score in scores], where))
     if link is None or len(scores) > 1:
@@ -174,7 +174,7 @@ def from_lightgbm(content: bytes, where: str) -> dict[str, Origin]:
 
 
 def _add_lightgbm(link: str, count: int, where: str, leaves: Sequence[Leaf]) -> Leaf:
-    """What the leaves of a path stand for: doubles, added to 0 in their order, for each of `count` classes."""
+    """Adds the leaves of a path: doubles, added to 0 in their order, for each of `count` classes."""
     if leaves[0].terms:
         return leaves[0]
     scores = [0.0] * count
@@ -189,7 +189,7 @@ def _fields(text: str) -> Mapping[str, str]:
 
 
 def _linear(lists: Mapping[str, list[str]], count: int) -> tuple[Terms, ...]:
-    """What linear leaves give: a constant, then products in the order of the file, as LightGBM adds them."""
+    """Reads the terms of linear leaves: a constant, then products in the order of the file, as LightGBM adds them."""
     sizes = [int(each) for each in lists["num_features"]]
     places, weights = (iter(lists[name]) for name in ("leaf_features", "leaf_coeff"))
     if len(sizes) != count or sum(sizes) != len(lists["leaf_features"]) or sum(sizes) != len(lists["leaf_coeff"]):

@@ -42,7 +42,7 @@ class Renaming(NamedTuple):
     pairs: Mapping[str, str]  # old -> new
 
     def rename(self, name: str, *others: str) -> str:
-        """What one thing is called from now on; `others`: what else it is called in the source."""
+        """Returns the new name of one thing; `others`: what else it is called in the source."""
         for old in (each for each in (*others, name) if each in self.pairs):
             return legal(self.pairs[old], "x")
         known = {identifier(legal(each, "x")) for each in (name, *others)}
@@ -58,14 +58,14 @@ class Action(NamedTuple):
 
     @property
     def line(self) -> str:
-        """What it is in the source, in words."""
+        """A line that says in words what it is in the source."""
         told = f" <- {self.source}" if self.source else " (no leaf)"
         return self.name if self.source == self.name else f"{self.name}{told}"
 
 
 @dataclass(frozen=True)
 class Placed:
-    """What features or actions there are, and the place among them of each that the source has."""
+    """The features or actions that there are, and the place among them of each that the source has."""
 
     names: tuple[str, ...]
     place: tuple[int, ...]
@@ -75,7 +75,7 @@ class Placed:
 
 
 def renaming(given: Sequence[str] | None) -> Renaming:
-    """What the user gives. InputError for a mixture of names and renamings, and for an old name that comes twice."""
+    """Reads the user's names. InputError for a mixture of names and renamings, and for an old name that comes twice."""
     pairs = [tuple(part.strip() for part in each.partition("=")) for each in given or ()]
     if not any(sign for _, sign, _ in pairs):
         return Renaming(given, {})
@@ -239,7 +239,7 @@ def features_of(own: Sequence[str], width: int, given: Renaming, *, keyed: bool 
 
 
 def _is_numbered(names: Sequence[str]) -> bool:
-    """Whether names say no more than places: x0, x1 and so on."""
+    """Returns True if names say no more than places: x0, x1 and so on."""
     parts = [NUMBERED.fullmatch(each) for each in names]
     stems = {each[1] if each and int(each[2]) == k else None for k, each in enumerate(parts)}
     return len(stems) == 1 and None not in stems

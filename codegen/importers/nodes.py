@@ -58,7 +58,7 @@ class Tree(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """How far a path has come."""
+    """The point that a path has reached."""
 
     leaves: tuple[Leaf, ...]  # of the trees that it is through with
     node: Any  # of the next one
@@ -183,7 +183,7 @@ class _Grown:
         return replace(origin, act=act, finite=bool(origin.vectors))
 
     def _follow_rows(self, columns: dict[int, Floats], count: int) -> tuple[list[Any], Any]:
-        """What observations come to, by the nodes' own comparisons, and the place among that of each."""
+        """Returns the values of observations by the nodes' own comparisons, and each observation's place among them."""
         sums = self.sums or Sums(FLOAT64)
         for place in range(SUMS, SUMS + len(sums.known)):
             columns[place] = sums.column(place, columns)
@@ -226,7 +226,7 @@ def _ensure_test(split: Split, n_features: int, where: str, sums: Sums | None) -
 
 
 def value_of(leaf: Leaf, where: str) -> Any:
-    """What a leaf returns: its label, or the number that it gives. InputError for a label that is no finite number."""
+    """Returns a leaf's label, or the number that it gives. InputError for a label that is no finite number."""
     if isinstance(leaf.label, float) and not np.isfinite(leaf.label):
         raise InputError(f"a leaf's number is {leaf.label}", where, "train the tree again")
     return Given([Affine(leaf.terms)]) if leaf.terms else leaf.label

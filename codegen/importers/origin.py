@@ -43,7 +43,7 @@ NAN_KEPT, NAN_RIGHT = "decided as in the origin", "goes right, whatever the orig
 
 @dataclass(frozen=True)
 class Names:
-    """What the user says of the names of every agent: names.py has what may be said."""
+    """The user's choice of names for every agent: names.py has what may be said."""
 
     features: Sequence[str] | None = None
     actions: Sequence[str] | None = None
@@ -91,7 +91,7 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
 
 
 def _replay(policy: ir.AgentPolicy, named: "_Named") -> tuple[int, str]:
-    """How many observations were compared, and what the source takes; "": what its reader says."""
+    """Compares a tree with its source: how many observations, and what the source takes ("": what its reader says)."""
     origin, columns = named.origin, np.array(named.features.place)
     place = np.array(named.actions.place, dtype=np.int32)
 
@@ -112,7 +112,7 @@ def _replay(policy: ir.AgentPolicy, named: "_Named") -> tuple[int, str]:
 
 
 def _list_permits(policy: ir.AgentPolicy, origin: Origin) -> dict[str, float | int | str]:
-    """Which actions leaves permit beside the one that was chosen, by the origin's labels."""
+    """Lists the actions that leaves permit beside the one that was chosen, by the origin's labels."""
     leaves = zip(ir.leaves(policy.tree).tolist(), origin.permits, strict=False)
     several = [f"leaf {leaf}: {' | '.join(labels)}" for leaf, labels in leaves if labels]
     return {f"{policy.agent} permits": comment("; ".join(several))} if several else {}

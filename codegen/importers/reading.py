@@ -30,7 +30,7 @@ def find_uncompared(profile: PolicyProfile) -> list[str]:
 
 @dataclass(frozen=True)
 class Answers:
-    """What a source itself answers to observations."""
+    """The answers of a source itself to observations."""
 
     told: Any  # places of its own labels [n], or numbers [n, n_outputs]
     asked: Bool  # [n]: whether its assertions take the observation
@@ -49,7 +49,7 @@ class Running(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Facts:
-    """What is known of a source, beside its tree."""
+    """The facts known of a source, beside its tree."""
 
     kind: str  # in words, such as "if/else Python"
     replayed_by: str = "a second reading of the file"  # who decides where the tree is replayed, in words
@@ -68,7 +68,7 @@ class Facts:
 
 @dataclass(frozen=True, kw_only=True)
 class Origin(Facts):
-    """What an agent's tree comes from: its tests, its labels, and how it decides by itself."""
+    """The source of an agent's tree: its tests, its labels, and how it decides by itself."""
 
     grown: GrownTree  # a leaf's action is the place of its label
     labels: tuple[Any, ...]  # that its leaves return; numbers ascending
@@ -92,7 +92,7 @@ class Origin(Facts):
 
 @dataclass(frozen=True)
 class Said:
-    """What the user says of a source that does not say it itself."""
+    """The facts that the user says of a source that does not say them itself."""
 
     scores: bool = False  # whether a list of numbers holds a score for each action
     wanted: str = ""  # the function that is asked for, where a file has several

@@ -44,7 +44,7 @@ Column: TypeAlias = "npt.NDArray[Any]"  # [n_rows]
 
 
 def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
-    """What both are asked about, [n, n_features]. InputError where that is more than fits into memory."""
+    """Returns the rows that both are asked about, [n, n_features]. InputError for more than fits into memory."""
     tree, width, rng = policy.tree, len(policy.features), np.random.default_rng(0)
     at = tree.threshold[tree.feature != NO_FEATURE]
     fillings = min(max(ROWS // (3 * max(len(at), 1)), 1), probes.FILLINGS)
@@ -118,8 +118,8 @@ def _mix_thresholds(tree: Tree, rows: Floats, rng: np.random.Generator) -> Float
 def source_observations(
     policy: AgentPolicy, running: Running, places: Sequence[int], *, nan: bool, finite: bool
 ) -> Floats:
-    """What a source itself is asked about, [n, n_features]: what else is asked, in its types, and its own numbers.
-    `places`: among the features of the policy, of those of the source.
+    """Returns the rows that a source is asked about, [n, n_features]: what else is asked, in its types, and its own
+    numbers. `places`: among the features of the policy, of those of the source.
     """
     tree, width, kinds = policy.tree, len(policy.features), [policy.numbers] * len(policy.features)
     for place, kind in zip(places, running.types, strict=False):
@@ -234,8 +234,8 @@ def _pair_values(counts: Sequence[int], most: int, rng: np.random.Generator) -> 
 
 
 def compare_answers(policy: AgentPolicy, rows: Floats, answers: Answers) -> int:
-    """How many observations were compared: those that the source takes. DisagreementError for the first one on which
-    tree and source differ; InputError where none was compared.
+    """Compares tree and source, and counts the observations that the source takes. DisagreementError for the first one
+    on which tree and source differ; InputError where none was compared.
     """
     ours = reference(policy, rows)
     wrong = (differing(policy, ours, answers.told) | ~answers.known) & answers.asked

@@ -123,8 +123,8 @@ class _Fitted(NamedTuple):
 
 
 def _predict(fitted: _Fitted, rows: Floats) -> Any:
-    """What a model predicts. A tree of float32 numbers is asked beside each of them too, among doubles that round to
-    the same float32: DisagreementError where it tells them apart.
+    """Returns a model's predictions. A tree of float32 numbers is asked beside each of them too, among doubles that
+    round to the same float32: DisagreementError where it tells them apart.
     """
     with silence_warnings():
         said = np.asarray(fitted.model.predict(rows))
@@ -136,7 +136,7 @@ def _predict(fitted: _Fitted, rows: Floats) -> Any:
 
 
 def _takes_nan(fitted: _Fitted) -> bool:
-    """Whether a model predicts for missing values, whatever it was fitted on."""
+    """Returns True if a model predicts for missing values, whatever it was fitted on."""
     try:
         _predict(fitted, np.full((1, int(fitted.trees[0].n_features)), np.nan))
     except ValueError:
@@ -356,9 +356,9 @@ def read_sklearn_tree(tree: Any, action: Any) -> GrownTree:
 
 
 def _columns(steps: Sequence[tuple[str, Any]], width: int) -> list[int]:
-    """Which column of the observation each column after the steps is made of. InputError with its name for a step that
-    is not known to keep columns apart and in order: each known one maps one column by subtractions, additions, products
-    with and quotients by positive numbers, clipping or a comparison, and so never falls where its input rises.
+    """Returns the observation's column that each one after the steps is made of. InputError with its name for a step
+    that is not known to keep columns apart and in order: each known one maps one column by subtractions, additions,
+    products with and quotients by positive numbers, clipping or a comparison, and so never falls where its input rises.
     """
     places: list[int] = list(range(width))
     for name, step in steps:

@@ -60,7 +60,7 @@ class Boxes(NamedTuple):
         return Boxes(self.low[which], self.high[which])
 
     def holds(self, states: Float64) -> Bool:
-        """Which states [batch, variables] lie in a box; whichever are fewer are gone through one by one."""
+        """Returns which states [batch, variables] lie in a box; whichever are fewer are gone through one by one."""
         if len(states) < len(self.low):
             inside = (((state >= self.low) & (state <= self.high)).all(axis=1).any() for state in states)
             return np.fromiter(inside, np.bool_, len(states))
@@ -162,17 +162,17 @@ class Lookup:
 
     @property
     def counted(self) -> bool:
-        """Whether steps are counted since the start."""
+        """True if steps are counted since the start."""
         return not self.ever
 
     @property
     def parts(self) -> int:
-        """How many parts a list has."""
+        """The number of parts of a list."""
         return len(self.columns)
 
     @property
     def width(self) -> int:
-        """How many variables a box bounds."""
+        """The number of variables that a box bounds."""
         return len(self.columns[0])
 
     @property
@@ -182,7 +182,7 @@ class Lookup:
 
     @property
     def divided(self) -> bool:
-        """Whether some grid has more than one cell."""
+        """True if some grid has more than one cell."""
         return any(grid.low != grid.high for grid in self.grids)
 
     @property
@@ -198,7 +198,7 @@ class Lookup:
 
 
 def look_up(cover: Cover, where: str) -> Lookup:
-    """How states are looked up in the sets of a cover. `where` is named in errors. InputError for too many sets."""
+    """Returns the lookup of states in the sets of a cover. `where` is named in errors. InputError for too many sets."""
     return replace(lookup(cover.steps, where), sums=cover.sums, ever=cover.ever)
 
 
@@ -402,7 +402,7 @@ class _Laid:
 
     @property
     def grid(self) -> Grid:
-        """As code has it, without its place."""
+        """The grid as code has it, without its place."""
         high = np.where(np.array(self.sizes) > 1, self.high, self.low)
         return Grid(doubles_of(self.low), doubles_of(high), doubles_of(self.scale), tuple(self.strides), 0)
 
@@ -430,7 +430,7 @@ class _Laid:
         return boxes[kept].tolist()
 
     def count_comparisons(self, points: Float64) -> float:
-        """How many boxes are compared for one of these states, on average."""
+        """Returns how many boxes are compared for one of these states, on average."""
         place = (np.clip(points[:, list(self.axes)], self.low, self.high) - self.low) * self.scale
         cell = place.astype(np.int64) @ np.array(self.strides)
         low, high = self.boxes
@@ -443,7 +443,7 @@ class _Laid:
         return self._order
 
     def _measure_shares(self) -> Float64:
-        """How much of each cell each box fills, [n, cells]; -1 where it is not near."""
+        """Returns how much of each cell each box fills, [n, cells]; -1 where it is not near."""
         low, high = self.boxes
         shares = np.ones((len(low), 1))
         near = np.ones((len(low), 1), dtype=np.bool_)

@@ -36,7 +36,7 @@ class SummedTree(GrownTree):
 
     @property
     def vectors(self) -> tuple[tuple[Sum, ...], ...]:
-        """What its leaves give."""
+        """The numbers that its leaves give."""
         return tuple(tuple(_sum(row[:-1], float(row[-1])) for row in vector) for vector in self.given)
 
 

@@ -31,7 +31,7 @@ def choose_unsigned(count: int) -> str:
 
 @dataclass(frozen=True)
 class Labels:
-    """What the imported source returns for each action, as languages write it, and the types of these."""
+    """The labels that the imported source returns for each action, as languages write them, and the types of these."""
 
     c: tuple[str, ...]
     c_type: str
@@ -123,12 +123,12 @@ class Agent:
 
     @property
     def masked(self) -> bool:
-        """Whether it observes which of its actions are legal, and takes no others."""
+        """True if it observes which of its actions are legal, and takes no others."""
         return any(action.legal_if for action in self.actions)
 
     @property
     def splits(self) -> int:
-        """How many nodes test something."""
+        """The number of splits."""
         return self.summed.splits if self.summed else len(self.nodes) - self.n_leaves
 
     @property
@@ -138,13 +138,13 @@ class Agent:
 
     @property
     def unranged(self) -> int:
-        """How many features have no stated range."""
+        """The number of features without a stated range."""
         widest = decimal_literal(-MAX_LENGTH), decimal_literal(MAX_LENGTH)
         return sum((each.low, each.high) == widest for each in self.features)
 
     @property
     def single(self) -> bool:
-        """Whether it compares float32."""
+        """True if it compares float32."""
         return self.numbers == FLOAT32
 
     @property
@@ -159,7 +159,7 @@ class Agent:
 
     @property
     def tiled(self) -> bool:
-        """Whether a numpy batch first copies its columns, in tiles."""
+        """True if a numpy batch first copies its columns, in tiles."""
         return len(self.used) >= TILED
 
 
@@ -173,7 +173,7 @@ class Region:
 
     @property
     def comparisons(self) -> int:
-        """How many comparisons it takes to find out whether a state is in it, at most."""
+        """The number of comparisons, at most, that find out whether a state is in it."""
         return 2 * len(self.bounds) + 4 * len(self.apart) + 4 * len(self.goals)
 
 
@@ -203,22 +203,22 @@ class Model:
 
     @property
     def acting(self) -> bool:
-        """Whether all agents have actions, so that one call has all of them."""
+        """True if all agents have actions, so that one call has all of them."""
         return not any(each.outputs for each in self.summed)
 
     @property
     def labelled(self) -> bool:
-        """Whether any agent's actions have labels beside their numbers."""
+        """True if any agent's actions have labels beside their numbers."""
         return any(agent.labels for agent in self.agents)
 
     @property
     def located(self) -> bool:
-        """Whether every agent can decide from world coordinates."""
+        """True if every agent can decide from world coordinates."""
         return all(agent.located for agent in self.agents)
 
     @property
     def single(self) -> bool:
-        """Whether all agents compare float32."""
+        """True if all agents compare float32."""
         return all(agent.single for agent in self.agents)
 
     @property
@@ -229,12 +229,12 @@ class Model:
 
     @property
     def moves(self) -> bool:
-        """Whether the world has a step, in which its agents move."""
+        """True if the world has a step, in which its agents move."""
         return float(self.dt) > 0
 
     @property
     def writes_doubles(self) -> bool:
-        """Whether the code has constants of type double that decide."""
+        """True if the code has constants of type double that decide."""
         weighted = any(size for agent in self.agents for each in agent.features for _, size, _ in each.terms or ())
         return not self.single or self.region is not None or bool(self.summed) or (self.located and weighted)
 
@@ -245,22 +245,22 @@ class Model:
 
     @property
     def asks_below_zero(self) -> bool:
-        """Whether any tree asks x < 0."""
+        """True if any tree asks x < 0."""
         return any(node.feature and node.below_zero for agent in self.agents for node in agent.nodes)
 
     @property
     def signed(self) -> bool:
-        """Whether any agent observes the sign of something."""
+        """True if any agent observes the sign of something."""
         return any(feature.function == "sign" for agent in self.agents for feature in agent.features)
 
     @property
     def chosen(self) -> bool:
-        """Whether any agent has a choice."""
+        """True if any agent has a choice."""
         return any(agent.comparisons for agent in self.agents)
 
     @property
     def tiled(self) -> bool:
-        """Whether any agent's numpy batch copies its columns in tiles."""
+        """True if any agent's numpy batch copies its columns in tiles."""
         return any(agent.tiled for agent in self.agents)
 
     @property
@@ -270,7 +270,7 @@ class Model:
 
     @property
     def side_by_side(self) -> bool:
-        """Whether all trees are walked in step: complete tables with a test in each."""
+        """True if all trees are walked in step: complete tables with a test in each."""
         return all(agent.tables.complete and agent.tables.levels for agent in self.agents)
 
     @property

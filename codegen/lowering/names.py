@@ -48,7 +48,7 @@ USED = frozenset(
 
 @dataclass(frozen=True)
 class AgentNames:
-    """What C names after one agent; `features` and `actions` in the agent's order."""
+    """The C names of one agent; `features` and `actions` in the agent's order."""
 
     act: str
     finite: str
@@ -73,7 +73,7 @@ class AgentNames:
 
 @dataclass(frozen=True)
 class Names:
-    """What C names after the whole profile. `coordinates`: world coordinate in upper case -> constant."""
+    """The C names of the whole profile. `coordinates`: world coordinate in upper case -> constant."""
 
     act_team: str
     act_all: str
@@ -143,12 +143,12 @@ def of_profile(prefix: str, digest: str, coordinates: Iterable[str]) -> Names:
 
 
 def of_modules(agents: Iterable[str]) -> list[str]:
-    """What Python and JavaScript name after agents, given in lower case."""
+    """Lists the names that Python and JavaScript give to agents' code; agents are given in lower case."""
     return [name.format(agent) for agent in agents for name in MODULE_NAMES]
 
 
 def is_reserved(prefix: str) -> bool:
-    """Whether a word cannot begin names and be the files' name: of Rust or Python, or one that the text uses."""
+    """Returns True if a word cannot begin names and be the files' name: of Rust or Python, or one that the text has."""
     return prefix in RUST or prefix in USED or iskeyword(prefix)
 
 

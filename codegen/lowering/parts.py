@@ -84,7 +84,7 @@ class Node:
 
     @property
     def below_zero(self) -> bool:
-        """Whether what is asked is x < 0. Code says so: compared with the last number below 0, a 0 would go left where
+        """True if what is asked is x < 0. Code says so: compared with the last number below 0, a 0 would go left where
         a thread takes subnormal numbers for zero.
         """
         return self.bits == (1 << self.width - 1) + 1
@@ -113,7 +113,7 @@ class Node:
 
     @property
     def negative(self) -> bool:
-        """Whether the threshold's sign is set, -0.0 included."""
+        """True if the threshold's sign is set, -0.0 included."""
         return self.bits >= 1 << self.width - 1
 
     @property

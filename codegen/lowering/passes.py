@@ -166,7 +166,7 @@ def _tests(node: _Node) -> Iterator[tuple[int, float]]:
 
 
 def _within(node: _Node, box: Box) -> _Node:
-    """What is left of a subtree for the observations of a box."""
+    """Returns what is left of a subtree for the observations of a box."""
     if isinstance(node, int):
         return node
     left, right = box.split_at(node.feature, node.threshold)
@@ -190,7 +190,7 @@ def _without(tree: Tree, node: int, dead: frozenset[int]) -> _Node | None:
 
 @dataclass(frozen=True)
 class _Seen:
-    """What was observed: for each pattern of answers to all tests, how often."""
+    """The patterns of answers to all tests that were observed, and how often each was."""
 
     patterns: np.ndarray  # [n, n_tests] bool
     counts: np.ndarray  # [n]
@@ -202,7 +202,7 @@ class _Seen:
 
 
 def _count_tests(node: _Node, rows: np.ndarray, seen: _Seen) -> float:
-    """How many tests a subtree makes for the patterns `rows`, summed."""
+    """Counts the tests that a subtree makes for the patterns `rows`, summed."""
     if isinstance(node, int) or not len(rows):
         return 0.0
     left, right = seen.split_rows(rows, node.feature, node.threshold)

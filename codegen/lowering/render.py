@@ -49,7 +49,7 @@ def _environment() -> Environment:
 
 
 def _escape_value(value: object) -> object:
-    """What a template places, whoever wrote it: lines stay lines, all else that steers a terminal is escaped."""
+    """Escapes a value that a template places: lines stay lines, all else that steers a terminal is escaped."""
     if not isinstance(value, str) or value.isprintable():
         return value
     return type(value)("\n".join(map(visible, value.split("\n"))))

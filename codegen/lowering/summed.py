@@ -42,7 +42,7 @@ class Output:
 
 @dataclass(frozen=True)
 class Given:
-    """What a leaf gives for an output: a sum, or a number that is clipped and rounded already."""
+    """The value of a leaf for an output: a sum, or a number that is clipped and rounded already."""
 
     output: Output
     terms: tuple[Term, ...]
@@ -99,22 +99,22 @@ class SumNode:
 
     @property
     def limit(self) -> Double | None:
-        """What the sum is compared with."""
+        """The number that the sum is compared with."""
         return ZERO[self.threshold.hex.endswith("f")] if self.threshold and self.sign == "<" else self.threshold
 
     @property
     def split(self) -> bool:
-        """Whether it tests anything."""
+        """True if it tests anything."""
         return self.action is None and not self.given
 
     @property
     def tested(self) -> str:
-        """What it tests, as people read it."""
+        """The sum or feature that it tests, as people read it."""
         return " ".join(self.shown.split(" ")[:-2])
 
     @property
     def test(self) -> str:
-        """And how."""
+        """The comparison with its threshold, as people read it."""
         return " ".join(self.shown.split(" ")[-2:])
 
     @property
@@ -148,17 +148,17 @@ class Summed:
 
     @property
     def doubled(self) -> bool:
-        """Whether float32 observations are added as doubles."""
+        """True if float32 observations are added as doubles."""
         return self.arithmetic == DOUBLE_SUMS
 
     @property
     def stepwise(self) -> bool:
-        """Whether each operation is rounded to float32."""
+        """True if each operation is rounded to float32."""
         return self.arithmetic == FLOAT32_STEPS
 
     @property
     def gives_single(self) -> bool:
-        """Whether outputs are float32."""
+        """True if outputs are float32."""
         return self.gives == FLOAT32
 
     @property
@@ -168,10 +168,10 @@ class Summed:
 
     @property
     def splits(self) -> int:
-        """How many nodes test something."""
+        """The number of nodes that test something."""
         return sum(node.split for node in self.nodes)
 
     @property
     def blank(self) -> bool:
-        """Whether no node reads the observation."""
+        """True if no node reads the observation."""
         return not self.splits and not any(each.terms for node in self.nodes for each in node.given)

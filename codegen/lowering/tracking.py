@@ -58,7 +58,7 @@ class Tracked:
 
 @dataclass(frozen=True)
 class Track:
-    """How a world moves: whether a state follows from a start."""
+    """The check that a state follows from a start, by the motion of the world."""
 
     kind: ClassVar = "episode"
     count: ClassVar = "N_COORDINATES"  # the name of how many numbers a state has
@@ -118,7 +118,7 @@ def ensure_followed(world: ir.WorldSpec, steps: int) -> None:
 
 
 def _add_up(world: ir.WorldSpec, steps: int) -> float:
-    """How far a position may be from that of an episode of the proof, where each number may be off at each step."""
+    """Bounds how far a position may be from that of an episode of the proof, if each number may be off at each step."""
     position = velocity = 0.0
     for _ in range(steps):
         position += abs(world.dt) * velocity + OFF
@@ -127,8 +127,8 @@ def _add_up(world: ir.WorldSpec, steps: int) -> float:
 
 
 def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
-    """How a profile's world moves after a start. InputError for worlds whose motion is not followed, and for episodes
-    in which too much may add up.
+    """Returns how a profile's world moves after a start. InputError for worlds whose motion is not followed, and for
+    episodes in which too much may add up.
     """
     ensure_followed(profile.world, start.steps)
     world = profile.world

@@ -74,7 +74,7 @@ class Fallback:
 
 
 class Said(NamedTuple):
-    """What OK, LEAVING and OUTSIDE say of a state w, and what is INVALID beside what always is."""
+    """The texts that explain OK, LEAVING and OUTSIDE for a state w, and what is INVALID beside what always is."""
 
     inside: str
     leaving: str
@@ -87,7 +87,7 @@ class Said(NamedTuple):
 
 @dataclass(frozen=True)
 class RegionCheck:
-    """Whether a state is in the region of the model, and its positions are once they have moved."""
+    """The check that a state is in the region of the model, and its positions are once they have moved."""
 
     kind: ClassVar = "region"
     count: ClassVar = "N_COORDINATES"  # the name of how many numbers a state has
@@ -149,7 +149,7 @@ class Watch:
 
     @property
     def size(self) -> str:
-        """How many numbers a state has, by the name of this in C."""
+        """The name in C of how many numbers a state has."""
         return f"{self.model.prefix.upper()}_{self.check.count}"
 
     @property
@@ -169,7 +169,7 @@ class Watch:
 
     @property
     def says(self) -> Mapping[str, str]:
-        """What the words say of a state w."""
+        """The meanings of the words, for a state w."""
         said = self.said
         late = "the step came late or early" if self.paced else "the step came late"
         invalid = f"a number is missing, too old, not finite or out of its range, or {late}{said.fault}"
@@ -177,7 +177,7 @@ class Watch:
 
     @property
     def word_width(self) -> int:
-        """How many characters the longest of the words has in C: PREFIX_M_LEAVING."""
+        """The number of characters of the longest word in C: PREFIX_M_LEAVING."""
         return len(self.model.prefix.upper()) + len("_M_") + max(map(len, WORDS))
 
     @property
@@ -193,7 +193,7 @@ class Watch:
 
     @property
     def comparisons(self) -> int:
-        """How many comparisons one step makes at most."""
+        """The number of comparisons that one step makes at most."""
         return 2 + 3 * len(self.watched) + self.check.comparisons
 
 
@@ -376,7 +376,7 @@ def watch_inputs(profile: ir.PolicyProfile, model: Model) -> Watch:
 
 
 def _make_fallback(agent: Agent, policy: ir.AgentPolicy) -> Fallback:
-    """What an agent falls back to: of outputs what is next to 0."""
+    """Returns what an agent falls back to: of outputs what is next to 0."""
     outputs: list[Given] = []
     for name, output in zip(agent.names.outputs, policy.outputs, strict=True):
         most = float(np.finfo(policy.tree.gives).max)
@@ -399,7 +399,7 @@ def _finite(value: float) -> float:
 
 
 def _ranges(world: ir.WorldSpec) -> dict[str, tuple[float, float]]:
-    """What each coordinate can be: speeds have limits where the world states them, other lengths the IR's."""
+    """Returns each coordinate's range: speeds have limits where the world states them, other lengths the IR's."""
     ranges = dict.fromkeys(world.coordinates(), (-ir.MAX_LENGTH, ir.MAX_LENGTH))
     for agent in world.agents:
         if agent.max_speed is not None:

@@ -67,7 +67,7 @@ class Box:
 
     @property
     def share_dy(self) -> int:
-        """How far below its middle the share of a leaf stands: under its frame."""
+        """The distance from a leaf's middle down to its share: under its frame."""
         return self.height // 2 + 12
 
 

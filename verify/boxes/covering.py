@@ -41,7 +41,7 @@ PLAYED = (256, 1_024, 4_096)  # starts that are played in what is open: after fi
 
 
 class FormsSwept(NamedTuple):
-    """Which parts forms leave open, [parts]; how many forms there were; whether what was allowed stopped them."""
+    """The parts that forms leave open, [parts]; how many forms there were; whether what was allowed stopped them."""
 
     open: Bool
     forms: int
@@ -54,7 +54,7 @@ SweepForms = Callable[[Float64, Float64, int], FormsSwept]
 
 @dataclass(frozen=True)
 class Covering:
-    """What a cover is made from, as verify/checker/covers reads it: boxes in cells, `widths` by variable, or forms."""
+    """The way a cover is made, as verify/checker/covers reads it: boxes in cells, `widths` by variable, or forms."""
 
     cuts: tuple[int, ...]
     widths: Mapping[str, Fraction]
@@ -134,7 +134,7 @@ class Search:
         yield self._report_open(PLAYED[2])
 
     def _report_open(self, played: int) -> OpenParts:
-        """What is left; where the checker refused a cover, no part is open, so all may be."""
+        """Returns the parts left open; where the checker refused a cover, no part is open, so all may be."""
         return OpenParts(*(self._open if len(self._open[0]) else self._whole), played)
 
     def _by_cells(self, boxes: int) -> Iterator[Covering]:
@@ -149,7 +149,7 @@ class Search:
                 yield Covering((0,), {self._model.names[at]: Fraction(widths[at]) for at in widths})
 
     def _boxes(self, low: Float64, high: Float64, allowed: int, widths: Mapping[int, float] | None = None) -> Swept:
-        """Which parts boxes leave open. BudgetSpentError."""
+        """Returns the parts that boxes leave open. BudgetSpentError."""
         self._spending.ensure_left()
         most = min(allowed, self._spending.left)
         swept = self._sweep.run((low, high), widths or {}, most)
@@ -159,7 +159,7 @@ class Search:
         return swept
 
     def _forms(self, low: Float64, high: Float64, allowed: int) -> FormsSwept:
-        """Which parts affine forms leave open. BudgetSpentError."""
+        """Returns the parts that affine forms leave open. BudgetSpentError."""
         assert self._by_forms is not None
         self._spending.ensure_left(FORM)
         most = min(allowed, self._spending.left)
@@ -212,7 +212,7 @@ class Search:
         return max(ratios, key=lambda at: ratios[at]) if ratios and max(ratios.values()) > 0 else None
 
     def _scale(self) -> Float64:
-        """How far each variable ranges, about."""
+        """Estimates how far each variable ranges."""
         low, high = self._start.low, self._start.high
         points = low + np.random.default_rng(SEED).random((POINTS, len(low))) * (high - low)
         with np.errstate(all="ignore"):

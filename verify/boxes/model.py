@@ -140,7 +140,7 @@ def _end(threshold: float, numbers: str) -> float:
 
 
 class _Moves(NamedTuple):
-    """What a joint action does in a piece: [d, d] factors, and bounds of what is added, [d], or of each box, [n, d]."""
+    """A joint action's effect in a piece: [d, d] factors, and bounds of what is added, [d], or of each box, [n, d]."""
 
     matrix: Float64
     low: Float64

@@ -31,7 +31,7 @@ class Rows(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many there are."""
+        """The number of boxes."""
         return len(self.part)
 
     def at(self, which: Bool | Int64 | slice) -> Rows:
@@ -58,7 +58,7 @@ class Half:
         self._end = end
 
     def holds_all(self, low: Sequence[float], high: Sequence[float]) -> bool:
-        """Whether a box lies in it wholly, bounds by column."""
+        """Returns True if a box lies in it wholly, bounds by column."""
         return sum(weight * (high if weight > 0 else low)[at] for at, weight in self._weights.items()) <= self._end
 
     def opposite(self) -> Half:
@@ -66,7 +66,7 @@ class Half:
         return Half({column: -weight for column, weight in self._weights.items()}, -self._end)
 
     def holds(self, rows: Rows) -> Bool:
-        """Which boxes lie in it wholly, [n]."""
+        """Returns which boxes lie in it wholly, [n]."""
         most = np.zeros(rows.size)
         for column, weight in self._weights.items():
             most += weight * (rows.high if weight > 0 else rows.low)[:, column]
@@ -120,7 +120,7 @@ def in_cells(rows: Rows, widths: Mapping[int, float]) -> Rows:
 
 
 def cells_of(rows: Rows, widths: Mapping[int, float]) -> float:
-    """How many boxes a cut at the bounds of cells makes, at most."""
+    """Counts the boxes that a cut at the bounds of cells makes, at most."""
     count = np.ones(rows.size)
     for column, width in widths.items():
         count *= (rows.high[:, column] - rows.low[:, column]) / width + 2.0

@@ -24,8 +24,8 @@ MAX_AT_ONCE = 200_000  # boxes of one list
 
 @dataclass(frozen=True)
 class Swept:
-    """What a sweep says: which parts of the start are left open, [parts]; how many boxes it took; whether what it was
-    allowed stopped it.
+    """The result of a sweep: which parts of the start are left open, [parts]; how many boxes it took; whether what it
+    was allowed stopped it.
     """
 
     open: Bool
@@ -89,13 +89,13 @@ class Sweep:
             at.leave(self._without_regions(at.rows))
 
     def _without_regions(self, rows: Rows) -> Rows:
-        """What of the boxes lies in none of the claim's regions."""
+        """Returns the parts of the boxes that lie in none of the claim's regions."""
         for region in self._regions:
             rows = _outside(rows, region)
         return rows
 
     def estimate_ranges(self, low: Float64, high: Float64) -> Float64:
-        """How far each variable ranges in the episodes from some boxes, about, [variables]."""
+        """Estimates how far each variable ranges in the episodes from some boxes, [variables]."""
         rows = Rows.of(low, high)
         least, most = low.min(axis=0), high.max(axis=0)
         for _ in range(self._claim.steps):

@@ -25,7 +25,7 @@ from codegen.sums import CONSTANT, clip_values
 
 @dataclass(frozen=True)
 class Ends:
-    """What one output can be around an observation: bounds, and what the reference gives at two observations."""
+    """The range of one output around an observation: bounds, and what the reference gives at two observations."""
 
     value: float  # at the observation itself
     least: float  # no observation within the errors gives less
@@ -36,7 +36,7 @@ class Ends:
 
     @property
     def exact(self) -> bool:
-        """Whether both bounds are met."""
+        """True if both bounds are met."""
         return self.seen == (self.least, self.most)
 
     @property

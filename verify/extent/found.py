@@ -40,7 +40,7 @@ class ProvedPart:
 
 @dataclass(frozen=True)
 class Where:
-    """What is known; each part that is missing has its reason."""
+    """The zones and regions that are known; each part that is missing has its reason."""
 
     reason: str = ""  # why there are no zones at all
     everywhere: bool = False
@@ -52,7 +52,7 @@ class Where:
 
     @property
     def complete(self) -> bool:
-        """Whether the zones are all that there are."""
+        """True if the zones are all that there are."""
         return all(one.complete for one in self.failing)
 
     @property
@@ -93,7 +93,7 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
 
 
 def _beside(question: DecisionQuestion, where: Where, name: str) -> Where:
-    """What is found though there are too many zones: a region inside a smaller one of which all zones are known."""
+    """Adds what is found despite too many zones: a region inside a smaller one of which all zones are known."""
     if any(one.nodes > one.limit for one in where.failing):
         return where  # each smaller region might take as many nodes
     for candidate in candidates(question, SAMPLE_SEED):

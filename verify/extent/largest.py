@@ -120,7 +120,7 @@ def _choices(failing: Sequence[Failing]) -> list[Sequence[Failing]]:
 
 
 def _tries(failing: Sequence[Failing], states: _States, goals: int) -> list[_Try]:
-    """What is cut from each seed, best first."""
+    """Lists what is cut from each seed, with its worth."""
     names = tuple(one.goal for one in failing if one.goal is not None)
     bad = np.logical_or.reduce([states.violating[one.goal] for one in failing])
     conflict = np.logical_or.reduce([states.conflicting[one.goal] for one in failing])

@@ -62,7 +62,7 @@ def union(
 
 
 def _meeting(bounds: Float64, turned: Float64) -> Bool:
-    """Which of some zones [zones, cells] may have a point in common with one whose matrices are `turned` [cells]."""
+    """Returns which of some zones [zones, cells] may meet one whose matrices are `turned` [cells]."""
     return np.asarray((bounds + turned >= -NEAR).all(axis=1))
 
 
@@ -104,7 +104,7 @@ class _Cutter:
         return [cell for matrix in zone for row in matrix for cell in row]
 
     def parts(self, zone: Cells, others: Sequence[Cells], bounds: Float64, most: int) -> list[Cells] | None:
-        """What is left of a zone without others, in parts; None where more than `most` are met on the way.
+        """Returns what is left of a zone without others, in parts; None where more than `most` are met on the way.
 
         `bounds`: the others' [others, cells], in units of length.
         """
@@ -136,7 +136,7 @@ class _Cutter:
                 left = self._cut(left, component, i, j, matrix[i][j])
 
     def _apart(self, zone: Cells, other: Cells) -> bool:
-        """Whether two zones have no volume in common, as a pair of bounds alone says."""
+        """Returns True if two zones have no volume in common, as a pair of bounds alone says."""
         return any(
             a + b < 0 or (a + b == 0 and not tied)
             for one, two, ties in zip(zone, other, self._tied, strict=True)

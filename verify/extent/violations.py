@@ -77,7 +77,7 @@ class ExactShare:
 
     @property
     def exact(self) -> bool:
-        """Whether the share is known, and not only its bounds."""
+        """True if the share is known, and not only its bounds."""
         return self.least == self.most
 
     @property
@@ -165,8 +165,8 @@ def measure_union(question: DecisionQuestion, failing: Sequence[Sequence[Failing
 def _meeting(
     problem: Problem, groups: Sequence[Sequence[Branch]], most: int
 ) -> tuple[list[Branch], list[Branch]] | None:
-    """What is to be added up for the volume of all zones together, and what is to be taken away: common parts of zones
-    of an odd and an even number of groups. None for more than `most`.
+    """Lists what is to be added up for the volume of all zones together, and what is to be taken away: common parts of
+    zones of an odd and an even number of groups. None for more than `most`.
     """
     odd, even = list[Branch](), list[Branch]()
     for zones in groups:

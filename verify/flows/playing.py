@@ -29,8 +29,8 @@ Planes = dict[str, Float64]  # variable -> [batch]
 
 
 class FlowCourse(NamedTuple):
-    """How an episode is to go: its start; and of each period in turn the errors of the derivatives, by how many seconds
-    it is longer than stated, and which of the flow's ways to observe late its sample is. The last ones stay.
+    """The course of an episode: its start; and of each period in turn the errors of the derivatives, by how many
+    seconds it is longer than stated, and which of the flow's ways to observe late its sample is. The last ones stay.
     """
 
     start: Mapping[str, Fraction]
@@ -48,7 +48,7 @@ class FlowCourse(NamedTuple):
         return self.longer[min(period, len(self.longer) - 1)]
 
     def way_at(self, period: int) -> int:
-        """How late observations of one sample are."""
+        """Returns the way in which one sample is observed late."""
         return self.ways[min(period, len(self.ways) - 1)]
 
 
@@ -109,7 +109,7 @@ class FlowPlay:
 
     @property
     def _periods(self) -> int:
-        """How many may differ from one another."""
+        """The number of periods that may differ from one another."""
         changing = any(self._flow.jitter) or len(self._flow.seen) > 1 or self._flow.errors
         return max(self._claim.steps, 1) if changing else 1
 

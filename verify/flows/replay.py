@@ -51,7 +51,7 @@ class FlowReplay:
         self._steps: dict[tuple[int, Stepping], FlowStep] = {}
 
     def follow_course(self, course: FlowCourse) -> SystemCounterexample | None:
-        """As the function, in the steps that are left."""
+        """Replays a course as `replay_course` does, in the steps that are left."""
         bounds, (least, most) = self.flow.errors, self.flow.jitter
         within = all(
             low <= each.get(name, Fraction(0)) <= high for each in course.errors for name, (low, high) in bounds.items()

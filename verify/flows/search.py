@@ -60,7 +60,7 @@ class _Cutting:
 
 
 class _Trying:
-    """What was tried with one order and number of steps: cuts, and the levels and cells that may still show it."""
+    """The progress with one order and number of steps: cuts, and the levels and cells that may still show it."""
 
     def __init__(self, how: tuple[int, int], cutting: _Cutting) -> None:
         self.how, self.cutting = how, cutting
@@ -69,7 +69,7 @@ class _Trying:
 
     @property
     def goes_on(self) -> bool:
-        """Whether more sets may help."""
+        """True if more sets may help."""
         return self.cells is None or bool(self.cutting.pending or self.cells or self.levels)
 
 
@@ -175,7 +175,7 @@ class PlanSearch:
 
     @property
     def _once(self) -> int:
-        """What following a part once may take."""
+        """The number of sets that following a part once may take."""
         return MANY * self._steps * self.how[1]
 
     @property
@@ -197,8 +197,8 @@ class PlanSearch:
         return sorted(self.sweep.open)
 
     def _points_are_shown(self, whole: StartBox) -> bool:
-        """Whether some starts alone are shown, or become too many sets to say so before these are joined in cells. If
-        they are left open, tubes are too wide, and no cut helps.
+        """Returns True if some starts alone are shown, or become too many sets to say so before these are joined in
+        cells. If they are left open, tubes are too wide, and no cut helps.
         """
         points = [whole.low, whole.high, 0.5 * whole.low + 0.5 * whole.high]
         open_ = self._find_open(
@@ -249,7 +249,7 @@ class PlanSearch:
                     yield {column: 2.0 ** (floor(log2(scale[column])) - power) for column in columns}
 
     def _scale(self, whole: StartBox, how: tuple[int, int]) -> Float64:
-        """How far each variable ranges at samples, about."""
+        """Estimates how far each variable ranges at samples."""
         low, high = whole.low.copy(), whole.high.copy()
 
         def see(told: SeenStep) -> None:
@@ -265,7 +265,7 @@ class PlanSearch:
         return high - low
 
     def helps(self) -> list[str]:
-        """What would show parts that are left open, the best first, by a try with some of them."""
+        """Lists what would show parts that are left open, the best first, by a try with some of them."""
         some, (order, steps) = self.open[:FEW], self.how
         if not some:
             return []

@@ -23,7 +23,7 @@ def beyond_budget(question: DecisionQuestion) -> str:
 
 
 def beyond_any(question: DecisionQuestion) -> bool:
-    """Whether no budget allows the question to be written down."""
+    """Returns True if no budget allows the question to be written down."""
     return _tests(question) > MAX_TESTS
 
 

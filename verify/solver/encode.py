@@ -48,7 +48,7 @@ ROUNDED_ONCE = 2  # a sum of so many coordinates rounds once before it becomes a
 
 
 class Query(NamedTuple):
-    """What the solver is asked, for one goal: the variables (position -> real) and the constraints."""
+    """A question to the solver, for one goal: the variables (position -> real) and the constraints."""
 
     goal: str | None
     variables: dict[str, Real]
@@ -75,13 +75,13 @@ def query(
 
 
 def _failing(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> tuple["_Encoder", Test]:
-    """What encodes a goal's query, and the constraint that the claim fails."""
+    """Returns the encoder of a goal's query, and the constraint that the claim fails."""
     encoder = _Encoder(question.profile, question.region, goal, slack, question.semantics, question.claim.eps)
     return encoder, encoder.encode_formula(tighten_formula(for_goal(negate(question.formula), goal), slack))
 
 
 def in_both(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> Query:
-    """As `query`, in which the claim fails in real arithmetic and in the deployed one."""
+    """Makes a query as `query` does, in which the claim fails in real arithmetic and in the deployed one."""
     real, machine = (query(question.by(semantics), goal, slack) for semantics in (REAL, MACHINE))
     if real.beyond:
         return real
@@ -110,7 +110,7 @@ def reaching(
 def elsewhere(
     question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int], slack: Fraction = Fraction(0)
 ) -> Query:
-    """As `query`, and some agent of `leaves` reaches another leaf than the one named there."""
+    """Makes a query as `query` does, in which some agent of `leaves` reaches another leaf than the one named there."""
     if beyond := beyond_budget(question):
         return Query(goal, {}, [], beyond=beyond)
     encoder, fails = _failing(question, goal, slack)
@@ -120,7 +120,7 @@ def elsewhere(
 
 
 def there(question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int]) -> Query:
-    """As `query`, and every agent of `leaves` reaches the leaf named there."""
+    """Makes a query as `query` does, in which every agent of `leaves` reaches the leaf named there."""
     if beyond := beyond_budget(question):
         return Query(goal, {}, [], beyond=beyond)
     encoder, fails = _failing(question, goal)
@@ -241,7 +241,7 @@ class _Encoder:
         return path
 
     def _recall_tests(self, policy: ir.AgentPolicy, node: int) -> tuple[Test, Test]:
-        """As `_tests`, made once."""
+        """Makes tests as `_tests` does, once for each node."""
         asked = policy.agent, node
         if asked not in self._asked:
             self._asked[asked] = self._tests(policy, node)
@@ -282,7 +282,7 @@ class _Encoder:
         return tuple((weight, self._named.get(name, name)) for weight, name in _read_terms(feature, self.at))
 
     def _rounding(self, agent: str, feature: str, meaning: ir.Meaning) -> Real:
-        """What rounding adds to a sum of several coordinates: known within bounds only, the same one in every test.
+        """Returns the rounding error of a sum of coordinates: known within bounds only, the same one in every test.
 
         n - 1 additions are off by at most (n - 1) u / (1 - (n - 1) u) of the sum of all sizes, with u = 2**-53 (Higham
         2002, Accuracy and Stability of Numerical Algorithms, 4.2); twice (n - 1) u is more.
@@ -322,7 +322,7 @@ def _group_parts(parts: Sequence[Formula], kind: type[And] | type[Or]) -> list[F
 
 
 class _Arithmetic(NamedTuple):
-    """What becomes of a sum before it is compared."""
+    """The treatment of a sum before it is compared."""
 
     semantics: str
     noisy: bool  # an error is added to it
@@ -342,8 +342,8 @@ def _line(meaning: ir.Meaning, threshold: float, by: _Arithmetic) -> HalfLine | 
 
 
 def _zero_tests(measured: Real, threshold: float, slack: Fraction) -> tuple[Test, Test]:
-    """As `_tests`, for "is zero" (0 or 1). A difference of two float64 numbers is zero iff they are equal, so rounding
-    does not matter; what it adds to longer sums is in `measured`. Being equal has nothing to spare.
+    """Makes tests as `_tests` does, for "is zero" (0 or 1). A difference of two float64 numbers is zero iff they are
+    equal, so rounding does not matter; what it adds to longer sums is in `measured`. Being equal has nothing to spare.
     """
     if not 0 <= threshold < 1:
         always = constant(threshold >= 1)

@@ -62,7 +62,7 @@ def dead_leaves(profile: PolicyProfile, region: Region, budget: int = Budgets().
 
 
 def leaf_findings(question: DecisionQuestion) -> tuple[list[LeafFinding], int]:
-    """What became of every leaf of the team's agents, in the trees' order, and the solver's resources spent."""
+    """Returns what became of every leaf of the team's agents, in the trees' order, and the solver's resources spent."""
     team, region, world = question.team, question.region, question.profile.world
     coordinates, goals = sample(region, world, SAMPLES, SAMPLE_SEED)
     findings, spent = list[LeafFinding](), 0

@@ -39,7 +39,7 @@ def pin_model(
 def _in_order(
     order: Sequence[str], question: Query, region: Region, model: Mapping[str, Fraction], budget: int
 ) -> tuple[dict[str, Fraction], int]:
-    """As `pin_model`, coordinates in this order."""
+    """Pins a model as `pin_model` does, coordinates in this order."""
     pinned, values, spent, queries = dict(model), dict[str, Fraction](), 0, 0
     for name in order:
         for value in _simpler(pinned[name], region.box[name]):

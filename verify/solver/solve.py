@@ -33,7 +33,7 @@ def solver_name() -> str:
 
 @dataclass(frozen=True)
 class BitsAnswer:
-    """As Answer; `model` gives constants of bits, as unsigned numbers."""
+    """An answer like Answer, whose `model` gives constants of bits, as unsigned numbers."""
 
     holds: bool | None
     model: dict[str, int] | None
@@ -42,7 +42,7 @@ class BitsAnswer:
 
 
 def ask(query: Query, budget: int = Budgets().solver_units) -> Answer:
-    """Whether the question's constraints can hold together; no answer where they were not written."""
+    """Asks whether the question's constraints can hold together; no answer where they were not written."""
     if query.beyond:
         return Answer(None, None, 0, query.beyond)
     context = z3.Context()  # a fresh one, so that earlier questions leave no trace in the search or the count
@@ -60,8 +60,8 @@ def ask(query: Query, budget: int = Budgets().solver_units) -> Answer:
 
 
 def ask_bits(text: str, names: Sequence[str], budget: int = Budgets().solver_units) -> BitsAnswer:
-    """Whether the assertions of an SMT-LIB text about floats and bits can hold together; the model gives the constants
-    `names`, 0 for what does not matter.
+    """Asks whether the assertions of an SMT-LIB text about floats and bits can hold together; the model gives the
+    constants `names`, 0 for what does not matter.
     """
     context = z3.Context()
     holds, model, spent, reason = _run_solver("QF_FPBV", context, z3.parse_smt2_string(text, ctx=context), budget)
@@ -126,7 +126,7 @@ def _count_units(solver: z3.Solver) -> int:
 
 
 def false_facts(definitions: str, facts: Sequence[str]) -> list[int]:
-    """Which of some SMT-LIB formulas without variables do not hold, given definitions, by place."""
+    """Lists, by place, those SMT-LIB formulas without variables that do not hold, given definitions."""
     text = definitions + "\n".join(f"(assert {fact})" for fact in facts)
     parsed = z3.parse_smt2_string(text, ctx=z3.Context())
     return [place for place in range(len(parsed)) if not z3.is_true(z3.simplify(parsed[place]))]

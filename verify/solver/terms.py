@@ -89,7 +89,7 @@ def _times(weight: float, coordinate: Real) -> Real:
 
 
 def either(test: Test, left: Test, right: Test) -> Test:
-    """As z3.If, without its coercions: they take most of the time in which a tree is written."""
+    """Makes the term of z3.If without its coercions: they take most of the time in which a tree is written."""
     context = test.ctx
     return z3.BoolRef(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
 

@@ -33,7 +33,7 @@ Choices = Mapping[tuple[str, int], Test]  # (agent, the number of an action) -> 
 
 
 def opinion(question: Question[SystemClaim]) -> Opinion:
-    """What the solver says of a question; SKIPPED where the query would be large, UNKNOWN where its units are spent.
+    """Asks the solver for its opinion; SKIPPED where the query would be large, UNKNOWN where its units are spent.
 
     A claim is VIOLATED too where an episode leaves what is stated before it is broken: then it is not proved.
     """
@@ -52,7 +52,7 @@ def opinion(question: Question[SystemClaim]) -> Opinion:
 
 
 def size(profile: PolicyProfile, system: System, claim: SystemClaim) -> int:
-    """How many splits of trees and rules of pieces a query has, over all steps."""
+    """Counts the splits of trees and rules of pieces that a query has, over all steps."""
     splits = sum(len(leaves(policy.tree)) for policy in profile.agents)
     rules = len(system.pieces) * len(system.variables)
     return max(1, claim.steps) * (splits + rules)

@@ -63,7 +63,7 @@ Replay = Callable[[State], list[int]]  # a world state -> the team's actions
 
 @dataclass(frozen=True)
 class Deployed:
-    """What the deployed arithmetic does in a float64 state that real arithmetic was asked about."""
+    """The effect of the deployed arithmetic in a float64 state that real arithmetic was asked about."""
 
     actions: Mapping[str, str]  # agent -> the name of its action
     violated: bool  # the claim fails by them
@@ -87,7 +87,7 @@ def confirm_actions(
     replays: Mapping[str, Replay],
     semantics: str = MACHINE,
 ) -> Acted:
-    """What the team does; DisagreementError when a replay acts differently from the reference."""
+    """Returns what the team does; DisagreementError when a replay acts differently from the reference."""
     actions = actions_at(profile, team, state, semantics)
     if semantics == REAL and not state.floats:
         return Acted(actions, (), f"{EXACTLY}; {NO_FLOATS}")

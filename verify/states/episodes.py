@@ -111,7 +111,7 @@ def gaps(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Float
 
 
 def ways(profile: PolicyProfile, claim: EpisodeClaim) -> list[Pairs]:
-    """What fulfils the claim: that all pairs of one of the ways have their distances."""
+    """Lists the ways to fulfil the claim: that all pairs of one of the ways have their distances."""
     account = account_of(claim)
     only = account.way(profile)
     if only is not None:
@@ -125,7 +125,7 @@ def find_matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[in
 
 
 def name_pairs(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[tuple[str, str], ...]]:
-    """What fulfils a claim: for each way its pairs of an agent and a mark, by name."""
+    """Lists the ways to fulfil a claim: for each way its pairs of an agent and a mark, by name."""
     team, marks = [policy.agent for policy in profile.team(claim.team)], account_of(claim).marks(profile)
     return [tuple((team[agent], marks[mark]) for agent, mark in way) for way in ways(profile, claim)]
 
@@ -143,8 +143,8 @@ def coinciding(profile: PolicyProfile, episode: Float64) -> Bool:
 
 
 def find_met_ways(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
-    """Which ways to fulfil the claim episodes of [steps + 1, batch, n_coordinates] are, [ways, batch], up to float64
-    rounding of distances.
+    """Returns which ways to fulfil the claim episodes of [steps + 1, batch, n_coordinates] are, [ways, batch], up to
+    float64 rounding of distances.
     """
     account = account_of(claim)
     met = account.is_met(gaps(profile, claim, account.select_counted(episode)), float(claim.radius))
@@ -153,7 +153,7 @@ def find_met_ways(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64)
 
 
 def meets_claim(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
-    """Which episodes of [steps + 1, batch, n_coordinates] fulfil the claim, up to float64 rounding of distances."""
+    """Returns which episodes [steps + 1, batch, n_coordinates] fulfil the claim up to float64 rounding of distances."""
     return np.logical_or.reduce(find_met_ways(profile, claim, episode))
 
 
@@ -165,7 +165,7 @@ def _distances(first: Float64, second: Float64) -> Gaps:
 
 
 def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool:
-    """Whether one episode [steps + 1, n_coordinates] violates the claim: float64 positions, exact distances.
+    """Returns True if one episode [steps + 1, n_coordinates] violates the claim: float64 positions, exact distances.
 
     An episode in which centres coincide, where the reference leaves the numbers, violates nothing.
     """
@@ -227,7 +227,7 @@ def at_rest(region: Region) -> Region:
 
 @dataclass(frozen=True)
 class Way:
-    """How one agent of the team fares in an episode."""
+    """The course of one agent of the team in an episode."""
 
     agent: str
     landmark: str  # its own; where any matching would do the one that it ends nearest to; or whom it comes nearest to
@@ -246,7 +246,7 @@ class Way:
 
 
 def ways_of(profile: PolicyProfile, claim: EpisodeClaim, episode: Episode) -> tuple[Way, ...]:
-    """How the team's agents fare in an episode."""
+    """Describes the ways of the team's agents in an episode."""
     account = account_of(claim)
     landmarks = account.marks(profile)
     apart = gaps(profile, claim, episode.coordinates)

@@ -56,7 +56,7 @@ def failures(question: DecisionQuestion, most: int = MAX_NUMBER) -> list[State]:
 
 
 def fails(question: DecisionQuestion, states: Sequence[State]) -> Bool:
-    """What `verify.states.state.violates` says of each world state in the deployed arithmetic, [n]."""
+    """Returns what `verify.states.state.violates` says of each world state in the deployed arithmetic, [n]."""
     profile = question.profile
     coordinates = _coordinates(profile, states)
     actions: dict[str, Int32] = {}

@@ -30,7 +30,7 @@ WHOLE: tuple[Cut, Cut] = (-math.inf, True), (math.inf, False)
 def reachable(
     policy: AgentPolicy, coordinates: Float64, world: WorldSpec, eps: float, semantics: str = MACHINE
 ) -> Bool:
-    """Which actions errors of at most `eps` can cause in each world state, [batch, n_actions]."""
+    """Returns which actions errors of at most `eps` can cause in each world state, [batch, n_actions]."""
     sums, room = _sums(policy, coordinates, world, eps, semantics)
     possible = np.zeros((len(coordinates), len(policy.actions)), dtype=bool)
     for leaf, cell in _cells(policy):
@@ -151,7 +151,7 @@ def _ways(
 def _sums(
     policy: AgentPolicy, coordinates: Float64, world: WorldSpec, eps: float, semantics: str
 ) -> tuple[Float64, list[float]]:
-    """What each feature measures before its function, [batch, n_features], and by how much it may be off."""
+    """Returns what each feature measures before its function, [batch, n_features], and by how much it may be off."""
     plain: list[FeatureSpec] = []
     for feature in policy.features:
         assert feature.meaning is not None

@@ -36,7 +36,7 @@ def write_values(values: Mapping[str, Value]) -> dict[str, float | str]:
 
 
 def measure_feature(meaning: Meaning, at: Mapping[str, Fraction], error: Fraction = Fraction(0)) -> Fraction:
-    """What a feature measures in a state, exactly. `at`: every coordinate; `error`: added to the sum."""
+    """Measures a feature in a state, exactly. `at`: every coordinate; `error`: added to the sum."""
     total = sum((Fraction(weight) * at[name] for weight, name in meaning.terms), error)
     kinds = {"sign": (total > 0) - (total < 0), "positive": total > 0, "zero": total == 0}
     return Fraction(kinds[meaning.function]) if meaning.function else total
@@ -96,7 +96,7 @@ def _distil_sum(parts: Sequence[Float64]) -> list[Float64]:
 
 
 def _find_rounding_error(a: Float64, b: Float64) -> Float64:
-    """What rounding takes from a + b, exactly. Source: Knuth, TAOCP 2, 4.2.2, theorem B."""
+    """Computes what rounding takes from a + b, exactly. Source: Knuth, TAOCP 2, 4.2.2, theorem B."""
     total = a + b
     later = total - a
     return (a - (total - later)) + (b - later)

@@ -40,7 +40,7 @@ MAX_HELD = 1_000  # answers about one agent that are kept: a hundred megabytes o
 
 @dataclass(frozen=True)
 class Shares:
-    """What a region is like for a claim."""
+    """The shares of a region that matter for a claim."""
 
     conflict: Share | None  # some joint action would violate the claim, of a claim about landmarks one in which every
     # agent closes on one; None: there are too many joint actions to try
@@ -191,7 +191,7 @@ def violating(question: DecisionQuestion, coordinates: Float64) -> Bool:
 
 
 def about_landmarks(profile: PolicyProfile, stated: Formula) -> bool:
-    """Whether a formula speaks of places of landmarks."""
+    """Returns True if a formula speaks of places of landmarks."""
     marks = {*(landmark.name for landmark in profile.world.landmarks), GOAL}
     return any(name.rpartition(".")[0] in marks for name in spoken_of(stated))
 

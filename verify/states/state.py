@@ -37,7 +37,7 @@ class State:
 
     @property
     def floats(self) -> bool:
-        """Whether it is a float64 state, errors included: the deployed arithmetic knows no others."""
+        """True if it is a float64 state, errors included: the deployed arithmetic knows no others."""
         return not any(isinstance(value, Fraction) for value in (*self.position.values(), *self.errors.values()))
 
     def coordinates(self, profile: PolicyProfile) -> Float64:
@@ -63,12 +63,12 @@ def error_name(agent: str, feature: str) -> str:
 
 
 def measurable(meaning: ir.Meaning) -> bool:
-    """Whether a feature is measured, and so may be off: what is constant, or says that two things are equal, is not."""
+    """Returns True if a feature is measured and may be off: not a constant, nor a test that two things are equal."""
     return bool(meaning.terms) and meaning.function != "zero"
 
 
 def observe_state(profile: PolicyProfile, policy: ir.AgentPolicy, state: State) -> Floats:
-    """What an agent of the deployed arithmetic observes in a float64 state, errors included, [1, n_features].
+    """Returns what an agent of the deployed arithmetic observes in a float64 state, errors included, [1, n_features].
 
     An error is added to the exact coordinate or difference; then float64, the feature's function and the agent's
     numbers follow as without it.
@@ -88,7 +88,7 @@ def meaning_of(feature: ir.FeatureSpec) -> ir.Meaning:
 
 
 def measurements(profile: PolicyProfile, policy: ir.AgentPolicy, state: State) -> list[Fraction]:
-    """What an agent's features measure in a world state without rounding, errors included, [n_features]."""
+    """Measures an agent's features in a world state without rounding, errors included, [n_features]."""
     at, values = state.exactly(profile), list[Fraction]()
     for feature in policy.features:
         meaning = meaning_of(feature)
@@ -135,7 +135,7 @@ def violates(question: DecisionQuestion, state: State) -> bool:
 
 
 def violates_by(question: DecisionQuestion, state: State, leaves: Mapping[str, int]) -> bool:
-    """As `violates`, where the leaves that the team reaches in the state are known."""
+    """Returns what `violates` does, where the leaves that the team reaches in the state are known."""
     team = question.profile.team(question.claim.team)
     actions = {policy.agent: int(policy.tree.action[leaves[policy.agent]]) for policy in team}
     return not holds(question.formula_for(state.goal), state.exactly(question.profile), actions)
@@ -167,7 +167,7 @@ def find_engaged(
 
 
 def true_at(profile: PolicyProfile, asked: Formula, state: State, actions: Mapping[str, int]) -> bool:
-    """Whether a formula holds in a world state in which the agents have chosen, exactly."""
+    """Returns True if a formula holds in a world state in which the agents have chosen, exactly."""
     return holds(for_goal(asked, state.goal), state.exactly(profile), actions)
 
 
@@ -178,7 +178,7 @@ def exact_point(model: Mapping[str, Fraction], region: Region, goal: str | None)
 
 
 def inside(region: Region, state: State) -> bool:
-    """Whether a point lies in a region, exactly."""
+    """Returns True if a point lies in a region, exactly."""
     at = {name: Fraction(value) for name, value in state.position.items()}
     if region.goals and state.goal not in region.goals:
         return False
@@ -211,7 +211,7 @@ def nearest(model: Mapping[str, Fraction], region: Region, goal: str | None, eps
 
 
 def contains(region: Region, coordinates: Float64, world: ir.WorldSpec) -> Bool:
-    """Which world states of a batch lie in a region's box, differences and distances (goals aside), [batch]."""
+    """Returns which world states of a batch lie in a region's box, differences and distances (goals aside), [batch]."""
     at = {name: coordinates[:, place] for place, name in enumerate(world.coordinates())}
     within = np.ones(len(coordinates), dtype=bool)
     for name, (low, high) in region.box.items():

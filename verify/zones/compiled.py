@@ -36,7 +36,7 @@ def width(problem: Problem) -> int | None:
 
 
 def price(problem: Problem) -> int:
-    """How much of a budget a search node takes: more where numbers are too long for the extension, whoever searches."""
+    """Prices a search node in a budget: more where numbers are too long for the extension, whoever searches."""
     return 1 if width(problem) is not None else SLOWER
 
 
@@ -46,7 +46,7 @@ def affordable(problem: Problem, budget: int) -> int:
 
 
 class _Walk(NamedTuple):
-    """What one call of the extension goes through, packed: agents' trees from `agent` on (-1: only the region)."""
+    """The trees of one call of the extension, packed: agents' trees from `agent` on (-1: only the region)."""
 
     agent: int
     trees: Sequence[ZoneTree]
@@ -58,7 +58,7 @@ class _Walk(NamedTuple):
 
 
 class CompiledSearch:
-    """As search.ZoneSearch."""
+    """The search of `search.ZoneSearch`, by the compiled extension."""
 
     def __init__(self, problem: Problem, region: Flat, budget: int) -> None:
         bits = width(problem)
@@ -76,13 +76,13 @@ class CompiledSearch:
         self._region = self._place(region)
 
     def is_inhabited(self) -> bool:
-        """As `ZoneSearch.is_inhabited`."""
+        """Does what `ZoneSearch.is_inhabited` does."""
         return not self._walk(_Walk(-1, ()))[1]
 
     def lemmas(
         self, tree: ZoneTree, parts: Sequence[Sequence[Flat | None]], allowed: Sequence[int] | None
     ) -> tuple[bytes, list[int]]:
-        """As ZoneSearch.lemmas."""
+        """Does what `ZoneSearch.lemmas` does."""
         count = min(MAX_PARTS, max(map(len, parts), default=0))
         rows = [[self._place(part) for part in row[:count]] for row in parts]
         nothing = [-1] * count
@@ -96,7 +96,7 @@ class CompiledSearch:
     def refutation(
         self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve
     ) -> tuple[bytes, bool]:
-        """As ZoneSearch.refutation."""
+        """Does what `ZoneSearch.refutation` does."""
         places = tuple(array("i", own).tobytes() for own in classes)
         stream, closed, _ = self._walk(_Walk(0, trees, places, self._packing(resolve)))
         return stream, closed
@@ -115,7 +115,7 @@ class CompiledSearch:
     def violations(
         self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve, most: int
     ) -> tuple[list[Branch], bool]:
-        """As ZoneSearch.violations."""
+        """Does what `ZoneSearch.violations` does."""
         places = tuple(array("i", own).tobytes() for own in classes)
         _, closed, kept = self._walk(_Walk(0, trees, places, self._packing(resolve)), wanted=most + 1)
         bytes_each, leaves, cells = self._bits // 8, 4 * len(trees), sum(size * size for size in self._counts)

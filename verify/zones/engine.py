@@ -57,7 +57,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Tests:
-    """What the tests of those agents say of whom a claim speaks, which is the same for every goal."""
+    """The splits and barred sides of the agents of whom a claim speaks, which are the same for every goal."""
 
     splits: Splits
     barred: Barred
@@ -72,8 +72,8 @@ class Tests:
 
 
 def decide(question: DecisionQuestion) -> Outcome:
-    """Whether the claim holds in every point of the region, for each goal, within `max_nodes` search nodes per goal:
-    all parts together, where a claim is answered in parts (its proof is theirs, one after the other).
+    """Decides whether the claim holds in every point of the region, for each goal, within `max_nodes` search nodes per
+    goal: all parts together, where a claim is answered in parts (its proof is theirs, one after the other).
 
     Where the claim has an `eps`: though each measured feature of each agent is off by up to that much, each by an error
     of its own. BeyondZonesError when the question is not about difference bounds; InputError when a feature has no

@@ -30,7 +30,7 @@ class Room:
         self._proved, self._failed = 0, steps + 1  # steps: proved up to here, not proved from here on
 
     def is_proved_at(self, margin: Fraction) -> bool:
-        """Whether the claim is proved with a margin of the grid; not where the budget of nodes ended first."""
+        """Returns True if the claim is proved with a margin of the grid; not where the budget of nodes ended first."""
         wanted = int((margin - self._start) / self._step)
         while self._proved < wanted < self._failed:
             # just below what fails: if that is proved, so is everything below it
@@ -98,7 +98,7 @@ def _rate(bound: Bound, other: Bound) -> Fraction:
 
 
 def _consistent(asked: Problem, numbers: Sequence[int]) -> bool:
-    """Whether the numbered bounds can hold together: no cycle of them has a negative sum."""
+    """Returns True if the numbered bounds can hold together: no cycle of them has a negative sum."""
     edges = [(asked.edges[number], asked.weights[number]) for number in set(numbers)]
     least: dict[tuple[int, int], int] = {}  # an upper bound of each node, from a start where all are 0
     for _ in range(sum(asked.sizes) + 1):

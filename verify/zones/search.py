@@ -57,7 +57,7 @@ class ZoneSearch:
         self._path: list[int] = []
 
     def is_inhabited(self) -> bool:
-        """Whether some point meets the region's bounds; they are then in `open`."""
+        """Returns True if some point meets the region's bounds; they are then in `open`."""
         return not self._close_branches(_Frame(self._whole(), 0, self.region), bytearray(), TreeProduct())
 
     def lemmas(
@@ -120,7 +120,7 @@ class ZoneSearch:
         return matrices
 
     def _close_branches(self, start: "_Frame", out: bytearray, product: TreeProduct) -> bool:
-        """Whether all branches are closed; the bounds of the first that is not are then in `open`."""
+        """Returns True if all branches are closed; the bounds of the first that is not are then in `open`."""
         for _ in self._ends(start, out, product):
             self.open = list(self._path)
             return False

@@ -41,7 +41,7 @@ class Bound(NamedTuple):
 
     @property
     def most(self) -> Fraction:
-        """What the difference is at most."""
+        """The greatest value of the difference."""
         return Fraction(self.over, self.under)
 
 
@@ -56,7 +56,7 @@ TRUE, OPEN = Flat((), ()), Flat((-1,), ())  # OPEN: hangs on an action that is n
 
 
 class NodeKnown(NamedTuple):
-    """What is known of an agent at a node of its tree: its action at a leaf, and the parts that hold below the node."""
+    """The facts of an agent at a node of its tree: its action at a leaf, and the parts that hold below the node."""
 
     action: int | None
     holds: int  # bit k: part k of the agent holds

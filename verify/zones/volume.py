@@ -102,7 +102,7 @@ class Volumes:
         return volume
 
     def _whole(self, rows: list[list[int]]) -> int:
-        """As `measure`, for coordinates that hang together and a matrix that is not flat."""
+        """Measures as `measure` does, for coordinates that hang together and a matrix that is not flat."""
         if len(rows) == 1:
             return 1
         if len(rows) == 2:

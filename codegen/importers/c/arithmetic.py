@@ -71,7 +71,7 @@ class Arithmetic:
     # --- truth
 
     def truth(self, value: Value) -> bool:
-        """Whether a value is not 0."""
+        """Returns True if a value is not 0."""
         if value is not None and not isinstance(value, Condition | Number | Symbol):
             return True  # of a pointer
         given = self.plain(value)
@@ -145,7 +145,7 @@ class Arithmetic:
         return self._cut_bits(value, kind)
 
     def wrap_number(self, value: int, kind: Kind) -> int:
-        """What whole numbers give in a type. InputError where they overflow, which C leaves undefined."""
+        """Converts a whole number to a type. InputError where it overflows, which C leaves undefined."""
         if kind.signed and not kind.holds(value):
             raise self.make_error(f"the number {value} is no {kind}", "write a number of the type")
         return self._cut_bits(value, kind)
@@ -272,7 +272,7 @@ class Arithmetic:
         return self._then(given, make_step(sign, c, kind, first=first))
 
     def build_given(self, values: Sequence[Value]) -> Given | None:
-        """What is returned where it depends on features, as a form for each number; None: these are labels."""
+        """Builds a form for each number returned where these depend on features; None: these are labels."""
         given = self.summing.build_given([self.resolve_number(each) for each in values])
         terms = [term for each in given.vector for term in each.terms] if given else []
         self.used |= {place for _, place in terms if place != CONSTANT}
@@ -312,7 +312,7 @@ class Arithmetic:
         return self.ensure_fits(symbol, self.ends(symbol.feature))
 
     def _join_whole(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Value:
-        """What two whole numbers give: their sum; where that is none, one of few is asked which it is."""
+        """Joins two whole numbers: returns their sum; where that is none, one of few is asked which it is."""
         total = None
         if sign in "+-":
             with suppress(InputError):
@@ -340,7 +340,7 @@ class Arithmetic:
         return symbol
 
     def _tabulate(self, given: Symbol, key: str, compute: Callable[[int], int]) -> Symbol:
-        """What is computed of a whole number, by a table of its values on this path."""
+        """Computes a function of a whole number by a table of its values on this path."""
         low, high = self.ends(given.feature)
         if high - low >= MAX_TABLE:
             what = "bits or remainders of a whole number of more than 16 bits are not read"

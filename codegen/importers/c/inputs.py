@@ -35,7 +35,7 @@ class Inputs:
     order: list[Place] = field(default_factory=list[Place])  # where each feature stands; afterwards
 
     def given(self, name: str) -> Object | Reference:
-        """What a parameter is: an object, or a pointer to one of the caller's."""
+        """Returns what a parameter is: an object, or a pointer to one of the caller's."""
         type_ = self.parameters[name]
         to = type_.to if isinstance(type_, Pointer) else None
         if to is None or isinstance(to, kinds.Void | Pointer) or to == kinds.CHAR:
@@ -44,7 +44,7 @@ class Inputs:
         return Reference(Object(Place(name, (0,)), of, length))
 
     def value(self, target: Object) -> Value:
-        """What an object of the caller's holds: a feature."""
+        """Returns what an object of the caller's holds: a feature."""
         place, kind = target.place, target.type
         if not isinstance(kind, Kind):
             raise self.make_error(f"the parameter {place.base} is not a number", "give arrays and structs of numbers")
@@ -56,7 +56,7 @@ class Inputs:
         return Symbol(Feature(self.read.setdefault(place, len(self.read)), self._first(kind)), kind)
 
     def _first(self, kind: Kind) -> tuple[Step, ...]:
-        """How the caller's number becomes one of the parameter's type."""
+        """Returns the steps that turn the caller's number into one of the parameter's type."""
         if kind.floating:
             return (Step(kinds.GIVEN, np.float32),) if self.wide and kind == kinds.FLOAT else ()
         low, high = kind.low, kind.high
@@ -76,7 +76,7 @@ class Inputs:
         self.written.add(name)
 
     def results(self, memory: Mapping[Place, Value]) -> list[Object]:
-        """What was written to on this path, of one result."""
+        """Lists the objects of the one result that were written to on this path."""
         found = [place for place in memory if place.base in self.written]
         names = sorted({str(place.base) for place in found})
         if not names:

@@ -32,26 +32,26 @@ class Kind:
 
     @property
     def floating(self) -> bool:
-        """Whether it is float or double."""
+        """True if it is float or double."""
         return self.rank >= 10
 
     @property
     def signed(self) -> bool:
-        """Whether it has negative numbers."""
+        """True if it has negative numbers."""
         return self.floating or self.low < 0
 
     @property
     def float_type(self) -> Any:
-        """What NumPy calls a float or double."""
+        """The NumPy type of a float or double."""
         return np.float32 if self == FLOAT else np.float64
 
     @property
     def fits_float32(self) -> bool:
-        """Whether every number of it is a float32."""
+        """True if every number of it is a float32."""
         return self == FLOAT if self.floating else max(-self.low, self.high) <= 2**24
 
     def holds(self, value: Any) -> bool:
-        """Whether a whole number is one of this type."""
+        """Returns True if a whole number is one of this type."""
         return self.low <= value <= self.high
 
     def __str__(self) -> str:
@@ -297,7 +297,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Object:
-    """What a place holds, by its type; a struct is its own value. `length`: of the array whose item it is (0: not
+    """The contents of a place, by its type; a struct is its own value. `length`: of the array whose item it is (0: not
     known), None for no item.
     """
 

@@ -100,7 +100,7 @@ class Machine(Objects):
     # --- expressions
 
     def value(self, node: Any) -> Value:
-        """What an expression is."""
+        """Returns the value of an expression."""
         self._step_to(node)
         handler = self._handlers.get(type(node))
         if handler is None:
@@ -108,7 +108,7 @@ class Machine(Objects):
         return handler(node)
 
     def truth(self, node: Any) -> bool:
-        """Whether a condition holds."""
+        """Returns True if a condition holds."""
         if isinstance(node, c_ast.BinaryOp) and node.op in ("&&", "||"):
             return self.truth(node.right) if self.truth(node.left) == (node.op == "&&") else node.op == "||"
         if isinstance(node, c_ast.UnaryOp) and node.op == "!":
@@ -361,7 +361,7 @@ class Machine(Objects):
     # --- functions
 
     def _call_function(self, node: Any, given: Sequence[Value]) -> Value:
-        """What a function of the file returns."""
+        """Calls a function of the file, and returns its value."""
         if self.depth >= MAX_CALLS:
             raise self.make_error("functions call one another too deeply", "write a loop")
         parameters = parameters_of(node)
@@ -379,7 +379,7 @@ class Machine(Objects):
         return kinds.Pointer(type_) if isinstance(type_, kinds.Many) else type_
 
     def run(self, node: Any, frame: dict[str, Any], state: Any = None) -> Value:
-        """What a function returns for these variables. `state`: the statements that follow, and the scopes within."""
+        """Runs a function on these variables. `state`: the statements that follow, and the scopes within."""
         outer, self.scopes = self.scopes, [self.scopes[0], frame]
         before, name = self.changing_here, node.decl.name
         if name not in self._set:

@@ -73,7 +73,7 @@ def collect_assigned(node: Any) -> set[str]:
 
 
 def is_const(node: Any) -> bool:
-    """Whether a declaration of an object says that it is constant."""
+    """Returns True if a declaration of an object says that it is constant."""
     while isinstance(node, c_ast.Decl | c_ast.ArrayDecl | c_ast.Typename):
         node = node.type
     return "const" in getattr(node, "quals", ())
@@ -86,7 +86,7 @@ def parameters_of(node: Any) -> list[Any]:
 
 
 def acts(node: Any) -> bool:
-    """Whether an expression may do more than compute."""
+    """Returns True if an expression may do more than compute."""
     return any(
         isinstance(each, c_ast.Assignment | c_ast.FuncCall | c_ast.TernaryOp)
         or (isinstance(each, c_ast.UnaryOp) and each.op in ("++", "--", "p++", "p--"))
@@ -121,13 +121,13 @@ class Objects:
             self.line, self.text_file = int(coord.line), coord.file or ""
 
     def make_error(self, what: str, advice: str = ADVICE) -> InputError:
-        """What is wrong at the present line."""
+        """Makes an error of what is wrong at the present line."""
         file = PurePath(self.text_file).name
         header = f" of {file}" if file and file != PurePath(self.where.split(",")[0]).name else ""
         return InputError(what, f"{self.where}, line {self.line}{header}" if self.line else self.where, advice)
 
     def value(self, node: Any) -> Value:
-        """What an expression is."""
+        """Returns the value of an expression."""
         raise NotImplementedError
 
     def constant(self, node: Any) -> int:
@@ -138,7 +138,7 @@ class Objects:
         return int(value.value)
 
     def find_name(self, name: str) -> Object | Number | None:
-        """What a name stands for; None: nothing."""
+        """Returns what a name stands for; None: nothing."""
         return next((scope[name] for scope in reversed(self.scopes) if name in scope), None)
 
     # --- types
@@ -243,7 +243,7 @@ class Objects:
     # --- what it holds
 
     def load(self, target: Any) -> Value:
-        """What an object holds."""
+        """Returns the value that an object holds."""
         if not isinstance(target, Object) or isinstance(target.type, Record):
             return target
         if isinstance(target.type, Many):
@@ -334,7 +334,7 @@ class Objects:
             self.store(target, self.place(node))
 
     def zero_object(self, target: Object) -> None:
-        """What nothing has set becomes 0."""
+        """Sets each part of an object that nothing has set to 0."""
         for part in target.parts():
             if isinstance(part.type, Kind) and part.place not in self.memory:
                 self.memory[part.place] = self.arithmetic.convert_value(Number(0, INT), part.type)

@@ -102,7 +102,7 @@ def _collect_escaping(node: Any) -> set[str]:
 
 
 def _answers(name: str, functions: Mapping[str, Any]) -> bool:
-    """Whether a function is given something, and returns something or may write it to a parameter."""
+    """Returns True if a function is given something, and returns something or may write it to a parameter."""
     result = functions[name].decl.type.type
     if isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["void"]:
         return bool(_collect_written(name, functions, frozenset()))
@@ -129,7 +129,7 @@ def _collect_written(name: str, functions: Mapping[str, Any], outer: frozenset[s
 
 
 def _names_only(node: Any) -> bool:
-    """Whether a function gives a text for an enumerator or a whole number, as for printing."""
+    """Returns True if a function gives a text for an enumerator or a whole number, as for printing."""
     given = [each.type for each in parameters_of(node)]
     single = len(given) == 1 and isinstance(given[0], c_ast.TypeDecl)
     result = node.decl.type.type
@@ -173,7 +173,7 @@ class _Follower(Machine):
         self.inputs = self.observed = Inputs(parameters, numbers == FLOAT64, self.make_error)
 
     def _declare_global(self, node: Any) -> None:
-        """What stands in the file; what cannot be read is an error only where a decision needs it."""
+        """Declares what stands in the file; what cannot be read is an error only where a decision needs it."""
         if is_const(node):
             self.changing.discard(node.name)
         try:
@@ -184,7 +184,7 @@ class _Follower(Machine):
             self.scopes[0].pop(node.name, None)
 
     def path(self, paths: Growth, state: Any) -> Any:
-        """What the function answers on one path."""
+        """Returns the function's answer on one path."""
         self.paths = self.arithmetic.paths = paths
         self.depth, self.scopes = 0, self.scopes[:1]
         try:

@@ -144,7 +144,7 @@ class Summing:
         return self.sums.known[total.place - SUMS]
 
     def build_given(self, values: Sequence[Number | Symbol]) -> Given | None:
-        """What is returned where it depends on features, as a form for each number; None: these are labels."""
+        """Builds a form for each number returned where these depend on features; None: these are labels."""
         symbols = [each for each in values if isinstance(each, Symbol)]
         if not symbols or not all(each.kind.floating for each in symbols):
             return None

@@ -28,7 +28,7 @@ LARGEST, INFINITE = np.float32(np.finfo(np.float32).max), np.float32(np.inf)
 
 
 class Asked(NamedTuple):
-    """What the n splits of a tree ask, in the order of their nodes."""
+    """The questions of the n splits of a tree, in the order of their nodes."""
 
     source: npt.NDArray[Any]  # [n] the number of the observation that each one looks at
     rising: Bool  # [n] whether what it sees never falls where that number rises; else it never rises

@@ -59,7 +59,7 @@ MAX_WORK = 1 << 22  # columns of all operators together
 
 @dataclass(frozen=True)
 class Given:
-    """What operators make of a regressor's numbers: a column for each, whose source is the target."""
+    """The columns that operators make of a regressor's numbers, whose source is the target."""
 
     columns: Columns
 
@@ -68,7 +68,7 @@ Value: TypeAlias = str | Columns | np.ndarray | Given  # a text: in words what i
 
 
 class OnnxTree(NamedTuple):
-    """What a model decides by: the tree, the labels of its classes, and how many features an observation has."""
+    """The deciding parts of a model: the tree, the labels of its classes, and how many features an observation has."""
 
     grown: GrownTree
     labels: tuple[int | str, ...]
@@ -265,8 +265,8 @@ class _Flow:
         return label
 
     def is_given(self, value: Value) -> bool:
-        """Whether a value is numbers that a regressor gives, whatever was done to them since. InputError for others
-        than float32.
+        """Returns True if a value is numbers that a regressor gives, whatever was done to them since. InputError for
+        others than float32.
         """
         if not isinstance(value, Given):
             return False
@@ -275,7 +275,7 @@ class _Flow:
         return True
 
     def follow_node(self, node: Any) -> Sequence[Value]:
-        """What a node's outputs are."""
+        """Follows a node, and returns its outputs."""
         attributes = {item.name: self.onnx.helper.get_attribute_value(item) for item in node.attribute}
         if _operator(node) == (MAIN, "Constant"):
             return [self.constant(node, attributes)]
@@ -302,7 +302,7 @@ class _Flow:
         return np.array(value, dtype=kinds[name])
 
     def _makes_whole(self, graph: Any) -> bool:
-        """Whether a Cast is given the tree's numbers; nodes stand in order, and Identity changes nothing."""
+        """Returns True if a Cast is given the tree's numbers; nodes stand in order, and Identity changes nothing."""
         given = set(self.tree.output)
         for node in graph.node:
             if node.op_type == "Identity" and given.intersection(node.input):
@@ -310,7 +310,7 @@ class _Flow:
         return any(node.op_type == "Cast" and given.intersection(node.input) for node in graph.node)
 
     def columns(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Any]) -> Columns | Given:
-        """What an operator makes of columns, before the tree, or of a regressor's numbers, behind it."""
+        """Applies an operator to columns, before the tree, or to a regressor's numbers, behind it."""
         behind = any(isinstance(each, Given) for each in given)
         if behind and any(isinstance(each, tuple) for each in given):
             raise make_error(node, "a node mixes the tree's numbers with the observation")
@@ -344,7 +344,7 @@ class _Flow:
         return [*(kinds or [UNKNOWN]), SCORES]
 
     def follow_label(self, node: Any, attributes: Mapping[str, Any], origin: str) -> Value:
-        """What becomes of the tree's label or scores."""
+        """Follows the tree's label or scores through a node, and returns what becomes of them."""
         if origin == OBSERVATION and self.double:
             what = "operators work on float64 observations before the tree"
             raise make_error(node, what, "export it with a float32 input")
@@ -364,7 +364,7 @@ class _Flow:
 
 
 def _flattens(given: Sequence[Any]) -> bool:
-    """Whether a Reshape makes one axis of the tree's whole numbers."""
+    """Returns True if a Reshape makes one axis of the tree's whole numbers."""
     if len(given) != len(("data", "shape")) or not isinstance(given[1], np.ndarray):
         return False
     return isinstance(given[0], str) and given[0] == WHOLE and given[1].tolist() == [-1]

@@ -80,7 +80,7 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
 
 
 def _runner(content: bytes) -> tuple[Callable[..., Any], str]:
-    """What runs a model, and its name."""
+    """Returns the function that runs a model, and its name."""
     try:
         return onnx_session(content).run, "onnxruntime"
     except MissingToolError:

@@ -54,7 +54,7 @@ JOINED = (Feature, *NUMBERS, str, list, tuple)  # what arithmetic is done on
 
 
 def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """What `left operator right` is."""
+    """Computes `left operator right`."""
     if isinstance(left, CONDITIONS) or isinstance(right, CONDITIONS):
         return _join_conditions(m, kind, left, right)
     left, right = m.plain(left), m.plain(right)
@@ -99,12 +99,12 @@ def _join_features(m: Machine, kind: type[ast.operator], left: Feature, right: F
 
 
 def is_number(value: Any) -> bool:
-    """Whether it is a constant number."""
+    """Returns True if it is a constant number."""
     return isinstance(value, NUMBERS)
 
 
 def is_constant(value: Any) -> bool:
-    """Whether a value depends on no feature, and Python itself may compare it."""
+    """Returns True if a value depends on no feature, and Python itself may compare it."""
     if isinstance(value, tuple | list | frozenset):
         return not isinstance(value, Array) and all(map(is_constant, value))
     if isinstance(value, dict):
@@ -160,7 +160,7 @@ def apply_finite(function: Callable[[Any], Any], value: Any) -> Any:
 
 
 def _usable(number: Any, sample: Any, kind: type[ast.operator]) -> bool:
-    """Whether arithmetic with a number keeps the order of floats and makes no NaN."""
+    """Returns True if arithmetic with a number keeps the order of floats and makes no NaN."""
     near = _near(sample if isinstance(sample, np.floating) else 1.0, number)
     return near is not None and math.isfinite(near) and bool(near != 0 or kind in (ast.Add, ast.Sub))
 
@@ -171,7 +171,7 @@ def convert_feature(m: Machine, feature: Feature) -> Feature:
 
 
 def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
-    """What `-value`, `+value` or `~value` is."""
+    """Computes `-value`, `+value` or `~value`."""
     if isinstance(value, CONDITIONS) and kind is ast.Invert:
         raise Refused("~ of a condition is not understood", "write not")
     value = m.decide(value)
@@ -186,7 +186,7 @@ def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
 
 
 def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
-    """What `left sign right` is: a test of a feature, a condition, or a constant."""
+    """Compares `left sign right`: a test of a feature, a condition, or a constant."""
     m.count()
     if isinstance(left, Feature | Part) and type(right) in (int, float):  # most are this
         return _with_number(m, m.plain(left), sign, right)

@@ -85,7 +85,7 @@ def _unary(m: Machine, node: ast.UnaryOp, scope: Scope) -> Any:
 
 
 def eval_condition(m: Machine, node: ast.expr, scope: Scope) -> bool:
-    """Whether a condition holds, of which no more is evaluated than decides it."""
+    """Returns True if a condition holds; no more of it is evaluated than decides it."""
     if isinstance(node, ast.BoolOp):
         m.count()
         every = isinstance(node.op, ast.And)
@@ -114,7 +114,7 @@ def _eval_boolean(m: Machine, node: ast.BoolOp, scope: Scope) -> Any:
 
 
 def _cannot_fail(node: ast.AST) -> bool:
-    """Whether looking at an expression is no matter of what stands before it: it looks up places that are written."""
+    """Returns True if looking at an expression cannot fail, whatever precedes it: its subscripts are literals."""
     written = isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant | ast.UnaryOp)
     return (written or isinstance(node, SAFE)) and all(map(_cannot_fail, ast.iter_child_nodes(node)))
 
@@ -178,7 +178,7 @@ def _call(m: Machine, node: ast.Call, scope: Scope) -> Any:
 
 
 def may_go_unread(node: ast.AST) -> bool:
-    """Whether looking at the parts of a node changes nothing, since it calls and assigns nothing."""
+    """Returns True if looking at the parts of a node changes nothing, since it calls and assigns nothing."""
     below = list(ast.walk(node))
     return not any(isinstance(each, ast.Call | ast.NamedExpr) and each is not node for each in below)
 
@@ -189,7 +189,7 @@ def _lambda(m: Machine, node: ast.Lambda, scope: Scope) -> Any:
 
 
 def defaults_of(m: Machine, takes: ast.arguments, scope: Scope) -> dict[str, Any]:
-    """What parameters stand for where nothing is given."""
+    """Returns the values of parameters for which nothing is given."""
     places = [*takes.posonlyargs, *takes.args]
     pairs = zip(places[len(places) - len(takes.defaults) :], takes.defaults, strict=True)
     named = zip(takes.kwonlyargs, takes.kw_defaults, strict=True)

@@ -46,7 +46,7 @@ class Decider(NamedTuple):
 
 @dataclass(frozen=True)
 class File:
-    """What a file holds."""
+    """The contents of a file."""
 
     scope: Scope
     nodes: Mapping[type[ast.AST], Sequence[Any]]  # by their kinds
@@ -59,7 +59,7 @@ class File:
 
     @property
     def simple(self) -> bool:
-        """Whether no function changes a list or an object, or holds another one: a path may go on from any state."""
+        """True if no function changes a list or an object, or holds another one: a path may go on from any state."""
         kinds = (ast.FunctionDef, ast.Lambda, ast.Attribute, ast.Subscript)
         inside = ((each, node) for node in self.nodes[ast.FunctionDef] for each in self.inside(node, *kinds))
         changing = (_stores(each) or getattr(each, "attr", "") == "append" for each, node in inside if each is not node)
@@ -67,7 +67,7 @@ class File:
 
 
 def _stores(node: Any) -> bool:
-    """Whether a node gives something to a name, an attribute or an element."""
+    """Returns True if a node gives something to a name, an attribute or an element."""
     return not isinstance(getattr(node, "ctx", None), ast.Load)
 
 

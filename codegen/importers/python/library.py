@@ -215,7 +215,7 @@ def _log(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
 
 
 def _refuse_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-    """What stands in class statements only."""
+    """Refuses a call of what stands in class statements only."""
     raise Refused("this is called", STATED)
 
 

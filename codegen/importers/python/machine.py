@@ -136,7 +136,7 @@ class Machine:
     # --- errors
 
     def make_error(self, node: ast.AST | None, error: Exception) -> InputError:
-        """What is wrong at a node: an error of a handler, or of Python's own arithmetic and containers."""
+        """Makes an error for a node from an error of a handler, or of Python's own arithmetic and containers."""
         what, advice = f"this fails with {escape_text(error)[:80]}", TEST_ADVICE
         if isinstance(error, Refused):
             what, advice, self.hard = error.what, error.next_step, error.hard
@@ -155,14 +155,14 @@ class Machine:
     # --- evaluation
 
     def eval(self, node: ast.AST, scope: Scope) -> Any:
-        """What an expression is."""
+        """Returns the value of an expression."""
         value = self.eval_stream(node, scope)
         if type(value) is Stream:
             raise self.make_error(node, Refused("an iterator is kept", STREAM_ADVICE))
         return value
 
     def eval_stream(self, node: ast.AST, scope: Scope) -> Any:
-        """What an expression is, which may be an iterator that is used at once."""
+        """Returns the value of an expression, which may be an iterator that is used at once."""
         try:
             return EXPRESSIONS.get(type(node), _refuse_node)(self, node, scope)
         except FAILURES as error:
@@ -230,13 +230,13 @@ class Machine:
             raise Refused(what, "write int(a > b)")
 
     def holds(self, test: Test) -> bool:
-        """Whether a test holds on this path."""
+        """Returns True if a test holds on this path."""
         assert self.paths is not None  # outside functions there are no features
         self.paths.line = self.line
         return self.paths.holds(test)
 
     def truth(self, value: Any) -> bool:
-        """Whether a value counts as true."""
+        """Returns True if a value counts as true."""
         self.count()
         if isinstance(value, Test):
             return self.holds(value)
@@ -268,7 +268,7 @@ class Machine:
         raise Refused("a whole number has too many values", "clip it first: min(max(i, 0), n - 1)")
 
     def counts(self, feature: Feature) -> bool:
-        """Whether a feature is a whole number, which may be asked for its value."""
+        """Returns True if a feature is a whole number, which may be asked for its value."""
         return isinstance(feature.value(1.0), int)
 
     def forget_nan(self) -> None:
@@ -295,7 +295,7 @@ class Machine:
     # --- calls
 
     def call(self, called: Any, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST) -> Any:
-        """What a call gives."""
+        """Calls what is called, and returns its value."""
         if any(type(each) is Stream for each in given) and not (isinstance(called, Bound) and called.name in TAKING):
             raise Refused(f"{text_of(node)} is given an iterator", STREAM_ADVICE)
         if isinstance(called, Bound):
@@ -311,7 +311,7 @@ class Machine:
         raise Refused(f"{text_of(node)} is not understood", "call functions of the file, of math or of numpy")
 
     def apply(self, function: Function, given: Sequence[Any], named: Mapping[str, Any]) -> Any:
-        """What a function of the file returns."""
+        """Calls a function of the file, and returns its value."""
         if self.depth >= MAX_CALLS:
             raise Refused(f"calls are nested more than {MAX_CALLS} deep", "write recursion as tests")
         scope = Scope(self.bind_arguments(function, given, named), function.scope, function.local)
@@ -343,7 +343,7 @@ class Machine:
             raise self.make_error(node, error) from None
 
     def bind_arguments(self, function: Function, given: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
-        """What the parameters of a function stand for in a call."""
+        """Returns the values of a function's parameters in a call."""
         takes = function.node.args
         if takes.vararg or takes.kwarg:
             raise Refused(f"{escape_text(function.name)} takes * or **", "name each parameter")

@@ -138,7 +138,7 @@ class _Follower:
             raise InputError(error.what, error.where, advice) from None
 
     def run(self, paths: Growth, state: Any) -> Value:
-        """What is returned on the present path."""
+        """Runs the function on the present path, and returns its value."""
         m, function = self.machine, self.function
         m.paths, m.fresh, m.depth = paths, {}, 0
         if state is None:
@@ -157,7 +157,7 @@ class _Follower:
             raise m.make_error(None, error) from None
 
     def _label(self, value: Any) -> Value:
-        """What is returned, as a label."""
+        """Turns what is returned into a label."""
         m = self.machine
         if type(value) is int and not self.said.outputs and value.bit_length() <= MAX_BITS:
             return value  # most are this
@@ -177,7 +177,7 @@ class _Follower:
         return value if isinstance(value, str) else self._number(value)
 
     def _gives(self, value: Any) -> bool:
-        """Whether numbers are given: the user says so, or they depend on features."""
+        """Returns True if numbers are given: the user says so, or they depend on features."""
         parts = [*value] if isinstance(value, list | tuple) else [value]
         if isinstance(value, Part) and len(value.path) == 1 == len(self.names) + len(self.keywords):
             return False  # the observation itself
@@ -188,7 +188,7 @@ class _Follower:
         return bool(fractional or self.said.outputs)
 
     def _build_given(self, parts: list[Any]) -> Any:
-        """What is given, as a form for each output."""
+        """Returns what is given, as a form for each output."""
         m, forms = self.machine, list[Affine]()
         for each in parts:
             value = m.plain(each)
@@ -214,7 +214,7 @@ class _Follower:
         return value
 
     def describe_program(self) -> Described:
-        """What is known once all paths were followed."""
+        """Describes what is known once all paths were followed."""
         m = self.machine
         texts = [each for each in self.file.nodes[ast.Constant] if isinstance(each.value, str)]
         for each in sorted(self.defaults):
@@ -264,7 +264,7 @@ class _Follower:
         return node.attr, kind.members.get(node.attr) if isinstance(kind, Class) else None
 
     def _collect_names(self) -> Mapping[Value, str]:
-        """What the source calls its numbers, where it uses a name for one as a value."""
+        """Collects the source's names of its numbers, where it uses a name for one as a value."""
         nodes, names = self.file.nodes, dict[Value, str]()
         used = [each.value for kind in (ast.Return, ast.Assign, ast.AnnAssign) for each in nodes[kind]]
         used += [each.body for kind in (ast.IfExp, ast.Lambda) for each in nodes[kind]]

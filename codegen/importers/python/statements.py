@@ -159,7 +159,7 @@ def _match(m: Machine, node: ast.Match, scope: Scope) -> End | None:
 
 
 def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool:
-    """Whether a value matches; names are set."""
+    """Returns True if a value matches; names are set."""
     m.count()
     if isinstance(pattern, ast.MatchValue):
         return m.truth(compare_values(m, "==", value, m.eval(pattern.value, scope)))
@@ -210,7 +210,7 @@ def _within(node: ast.FunctionDef, nodes: Sequence[Any]) -> list[Any]:
 
 
 def _kind_of(m: Machine, node: ast.expr, scope: Scope) -> str:
-    """What a decorator makes of a method. InputError for one that may change a function otherwise."""
+    """Returns the kind of method that a decorator makes. InputError for one that may change a function otherwise."""
     name = node.id if isinstance(node, ast.Name) else ""
     own = any(isinstance(each.names.get(name), Function) for each in scope)
     if own or name not in ("staticmethod", "classmethod", "property"):

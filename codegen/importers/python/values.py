@@ -29,7 +29,7 @@ class Refused(InputError):
 
 @dataclass(frozen=True)
 class Unread:
-    """What a name stands for that comes from elsewhere, or from a line that is not read. Looking it up is an error."""
+    """A name that comes from elsewhere, or from a line that is not read. Looking it up is an error."""
 
     what: str
     advice: str
@@ -67,7 +67,7 @@ class Array(list[Any]):
 
 
 class Stream(list[Any]):
-    """What an iterator gives. It is used where it is made: by a loop, or as the argument of what takes it apart."""
+    """The items of an iterator. It is used where it is made: by a loop, or as the argument of what takes it apart."""
 
 
 @dataclass
@@ -87,7 +87,7 @@ class Scope:
 
     @property
     def outer(self) -> "Scope":
-        """What a function, a lambda or a comprehension that stands here sees."""
+        """The scope that a function, a lambda or a comprehension that stands here sees."""
         return self.parent if self.of_class and self.parent else self
 
 
@@ -152,7 +152,7 @@ WORDS = {
 
 
 def words_of(value: Any) -> str:
-    """What kind of value it is, in words."""
+    """Returns the kind of a value, in words."""
     return WORDS.get(type(value).__name__, f"a {type(value).__name__.lower()}")
 
 
@@ -161,7 +161,7 @@ def words_of(value: Any) -> str:
 
 @dataclass
 class Inputs:
-    """What a function reads: one parameter that holds all numbers, or a parameter for each."""
+    """The inputs that a function reads: one parameter that holds all numbers, or a parameter for each."""
 
     parameters: tuple[str, ...]
     width: int = 0  # how many numbers a sole parameter holds; 0: nobody says
@@ -222,7 +222,7 @@ class Inputs:
         return replace(plain, places=places, features=features, keyed=True)
 
     def shape_parameters(self, described: Described) -> dict[str, Any]:
-        """What each parameter is given: the place of a feature, "row" for all, places by name."""
+        """Returns what each parameter is given: the place of a feature, "row" for all, places by name."""
         if len(self.parameters) != 1:
             return {name: place for place, name in enumerate(self.parameters)}
         if self.inner is str:

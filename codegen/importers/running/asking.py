@@ -38,7 +38,7 @@ ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PATH": ""}
 
 @dataclass(frozen=True, kw_only=True)
 class Called:
-    """How a source is called, as the reader takes it. A shape is the place of a number in an observation, "row" for
+    """The way to call a source, as the reader takes it. A shape is the place of a number in an observation, "row" for
     all of it, or places by name.
     """
 
@@ -79,7 +79,7 @@ def run_source(called: Called, origin: Origin) -> Iterator[Running]:
 
 
 def _exchange(process: Any, called: Called, content: bytes) -> Any:
-    """What the process answers to a message. InputError where it answers nothing, or too much."""
+    """Sends a message, and returns the process's answer. InputError where it answers nothing, or too much."""
     assert process.stdin is not None and process.stdout is not None
     try:
         process.stdin.write(content)

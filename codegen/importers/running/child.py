@@ -66,7 +66,7 @@ def watch_process() -> None:
 
 
 def build_namespace(imports: dict[str, tuple[str, str]], gate: Any) -> dict[str, Any]:
-    """What the source may name: tables of functions, never a module."""
+    """Returns the names that the source may use: tables of functions, never a module."""
 
     def ignore_call(*given: Any, **named: Any) -> Any:
         return silent
@@ -174,7 +174,7 @@ def encode_answer(value: Any, depth: int = 0) -> Any:
 
 
 def make_value(shape: Any, row: Any) -> Any:
-    """What a parameter is given: a number, the whole observation, or numbers by name."""
+    """Returns what a parameter is given: a number, the whole observation, or numbers by name."""
     if isinstance(shape, dict):
         return Names({key: row[place] for key, place in shape.items()})
     return row if shape == "row" else row[shape]

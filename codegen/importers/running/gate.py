@@ -63,12 +63,12 @@ COMPUTED = (ast.Lambda, ast.NamedExpr, ast.GeneratorExp, ast.ListComp, ast.DictC
 
 
 def _refuse(node: ast.AST, what: str) -> SyntaxError:
-    """What a source is refused for, which may do something else than compute."""
+    """Returns an error for a source that may do something else than compute."""
     return SyntaxError(what, ("source", getattr(node, "lineno", 0), 0, ""))
 
 
 def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Module, dict[str, tuple[str, str]]]:
-    """What a source needs for `entry`, a name of the file, and its imports: name -> module and member, or "".
+    """Lists what a source needs for `entry`, a name of the file, and its imports: name -> module and member, or "".
 
     `method`: of the entry, which is what decides. SyntaxError for all that is not on the lists.
     """
@@ -110,7 +110,7 @@ def _clean_node(node: ast.AST, used: set[str]) -> None:
 
 
 def _clean_statement(node: ast.stmt, parent: ast.AST, used: set[str]) -> list[ast.stmt]:
-    """What is left of a statement; of a method that nothing names, nothing."""
+    """Returns what is left of a statement; of a method that nothing names, nothing."""
     of_class, told = (
         isinstance(parent, ast.ClassDef),
         isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant),

@@ -37,7 +37,7 @@ NO_SUM = "what is returned is no sum of weighted features"
 
 @dataclass(frozen=True)
 class Cut:
-    """What a sum that is returned is cut to, and by which steps of the program."""
+    """The bounds that a returned sum is cut to, and the steps of the program that cut it."""
 
     bounds: Bounds
     steps: tuple[Step, ...] = field(compare=False, repr=False)
@@ -58,7 +58,7 @@ class Affine(NamedTuple):
 
     @property
     def alone(self) -> bool:
-        """Whether it is a number."""
+        """True if it is a number."""
         return all(place == CONSTANT for _, place in self.terms)
 
     def negate(self) -> "Affine":
@@ -93,7 +93,7 @@ class Sums:
         return DOUBLE_SUMS if self.weights == FLOAT32 else FLOAT64_SUMS
 
     def numbers_of(self, feature: Feature, numbers: str) -> str:
-        """What an input is, which is one of `numbers`, or a sum."""
+        """Returns the type of an input's numbers, which is `numbers`, or that of a sum."""
         return self.numbers if feature.place >= SUMS else numbers
 
     def constant(self, number: Any) -> float | None:
@@ -142,7 +142,7 @@ class Sums:
         return form._replace(cut=Cut(bounds, cutting))
 
     def _bounds(self, cutting: Sequence[Step], make_error: Callable[[str, str], InputError]) -> Bounds:
-        """What minima and maxima, one after the other, leave of all numbers."""
+        """Returns the bounds that minima and maxima, one after the other, leave of all numbers."""
         low, high = -math.inf, math.inf
         for step in cutting:
             assert step.form is not None
@@ -223,7 +223,7 @@ def _reciprocal(value: float) -> float | None:
 
 
 class Given:
-    """What a path gives: a form for each output. Equal only if every bit is."""
+    """The forms that a path gives, one for each output. Equal only if every bit is."""
 
     def __init__(self, vector: Sequence[Affine]) -> None:
         self.vector = tuple(vector)

@@ -92,7 +92,7 @@ class Feature:
         return Feature(self.place, self.steps + steps)
 
     def value(self, given: float) -> Any:
-        """What is computed of a number of the observation."""
+        """Computes the feature from a number of the observation."""
         value: Any = given
         for step in self.steps:
             value = step.apply(value)
@@ -115,7 +115,7 @@ class Test:
     number: Any  # not NaN
 
     def at(self, given: float) -> bool:
-        """Whether it holds for a number of the observation."""
+        """Returns True if it holds for a number of the observation."""
         return bool(SIGNS[self.sign](self.feature.value(given), self.number))
 
     @property

@@ -89,12 +89,12 @@ class Growth:
             raise self.make_error("the program does not end, or has too many paths", MANY_PATHS)
 
     def make_error(self, what: str, advice: str) -> InputError:
-        """What is wrong at the present line."""
+        """Makes an error of what is wrong at the present line."""
         return InputError(what, f"{self.where}, line {self.line}" if self.line else self.where, advice)
 
     def holds(self, test: Test) -> bool:
-        """Whether a test holds on this path; where both may be, first one and then the other. It splits as often as
-        the test turns within what is known.
+        """Returns True if a test holds on this path; where both may be, first one and then the other. It splits as
+        often as the test turns within what is known.
         """
         self._other, numbers = None, self._sums.numbers_of(test.feature, self.numbers)
         key, last, feature = test.key, LAST[numbers], test.feature.place
@@ -161,8 +161,8 @@ class Growth:
         return tree
 
     def is_inside(self, columns: Sequence[Floats]) -> Bool:
-        """Which observations the program does not rule out. `columns`: of its inputs; those with NaN count as outside,
-        if it rules out any.
+        """Returns which observations the program does not rule out. `columns`: of its inputs; those with NaN count as
+        outside, if it rules out any.
         """
         inside = np.ones(len(columns[0]) if columns else 0, dtype=np.bool_)
         for column in columns if self.outside else ():

@@ -26,7 +26,7 @@ Value: TypeAlias = int | float | str | tuple[int | float, ...]  # what is return
 
 @dataclass(frozen=True, kw_only=True)
 class Described(Facts):
-    """What a front end knows of a program once all its paths were followed."""
+    """The facts that a front end knows of a program once all its paths were followed."""
 
     places: Sequence[int] = ()  # the place among the features of each input that tests name
     order: Sequence[Value] = ()  # texts as the source names them
@@ -87,7 +87,7 @@ def origin_of_tree(
 
 
 def _vectors_of(values: Sequence[Any], where: str, sums: Sums | None) -> list[Given]:
-    """What is given, in forms, also where it is constant on a path; nothing where labels are returned."""
+    """Returns what is given, in forms, also where it is constant on a path; nothing where labels are returned."""
     if not any(isinstance(each, Given) for each in values):
         return []
     vectors = [each if isinstance(each, Given) else _build_given(each, where, sums) for each in values]
@@ -111,7 +111,7 @@ def _build_given(value: Any, where: str, sums: Sums | None) -> Given:
 
 
 def _bounds(vectors: Sequence[Sequence[Affine]], where: str) -> tuple[Bounds, ...]:
-    """What each output is cut to; () where nothing is. InputError where one is cut in some branches only."""
+    """Returns the bounds that cut each output; () where none do. InputError where one is cut in some branches only."""
     bounds: list[Bounds] = []
     for forms in zip(*vectors, strict=True):
         known = {(None, None) if each.cut is None else each.cut.bounds for each in forms if each.cut or not each.alone}
@@ -189,8 +189,8 @@ def place_sum(terms: Terms, places: Any) -> Sum:
 
 
 def rounds(origin: Origin) -> bool:
-    """Whether its answers depend on how sums are rounded. Of a difference of two features, the sign does not; nor does
-    a feature that is given as it is.
+    """Returns True if its answers depend on how sums are rounded. Of a difference of two features, the sign does not;
+    nor does a feature that is given as it is.
     """
     zero = {0.0, math.nextafter(0.0, -math.inf), -float(np.finfo(np.float32).smallest_subnormal)}
     for place, each in enumerate(origin.sums):

@@ -121,7 +121,7 @@ def _body(onnx: Any, policy: ir.AgentPolicy, *, old: bool) -> _Body:
 
 
 def _facts(model: Model, agent: Agent, policy: ir.AgentPolicy) -> dict[str, str]:
-    """What the file says about itself."""
+    """Returns the facts that the file states about itself."""
     given = {"outputs": ",".join(output.name for output in policy.outputs)} if policy.outputs else {}
     return {
         "profile": model.content_hash,

@@ -32,7 +32,7 @@ class Adding:
         return self._add_terms(_places([list(sums)]), seen, None)
 
     def emit_outputs(self, policy: ir.AgentPolicy, seen: str, leaf: str, name: str) -> None:
-        """What the leaf numbered `leaf` [N] gives, cut and rounded, as `name` [N, n_outputs]."""
+        """Emits what the leaf numbered `leaf` [N] gives, cut and rounded, as `name` [N, n_outputs]."""
         tree = policy.tree
         if any(bound == 0 and np.signbit(bound) for each in policy.outputs for bound in (each.low, each.high)):
             what = f"a bound of {policy.agent} is -0.0, for which onnxruntime's Where gives 0.0"

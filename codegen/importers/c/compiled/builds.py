@@ -103,7 +103,7 @@ class Compiled:
         return types
 
     def answers(self, function: str, rows: Floats) -> list[tuple[Answer, ...]]:
-        """What the builds answer, one after the other, for each row.
+        """Runs the builds, and returns their common answer for each row.
 
         InputError where a build traps, dies or answers otherwise than another one.
         """

@@ -79,7 +79,7 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
 
 
 def _choose_nodes(parsed: Any, wanted: set[str]) -> Iterator[Any]:
-    """What stands in the file and functions need, in its order; each name is the file's own."""
+    """Yields the nodes of the file that functions need, in its order; each name is the file's own."""
     named: dict[str, list[Any]] = {}
     for each in parsed.ext:
         decl = each.decl if isinstance(each, c_ast.FuncDef) else each
@@ -110,7 +110,7 @@ def _choose_nodes(parsed: Any, wanted: set[str]) -> Iterator[Any]:
 
 
 def _defines(decl: Any) -> bool:
-    """Whether a declaration defines a struct or enumerators."""
+    """Returns True if a declaration defines a struct or enumerators."""
     return any(
         (isinstance(each, c_ast.Struct | c_ast.Union) and each.decls) or (isinstance(each, c_ast.Enum) and each.values)
         for each in walk(decl)
@@ -167,7 +167,7 @@ def _is_fixed(node: Any, known: set[str]) -> bool:
 
 
 def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
-    """What sets the parameters of a function to a row, calls it, and hands on its answer; without a row it says of
+    """Writes C that sets a function's parameters to a row, calls it, and hands on its answer; without a row it says of
     which type each feature is. 0 is returned for a number that a parameter does not hold.
     """
     places = [*asked.features, *asked.answers]
