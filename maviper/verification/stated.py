@@ -24,7 +24,8 @@ from maviper.verification.files.systems import PROPERTY_FILE
 from maviper.verification.games import episodes as game_episodes
 from maviper.verification.games.confirming import RealAgents, Variables
 from maviper.verification.games.decisions import world_of as world_of_game
-from maviper.verification.observing import errors_in, resolve_region, world_of
+from maviper.verification.observation_world import errors_in, world_of
+from maviper.verification.observing import resolve_region
 from maviper.verification.reference import measure_reference, replay_words
 from maviper.verification.ruled import find_by_rules
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays

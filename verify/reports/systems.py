@@ -21,8 +21,8 @@ from verify.checker.systems.proofs import Cover, FlowSets, Invariant, SystemProo
 from verify.claims.uncertified.own import spell_rounded
 from verify.decimals import plain
 from verify.language.units import unit_of
-from verify.reports import trajectories, trusted
-from verify.reports.drawing import DECISIONS, draw_courses, in_modes, is_still, runs, tell_end, tell_start, within
+from verify.reports import flows, trusted
+from verify.reports.courses import DECISIONS, draw_courses, in_modes, is_still, runs, tell_end, tell_start, within
 from verify.reports.telling import Telling, describe_sets, sets
 from verify.reports.trajectories import counterexample, moment, nearness, number, tell_closely
 from verify.result import Result, Verdict
@@ -112,7 +112,7 @@ def document(
         "reference": dict(reference),
         "results": [facts(result, place) for place, result in enumerate(results, 1)],
         "command": command,
-        "semantics": semantics if system.flow is None else trajectories.SEMANTICS,
+        "semantics": semantics if system.flow is None else flows.SEMANTICS,
         "trusted": [*trusted.systems(enclosed, counted, system.flow is not None), *trusted.readers(profile)],
         "limits": _limits(system, reference, [result.claim for result in results]),
     }
@@ -162,13 +162,13 @@ def period(statement: Statement) -> str | None:
 def sentence(system: System) -> str:
     """What verdicts are about."""
     if system.flow is not None:
-        return trajectories.sentence(system.flow)
+        return flows.sentence(system.flow)
     if not system.pieces:
         return "of single decisions; no dynamics are stated"
     errors = {name: max(map(abs, bounds)) for name, bounds in _errors(system).items()}
     if not any(errors.values()):
         return "of the stated dynamics, exactly"
-    told = ", ".join(f"{name} {trajectories.upwards(error)}" for name, error in errors.items() if error)
+    told = ", ".join(f"{name} {flows.upwards(error)}" for name, error in errors.items() if error)
     return f"of the stated dynamics, with a per-step error of at most {told}"
 
 
@@ -230,8 +230,8 @@ def _limits(system: System, reference: Mapping[str, Any], claims: Sequence[Syste
     if reference.get("steps"):
         limits.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
     ever = EVER if any(claim.says.ever for claim in claims) else ""
-    limits += [STEPS.format(ever=ever) if system.flow is None else trajectories.PERIODS] if False in kinds else []
-    limits += [] if system.flow is None else [trajectories.ONE_READING]
+    limits += [STEPS.format(ever=ever) if system.flow is None else flows.PERIODS] if False in kinds else []
+    limits += [] if system.flow is None else [flows.ONE_READING]
     limits += [OUTSIDE] if False in kinds and system.pieces and all(piece.where for piece in system.pieces) else []
     return limits + ([SINGLE] if True in kinds else [])
 
@@ -241,7 +241,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     claim, evidence = result.claim, result.evidence
     certificate = evidence.certificate
     meanings = MEANINGS | (OF_DECISIONS if claim.about_decisions else {})
-    meanings |= {Verdict.VIOLATED: trajectories.VIOLATED} if claim.at_samples is not None else {}
+    meanings |= {Verdict.VIOLATED: flows.VIOLATED} if claim.at_samples is not None else {}
     document: dict[str, Any] = {
         "kind": DECISIONS if claim.about_decisions else "episodes",
         "property": claim.shown,
@@ -363,7 +363,7 @@ def _rows(told: Mapping[str, Any]) -> list[dict[str, str]]:
             "range": ", ".join(each["modes"]) if "modes" in each else _bounds(each["range"]),
             "start": _start(each, told["start"]["box"].get(each["name"])),
             "error": _error(each["error"]),
-            "measured": trajectories.upwards(max(map(abs, off[each["name"]])), 2) if each["name"] in off else "",
+            "measured": flows.upwards(max(map(abs, off[each["name"]])), 2) if each["name"] in off else "",
         }
         for each in told["variables"]
     ]
@@ -386,8 +386,8 @@ def _error(ends: Sequence[str]) -> str:
     if low == high == 0:
         return "0"
     if low == -high:
-        return f"±{trajectories.upwards(high)}"
-    return f"[{trajectories.short(low, trajectories.DIGITS, ROUND_FLOOR)}, {trajectories.upwards(high)}]"
+        return f"±{flows.upwards(high)}"
+    return f"[{flows.short(low, flows.DIGITS, ROUND_FLOOR)}, {flows.upwards(high)}]"
 
 
 def as_json(told: Mapping[str, Any]) -> str:

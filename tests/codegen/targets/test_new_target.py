@@ -28,10 +28,10 @@ def table_act(text: str, agent: str, rows: Any) -> list[int]:
 '''
 USE = """
 import sys
-from codegen.profiles import loading
+from codegen import profiles
 from codegen.agreement import selfcheck
 from codegen.targets import emit
-profile = loading.loads(open("profile.json").read())
+profile = profiles.loads(open("profile.json").read())
 report = selfcheck.check_files(profile, emit(profile, ["table"]), random=1000)
 found = report.agreements
 print(len(found), {item.target for item in found}, sum(item.differences for item in found))

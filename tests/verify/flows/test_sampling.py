@@ -23,7 +23,7 @@ from verify.flows.decide import decide
 from verify.flows.playing import FlowCourse
 from verify.flows.replay import replay_course
 from verify.question import Question
-from verify.reports.trajectories import sentence
+from verify.reports.flows import sentence
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems import documents

@@ -2,7 +2,7 @@
 
 import pytest
 
-from verify.reports.drawing import draw_courses, runs
+from verify.reports.courses import draw_courses, runs
 
 VARIABLES = [{"name": "x", "unit": "m"}, {"name": "v", "unit": "1"}]
 

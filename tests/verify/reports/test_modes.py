@@ -1,6 +1,6 @@
 """States of modes in reports: by their names, in words, in bounds and in what templates place."""
 
-from verify.reports.drawing import draw_courses, in_modes, within
+from verify.reports.courses import draw_courses, in_modes, within
 from verify.reports.systems import lines
 
 MODES = {"heat": ["off", "low", "high"]}

@@ -1,0 +1,216 @@
+"""Pictures of a counterexample in a stated system: each variable over the steps, ready for the page.
+
+Does: lays out lines, the bounds that the claim names, and labels; adds them to the facts of a result; says states and
+  bounds of modes by their names.
+Assumes: facts of systems.py.
+Does not: change the facts, which are also the JSON report.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from fractions import Fraction
+from itertools import groupby
+from math import ceil, floor
+from typing import Any
+
+from codegen.lowering.render import brief
+from codegen.numbers import nearest_double
+from verify.reports.drawing import MIDDLE, VIEW
+from verify.reports.trajectories import moment, seconds, table_name
+from verify.systems.claims import Pattern
+
+DECISIONS = "decisions"  # the kind of a claim that is not about episodes
+HEIGHT = 120.0  # of a picture, picture units
+LEFT, RIGHT, TOP, BOTTOM = 48.0, 48.0, 10.0, 20.0  # margins around what is plotted
+MAX_DRAWN = 12  # variables
+MAX_DOTS = 40  # steps up to which each state is a dot
+STRETCH = 10  # bounds farther away than this many times the span of the values are not drawn
+LABEL = 11.0  # least distance of two labels
+TOGETHER = "A state lies in a region if all of its variables do at once."
+MAX_HEIGHT = 1e300  # of what is drawn: the room about it is a float64 number too
+BANDS = {
+    Pattern.STAYS_IN: f"Bands: the region that the claim names. {TOGETHER}",
+    Pattern.ALWAYS: f"Bands: the region that the claim names. {TOGETHER}",
+    Pattern.AVOIDS: f"Bands: the region to be avoided. {TOGETHER}",
+    Pattern.REACHES: f"Bands: the region to be reached. {TOGETHER}",
+    Pattern.REACHES_AND_STAYS: f"Bands: the region, at the steps of which the claim speaks. {TOGETHER}",
+}
+
+
+def draw_courses(
+    result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]], dt: str | None = None
+) -> dict[str, Any]:
+    """A result with what page and text write of its counterexample. `variables`: those of the report; `dt`: the seconds
+    of a step, an exact text; None: nobody states them.
+    """
+    counterexample = result.get("counterexample")
+    if not counterexample:
+        return dict(result)
+    ready = {**counterexample, "runs": {agent: runs(actions) for agent, actions in counterexample["actions"].items()}}
+    ready["chosen"] = {name: runs(taken) for name, taken in counterexample.get("choices", {}).items()}
+    named = in_modes(counterexample["start_float64"], result)
+    ready |= {"began": tell_start(result) | named, "begun_in": named}
+    ready["start"] = {name: value for name, value in counterexample["start"].items() if name not in named}
+    if not is_still(result):
+        units = {each["name"]: each["unit"] for each in variables}
+        named = [
+            name for name in counterexample["states"] if any(name in region["box"] for region in result["regions"])
+        ]
+        rest = [*named, *(name for name in counterexample["states"] if name not in named)]
+        last = tell_end(counterexample)
+        shown = [name for name in rest if all(_drawable(value) for value in counterexample["states"][name])]
+        ready |= {
+            "plots": [_plot(result, name, units[name], dt) for name in shown[:MAX_DRAWN]],
+            "moment": moment(counterexample["step"], dt),
+            "table": table_name(counterexample["file"]),
+            "not_drawn": [name for name in rest if name not in shown[:MAX_DRAWN]],
+            "legend": _legend(result),
+            "last": last | in_modes(last, result),
+            "errs": _errors(counterexample["errors"]),
+        }
+    return {**result, "counterexample": ready}
+
+
+def tell_start(result: Mapping[str, Any]) -> dict[str, float | str]:
+    """The start of a counterexample, or the state that breaks a claim about decisions, as closely as that takes."""
+    counterexample = result["counterexample"]
+    closely: Mapping[str, str] = counterexample.get("closely", {})
+    return {**counterexample["start_float64"], **(closely if is_still(result) else {})}
+
+
+def tell_end(counterexample: Mapping[str, Any]) -> dict[str, float | str]:
+    """The last state of an episode, as closely as it takes to see that it breaks the claim."""
+    last = {name: values[-1] for name, values in counterexample["states"].items()}
+    return {**last, **counterexample.get("closely", {})}
+
+
+def in_modes(state: Mapping[str, float | str], result: Mapping[str, Any]) -> dict[str, str]:
+    """The modes of a state, by their names."""
+    modes = result.get("modes", {})
+    return {name: modes[name][round(float(value))] for name, value in state.items() if name in modes}
+
+
+def within(told: Mapping[str, Any]) -> list[str]:
+    """The bounds of what an answer leaves open."""
+    if "open" not in told:
+        return []
+    bounds = told["open"]["bounds"]
+    return [_between(name, each, told.get("modes", {})) for name, each in bounds.items()]
+
+
+def _between(name: str, ends: Sequence[float | str], modes: Mapping[str, Sequence[str]]) -> str:
+    """Bounds in words; of a mode the names between them."""
+    low, high = ends
+    if name in modes and not isinstance(low, str) and not isinstance(high, str):
+        return f"{name} in [{', '.join(modes[name][max(ceil(low), 0) : floor(high) + 1])}]"
+    return f"{name} in [{_in_few(low)}, {_in_few(high)}]"
+
+
+def _in_few(number: float | str) -> str:
+    return number if isinstance(number, str) else f"{number:.4g}"
+
+
+def is_still(result: Mapping[str, Any]) -> bool:
+    """Whether a result is about single decisions, in which nothing moves."""
+    return result["kind"] == DECISIONS
+
+
+def _drawable(value: float | str) -> bool:
+    """Whether a picture can hold it; what no float64 is near is told in words."""
+    return not isinstance(value, str) and abs(value) < MAX_HEIGHT
+
+
+def _legend(result: Mapping[str, Any]) -> str:
+    """What the bands are, and what of the claim they do not show."""
+    regions, told = result["regions"], BANDS[Pattern(result["name"])]
+    conditions = [words for region in regions for words in region["conditions"]]
+    told += f" The claim names {len(regions)} regions; to lie in one of them is enough." if len(regions) > 1 else ""
+    return told + (f" Not drawn: {', '.join(conditions)}." if conditions else "")
+
+
+def _errors(taken: Sequence[Mapping[str, str]]) -> str:
+    """The largest error of each variable in an episode."""
+    largest: dict[str, Fraction] = {}
+    for name, value in (each for step in taken for each in step.items()):
+        largest[name] = max(largest.get(name, Fraction(0)), abs(Fraction(value)))
+    told = [f"{name} up to {brief(nearest_double(value))}" for name, value in largest.items() if value]
+    return ", ".join(told) or "none"
+
+
+def runs(actions: Sequence[str]) -> str:
+    """Actions in a row, equal ones together: `left 3x, stay, right 2x`."""
+    groups = ((name or "none", sum(1 for _ in same)) for name, same in groupby(actions))
+    return ", ".join(name if count == 1 else f"{name} {count}x" for name, count in groups)
+
+
+def _plot(result: Mapping[str, Any], name: str, unit: str, dt: str | None) -> dict[str, Any]:
+    """One variable: a line over the steps, or over time, where the claim bounds it, and labels."""
+    values = result["counterexample"]["states"][name]
+    last = result["steps"] if result["by"] else len(values) - 1
+    bounds = [_ends(region["box"][name]) for region in result["regions"] if name in region["box"]]
+    known = {end for ends in bounds for end in ends if end is not None}
+    low, high = _span(values, known)
+    width, height = VIEW - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+
+    def x(step: int) -> float:
+        return round(LEFT + width * step / max(last, 1), 2)
+
+    def y(value: float) -> float:
+        return round(TOP + height * (high - min(max(value, low), high)) / (high - low), 2)
+
+    bands = [_band(ends, x(result["by"]), x(max(last, 1)), y, (low, high)) for ends in bounds]
+    inside = sorted((end for end in known if low < end < high), reverse=True)
+    places = [(x(step), y(value)) for step, value in enumerate(values)]
+    return {
+        "name": name,
+        "unit": "" if unit == "1" else unit,
+        "from": brief(values[0]),
+        "to": brief(values[-1]),
+        "width": VIEW,
+        "height": HEIGHT,
+        "left": LEFT,
+        "right": VIEW - RIGHT,
+        "floor": HEIGHT - BOTTOM,
+        "ceiling": TOP,
+        "bands": bands,
+        "bounds": [y(end) for end in inside],
+        "beyond": len(inside) < len(known),
+        "labels": _apart([(y(end) + MIDDLE, f"{end:.4g}") for end in inside]),
+        "ends": [{"y": y(end) + MIDDLE, "text": f"{end:.3g}"} for end in sorted({max(values), min(values)})],
+        "line": " ".join(f"{at},{up}" for at, up in places),
+        "dots": places[:-1] if len(places) <= MAX_DOTS else [],
+        "end": places[-1],
+        "first": "0 s" if dt else "step 0",
+        "steps": f"{brief(seconds(last, dt))} s" if dt else last,
+        "over": "time" if dt else "the steps",
+    }
+
+
+def _ends(written: Sequence[str | None]) -> tuple[float | None, ...]:
+    return tuple(None if end is None else nearest_double(Fraction(end)) for end in written)
+
+
+def _span(values: Sequence[float], bounds: Collection[float]) -> tuple[float, float]:
+    """What is plotted: all values, and the bounds that are not far from them."""
+    low, high = min(values), max(values)
+    far = STRETCH * (high - low or abs(low) or 1.0)
+    near = [end for end in bounds if low - far <= end <= high + far]
+    low, high = min([low, *near]), max([high, *near])
+    room = (high - low) / 20 or abs(low) / 20 or 1.0
+    return low - room, high + room
+
+
+def _band(
+    ends: tuple[float | None, ...], left: float, right: float, y: Any, shown: tuple[float, float]
+) -> dict[str, float]:
+    """Where a region bounds the variable: from the first step that counts to the last."""
+    low, high = (given if end is None else end for end, given in zip(ends, shown, strict=True))
+    return {"x": left, "y": y(high), "width": round(right - left, 2), "height": round(y(low) - y(high), 2)}
+
+
+def _apart(labels: Sequence[tuple[float, str]]) -> list[dict[str, Any]]:
+    """Labels from the top down, none of which covers the one before."""
+    placed: list[dict[str, Any]] = []
+    for y, text in labels:
+        lowest = placed[-1]["y"] + LABEL if placed else y
+        placed.append({"y": round(max(y, lowest), 2), "text": text})
+    return placed
