@@ -197,7 +197,7 @@ class Joint:
         return self._scale_joint(joint)[:, : self.n_obs].expand(self.n_agents, -1, -1)
 
     def own_first(self, joint: Tensor) -> Tensor:
-        """Does as `share_observations`, but each agent's own comes first, then its team-mates', then the others'."""
+        """Arranges observations for each agent: its own come first, then its team-mates', then the others'."""
         return _columns(self._scale_joint(joint), self.order)
 
     def one_hot(self, acted: Tensor) -> Tensor:
