@@ -82,11 +82,11 @@ class TorchExpert:
         return self._run(self._actors[agent], obs)
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the agents' actions; see `Controller.act`."""
         return np.stack([self._outputs(agent, observations[agent]).argmax(axis=1) for agent in agents], axis=1)
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """As `Expert.q`."""
+        """Returns the agent's Q; see `Expert.q`."""
         asked = np.where(joint[None] == AS_GIVEN, given[:, None], joint[None])  # [batch, n_joint, n_agents]
         if not self.centralized:
             return np.take_along_axis(self._outputs(agent, observations[agent]), asked[..., agent], axis=1)

@@ -25,7 +25,7 @@ UNSAID = ("scaled",)  # settings that cards do not name where they are 0, as tho
 
 
 def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, Any]:
-    """What is known of an expert before it is trained. `chosen`: its settings, a dataclass."""
+    """Returns all that is known of an expert before it is trained. `chosen`: its settings, a dataclass."""
     settings = {name: value for name, value in asdict(chosen).items() if value or name not in UNSAID}
     command = ["maviper train", world.name, f"--algorithm {request.algorithm}"]
     command += [f"--recipe {request.recipe}"] if request.recipe != DEFAULT else []
@@ -83,7 +83,7 @@ def how_learned(card: Mapping[str, Any]) -> str:
 
 
 def critic_reward(card: Mapping[str, Any], world: World) -> str:
-    """What reward an expert's critic adds up; "" where the card does not tell."""
+    """Returns the kind of reward that an expert's critic adds up; "" where the card does not tell."""
     if "critic_reward" in card or card.get("algorithm") not in SHAPED:
         return str(card.get("critic_reward", ""))
     if world.spec.name in SHAPED_LATER:

@@ -25,7 +25,7 @@ class Expert(Controller, Protocol):
 
     @property
     def card(self) -> Mapping[str, Any]:
-        """What made it and how good it is; {} when nobody knows."""
+        """The record of what made the expert and how good it is; {} when nobody knows."""
         ...
 
     @property
@@ -35,7 +35,7 @@ class Expert(Controller, Protocol):
 
     @property
     def centralized(self) -> bool:
-        """Whether Q depends on all agents' observations and actions, or on the agent's own only."""
+        """True if Q depends on all agents' observations and actions, not on the agent's own only."""
         ...
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:

@@ -53,7 +53,7 @@ class Given(Wrapped):
         return cast("Any", self.expert).world
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the agents' actions, checked; see `Controller.act`."""
         actions = self._call_expert("act", agents, observations, state)
         if self.world.outputs:
             return self._numbers(actions, len(observations[0]), agents)
@@ -81,7 +81,7 @@ class Given(Wrapped):
         return actions.astype(np.int64)
 
     def _numbers(self, given: Any, batch: int, agents: Sequence[int]) -> Any:
-        """What it gives, [batch, len(agents), n_outputs], as float32; InputError where that is something else."""
+        """Returns its numbers, [batch, len(agents), n_outputs], as float32; InputError for anything else."""
         outputs = self.world.outputs
         wanted = (batch, len(agents), max(len(outputs[agent]) for agent in agents))
         fits = given.ndim == 3 and given.shape[:2] == wanted[:2] and given.shape[2] >= wanted[2]
@@ -96,7 +96,7 @@ class Given(Wrapped):
         return numbers
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """As `Expert.q`."""
+        """Returns the agent's Q, checked; see `Expert.q`."""
         try:
             values = self._call_expert("q", agent, observations, state, joint, given)
         except InputError as error:
@@ -139,7 +139,7 @@ def import_expert(source: Source) -> Given:
 
 
 def _run(function: Callable[[], Any], source: Source, doing: str) -> Any:
-    """What a user's code returns; InputError, with the cause, when it raises."""
+    """Returns the result of a user's code; InputError, with the cause, when it raises."""
     try:
         with output_aside():
             return function()
@@ -148,7 +148,7 @@ def _run(function: Callable[[], Any], source: Source, doing: str) -> Any:
 
 
 def _kind(array: np.ndarray) -> str:
-    """What an array holds, in words."""
+    """Describes in words the kind of values that an array holds."""
     kinds = {
         "f": "floats",
         "b": "truth values",

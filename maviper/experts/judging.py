@@ -40,7 +40,7 @@ class Judged:
     among: dict[Measure, Estimate]
 
     def primary(self, world: World) -> dict[str, Estimate]:
-        """What each team is judged by."""
+        """Returns each team's primary measure, by which it is judged."""
         return {team: self.among[world.primary(team)] for team in world.teams}
 
 
@@ -67,13 +67,13 @@ def scores(world: World, finalists: Sequence[Controller], seeds: range) -> list[
 
 
 def is_rated(world: World) -> bool:
-    """Whether checkpoints are rated against rivals: several teams, not all of whose measures are shares."""
+    """Returns True if checkpoints are rated against rivals: several teams, not all of whose measures are shares."""
     return len(world.teams) > 1 and not all(measure.share for measure in _primary(world))
 
 
 def advantage(world: World, ours: Controller, theirs: Controller, seeds: range) -> float:
-    """How much better each team does when `ours` plays it and `theirs` all others than the other way round: the mean
-    over teams, in the measure's unit. What `ours` gains on `theirs`, `theirs` loses.
+    """Measures by how much each team does better when `ours` plays it and `theirs` all others than the other way round:
+    the mean over teams, in the measure's unit. What `ours` gains on `theirs`, `theirs` loses.
     """
     gained = dict.fromkeys(world.teams, 0.0)
     played: dict[tuple[bool, ...], dict[Measure, Estimate]] = {}

@@ -67,15 +67,15 @@ class Measured:
 
     @property
     def centralized(self) -> bool:
-        """What is measured depends on everybody's actions."""
+        """True: a measured Q depends on everybody's actions."""
         return True
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the controller's actions; see `Controller.act`."""
         return self.controller.act(agents, observations, state)
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """As `Expert.q`."""
+        """Returns the measured Q of the agent; see `Expert.q`."""
         return self.all_q(state, joint, given)[..., agent]
 
     def all_q(self, state: Any, joint: Int, given: Int) -> Float64:
@@ -107,7 +107,7 @@ class Measured:
 
 
 class _Observed(Sequence[Float32]):
-    """What each agent observes in a state, made once somebody looks: a script does not."""
+    """The observations of all agents in a state, made once somebody looks: a script does not."""
 
     def __init__(self, world: World, state: Any) -> None:
         self._world, self._state = world, state

@@ -70,8 +70,8 @@ class NetworkExpert:
         return f"{self.agents[0]}.{net}.1.weight" in self.tensors
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any = None) -> Int:
-        """As `Controller.act`: each agent's greedy action, among legal ones if any is; or its numbers, means clipped to
-        the bounds.
+        """Returns each agent's greedy action, among legal ones if any is, or its numbers, means clipped to the bounds;
+        see `Controller.act`.
         """
         if self.bounds:
             return in_columns([self._give(agent, observations[agent]) for agent in agents])
@@ -117,7 +117,7 @@ class NetworkExpert:
         return f"{self.agents[agent]}.{ACTOR if self.centralized else VALUE}"
 
     def logits(self, agent: int, obs: Float32) -> Float64:
-        """What the greedy action is the argmax of, [batch, n_actions]."""
+        """Returns the values whose argmax is the greedy action, [batch, n_actions]."""
         return self._logits(agent, obs, self._wide)
 
     def _logits(self, agent: int, obs: Float32, tensors: Mapping[str, Any]) -> Any:
@@ -127,7 +127,7 @@ class NetworkExpert:
         return _in_parts(lambda rows: self._head(net, np.asarray(rows, weight.dtype) @ weight + bias, tensors), obs)
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """As `Expert.q`. The first layer's part for observations and given actions is computed once per state."""
+        """Returns Q. The first layer's part for observations and given actions is computed once per state."""
         if not self.centralized:
             chosen = np.where(joint[:, agent] == AS_GIVEN, given[:, agent, None], joint[:, agent])
             return np.take_along_axis(self.logits(agent, observations[agent]), chosen, axis=1)
@@ -149,7 +149,7 @@ class NetworkExpert:
         return flat.reshape(first.shape[:2])
 
     def _head(self, net: str, first: Any, tensors: Mapping[str, Any]) -> Any:
-        """What follows the first layer's sums, [batch, n_actions]. `first` is overwritten."""
+        """Computes the layers after the first layer's sums, [batch, n_actions]. `first` is overwritten."""
         hidden = np.maximum(first, 0, out=first) @ tensors[f"{net}.2.weight"]
         hidden += tensors[f"{net}.2.bias"]
         outputs = np.maximum(hidden, 0, out=hidden) @ tensors[f"{net}.3.weight"]
@@ -166,8 +166,8 @@ def give_numbers(parts: Any, low: Float64, high: Float64) -> Float32:
 
 
 def _largest_errors(net: str, wide: Mapping[str, Float64]) -> tuple[Float64, Float64]:
-    """How large an output may be and how far off in float32: both for each unit of the largest input, and both of what
-    no input changes.
+    """Bounds an output's size and its error in float32: both for each unit of the largest input, and both of what no
+    input changes.
     """
     inputs = len(wide[f"{net}.1.weight"])
     size, error = np.array([np.ones(inputs), np.zeros(inputs)]), np.zeros((2, inputs))  # [per unit and constant, width]
@@ -196,5 +196,5 @@ def _best(logits: Any) -> tuple[Int, Any]:
 
 
 def _in_parts(function: Callable[[Any], Any], rows: Any) -> Any:
-    """What a function gives for each row, [batch, outputs], asked for ROWS of them at a time."""
+    """Applies a function to all rows, ROWS of them at a time, and returns its results, [batch, outputs]."""
     return np.concatenate([function(rows[low : low + ROWS]) for low in range(0, max(1, len(rows)), ROWS)])

@@ -68,7 +68,7 @@ PAPER_MADDPG = {"steps": 2_000_000, "batch": 25_600, "shaping": 0.0, "final_rate
 
 @dataclass(frozen=True)
 class Request:
-    """What a training is asked for."""
+    """The options with which a training is requested."""
 
     algorithm: str = ""  # "": the recipe's
     recipe: str = DEFAULT
@@ -113,8 +113,8 @@ def settings(world: World, request: Request, kind: type) -> Any:
 
 
 def schedule(request: Request, chosen: Any) -> str:
-    """What a training of these settings plays and when it is judged, and where `paper` is not as released or as the
-    recipe has it.
+    """Describes the episodes that a training of these settings plays and when it is judged, and where `paper` is not as
+    released or as the recipe has it.
     """
     imitated = min(chosen.steps, getattr(chosen, "imitate_steps", 0))
     copied = f", the first {imitated:,} to imitate a script" if imitated else ""

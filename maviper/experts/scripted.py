@@ -33,7 +33,7 @@ CACHED_GAMES = 256  # of which the distances of all steps ahead stay in a proces
 
 @dataclass(frozen=True)
 class Scripted:
-    """What all scripts share: an expert without networks. `q` is left to `measured.Measured`."""
+    """The base of all scripts: an expert without networks. `q` is left to `measured.Measured`."""
 
     world: World
     hash: str = ""
@@ -45,7 +45,7 @@ class Scripted:
 
     @property
     def card(self) -> Mapping[str, Any]:
-        """What it is."""
+        """The card of a script: its algorithm and its world."""
         return {"algorithm": "scripted", "world": self.world.name}
 
     @property
@@ -58,7 +58,7 @@ class Scripted:
         raise InputError("a scripted expert has no critic", self.world.name, "measure Q: --critic measured")
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the agents' actions, for GAMES_AT_ONCE games at a time; see `Controller.act`."""
         parts = [
             self._act(agents, state[low : low + GAMES_AT_ONCE]) for low in range(0, max(len(state), 1), GAMES_AT_ONCE)
         ]
@@ -261,7 +261,7 @@ _SCRIPTS: dict[str, tuple[tuple[type[World], type[Scripted]], ...]] = {
 
 
 def is_script(name: str) -> bool:
-    """Whether a name stands for a script of some game."""
+    """Returns True if a name stands for a script of some game."""
     return name in _SCRIPTS or MIXED.fullmatch(name) is not None
 
 

@@ -142,7 +142,7 @@ def shapes(world: World, hidden: int, networks: str = ACTOR_CRITIC) -> dict[str,
 
 
 def is_here(file: str) -> bool:
-    """Whether the shipped file can be read: an installation has one expert per game, a checkout has all."""
+    """Returns True if the shipped file can be read: an installation has one expert per game, a checkout has all."""
     return any((place / file).is_file() for place in _places())
 
 

@@ -52,11 +52,11 @@ class Wrapped:
         return self.expert.centralized
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the wrapped expert's actions; see `Controller.act`."""
         return self.expert.act(agents, observations, state)
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """As `Expert.q`."""
+        """Returns the wrapped expert's Q; see `Expert.q`."""
         return self.expert.q(agent, observations, state, joint, given)
 
 
@@ -67,11 +67,11 @@ class Narrowed(Wrapped):
     world: World
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the expert's actions on narrowed observations; see `Controller.act`."""
         return super().act(agents, self._narrow_observations(observations), state)
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """As `Expert.q`."""
+        """Returns the expert's Q on narrowed observations; see `Expert.q`."""
         return super().q(agent, self._narrow_observations(observations), state, joint, given)
 
     def _narrow_observations(self, observations: Sequence[Float32]) -> list[Float32]:
@@ -85,11 +85,11 @@ class Observing(Wrapped):
     world: World
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`. `observations` are not looked at."""
+        """Returns the expert's actions on the world's own observations; `observations` are not looked at."""
         return super().act(agents, self.world.observe(state), state)
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """As `Expert.q`."""
+        """Returns the expert's Q on the world's own observations; see `Expert.q`."""
         return super().q(agent, self.world.observe(state), state, joint, given)
 
 
@@ -103,7 +103,7 @@ class Unweighted(Wrapped):
         return "none"
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """As `Expert.q`: 0."""
+        """Returns a Q of 0 for all; see `Expert.q`."""
         del agent, observations, state
         return np.zeros((len(given), len(joint)))
 
@@ -115,7 +115,7 @@ class Lawful(Wrapped):
     world: World
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`; InputError where it acts illegally and its Q cannot be asked."""
+        """Returns legal actions; InputError where the expert acts illegally and its Q cannot be asked."""
         chosen, acting = np.array(super().act(agents, observations, state)), self.world.alive(state)
         for place, agent in enumerate(agents):
             mask = self.world.mask(agent)
@@ -157,7 +157,7 @@ def critic_of(expert: Expert) -> str:
 
 
 def reward_weighed_by(expert: Expert, world: World) -> str:
-    """What reward the Q adds up that an expert answers with; "" where nobody knows, or where there is no Q."""
+    """Returns the kind of reward that an expert's Q adds up; "" where nobody knows, or where there is no Q."""
     whose, card = critic_of(expert), expert.card
     while isinstance(expert, Wrapped):
         expert = expert.expert

@@ -148,7 +148,7 @@ def _check_shared(world: World, settings: Settings) -> None:
 
 
 def _space(world: World, agent: int) -> tuple[object, ...]:
-    """What must be equal of agents that share a tree: features by place, whatever they are called, and what they do."""
+    """Returns what agents that share a tree have in common: features by place, whatever their names, and actions."""
     units, given = [feature.unit for feature in world.features[agent]], world.outputs[agent] if world.outputs else ()
     return units, given, [(action.name, action.effect) for action in world.actions[agent]], world.mask(agent)
 
@@ -181,13 +181,13 @@ def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterate
 
 
 def _name(world: World, by: str, together: Sequence[int]) -> str:
-    """What agents are called whose iterates depend on one another."""
+    """Returns the name for agents whose iterates depend on one another: the agent's or its team's."""
     agent = world.agents[together[0]]
     return agent if by == AGENT else world.team_of(agent)
 
 
 def _choose_iterates(asked: Extraction, agents: list[int], running: Running) -> Iterates:
-    """As `_iterates`, for agents whose iterates depend on one another."""
+    """Returns the same as `_iterates`, for agents whose iterates depend on one another."""
     selection = Selection(asked, agents, running)
     points = _rounds(asked.settings)(asked, agents, selection)
     return selection.choose_trees(), {**selection.facts, "points": points}
@@ -198,7 +198,7 @@ def _quietly(asked: Extraction, agents: list[int]) -> Iterates:
 
 
 def _rounds(settings: Settings) -> Callable[[Extraction, list[int], Selection], int]:
-    """What makes the iterates."""
+    """Returns the function that makes the iterates."""
     if settings.algorithm == FITTED_Q:
         return fitted_q.fitted_q
     if settings.algorithm == RGMDT:

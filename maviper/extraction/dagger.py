@@ -111,7 +111,7 @@ class _Group:
 
     @property
     def points(self) -> int:
-        """How many there are."""
+        """The number of points."""
         return 0 if self.data is None else len(self.data)
 
     def play(self, iteration: int, told: Callable[[float], None]) -> Met:
@@ -137,7 +137,7 @@ class _Group:
         return met
 
     def columns(self, observations: tuple[Float32, ...], state: Any, wanted: Int) -> Iterator[Float64]:
-        """What states weigh for each agent in turn, [n, 1]."""
+        """Yields the weights of the states for each agent in turn, [n, 1]."""
         for agent in self.agents:
             yield weights(self.asked, [agent], observations, state, wanted)
 
@@ -188,7 +188,7 @@ class _Responding(_Group):
         yield np.ones((len(wanted), len(self.agents)))
 
     def take(self, trees: Mapping[int, GrownTree]) -> None:
-        """As `_Group.take`; the trees are those that are replied to from now on."""
+        """Takes the trees that play and are replied to from now on; see `_Group.take`."""
         super().take(trees)
         self.trees = dict(trees)
 
@@ -284,7 +284,7 @@ def _growers(asked: Extraction, groups: Sequence[_Group]) -> Sequence[_Group | _
 def _trees_and_figures(
     world: World, agents: Sequence[int], arrays: Arrays
 ) -> tuple[dict[int, GrownTree], dict[str, float]]:
-    """What a step of growth wrote: trees by agent, and its figures by name."""
+    """Splits the result of a step of growth into trees by agent, and its figures by name."""
     grown = unpack_trees({name: array for name, array in arrays.items() if name != FIGURES})
     names = figure_names(whole_teams(world, agents))
     figures = dict(zip(names, map(float, arrays[FIGURES]), strict=True))
@@ -294,7 +294,7 @@ def _trees_and_figures(
 def weights(
     asked: Extraction, agents: Sequence[int], observations: tuple[Float32, ...], state: object, wanted: Int
 ) -> Float64:
-    """What each of some agents' states weigh, [n, len(agents)]."""
+    """Returns the weight of each state for each of some agents, [n, len(agents)]."""
     given = (asked.world, asked.expert, observations, state, wanted)
     if asked.settings.weights == EQUAL:
         return np.ones((len(wanted), len(agents)))
@@ -309,7 +309,7 @@ def whole_teams(world: World, agents: Sequence[int]) -> list[str]:
 
 
 def figure_names(teams: Sequence[str]) -> list[str]:
-    """What `metrics.jsonl` calls the figures of a round's growth: of each team, how much of its data the votes kept, in
+    """Names the figures of a round's growth in `metrics.jsonl`: of each team, how much of its data the votes kept, in
     what share of the points in which all its members act all of them do right, and what that share would be if their
     errors had nothing to do with each other.
     """
@@ -380,6 +380,6 @@ def _legally(world: World, data: Dataset, members: Sequence[int], trees: Sequenc
 
 
 def _draw_counts(column: Float64, alive: ir.Bool, settings: Settings, rng: np.random.Generator) -> Int:
-    """How often an agent's data hold each point: where all weigh the same, or by what they cost, nothing is drawn."""
+    """Counts each point in an agent's data: where all weigh the same, or by what they cost, nothing is drawn."""
     alike = settings.weights in (EQUAL, REGRET)
     return counts_of(column) if alike else resample(column, alive, settings.max_samples, rng)

@@ -62,14 +62,14 @@ Weigh = Callable[[tuple[Float32, ...], Any, Int], Float64]
 
 @dataclass(frozen=True)
 class Met:
-    """What rollouts gave: points; each team's primary measure in its episodes; how far the agents acted as experts."""
+    """The result of rollouts: points, each team's primary measure in its episodes, and the agents' fidelity."""
 
     data: Dataset
     values: Mapping[str, Float64]
     fidelity: float  # how like the expert's actions are those of the agents that the rollouts were about
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """As named arrays."""
+        """Returns the result as named arrays."""
         seen = {f"observations.{agent:03d}": rows for agent, rows in enumerate(self.data.observations)}
         values = {f"values.{team}": row for team, row in self.values.items()}
         data = {"labels": self.data.labels, "weights": self.data.weights, "alive": self.data.alive}
@@ -121,8 +121,8 @@ def collect(
 
 
 def resample(weights: Float64, alive: Bool, max_samples: int, rng: np.random.Generator) -> Int:
-    """How often each point is drawn, [n]: draws with replacement, proportional to `weights`; as many as there are
-    points in which the agent takes part (`alive`, [n]), at most `max_samples`.
+    """Draws counts of points, [n]: draws with replacement, proportional to `weights`; as many as there are points in
+    which the agent takes part (`alive`, [n]), at most `max_samples`.
 
     Counts say the same as the drawn list, and every later step (splits, majorities, votes) treats them so. Where all
     weights are zero, the draw is uniform among these.

@@ -101,7 +101,7 @@ class Examples:
 
     @property
     def facts(self) -> dict[str, int | str]:
-        """What a provenance says of them."""
+        """The entries of a provenance about them."""
         return {"counterexamples": len(self), "counterexamples_from": self.digest} if self.lessons else {}
 
 

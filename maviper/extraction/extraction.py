@@ -17,7 +17,7 @@ from maviper.worlds import World
 
 @dataclass(frozen=True)
 class Extraction:
-    """What is extracted: from an expert of a world, as the settings say."""
+    """The inputs of an extraction: from an expert of a world, as the settings say."""
 
     world: World
     expert: Expert
@@ -33,7 +33,7 @@ def unseen(progress: object) -> None:
 
 @dataclass(frozen=True)
 class Running:
-    """How it runs, which never changes what comes out."""
+    """The circumstances of a run, which never change what comes out."""
 
     on_progress: OnProgress = unseen
     jobs: int = 1  # agents or teams at the same time

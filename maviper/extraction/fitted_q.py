@@ -60,7 +60,7 @@ class _Exploring:
     rng: np.random.Generator
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the controller's actions, a share of them replaced by uniform ones; see `Controller.act`."""
         chosen = self.controller.act(agents, observations, state)
         uniform = self.rng.integers(self.choices[list(agents)], size=chosen.shape)
         return np.where(self.rng.random(chosen.shape) < self.share, uniform, chosen)

@@ -48,11 +48,11 @@ class Journal:
         return computed
 
     def trees(self, name: str, compute: Callable[..., Sequence[GrownTree]], *arguments: Any) -> list[GrownTree]:
-        """As `arrays`, for a step whose result is some trees."""
+        """Reads or computes a step whose result is some trees; see `arrays`."""
         return unpack_trees(self.arrays(name, lambda: pack_trees(compute(*arguments))))
 
     def load_or_collect(self, name: str, compute: Callable[..., Met], *arguments: Any) -> Met:
-        """As `arrays`, for rollouts."""
+        """Reads or computes rollouts; see `arrays`."""
         return Met.of(self.arrays(name, lambda: compute(*arguments).arrays()))
 
     def part(self, name: str) -> "Journal":

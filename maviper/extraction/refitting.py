@@ -45,14 +45,14 @@ SOME_AGENTS = "only some agents of the team have trees"
 
 @dataclass(frozen=True)
 class Task:
-    """What an extraction is to learn beside its expert: nothing, where there are no examples."""
+    """The task of an extraction beside its expert: nothing, where there are no examples."""
 
     examples: Examples = NO_EXAMPLES
     failing: tuple[Failing, ...] = ()
 
     @property
     def digests(self) -> list[str] | None:
-        """What a run is the same run by."""
+        """The digests by which a run is known as the same run."""
         return [one.digest for one in self.failing] or None
 
 
@@ -103,7 +103,7 @@ def _lesson(world: ParticleWorld, expert: Expert, failing: Failing) -> Lesson:
 
 
 def report(task: Task, after: PolicyProfile, place: Path, expert: str, played: Expert, world: World) -> "Report":
-    """What became of the claims, and what that costs. `place`: where the profile lies."""
+    """Reports the fate of the claims, and what that costs. `place`: where the profile lies."""
     assert isinstance(world, ParticleWorld)
     player = Player(Path(expert).name, EXPERT, played.hash, played)
     return Report(tuple(_outcome(one, after, place, player, world) for one in task.failing))
@@ -111,7 +111,7 @@ def report(task: Task, after: PolicyProfile, place: Path, expert: str, played: E
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one claim. Shares are of uniform states of the region; what could not be told is None."""
+    """The outcome for one claim. Shares are of uniform states of the region; what could not be told is None."""
 
     failing: Failing
     region: Region
@@ -129,7 +129,7 @@ class Outcome:
         return [policy.agent for policy in self.after.team(self.failing.claim.team)]
 
     def document(self) -> dict[str, Any]:
-        """As plain data."""
+        """Returns the outcome as plain data."""
         names, given = ("before", "after"), self.failing
         facts: dict[str, Any] = {
             "property": given.claim.shown,
@@ -151,7 +151,7 @@ class Outcome:
         return facts
 
     def say(self, console: Console) -> None:
-        """As lines."""
+        """Prints the outcome as lines."""
         claim = self.failing.claim
         console.line("learned", f"{claim.shown} of the {claim.team}, region {self.region.name}")
         if self.learned is not None:
@@ -175,11 +175,11 @@ class Report:
     outcomes: tuple[Outcome, ...]
 
     def json(self, command: str) -> str:
-        """As a file's text."""
+        """Returns the report as a file's text."""
         return layout({"command": command, "claims": [outcome.document() for outcome in self.outcomes]}) + "\n"
 
     def say(self, console: Console) -> None:
-        """As lines."""
+        """Prints the outcomes as lines."""
         for outcome in self.outcomes:
             outcome.say(console)
 

@@ -65,7 +65,7 @@ PACKAGES = ("mpe2", "numpy", "scikit-learn")
 
 @dataclass(frozen=True)
 class Request:
-    """What an extraction is asked for: the options that are no settings of an algorithm, and those that are."""
+    """The request for an extraction: the options that are no settings of an algorithm, and those that are."""
 
     features: str  # further ones, or AUTOMATIC
     features_file: Path | None  # that names those of a user's own world
@@ -257,7 +257,7 @@ def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | N
 
 
 def say_expert(expert: Expert, world: World, console: Console) -> None:
-    """What made the expert, and how it learned."""
+    """Prints what made the expert, and how it learned."""
     made = expert.card.get("algorithm", "unknown")
     critic = f", {WEIGHED[critic_of(expert)]}" if critic_of(expert) in WEIGHED else ""
     console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
@@ -276,7 +276,7 @@ def say_stopped(profile: ir.PolicyProfile, console: Console) -> None:
 
 
 def say_plan(plan: Mapping[str, int], console: Console, seeds: int = 1) -> None:
-    """How many episodes are going to be played, stage by stage."""
+    """Prints the number of episodes that are going to be played, stage by stage."""
     stages = ", ".join(f"{count:,} {WORDS.get(stage, stage)}" for stage, count in plan.items())
     each = "" if seeds == 1 else f" for each of {seeds} seeds, and the held-out ones again to choose among them"
     console.line("plan", f"up to {sum(plan.values()):,} episodes{each}: {stages}")

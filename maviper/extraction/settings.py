@@ -185,7 +185,7 @@ class Settings:
 
     @property
     def leaves(self) -> int:
-        """How many leaves a tree may have."""
+        """The number of leaves that a tree may have."""
         return self.max_leaves or 2 ** min(self.max_depth, MAX_NUMBER.bit_length())
 
     @property
@@ -196,7 +196,7 @@ class Settings:
         return TEAM if widest == MEMBER else widest
 
     def votes_of(self, team: int) -> int:
-        """How many right predictions a point needs in a team of so many: at least `least_right`, a share rounded up."""
+        """Counts the right predictions a point needs in a team of so many: `least_right`, a share rounded up."""
         votes = VOTES.fullmatch(self.least_right)
         assert votes
         if votes["share"]:
@@ -204,7 +204,7 @@ class Settings:
         return min(team, int(votes["number"])) if votes["number"] else max(0, team - int(votes["less"] or 0))
 
     def keeps(self, accident: str) -> bool:
-        """Whether an accident of the released code is not undone."""
+        """Returns True if an accident of the released code is not undone."""
         return accident not in self.undo.split("+")
 
     def measure_in(self, world: World) -> str:
@@ -266,7 +266,7 @@ class Settings:
         return replace(self, budget=max(1, share - again))
 
     def _counts(self, world: World) -> tuple[int, int, int, int]:
-        """How many groups play rollouts, loops of rounds there are, sides are scored in a round, teams are refined."""
+        """Counts groups that play rollouts, loops of rounds, sides scored in a round, and teams that are refined."""
         agents = range(1 if self.algorithm == VIPER else len(world.agents))
         runs, loops = (len(group_agents(world, by, agents)) for by in (self.rollouts_by, self.together))
         alone = self.selection_by == AGENT  # then candidates are scored for each agent, otherwise for each team
@@ -274,12 +274,12 @@ class Settings:
         return runs, loops, sides, 1 if self.algorithm == VIPER else len(world.teams)
 
     def count_held_out(self, world: World) -> int:
-        """How many held-out episodes each measured line-up plays: the trees of each team, and the expert."""
+        """Counts the held-out episodes that each measured line-up plays: the trees of each team, and the expert."""
         return self.held_out or held_out.default_episodes(world)
 
     def plan(self, world: World) -> dict[str, int]:
-        """How many episodes each stage plays at most, of settings that are complete and dealt. The authors' code counts
-        samples, so only its held-out episodes are known.
+        """Counts the episodes that each stage plays at most, of settings that are complete and dealt. The authors' code
+        counts samples, so only its held-out episodes are known.
         """
         runs, loops, sides, refined = self._counts(world)
         learning = {

@@ -31,7 +31,7 @@ Rounds = Sequence[Mapping[str, Any]]
 
 
 def curves(context: Context) -> Section:
-    """How the best iterate's score grows with the episodes played, first seed."""
+    """Plots the growth of the best iterate's score with the episodes played, first seed."""
     lead = (
         "The score by which an extraction chooses, of its best iterate, against episodes played. First seed, "
         "depth 4; the first agent's where agents are extracted one by one."
@@ -67,7 +67,7 @@ def _step(step: Mapping[str, Any]) -> Point | None:
 
 
 def budgets(context: Context) -> Section:
-    """What a team of trees reaches after so many rollout episodes, and what whole extractions spent."""
+    """Shows what a team of trees reaches after so many rollout episodes, and what whole extractions spent."""
     lead = (
         "The primary measure of a team of trees against expert opponents, in the iterate that is the best so far by "
         "all teams, after at most so many rollout episodes. Depth 4, mean over seeds. It is measured in the episodes "
@@ -118,7 +118,7 @@ def _average_budgets(histories: Sequence[Rounds], team: str) -> list[Point]:
 
 
 def _spending(context: Context, place: Place, algorithm: str) -> list[list[str]]:
-    """What whole extractions of one algorithm spent, and a row for the held-out ratio of each team."""
+    """Returns the episodes that whole extractions of one algorithm spent, a row for each team's held-out ratio."""
     spent: list[int] = []
     for rounds in _rounds(context, place, algorithm):
         last = {step.get("part", 0): step["episodes"] for step in rounds}

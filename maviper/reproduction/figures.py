@@ -21,7 +21,7 @@ MAX_TICKS = 6
 
 @dataclass(frozen=True)
 class Mark:
-    """How an algorithm looks: Okabe and Ito's colours, lighter on a dark page, and a shape around the origin."""
+    """The mark of an algorithm: Okabe and Ito's colours, lighter on a dark page, and a shape around the origin."""
 
     index: int
     light: str
@@ -60,7 +60,7 @@ def name_algorithm(algorithm: str) -> str:
 
 
 def mark(algorithm: str) -> Mark:
-    """How an algorithm looks in every figure."""
+    """Returns the mark of an algorithm, the same in every figure."""
     return MARKS.get(algorithm, MARKS[""])
 
 
@@ -75,7 +75,7 @@ class Point:
 
     @property
     def finite(self) -> bool:
-        """Whether it can be drawn."""
+        """True if it can be drawn."""
         return math.isfinite(self.value)
 
     @property

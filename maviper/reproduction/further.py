@@ -49,7 +49,7 @@ SHARE = "distinct_targets"
 
 
 def features(context: Context) -> Section:
-    """Which features the defenders' trees rest on, MAVIPER's and IVIPER's."""
+    """Shows the features on which the defenders' trees rest, MAVIPER's and IVIPER's."""
     lead = (
         "Means over seeds at depth 4. First the share of the impurity that splits on a feature remove, on the "
         "expert's own states, which are the same for all trees; then the share of decisions that test the feature."
@@ -108,7 +108,7 @@ def trees(context: Context) -> Section:
 
 
 def exploitability(context: Context) -> Section:
-    """What the best of several responders gains: a lower bound."""
+    """Shows the gain of the best of several responders: a lower bound."""
     lead = (
         "A lower bound: what the responder that was best on some episodes gains over the team's own opponents on other "
         "episodes. Its interval may cross 0. The paper plots the responder's raw return, which stands beside it. "
@@ -210,7 +210,7 @@ def _joint(context: Context, place: Place, algorithm: str) -> tuple[Any, list[st
 
 
 def _expert(context: Context, place: Place) -> str:
-    """What the expert reaches against itself in the episodes of ten seeds."""
+    """Returns the expert's result against itself in the episodes of ten seeds."""
     name = f"expert/{place.game}/{place.expert}/{place.measure}"
     return format_number(context.find_number(name, lambda: [Part(1.0, context.finder.alone(place))]))
 
@@ -278,7 +278,7 @@ def released_code(context: Context) -> Section:
 
 
 def _read_published(context: Context, game: str, measure: str, algorithm: str) -> str:
-    """What the paper's Tables 3 and 4 say of a team of trees against experts."""
+    """Reads the value in the paper's Tables 3 and 4 for a team of trees against experts."""
     told, names = context.known.tables.get(game), context.known.tables["opponents"]["algorithms"]
     if told is None or algorithm not in names:
         return NONE

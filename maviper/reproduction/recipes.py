@@ -50,7 +50,7 @@ class Source:
 
     @property
     def document(self) -> dict[str, Any]:
-        """As plain data."""
+        """The source as plain data."""
         return {"places": self.places, "measure": self.measure, "facts": self.facts, "absolute": self.absolute}
 
 
@@ -75,7 +75,7 @@ class Part:
 
     @property
     def document(self) -> dict[str, Any]:
-        """As plain data."""
+        """The part as plain data."""
         theirs = None if self.theirs is None else self.theirs.document
         return {"weight": self.weight, "mode": self.mode, "ours": self.ours.document, "theirs": theirs}
 
@@ -94,7 +94,7 @@ def less(ours: Parts, theirs: Parts) -> list[Part]:
 
 
 def estimate_parts(results: Results, parts: Parts) -> tuple[Estimate, int, int]:
-    """What parts amount to, with the numbers of seeds and of episodes for each. KeyError where a cell lacks values."""
+    """Sums up parts, with the numbers of seeds and of episodes for each. KeyError where a cell lacks values."""
     rows = [part.ours.rows(results) for part in parts]
     seeds = (set[float].intersection(*(set(of[k][0].tolist()) for of in rows)) for k in range(len(rows[0])))
     common: list[Float64] = [np.array(sorted(each)) for each in seeds]
@@ -138,7 +138,7 @@ class Number:
 
     @property
     def document(self) -> dict[str, Any]:
-        """As plain data; None for what is not finite."""
+        """The number as plain data; None for what is not finite."""
         low, high = self.estimate.interval()
         numbers = {"value": self.value, "low": low, "high": high, "error": self.estimate.error}
         told = {name: float(value) if np.isfinite(value) else None for name, value in numbers.items()}
@@ -252,7 +252,7 @@ class Finder:
         return [replace(part, theirs=theirs, mode=mode) for part in parts]
 
     def mode(self, measure: str) -> str:
-        """How a measure is divided by the expert's."""
+        """Returns the way in which a measure is divided by the expert's."""
         if measure.endswith(f" {RETURN}"):
             return REWARD
         return RATIO if self.results.higher[measure] else INVERSE
@@ -277,8 +277,8 @@ class Finder:
         return [Part(1 / len(opponents), source) for source in sources]
 
     def robustness(self, place: Place, algorithm: str, opponents: Sequence[str], seeds: Sequence[int]) -> list[Part]:
-        """As `against`, as a fraction of what the expert reaches against itself; negative where lower is better.
-        Returns may be below 0, where a larger fraction would be a lower return: they are rewards as in `mode`.
+        """Divides `against` by what the expert reaches against itself; negative where lower is better. Returns may be
+        below 0, where a larger fraction would be a lower return: they are rewards as in `mode`.
         """
         sign, mode = self.sign(place.measure), self.mode(place.measure)
         theirs = self.experts(place, seeds)
@@ -287,7 +287,7 @@ class Finder:
         return [replace(part, weight=sign * part.weight, theirs=theirs, mode=mode) for part in parts]
 
     def exploitability(self, place: Place, algorithm: str, team: str, seeds: Sequence[int]) -> list[Part]:
-        """What the chosen responder gains over the team's own opponents, on the episodes that are reported."""
+        """Returns the chosen responder's gain over the team's own opponents, on the episodes that are reported."""
         cells = [row.cell for seed, row in self.rows(place, algorithm, EXPLOITABILITY).items() if seed in seeds]
         chosen = [self.responder(cell, team) for cell in cells]
         measure = self.worth(cells[0], team)
@@ -301,7 +301,7 @@ class Finder:
         return 1.0 if self.results.higher[measure] else -1.0
 
     def worth(self, cell: str, team: str) -> str:
-        """What responders to a team are judged by: the one measure of its line-ups that is no return."""
+        """Returns the measure by which responders to a team are judged: the one of its line-ups that is no return."""
         names = {measure for lineup, measure in self.results.values(cell) if lineup.startswith(f"{team}:")}
         names = {name for name in names if not name.endswith(RETURN)}
         if not names:

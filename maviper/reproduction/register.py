@@ -41,7 +41,7 @@ CHOICES = ("game", "preset", "depth", "leaves", "splits", "seed", "lineup", "mea
 
 
 class Published(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """What the paper says: a number as it stands there, where, and the effect in the claim's own unit."""
+    """The paper's statement: a number as it stands there, where, and the effect in the claim's own unit."""
 
     place: str
     number: str = ""
@@ -72,7 +72,7 @@ class Claim(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class PaperExpert(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """What the paper's expert reaches in a measure."""
+    """The value that the paper's expert reaches in a measure."""
 
     value: float
     place: str
@@ -184,7 +184,7 @@ def _check(claims: Iterable[Claim], path: Path, once: Iterable[str]) -> None:
 
 
 def faults_of(claim: Claim) -> list[str]:
-    """What is wrong with a claim, in words."""
+    """Lists the faults of a claim, in words."""
     known: list[tuple[str, Iterable[str], Iterable[str]]] = [
         ("statistic", [claim.statistic], STATISTICS),
         ("test", [claim.test], TESTS),
@@ -198,7 +198,7 @@ def faults_of(claim: Claim) -> list[str]:
 
 
 def _others(claim: Claim) -> list[str]:
-    """Who else may be compared: teams play against one another, and the expert's is one of them."""
+    """Lists others that may be compared: teams play against one another, and the expert's is one of them."""
     return [EXPERT] if claim.statistic in AGAINST else []
 
 

@@ -166,7 +166,7 @@ def _rest(context: Context) -> list[Section]:
 
 
 def describe_run(table: Results, known: Register, experts: Sequence[str]) -> dict[str, Any]:
-    """What was run, in words."""
+    """Describes what was run, in words."""
     spent = sum(row.cpu_seconds for row in table.rows)
     kinds = {kind: len(table.cells(kind=kind)) for kind in KINDS}
     games = table.list_values("game")
@@ -197,7 +197,7 @@ def _any(table: Results, row: results.Row) -> list[tuple[str, str]]:
 
 
 def counts(words_by_id: Iterable[tuple[str, str]]) -> str:
-    """How many claims have which verdict, such as `5 of 40 claims agree, 7 differ, 25 are not decided`, by id and word
+    """Counts the claims with each verdict, such as `5 of 40 claims agree, 7 differ, 25 are not decided`, by id and word
     of each. Those that repeat another's number do not count.
     """
     told, repeats = list(words_by_id), register.read().repeats

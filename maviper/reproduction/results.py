@@ -48,7 +48,7 @@ Values = tuple[Float64, Float64]  # episodes' seeds, and the value in each
 
 @dataclass(frozen=True)
 class Results:
-    """What a folder holds. `higher`: measure -> whether higher is better."""
+    """The contents of a folder. `higher`: measure -> whether higher is better."""
 
     folder: Path
     rows: tuple[Row, ...]
@@ -75,7 +75,7 @@ class Results:
         return self._values[cell]
 
     def facts(self, cell: str) -> dict[str, Any]:
-        """What is known of a cell besides its episodes; {} where nothing is."""
+        """Returns the facts that are known of a cell besides its episodes; {} where nothing is."""
         if cell not in self._facts:
             path = self.folder / FACTS_FOLDER / f"{cell}.json"
             what = "the facts of a cell are no JSON object"

@@ -40,7 +40,7 @@ _SHARD = re.compile(r"(?P<number>\d{1,5})/(?P<of>\d{1,5})")
 
 @dataclass(frozen=True)
 class Request:
-    """What a reproduction is asked for; None: the tier's."""
+    """The options of a reproduction; None: the tier's."""
 
     quick: bool
     full: bool
@@ -74,7 +74,7 @@ class Request:
 
     @property
     def asked(self) -> Asked:
-        """What decides which cells there are."""
+        """The choices that decide which cells there are."""
         tier = plans.QUICK if self.quick else plans.FULL if self.full else plans.USUAL
         return Asked(tier, self.experts, self.games, self.depths, self.algorithms, self.presets, self.seeds)
 
@@ -99,7 +99,7 @@ def request(options: Mapping[str, Any]) -> Request:
 
 @dataclass
 class Reproduced:
-    """What a call did: its plan, what was made, what failed, and the lines of the report."""
+    """The results of a call: its plan, what was made, what failed, and the lines of the report."""
 
     plan: Plan
     made: int = 0  # by this call
@@ -108,7 +108,7 @@ class Reproduced:
 
     @property
     def code(self) -> ExitCode:
-        """As an exit code."""
+        """The exit code of the call."""
         return ExitCode.VIOLATED if self.failed else ExitCode.DONE
 
 
@@ -211,7 +211,7 @@ def _results(store: Store, tasks: Sequence[Task], options: Request) -> Iterator[
 
 @dataclass
 class _Shown:
-    """What a person sees of it."""
+    """The progress that a person sees."""
 
     live: LiveLine
     console: Console

@@ -63,7 +63,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Context:
-    """What sections are made from. `experts`: labels in the order of the report."""
+    """The material from which sections are made. `experts`: labels in the order of the report."""
 
     book: Book
     known: Register

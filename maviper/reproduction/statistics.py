@@ -145,7 +145,7 @@ def size(effect: float, low: float, high: float) -> str:
 
 
 def untestable(low: float) -> bool:
-    """Whether a lead over a baseline cannot be seen. `low`: the lower bound of the baseline's ratio to the expert."""
+    """Returns True if no lead over a baseline can be seen. `low`: lower bound of its ratio to the expert."""
     return low >= CEILING
 
 

@@ -67,13 +67,13 @@ class Comparison:
 
     @property
     def untestable(self) -> bool:
-        """Whether what is compared with keeps so much of the expert that a lead over it cannot be seen."""
+        """True if the baseline keeps so much of the expert that a lead over it cannot be seen."""
         return self.base is not None and untestable(self.base.estimate.interval()[0])
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is known of a claim with one expert."""
+    """The verdict on a claim with one expert."""
 
     claim: Claim
     expert: str
@@ -211,7 +211,7 @@ def _numbers(finder: Finder, claim: Claim, place: Place, first: str, second: str
 
 
 def _base(finder: Finder, claim: Claim, place: Place, pair: tuple[str, str], opponent: str) -> list[Part]:
-    """What a comparison is made with, alone, over the seeds that both have."""
+    """Returns the parts of a comparison's baseline, alone, over the seeds that both have."""
     kind = KIND_OF.get(claim.statistic, EXTRACTION)
     seeds = finder.seeds(place, pair, kind)
     opponents = (opponent,) if opponent else OPPONENTS if kind == CROSSPLAY else ()
@@ -269,7 +269,7 @@ def _tests(comparison: Comparison, margin: float) -> dict[str, float]:
 
 
 def _word(comparison: Comparison, adjusted: Mapping[str, float], known: Register) -> str:
-    """What a comparison shows; too few seeds show nothing."""
+    """Returns the word for what a comparison shows; too few seeds show nothing."""
     assert comparison.number is not None
     if comparison.number.seeds < known.least_seeds:
         return OPEN
@@ -309,7 +309,7 @@ def _by_place(pairs: Sequence[Comparison]) -> list[list[Comparison]]:
 
 
 def _reason(verdict: Verdict, word: str, known: Register) -> str:
-    """What stands beside the word; for AGREES nothing needs to."""
+    """Returns the reason that stands beside the word; for AGREES nothing needs to."""
     claim, run, lacking = verdict.claim, verdict.run, len(verdict.comparisons) - len(verdict.run)
     if word == NOT_COMPARABLE:
         return claim.reason
@@ -334,7 +334,7 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
 
 
 def _missing(verdict: Verdict) -> str:
-    """How cells that are missing are made; `--algorithms` may have left opponents out."""
+    """Tells the command that makes missing cells; `--algorithms` may have left opponents out."""
     against = f" against all of {', '.join(OPPONENTS)}" if KIND_OF.get(verdict.claim.statistic) == CROSSPLAY else ""
     return f"not run{against}: {playing(verdict.claim, verdict.expert)}"
 
@@ -368,6 +368,6 @@ def _weak(book: Book, known: Register, verdict: Verdict) -> Iterator[str]:
 
 
 def expert_number(book: Book, place: Place) -> Number:
-    """What the expert reaches against itself, in the episodes of ten seeds. KeyError where it was not played."""
+    """Returns the expert's number against itself, in the episodes of ten seeds. KeyError where it was not played."""
     finder = book.finder
     return book.number(f"expert/{place.game}/{place.expert}/{place.measure}", [Part(1.0, finder.alone(place))])

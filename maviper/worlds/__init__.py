@@ -39,7 +39,7 @@ SWITCHES = ("velocity", "shuffled", "continuous")
 
 
 def _maker_of(file: str) -> Callable[..., Any]:
-    """What makes the environment of a world file. What it needs is imported where a name asks for it."""
+    """Returns the maker of the environment of a world file. Its modules are imported where a name asks for it."""
     from maviper.worlds.stated.environment import maker_of
 
     return maker_of(file)
@@ -79,7 +79,7 @@ def _resolve_world(name: str) -> World:
 
 
 def find_built_in(name: str) -> World:
-    """As `find`, among our own games only: nothing is imported or run, whatever the name says."""
+    """Finds a world among our own games only: nothing is imported or run, whatever the name says; see `find`."""
     game, *choices = name.split(",")
     if game not in WORLDS:
         raise UnknownNameError("world", game, WORLDS)

@@ -157,7 +157,7 @@ def _vmas(source: Source) -> Iterator[Finding]:
 
 
 def _in_place(world: VmasWorld, place: int, actions: Any) -> list[bytes]:
-    """What one game of a batch gives in an episode, step by step. `actions`: as `draw_actions` gives them."""
+    """Plays one game of a batch and returns its outcomes, step by step. `actions`: as `draw_actions` gives them."""
     seeds = np.arange(place + 1)
     seeds[place] = SEED
     state = world.start_from_seeds(seeds)
@@ -206,7 +206,7 @@ def _spaces(env: Any) -> Iterator[Finding]:
 
 
 def _start(env: Any, source: Source) -> Iterator[Finding]:
-    """What `reset` gives, for a seed as large as those of an extraction."""
+    """Checks `reset`, for a seed as large as those of an extraction."""
     try:
         Copy(env, source).ask("reset", SEED)
     except InputError as error:
@@ -273,7 +273,7 @@ Player = Callable[[int, Sequence[list[Any]]], list[Outcome]]  # the episode of a
 
 
 def _play_world(env: Any, world: PettingZooWorld) -> Iterator[Finding]:
-    """As `_play`, by the world's own copy, in whatever process that lives, and by a fresh one after its end."""
+    """Plays like `_play`, by the world's own copy, in whatever process that lives, and by a fresh one after its end."""
 
     def play_afresh(seed: int, actions: Sequence[list[Any]]) -> list[Outcome]:
         world.close()
@@ -348,7 +348,7 @@ def _pad_numbers(acted: Sequence[Sequence[float]], world: World) -> Any:
 
 
 def _sound(env: Any, played: Sequence[Outcome]) -> Iterator[Finding]:
-    """Whether all numbers of an episode are finite and the observations within their spaces."""
+    """Checks that all numbers of an episode are finite and the observations within their spaces."""
     wrong: list[Finding] = []
     for index, agent in enumerate(env.possible_agents):
         box = space(env, "observation", agent)

@@ -13,7 +13,7 @@ from codegen.wording import visible
 
 
 class Mark(StrEnum):
-    """What was found of one thing; only what is wrong prevents use."""
+    """The mark of a finding; only what is wrong prevents use."""
 
     OK = "ok"
     MISSING = "missing"
@@ -34,5 +34,5 @@ class Finding:
 
 
 def usable(findings: Sequence[Finding]) -> bool:
-    """Whether nothing was found that prevents use."""
+    """Returns True if nothing was found that prevents use."""
     return all(finding.mark is not Mark.WRONG for finding in findings)

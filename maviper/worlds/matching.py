@@ -45,7 +45,7 @@ def not_ours(world: ir.WorldSpec) -> str:
 
 
 def matching_places(profile: ir.PolicyProfile) -> ParticleWorld | None:
-    """As `matching_world`, where agents have places, or None."""
+    """Returns the world of `matching_world` if agents have places in it, or None."""
     world = matching_world(profile)
     return world if isinstance(world, ParticleWorld) else None
 
@@ -58,9 +58,9 @@ def ensure_places(world: ir.WorldSpec, features: Iterable[FeatureSpec], advice: 
 
 
 def plays(profile: ir.PolicyProfile, world: World) -> bool:
-    """Whether a world has exactly the profile's spec, agents, teams, features and actions, and shows agents what they
-    compare. Where a file named the profile's features, they are what the world has by their number alone; where an
-    imported tree did, by their number and ranges, unless a name is the world's for something else.
+    """Returns True if a world has exactly the profile's spec, agents, teams, features and actions, and shows agents
+    what they compare. Where a file named the profile's features, they are what the world has by their number alone;
+    where an imported tree did, by their number and ranges, unless a name is the world's for something else.
     """
     facts = profile.provenance.training
     named, own = FEATURES_FILE in facts, OWN_NAMES in facts

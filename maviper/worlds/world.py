@@ -44,7 +44,7 @@ class Measure:
 
 
 class Outcome(NamedTuple):
-    """What a step or a reset of one game gave, agent by agent."""
+    """The outcome of a step or a reset of one game, agent by agent."""
 
     observations: list[Float32]  # each [n_features]
     rewards: list[float]
@@ -60,7 +60,7 @@ class Outcome(NamedTuple):
 
 
 def legal_in(mask: Mask, obs: Float32) -> Bool:
-    """Which actions are legal in each observation, [batch, n_actions]. `obs`: [batch, n_features]."""
+    """Returns True for the legal actions in each observation, [batch, n_actions]. `obs`: [batch, n_features]."""
     columns = [np.ones(len(obs), bool) if place is None else obs[:, place] > LEGAL for place in mask]
     return np.stack(columns, axis=1)
 
@@ -132,7 +132,7 @@ class World(ABC):
 
     @property
     def games_measured(self) -> int | None:
-        """How many games may play at once where only what each comes to matters, not in which order data comes."""
+        """The number of games that may play at once where only each one's result matters, not the order of the data."""
         return self.games
 
     @property
@@ -177,7 +177,7 @@ class World(ABC):
 
     @property
     def masked(self) -> bool:
-        """Whether some agent's actions may be illegal."""
+        """True if some agent's actions may be illegal."""
         return any(self.mask(agent) is not None for agent in range(len(self.agents)))
 
     def primary(self, team: str) -> Measure:
@@ -219,7 +219,7 @@ class World(ABC):
         """The environment's rewards on entering `state`, [batch, n_agents]; 0 for whom the episode had ended before."""
 
     def alive(self, state: Any) -> Bool:
-        """Who acts in `state`, [batch, n_agents]: those whose episode has not ended, and whose turn it is."""
+        """Returns True for agents that act in `state`, [batch, n_agents]: episode not ended, and their turn."""
         return np.ones((len(state), len(self.agents)), dtype=bool)
 
     def playing(self, state: Any) -> Bool:
@@ -249,7 +249,7 @@ class World(ABC):
 
     @property
     def shaped(self) -> bool:
-        """Whether the world has such an aid."""
+        """True if the world has such an aid."""
         return type(self).shaping is not World.shaping
 
     @abstractmethod
@@ -257,7 +257,7 @@ class World(ABC):
         """The measures of whole episodes, [n_measures, batch], from the states after each step."""
 
     def values_beside(self, states: Sequence[Any]) -> Float64:
-        """As `values`, of the measures `beside`; NaN in an episode that a partial one says nothing of."""
+        """Returns the measures `beside`, like `values`; NaN in an episode that a partial one says nothing of."""
         return np.empty((0, len(states[0])))
 
     @abstractmethod

@@ -136,7 +136,7 @@ def _numbers(tensor: _Tensor, data: bytes) -> Float32:
 
 
 def _index(program: bytes) -> dict[object, object]:
-    """What the instructions of an index build: a dictionary."""
+    """Returns the dictionary that the instructions of an index build."""
     machine = _Machine()
     for opcode, argument, _ in pickletools.genops(program):
         machine.obey(opcode.name, argument)
@@ -195,7 +195,7 @@ class _Machine:
                 raise NotPlainError(f"it holds {name}, which no state dict needs")
 
     def _pop_above(self, height: int) -> list[object]:
-        """What lies above a height, taken off."""
+        """Takes off the items above a height and returns them."""
         if height < 0:
             raise NotPlainError("its index is damaged")
         items = self.stack[height:]
@@ -221,7 +221,7 @@ def _dictionary(value: object) -> dict[object, object]:
 
 
 def _storage(given: object) -> _Storage:
-    """What torch says of a storage: ("storage", its type, its file's name, a device, how many numbers)."""
+    """Reads torch's description of a storage: ("storage", type, name of its file, device, count of numbers)."""
     match given:
         case ("storage", _Name(kind), str(file), str(), int(count)) if kind in TYPES and file.isdecimal():
             return _Storage(TYPES[kind], file, count)
@@ -230,7 +230,7 @@ def _storage(given: object) -> _Storage:
 
 
 def _make_object(what: object, given: object) -> object:
-    """What stands for a call: an empty dictionary, or a tensor of (storage, offset, shape, strides, ...)."""
+    """Returns the stand-in for a call: an empty dictionary, or a tensor of (storage, offset, shape, strides, ...)."""
     parts = cast("tuple[object, ...]", given) if isinstance(given, tuple) else None
     match what, parts:
         case _Name(text), () if text == DICTIONARY:
@@ -247,7 +247,7 @@ def _make_object(what: object, given: object) -> object:
 
 
 def _counts(given: object) -> bool:
-    """Whether it is a tuple of whole numbers from 0."""
+    """Returns True if it is a tuple of whole numbers from 0."""
     return isinstance(given, tuple) and all(
         type(each) is int and each >= 0 for each in cast("tuple[object, ...]", given)
     )

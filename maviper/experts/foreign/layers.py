@@ -44,7 +44,7 @@ class Linear(NamedTuple):
 
 @dataclass(frozen=True)
 class Normalization:
-    """What a network's observations went through: clip((x - mean) / sqrt(var + epsilon), -clip, clip).
+    """The normalization of a network's observations: clip((x - mean) / sqrt(var + epsilon), -clip, clip).
 
     `mean`, `var`: [n_features] float64. Of stable-baselines3's VecNormalize: `obs_rms.mean`, `obs_rms.var`,
     `clip_obs` and `epsilon`. InputError for numbers that cannot be that.
@@ -65,7 +65,7 @@ class Normalization:
         object.__setattr__(self, "var", var)
 
     def __call__(self, obs: Float32) -> Float32:
-        """What the network sees, [batch, n_features], computed as VecNormalize computes it."""
+        """Returns the normalized observations, [batch, n_features], computed as VecNormalize computes them."""
         moved = (np.asarray(obs, np.float32) - self.mean) / np.sqrt(self.var + self.epsilon)
         return np.clip(moved, -self.clip, self.clip).astype(np.float32)
 
@@ -127,7 +127,7 @@ class LayersExpert:
 
     @property
     def critic(self) -> str:
-        """What states are weighed by."""
+        """The kind of critic by which states are weighed."""
         if self.outputs in GIVING:
             return NOBODY
         return LEARNED if self.outputs == Q else LOG_PROBABILITIES
@@ -138,7 +138,7 @@ class LayersExpert:
         return False
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any = None) -> Int:
-        """As `Controller.act`: each agent's greedy action, or the numbers that it gives without noise."""
+        """Returns each agent's greedy action, or the numbers that it gives without noise; see `Controller.act`."""
         del state
         if self.outputs in GIVING:
             return in_columns([self.give_numbers(agent, observations[agent]) for agent in agents])
@@ -168,7 +168,7 @@ class LayersExpert:
         return activations
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """As `Expert.q`. Of logits, the log-probabilities: the weight V - min Q is then VIPER's for policies."""
+        """Returns Q, of logits the log-probabilities: the weight V - min Q is then VIPER's for policies."""
         del state
         if self.outputs in GIVING:
             raise NotImplementedError

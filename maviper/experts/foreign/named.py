@@ -38,7 +38,7 @@ class Statistics(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def is_file(text: str) -> bool:
-    """Whether a text names an expert in another library's file."""
+    """Returns True if a text names an expert in another library's file."""
     return text.partition(":")[0] in KINDS
 
 

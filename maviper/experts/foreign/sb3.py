@@ -194,7 +194,7 @@ def _activation(data: Mapping[str, Any], outputs: str, where: str) -> str:
 def _normalization(
     data: Mapping[str, Any], said: Normalization | str | None, algorithm: str, where: str
 ) -> Normalization | None:
-    """What a user said of it; refuses a file that shows it where nobody said anything.
+    """Returns the normalization that a user stated; refuses a file that shows one where nobody said anything.
 
     In VecNormalize alone PPO and A2C remember an original observation beside the last one. The others always do.
     """

@@ -27,29 +27,29 @@ Tensors = Mapping[str, Float32]
 
 @runtime_checkable
 class Tensor(Protocol):
-    """What we ask of a tensor of torch."""
+    """The part of torch's tensor that is used here."""
 
     @property
     def layout(self) -> object:
-        """How its numbers lie."""
+        """The layout of its numbers."""
         ...
 
     @property
     def is_quantized(self) -> bool:
-        """Whether its numbers are codes."""
+        """True if its numbers are codes."""
         ...
 
     @property
     def is_meta(self) -> bool:
-        """Whether it has a shape alone."""
+        """True if it has a shape alone."""
         ...
 
     def is_complex(self) -> bool:
-        """Whether its numbers are complex."""
+        """Returns True if its numbers are complex."""
         ...
 
     def numel(self) -> int:
-        """How many numbers it has."""
+        """Counts its numbers."""
         ...
 
     def detach(self) -> "Tensor":
@@ -90,7 +90,7 @@ def _safetensors(data: bytes, where: str) -> dict[str, Float32]:
 
 
 def _torch(data: bytes, where: str, reason: str) -> object:
-    """What torch reads; `reason`: why it is asked."""
+    """Loads the data with torch; `reason`: why it is asked."""
     try:
         import torch  # pyright: ignore[reportMissingImports]
     except ImportError:
@@ -148,8 +148,8 @@ def of_torch(loaded: object, where: str) -> dict[str, Float32]:
 
 
 def _plain(value: object) -> TypeGuard[Tensor]:
-    """Whether it is a tensor of real numbers that lie one beside the other: not sparse, complex, quantized or without
-    data.
+    """Returns True if it is a tensor of real numbers that lie one beside the other: not sparse, complex, quantized or
+    without data.
     """
     if not isinstance(value, Tensor) or str(value.layout) != "torch.strided":
         return False

@@ -61,7 +61,7 @@ class Fit(Trainer):
         self.updated = 0
 
     def advance(self) -> dict[str, float]:
-        """As `Trainer.advance`."""
+        """Plays a batch of episodes and updates the critic; see `Trainer.advance`."""
         for transition in self.transitions(lambda seen: (self._greedy(seen).cpu().numpy(), self.settings.explore)):
             self.replay.store(transition)
         updates = self._due()
@@ -69,7 +69,7 @@ class Fit(Trainer):
         return {"loss": sum(self._update() for _ in range(updates)) / updates}
 
     def _due(self) -> int:
-        """How many updates follow the batch."""
+        """Counts the updates that follow the batch."""
         if self.world.games is None:
             return self.settings.updates
         return max(1, self.settings.updates * self.steps // USUAL - self.updated)

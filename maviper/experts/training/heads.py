@@ -22,7 +22,7 @@ DEVIATION, LEAST_DEVIATION = 0.6, 0.02  # of drawn numbers, in halves of their r
 
 
 class Head(ABC):
-    """How outputs are read. `nets`: what is learned beside the actors, by name."""
+    """The reading of a network's outputs. `nets`: what is learned beside the actors, by name."""
 
     def __init__(self, joint: Joint, rng: np.random.Generator) -> None:
         self.joint, self.rng = joint, rng
@@ -30,11 +30,11 @@ class Head(ABC):
 
     @abstractmethod
     def draw(self, outputs: Tensor, seen: Tensor) -> Any:
-        """What is drawn in joint observations `seen`: [n_agents, batch] actions, or [n_agents, batch, n_outputs]."""
+        """Draws in joint observations `seen`: [n_agents, batch] actions, or [n_agents, batch, n_outputs]."""
 
     @abstractmethod
     def hand_over(self, drawn: Any) -> Any:
-        """What `World.step` takes for it, agents behind games."""
+        """Converts a draw to what `World.step` takes, agents behind games."""
 
     @abstractmethod
     def log_probabilities(self, outputs: Tensor, seen: Tensor, drawn: Tensor) -> tuple[Tensor, Tensor]:
@@ -45,16 +45,16 @@ class Choices(Head):
     """Numbered actions, drawn from the softmax of logits; never an illegal one."""
 
     def draw(self, outputs: Tensor, seen: Tensor) -> Any:
-        """As `Head.draw`."""
+        """Draws actions, legal ones where there are masks; see `Head.draw`."""
         logits = (outputs + self.joint.mask_actions(seen)).cpu().numpy()
         return np.argmax(logits + self.rng.gumbel(size=logits.shape), axis=2)
 
     def hand_over(self, drawn: Any) -> Any:
-        """As `Head.hand_over`: numbers of actions."""
+        """Returns the numbers of the actions; see `Head.hand_over`."""
         return drawn.T
 
     def log_probabilities(self, outputs: Tensor, seen: Tensor, drawn: Tensor) -> tuple[Tensor, Tensor]:
-        """As `Head.log_probabilities`."""
+        """Returns log-probabilities and entropy; see `Head.log_probabilities`."""
         logits = (outputs + self.joint.mask_actions(seen)).log_softmax(dim=2)
         return logits.gather(2, drawn.T[:, :, None])[..., 0], -(logits.exp() * logits).sum(dim=2)
 
@@ -80,20 +80,20 @@ class Numbers(Head):
         return logs.clamp(min=math.log(LEAST_DEVIATION))
 
     def draw(self, outputs: Tensor, seen: Tensor) -> Any:
-        """As `Head.draw`: not yet clipped, in halves of the ranges."""
+        """Draws numbers, not yet clipped, in halves of the ranges; see `Head.draw`."""
         del seen
         means, deviations = outputs.cpu().numpy(), self._log_deviations().exp().detach().cpu().numpy()
         return (means + deviations * self.rng.standard_normal(means.shape)).astype(np.float32)
 
     def hand_over(self, drawn: Any) -> Any:
-        """As `Head.hand_over`: numbers within bounds, 0 behind those of an agent that has fewer than others."""
+        """Returns numbers within bounds, 0 behind those of an agent that has fewer than others."""
         numbers: Any = np.zeros(drawn.shape, np.float32)
         for mine, (low, high), parts in zip(numbers, self.bounds, drawn, strict=True):
             mine[:, : len(low)] = give_numbers(parts[:, : len(low)], low, high)
         return numbers.swapaxes(0, 1)
 
     def log_probabilities(self, outputs: Tensor, seen: Tensor, drawn: Tensor) -> tuple[Tensor, Tensor]:
-        """As `Head.log_probabilities`, before clipping."""
+        """Returns log-probabilities and entropy before clipping; see `Head.log_probabilities`."""
         del seen
         logs = self._log_deviations()
         off = (drawn.transpose(0, 1) - outputs) / logs.exp()
@@ -103,5 +103,5 @@ class Numbers(Head):
 
 
 def head_of(world: World, joint: Joint, actor: Nets, rng: np.random.Generator) -> Head:
-    """How the actors of a world's agents are read."""
+    """Returns the head that reads the outputs of the actors of a world's agents."""
     return Numbers(joint, rng, world, actor) if world.outputs else Choices(joint, rng)

@@ -62,7 +62,7 @@ class Maddpg(OffPolicy):
             self.optimisers[name] = Adam((nets,), settings.learning_rate, settings.gradient_norm)
 
     def act(self, seen: Tensor) -> tuple[Any, float]:
-        """As `OffPolicy.act`: samples of the policies."""
+        """Returns samples of the policies; see `OffPolicy.act`."""
         with torch.no_grad():
             logits = self._logits("actor", seen).cpu().numpy()
         sampled = np.argmax(logits + self.rng.gumbel(size=logits.shape), axis=2).T
@@ -105,5 +105,5 @@ class Maddpg(OffPolicy):
         return hard - soft.detach() + soft
 
     def tensors(self) -> dict[str, Float32]:
-        """As `Trainer.tensors`."""
+        """Returns the tensors of the actors and critics; see `Trainer.tensors`."""
         return self.joint.export_actors(self.nets["actor"]) | self.joint.export_critics(self.nets["critic"])

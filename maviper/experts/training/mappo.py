@@ -115,11 +115,11 @@ class Mappo(Trainer):
         return [joint.widths[self.world.members(team)[0]] for team in self.world.teams]
 
     def _arrange_joint(self, joint: Tensor) -> Tensor:
-        """What values read, [n_agents, batch, n_obs]; alike for all who share a network."""
+        """Returns the input of the value networks, [n_agents, batch, n_obs]; alike for all who share a network."""
         return self.joint.own_first(joint) if self.settings.shared else self.joint.share_observations(joint)
 
     def meet(self, experts: Sequence[Controller]) -> None:
-        """As `Trainer.meet`."""
+        """Plays some games against these experts; see `Trainer.meet`."""
         self._meet(Finished(self.world, experts, self.rng), self.settings.against)
 
     def _meet(self, opponents: Opponents, share: float) -> None:
@@ -137,7 +137,7 @@ class Mappo(Trainer):
 
     @property
     def teaches(self) -> str:
-        """As `Trainer.teaches`."""
+        """The stage of the next `advance`: imitation, values or reward; see `Trainer.teaches`."""
         first = self.settings.imitate_steps
         if self.steps < first:
             return IMITATION
@@ -145,7 +145,7 @@ class Mappo(Trainer):
 
     @property
     def until(self) -> int:
-        """As `Trainer.until`."""
+        """The step at which the present stage ends; see `Trainer.until`."""
         settings = self.settings
         ends = {IMITATION: settings.imitate_steps, VALUES: settings.imitate_steps + settings.value_steps}
         return min(settings.steps, ends.get(self.teaches, settings.steps))
@@ -260,17 +260,17 @@ class Mappo(Trainer):
         return advantages
 
     def tensors(self) -> dict[str, Float32]:
-        """As `Trainer.tensors`."""
+        """Returns the tensors of the actors; see `Trainer.tensors`."""
         return self.joint.export_actors(self.actor)
 
     def memory(self) -> dict[str, Tensor]:
-        """As `Trainer.memory`."""
+        """Returns the data of the imitation, or of the opponents after it; see `Trainer.memory`."""
         if self.steps < self.settings.imitate_steps:
             return self.imitation.state()
         return {name: value for meeting in self.meetings for name, value in meeting.opponents.memory().items()}
 
     def remember(self, memory: Mapping[str, Tensor]) -> None:
-        """As `Trainer.remember`."""
+        """Takes over what `memory` gave; see `Trainer.remember`."""
         if memory and self.steps < self.settings.imitate_steps:
             self.imitation.restore(memory)
         elif memory:

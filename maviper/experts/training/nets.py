@@ -110,7 +110,7 @@ class Nets(Stacked):
 
 
 class Joint:
-    """How a world's observations and actions become tensors.
+    """The conversion of a world's observations and actions to tensors.
 
     A joint observation is all agents' observations side by side and one zero column, which pads the views of agents
     that see less than others. `scale`: what networks read is scaled by it, and their first layers are given and taken
@@ -151,8 +151,8 @@ class Joint:
         self.critic_inputs = self.n_obs + self.n_agents * self.n_actions
 
     def _masks(self, world: World, starts: Sequence[int]) -> tuple[Tensor, Tensor]:
-        """Which column of a joint observation says whether an action is legal, and which actions always are; each
-        [n_agents, n_actions].
+        """Locates the column of a joint observation that says whether an action is legal, and marks the actions that
+        always are; each [n_agents, n_actions].
         """
         asked = torch.full((self.n_agents, self.n_actions), self.n_obs)
         always = torch.zeros(self.n_agents, self.n_actions, dtype=torch.bool)
@@ -165,9 +165,9 @@ class Joint:
         return asked, always
 
     def mask_actions(self, joint: Tensor) -> Tensor:
-        """What is added to logits in joint observations [batch, n_obs + 1]: FORBIDDEN for actions that an agent does
-        not have, or that are illegal, else 0; [n_agents, batch or 1, n_actions]. Where none of its own is legal, an
-        agent does not act, and all of them count.
+        """Returns what is added to logits in joint observations [batch, n_obs + 1]: FORBIDDEN for actions that an agent
+        does not have, or that are illegal, else 0; [n_agents, batch or 1, n_actions]. Where none of its own is legal,
+        an agent does not act, and all of them count.
         """
         if not self.masked:
             return self.forbidden
@@ -197,7 +197,7 @@ class Joint:
         return self._scale_joint(joint)[:, : self.n_obs].expand(self.n_agents, -1, -1)
 
     def own_first(self, joint: Tensor) -> Tensor:
-        """As `share_observations`, but each agent's own comes first, then its team-mates', then the others'."""
+        """Arranges observations for each agent: its own come first, then its team-mates', then the others'."""
         return _columns(self._scale_joint(joint), self.order)
 
     def one_hot(self, acted: Tensor) -> Tensor:

@@ -38,7 +38,7 @@ class Opponents(Protocol):
         ...
 
     def memory(self) -> dict[str, Tensor]:
-        """What a resumed training needs."""
+        """Returns the tensors that a resumed training needs."""
         ...
 
     def remember(self, memory: Mapping[str, Tensor]) -> None:
@@ -57,23 +57,23 @@ class Past:
         self.drawn = 0
 
     def begin(self, progress: float) -> None:
-        """As `Opponents.begin`."""
+        """Keeps the present actor when one is due, and draws the version that plays; see `Opponents.begin`."""
         if progress * VERSIONS >= len(self.versions):
             self.versions.append([parameter.detach().clone() for parameter in self.actor.parameters])
         self.drawn = int(self.head.rng.integers(len(self.versions)))
 
     def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
-        """As `Opponents.act`."""
+        """Draws the actions of the drawn version; see `Opponents.act`."""
         with torch.no_grad():
             outputs = self.actor.apply_weights(self.versions[self.drawn], self.joint.views(seen))
         return self.head.draw(outputs, seen)
 
     def memory(self) -> dict[str, Tensor]:
-        """As `Opponents.memory`."""
+        """Returns the versions that are kept; see `Opponents.memory`."""
         return {str(k): torch.stack(every) for k, every in enumerate(zip(*self.versions, strict=True))}
 
     def remember(self, memory: Mapping[str, Tensor]) -> None:
-        """As `Opponents.remember`."""
+        """Takes over the versions that `memory` gave; see `Opponents.remember`."""
         stacked = [memory[str(k)].to(self.joint.device) for k in range(len(memory))]
         self.versions = [list(parameters) for parameters in zip(*stacked, strict=True)]
 
@@ -86,19 +86,19 @@ class Finished:
         self.drawn = experts[0]
 
     def begin(self, progress: float) -> None:
-        """As `Opponents.begin`."""
+        """Draws the expert that plays the batch; see `Opponents.begin`."""
         self.drawn = self.experts[int(self.rng.integers(len(self.experts)))]
 
     def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
-        """As `Opponents.act`: greedy."""
+        """Returns the drawn expert's greedy actions; see `Opponents.act`."""
         return self.drawn.act(self.agents, observations, state).T
 
     def memory(self) -> dict[str, Tensor]:
-        """As `Opponents.memory`: nothing."""
+        """Returns nothing to keep; see `Opponents.memory`."""
         return {}
 
     def remember(self, memory: Mapping[str, Tensor]) -> None:
-        """As `Opponents.remember`: nothing."""
+        """Does nothing: there is nothing to take over; see `Opponents.remember`."""
 
 
 def by_reward_alone(world: World, names: Sequence[str]) -> dict[str, store.NetworkExpert]:
@@ -128,15 +128,15 @@ class Script:
         self.script, self.agents = build_script(world), range(len(world.agents))
 
     def begin(self, progress: float) -> None:
-        """As `Opponents.begin`: nothing to do."""
+        """Does nothing; see `Opponents.begin`."""
 
     def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
-        """As `Opponents.act`."""
+        """Returns the script's actions; see `Opponents.act`."""
         return self.script.act(self.agents, observations, state).T
 
     def memory(self) -> dict[str, Tensor]:
-        """As `Opponents.memory`: nothing."""
+        """Returns nothing to keep; see `Opponents.memory`."""
         return {}
 
     def remember(self, memory: Mapping[str, Tensor]) -> None:
-        """As `Opponents.remember`: nothing."""
+        """Does nothing: there is nothing to take over; see `Opponents.remember`."""

@@ -54,7 +54,7 @@ class Replay:
         return {name: column[rows] for name, column in self.columns.items()}
 
     def state(self) -> dict[str, Tensor]:
-        """What is filled, by name, and where it ends."""
+        """Returns the filled part of each column, by name, and the place where it ends."""
         kept = {name: column[: self.filled].cpu() for name, column in self.columns.items()}
         return kept | {"cursor": torch.tensor(self.cursor)}
 
@@ -82,7 +82,7 @@ class OffPolicy(Trainer):
         """One update; returns its loss."""
 
     def advance(self) -> dict[str, float]:
-        """As `Trainer.advance`: every game plays one episode, with an update for every `steps_per_update`."""
+        """Plays one episode of every game, with an update for every `steps_per_update`; see `Trainer.advance`."""
         settings, loss, paid = self.settings, 0.0, 0.0
         for transition in self.transitions(self.act):
             self.replay.store(transition)
@@ -98,10 +98,10 @@ class OffPolicy(Trainer):
         return start + (self.settings.explore_end - start) * done
 
     def memory(self) -> dict[str, Tensor]:
-        """As `Trainer.memory`."""
+        """Returns the replay buffer and the count of updates; see `Trainer.memory`."""
         return self.replay.state() | {"updates": torch.tensor(self.updates)}
 
     def remember(self, memory: Mapping[str, Tensor]) -> None:
-        """As `Trainer.remember`."""
+        """Takes over what `memory` gave; see `Trainer.remember`."""
         self.replay.restore(memory)
         self.updates = int(memory["updates"])

@@ -21,7 +21,7 @@ DRAWS = 1_701  # beside the seed, so that the draws are not those of the trainin
 
 @dataclass(frozen=True)
 class Scale:
-    """What a scaled observation is made with, (plain - mean) / deviation; each [n_columns]."""
+    """The numbers that scale an observation, (plain - mean) / deviation; each [n_columns]."""
 
     mean: Float64
     deviation: Float64

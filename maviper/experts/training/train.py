@@ -56,7 +56,7 @@ class Checkpoint:
 
 @dataclass(frozen=True)
 class Step:
-    """How far a stage of a training is."""
+    """The progress of a stage of a training."""
 
     stage: str  # what teaches the actors; then CHOOSING, CRITIC
     done: int  # joint steps of the stage; finalists
@@ -182,7 +182,7 @@ def _episodes(world: World) -> tuple[int, int]:
 
 
 def _rule(world: World) -> str:
-    """How the expert is chosen, in words."""
+    """Describes in words the rule by which the expert is chosen."""
     checkpoint, final = _episodes(world)
     score, again = "the mean over teams of the primary measure among experts (of a share, its log-odds)", ""
     if judging.is_rated(world):

@@ -80,7 +80,7 @@ class Trainer(ABC):
 
     @property
     def teaches(self) -> str:
-        """What the next `advance` teaches the actors by, as `cards.count_steps` names it."""
+        """The signal by which the next `advance` teaches the actors, as `cards.count_steps` names it."""
         return REWARD
 
     @property
@@ -112,7 +112,7 @@ class Trainer(ABC):
         raise NotImplementedError
 
     def rewards(self, state: Any) -> Any:
-        """What the learner is paid on entering `state`, [batch, n_agents]."""
+        """Returns the learner's rewards on entering `state`, [batch, n_agents]."""
         return self.world.rewards(state) + self.settings.shaping * self.world.shaping(state)
 
     def uniform(self, *shape: int) -> Tensor:

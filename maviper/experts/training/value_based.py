@@ -58,7 +58,7 @@ class Vdn(OffPolicy):
         self.teams = torch.tensor(teams, device=device)  # [n_teams, n_agents]
 
     def act(self, seen: Tensor) -> tuple[Any, float]:
-        """As `OffPolicy.act`: the greedy actions."""
+        """Returns the greedy actions and the share of uniform ones; see `OffPolicy.act`."""
         with torch.no_grad():
             return self._q("value", seen).argmax(2).T.cpu().numpy(), self.exploration(1.0)
 
@@ -85,5 +85,5 @@ class Vdn(OffPolicy):
         return float(loss.detach())
 
     def tensors(self) -> dict[str, Float32]:
-        """As `Trainer.tensors`."""
+        """Returns the tensors of the value networks; see `Trainer.tensors`."""
         return self.joint.export_actors(self.nets["value"], VALUE)

@@ -31,10 +31,10 @@ RIDGE = 1e-3  # of its weights, in parts of what all points weigh
 
 
 class Answers(Protocol):
-    """What leaves may answer."""
+    """The kinds of answers that leaves may give."""
 
     def losses(self, rows: Sequence[Int]) -> Float64:
-        """What each leaf, fitted to its own rows, loses at every point; [n_leaves, n]."""
+        """Returns the loss of each leaf, fitted to its own rows, at every point; [n_leaves, n]."""
         ...
 
 
@@ -52,7 +52,7 @@ class Labels:
         return np.array(majorities, dtype=np.int64)
 
     def losses(self, rows: Sequence[Int]) -> Float64:
-        """As `Answers.losses`: the count of a point with another label."""
+        """Returns the count of each point with another label than the leaf's; see `Answers.losses`."""
         return (self.actions(rows)[:, None] != self.labels) * self.counts.astype(np.float64)
 
 
@@ -64,11 +64,11 @@ class Numbers:
     counts: Int
 
     def fit_leaves(self, rows: Sequence[Int]) -> Float64:
-        """What each leaf gives, [n_leaves, n_outputs, n_features + 1]."""
+        """Fits each leaf's numbers, [n_leaves, n_outputs, n_features + 1]."""
         return np.array([self.leaves.fit_leaf(each, self.counts[each]) for each in rows])
 
     def losses(self, rows: Sequence[Int]) -> Float64:
-        """As `Answers.losses`: squared distances in parts of the ranges, of clipped numbers."""
+        """Returns squared distances in parts of the ranges, of clipped numbers; see `Answers.losses`."""
         return np.array([self.leaves.off(each) for each in self.fit_leaves(rows)]) * self.counts
 
 
@@ -81,11 +81,11 @@ class Test:
 
     @property
     def terms(self) -> int:
-        """How many features it tests."""
+        """The number of features that it tests."""
         return int(np.count_nonzero(self.weights))
 
     def left(self, obs: Float64) -> Bool:
-        """Which points go left, [n]."""
+        """Returns True for the points that go left, [n]."""
         return obs @ self.weights <= self.threshold
 
 
@@ -209,7 +209,7 @@ def _better(test: Test, obs: Float64, one: Float64, other: Float64, spread: Floa
 
 
 def _cost(test: Test, price: float, share: float) -> float:
-    """What a test's terms cost beside points of which a share was taken."""
+    """Returns the cost of a test's terms beside points of which a share was taken."""
     return price * test.terms * share
 
 

@@ -118,11 +118,11 @@ class Growing(Protocol):
 
     @property
     def counts(self) -> Int | Float64:
-        """How often its data set holds each point, [n]."""
+        """The count of each point in its data set, [n]."""
         ...
 
     def check_predictions(self) -> Bool:
-        """Whether the projected final tree acts as the expert does, for all points [n]."""
+        """Returns True for the points, of all [n], in which the projected final tree acts as the expert does."""
         ...
 
     def build(self, keep: Bool) -> None:
@@ -164,8 +164,8 @@ def grow_jointly(
 def grow_shared(
     tree: Growing, max_depth: int, least_right: int, alive: Bool, kept: list[float] | None = None
 ) -> list[GrownTree]:
-    """As `grow_jointly`, with one tree for all members: [the tree] * N. Its points are those of `alive` [n, N], one row
-    per member and point; a point that the votes drop loses all its rows.
+    """Grows one tree for all members, like `grow_jointly`: [the tree] * N. Its points are those of `alive` [n, N], one
+    row per member and point; a point that the votes drop loses all its rows.
     """
     n, members = alive.shape
     for _ in range(max_depth):

@@ -148,7 +148,7 @@ class Growth:
         return optimise_tests(tree, part.obs[rows], answers)
 
     def _columns(self, agent: int, obs: Float32) -> Any:
-        """What is tested, [n, n_columns]: features, then differences of two of them, as double sums have them."""
+        """Returns the tested columns, [n, n_columns]: features, then differences of two, as double sums have them."""
         if not self.pairs[agent]:
             return obs
         wide = obs.astype(np.float64)

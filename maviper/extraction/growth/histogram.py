@@ -94,7 +94,7 @@ def best_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots:
 def project_trees(
     codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots: int, n_actions: int, depth: int
 ) -> Int:
-    """What trees of `depth`, one for each slot and fitted to its points, say of every point, [n].
+    """Returns the actions by trees of `depth`, one for each slot and fitted to its points, at every point, [n].
 
     A point in slot -1 has no tree and gets -1, as do the points of a slot without weight.
     """
@@ -137,7 +137,7 @@ class HistogramTree:
         return place_of[self.place]
 
     def check_predictions(self) -> Bool:
-        """Whether the projected final tree acts as the expert does, for all points [n]."""
+        """Returns True for the points, of all [n], in which the projected final tree acts as the expert does."""
         if self._right is None:
             predicted = np.array(self.action)[self.place]
             remaining = self.max_depth - self.level

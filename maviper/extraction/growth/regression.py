@@ -32,7 +32,7 @@ TINY = 1e-9  # that keeps the equations of few points solvable
 
 
 class Leaves(ABC):
-    """What the leaves of one agent's tree give. `obs`: [n, n_features], all points; `labels`: [n, n_outputs]."""
+    """The kind of one agent's leaves. `obs`: [n, n_features], all points; `labels`: [n, n_outputs]."""
 
     fewest = 1  # points of a leaf
 
@@ -44,11 +44,11 @@ class Leaves(ABC):
 
     @abstractmethod
     def vectors(self, counts: Int) -> Float64:
-        """What each point adds to its leaf, [n, width]. `counts`: [n]."""
+        """Returns the vector that each point adds to its leaf, [n, width]. `counts`: [n]."""
 
     @abstractmethod
     def purity(self, total: Float64) -> Float64:
-        """How much of the labels' squares leaves explain, [...], by what their points add up to, [..., width]."""
+        """Returns the part of the labels' squares that leaves explain, [...], by their points' sums, [..., width]."""
 
     @abstractmethod
     def fit_leaf(self, rows: Int, counts: Int) -> Float64:
@@ -77,15 +77,15 @@ class ConstantLeaves(Leaves):
     """Each leaf gives the means of its labels."""
 
     def vectors(self, counts: Int) -> Float64:
-        """As `Leaves.vectors`: the count, and the labels that many times."""
+        """Returns the count, and the labels that many times; see `Leaves.vectors`."""
         return np.column_stack([counts, self.parts * counts[:, None]]).astype(np.float64)
 
     def purity(self, total: Float64) -> Float64:
-        """As `Leaves.purity`."""
+        """Returns the part of the labels' squares that constants explain; see `Leaves.purity`."""
         return np.square(total[..., 1:]).sum(axis=-1) / np.maximum(total[..., 0], 1)
 
     def fit_leaf(self, rows: Int, counts: Int) -> Float64:
-        """As `Leaves.fit_leaf`, with weights of 0."""
+        """Returns the mean of the labels, with weights of 0; see `Leaves.fit_leaf`."""
         numbers = np.zeros((self.parts.shape[1], self.obs.shape[1] + 1))
         numbers[:, -1] = counts @ self.parts[rows] / counts.sum()
         return self._in_units(numbers)
@@ -107,7 +107,7 @@ class LinearLeaves(Leaves):
         self.ridge = RIDGE * np.diag([1.0] * (self.width - 1) + [0.0])
 
     def vectors(self, counts: Int) -> Float64:
-        """As `Leaves.vectors`: products of scaled features and 1, then those with the labels."""
+        """Returns products of scaled features and 1, then those with the labels; see `Leaves.vectors`."""
         rows, columns = self.upper
         products = self.points[:, rows] * self.points[:, columns]
         answers = (self.points[:, :, None] * self.parts[:, None, :]).reshape(len(products), -1)
@@ -125,13 +125,13 @@ class LinearLeaves(Leaves):
         return answers, np.linalg.solve(products + count * self.ridge + (products[..., -1:, -1:] < 1) * last, answers)
 
     def purity(self, total: Float64) -> Float64:
-        """As `Leaves.purity`."""
+        """Returns the part of the labels' squares that the ridge regression explains; see `Leaves.purity`."""
         answers, weights = self._solve_ridge(total)
         return (answers * weights).sum(axis=(-1, -2))
 
     def fit_leaf(self, rows: Int, counts: Int) -> Float64:
-        """As `Leaves.fit_leaf`; weights as float32 holds them. A label at a bound is met by any number beyond it, since
-        that is clipped: the ridge regression is one of the points that are not met yet, until these stay the same.
+        """Fits a leaf; weights as float32 holds them. A label at a bound is met by any number beyond it, since that is
+        clipped: the ridge regression is one of the points that are not met yet, until these stay the same.
         """
         points, parts = self.points[rows], self.parts[rows]
         weights = np.stack([self._beyond(points, column, counts) for column in parts.T])

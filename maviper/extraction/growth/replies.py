@@ -23,7 +23,7 @@ LEAST_GAIN = 0.2  # of what is at stake in a state: below it another action is t
 
 
 class Reply(NamedTuple):
-    """What one agent is taught of every point."""
+    """The labels and gains that one agent is taught at every point."""
 
     labels: Int  # [n]
     gains: Float64  # [n, n_actions] Q of each own action over that of the expert's, beside what the others do
@@ -32,12 +32,12 @@ class Reply(NamedTuple):
 
     @property
     def worth(self) -> Float64:
-        """What it is worth to take the label, [n]: its gain less that of the worst legal action, at least 0."""
+        """The worth of taking the label, [n]: its gain less that of the worst legal action, at least 0."""
         return np.maximum(0.0, _of(self.gains, self.labels) - self._least)
 
     @property
     def regrets(self) -> Float64:
-        """What each action costs beside the label, [n, n_actions]: the gain that is lost, and the margin; at least 0.
+        """The cost of each action beside the label, [n, n_actions]: the gain that is lost, and the margin; at least 0.
         An illegal action costs as much as the worst legal one.
         """
         gains = np.where(self.legal, self.gains, self._least[:, None])

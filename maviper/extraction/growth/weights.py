@@ -115,7 +115,7 @@ def _iterate_questions(
 
 
 def legal_actions(world: World, agent: int, observations: Sequence[Float32]) -> Bool:
-    """Which of an agent's actions are legal in each state, [n, n_actions]."""
+    """Marks an agent's legal actions in each state, [n, n_actions]."""
     mask = world.mask(agent)
     if mask is None:
         return np.ones((len(observations[agent]), len(world.actions[agent])), dtype=bool)
@@ -153,7 +153,7 @@ def joint_actions(world: World, agent: int, others: list[int]) -> Int:
 
 
 def _with_own(world: World, agent: int, others: list[int], theirs: Int) -> Int:
-    """As `joint_actions`, for some joint actions of the others, [n, len(others)]."""
+    """Combines all own actions with some joint actions of the others, [n, len(others)]; see `joint_actions`."""
     n_own = len(world.actions[agent])
     joint = np.full((n_own * len(theirs), len(world.agents)), AS_GIVEN, dtype=np.int64)
     joint[:, agent] = np.repeat(np.arange(n_own), len(theirs))

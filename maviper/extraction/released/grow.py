@@ -41,7 +41,7 @@ class _Growing:
         return cart(self.obs[rows], self.labels[rows], self.counts[rows], depth, self.seed)
 
     def right(self) -> Bool:
-        """Whether each point is predicted as the expert acts, [n]."""
+        """Returns True for each point that is predicted as the expert acts, [n]."""
         if self.root is None:
             return np.equal(self.whole.predict(self.obs), self.labels)
         said = np.empty(len(self.obs), dtype=np.int64)

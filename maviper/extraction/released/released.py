@@ -67,7 +67,7 @@ def check(world: World, settings: Settings) -> None:
 
 
 def maviper(asked: Extraction, everybody: Sequence[int], selection: Selection) -> int:
-    """As `dagger.dagger` for MAVIPER and its ablations, by the released code."""
+    """Runs MAVIPER and its ablations by the released code; see `dagger.dagger`."""
     world, expert, settings = asked.world, asked.expert, asked.settings
     journal, examples = asked.journal, asked.examples
     weigh = partial(weights, world, expert, settings)
@@ -190,7 +190,7 @@ def grow_teams(world: World, data: Dataset, settings: Settings, iteration: int) 
 
 
 def _draw_counts(column: Float64, alive: Bool, used: Int, max_samples: int, rng: np.random.Generator) -> Int:
-    """How often each point is drawn: as many draws as points of positive weight among those used."""
+    """Draws the counts of the points: as many draws as points of positive weight among those used."""
     counts = np.zeros(len(column), dtype=np.int64)
     mine = column[used]
     positive = int((mine > 0).sum())
@@ -205,7 +205,7 @@ def _draw_counts(column: Float64, alive: Bool, used: Int, max_samples: int, rng:
 
 
 def viper(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
-    """As `dagger.dagger` for one agent, by the released code."""
+    """Runs VIPER for one agent by the released code; see `dagger.dagger`."""
     (agent,) = agents
     world, expert, settings = asked.world, asked.expert, asked.settings
     journal, examples = asked.journal, asked.examples
@@ -243,7 +243,7 @@ def _grow_resampled(world: World, data: Dataset, settings: Settings, agent: int,
 
 
 def imitation(asked: Extraction, everybody: Sequence[int], selection: Selection) -> int:
-    """As `dagger.dagger` for Imitation DT, by the released code: almost all points are start states."""
+    """Runs Imitation DT by the released code: almost all points are start states; see `dagger.dagger`."""
     world, expert, settings = asked.world, asked.expert, asked.settings
     journal, examples = asked.journal, asked.examples
     collected, stays = _starts if settings.keeps(RESTARTS) else _episodes, settings.keeps(LEAVES)
@@ -267,8 +267,8 @@ def imitation(asked: Extraction, everybody: Sequence[int], selection: Selection)
 
 
 def _starts(world: World, expert: Expert, settings: Settings, iteration: int) -> Arrays:
-    """As many samples as `rollouts` episodes have: in the first iteration one episode for FREE_STEPS, otherwise start
-    states.
+    """Samples as many points as `rollouts` episodes have: in the first iteration one episode for FREE_STEPS, otherwise
+    start states.
     """
     rng = np.random.default_rng([settings.seed, iteration])
     wanted = settings.rollouts * world.spec.episode_steps

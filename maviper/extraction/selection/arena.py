@@ -33,7 +33,7 @@ class _Stacked:
     stacks: dict[int, tuple[Stack | SummedStack, Int]]  # agent -> its trees, and which of them plays in each game
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the action of each agent's tree; see `Controller.act`."""
         del state
         return in_columns([self.stacks[agent][0].act(self.stacks[agent][1], observations[agent]) for agent in agents])
 

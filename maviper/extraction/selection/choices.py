@@ -63,7 +63,7 @@ class Choice(ABC):
 
     @property
     def race(self) -> int:
-        """How many episodes are played once all candidates are there."""
+        """The number of episodes that are played once all candidates are there."""
         return 0
 
     @property
@@ -100,7 +100,7 @@ class Uniform(Choice):
     _reached = -np.inf
 
     def offer(self, trees: Sequence[GrownTree]) -> float | None:
-        """As `Choice.offer`."""
+        """Plays the candidate and keeps it as the best if its ratio is the largest so far; see `Choice.offer`."""
         self.candidates.append(list(trees))
         estimates = self._estimates(self._score(trees))
         reached, _ = self._ratio(estimates)
@@ -109,7 +109,7 @@ class Uniform(Choice):
         return reached
 
     def choose_trees(self) -> list[list[GrownTree]]:
-        """As `Choice.choose_trees`."""
+        """Returns the best candidate's tree of each agent; see `Choice.choose_trees`."""
         return [[tree] for tree in self.candidates[self.best]]
 
 
@@ -119,7 +119,7 @@ class ByReturn(Uniform):
     stops = False
 
     def offer(self, trees: Sequence[GrownTree]) -> float | None:
-        """As `Choice.offer`."""
+        """Plays the candidate and keeps it as the best if its return is the largest so far; see `Choice.offer`."""
         self.candidates.append(list(trees))
         arrays = self._score(trees)
         estimates, (team,) = self._estimates(arrays), self.teams
@@ -148,12 +148,12 @@ class Raced(Choice):
         self.warm: list[Float64] = []  # per candidate: scores in its rollouts
 
     def note_rollouts(self, values: Mapping[str, Float64]) -> None:
-        """As `Choice.note_rollouts`."""
+        """Keeps the values of the rollouts; see `Choice.note_rollouts`."""
         if len(self.warm) < len(self.candidates):
             self.warm.append(values[self.team])
 
     def offer(self, trees: Sequence[GrownTree]) -> float | None:
-        """As `Choice.offer`; the candidate's own rollouts come later, so this judges those before it."""
+        """Takes a candidate; its own rollouts come later, so this judges those before it; see `Choice.offer`."""
         self.candidates.append(list(trees))
         if not self.warm:
             return None
@@ -163,7 +163,7 @@ class Raced(Choice):
         return self._ratio(self._estimates({self.team: self.warm[-1]}))[0]
 
     def choose_trees(self) -> list[list[GrownTree]]:
-        """As `Choice.choose_trees`."""
+        """Returns the trees in the order of the race; see `Choice.choose_trees`."""
         order = [int(place) for place in self.asked.journal.arrays(f"race{self.name}", self._run_race)["order"]]
         self.best = order[0]
         return [[self.candidates[place][index] for place in order] for index in range(len(self.agents))]
@@ -187,7 +187,7 @@ class Raced(Choice):
 
     @property
     def race(self) -> int:
-        """As `Choice.race`."""
+        """The number of episodes of the race; see `Choice.race`."""
         return self.asked.settings.selection_episodes * len(self.candidates)
 
 
@@ -197,7 +197,7 @@ class Members(Raced):
     """
 
     def choose_trees(self) -> list[list[GrownTree]]:
-        """As `Choice.choose_trees`."""
+        """Returns each agent's trees in the order of its own race; see `Choice.choose_trees`."""
         if len(self.agents) == 1:
             return super().choose_trees()
         race = self.asked.journal.arrays(f"race{self.name}", self._run_member_race)
@@ -226,5 +226,5 @@ KINDS: Mapping[str, type[Choice]] = {UNIFORM: Uniform, RETURN: ByReturn, RACE: R
 
 
 def kind_of(settings: Settings) -> type[Choice]:
-    """How some settings choose."""
+    """Returns the kind of choice that some settings ask for."""
     return Members if settings.selection_by == MEMBER else KINDS[settings.selection]

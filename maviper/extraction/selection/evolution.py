@@ -45,7 +45,7 @@ Trees = list[GrownTree]
 
 @dataclass(frozen=True)
 class Moves:
-    """How far the numbers of one tree go for a unit of a direction."""
+    """The distances that the numbers of one tree go for a unit of a direction."""
 
     thresholds: Float64  # [n_nodes]; 0 at leaves, and where no observation gets
     numbers: Float64  # [n_vectors, n_outputs, n_features + 1], the constant last; 0 where there is no term
@@ -83,7 +83,7 @@ class Moves:
 
     @property
     def size(self) -> int:
-        """How many numbers a direction has."""
+        """The number of numbers in a direction."""
         return self.thresholds.size + self.numbers.size + self.tests.size
 
     def apply(self, tree: SummedTree, direction: Float64) -> SummedTree:
@@ -107,8 +107,8 @@ def round_cost(scale: int = 1) -> int:
 
 
 def round_scale(episodes: int) -> int:
-    """How many times a small one a round is, with so many episodes for all rounds. Small rounds find the way from bad
-    trees in few episodes; the gains of good ones drown in the differences between episodes.
+    """Returns the size of a round in parts of a small one, with so many episodes for all rounds. Small rounds find the
+    way from bad trees in few episodes; the gains of good ones drown in the differences between episodes.
     """
     return max(1, math.isqrt(episodes // (ROUNDS * round_cost())))
 
@@ -172,7 +172,7 @@ def drift_tests(arena: Arena, trees: Trees, done: float, rng: np.random.Generato
 def _play_pairs(
     arena: Arena, trees: Trees, moves: Sequence[Moves], directions: Sequence[Float64], played: int
 ) -> Float64:
-    """How much more each direction scores than the opposite one, [n_pairs]. `directions`: per agent [n_pairs, size]."""
+    """Returns each direction's score less the opposite one's, [n_pairs]. `directions`: per agent [n_pairs, size]."""
     pairs = len(directions[0])
     teams = [
         _move(trees, moves, [sign * each[pair] for each in directions]) for pair in range(pairs) for sign in (1, -1)

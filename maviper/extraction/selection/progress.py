@@ -18,7 +18,7 @@ EXTRACTING, SELECTING, REFINING, MEASURING = "extracting", "selecting", "refinin
 
 @dataclass(frozen=True)
 class Part:
-    """Which of several extractions, one after the other, this is: those of single agents or teams."""
+    """The place of this extraction among several, one after the other: those of single agents or teams."""
 
     place: int = 0
     count: int = 1
@@ -30,7 +30,7 @@ WHOLE = Part()
 
 @dataclass(frozen=True)
 class Progress:
-    """What one step gave. Scores: the mean of the ratios to the expert while extracting, and the primary measure,
+    """The result of one step. Scores: the mean of the ratios to the expert while extracting, and the primary measure,
     higher being better, while refining.
     """
 
@@ -48,7 +48,7 @@ class Progress:
 
     @property
     def line(self) -> dict[str, float | int | str | None]:
-        """As one line of a metrics file."""
+        """The step as one line of a metrics file."""
         entry: dict[str, float | int | str | None] = {"stage": self.stage, "step": self.done, "score": self.score}
         entry |= {"best": self.best}
         for name, estimate in self.measured.items():
@@ -59,8 +59,8 @@ class Progress:
 
 @dataclass(frozen=True)
 class Underway:
-    """How far a step that takes long has come: `done` of `total` steps, with the share of this one. Other stages than
-    EXTRACTING are counted in episodes, from when they are told.
+    """The progress within a step that takes long: `done` of `total` steps, with the share of this one. Other stages
+    than EXTRACTING are counted in episodes, from when they are told.
     """
 
     done: float

@@ -49,14 +49,14 @@ Refined = tuple[Trees, int, Progress | None]  # trees, episodes played, the last
 
 @dataclass(frozen=True)
 class Limits:
-    """How large a tree may become."""
+    """The limits of a tree's size."""
 
     max_depth: int  # tests of masks do not count
     max_leaves: int = 0  # 0: as many as the depth allows
     sums: bool = False  # whether it may test them
 
     def allow_split(self, tree: GrownTree, depth: int) -> bool:
-        """Whether a leaf at `depth` may be split."""
+        """Returns True if a leaf at `depth` may be split."""
         return depth < self.max_depth and not 0 < self.max_leaves <= count_leaves([tree])
 
 

@@ -98,7 +98,7 @@ class Selection:
         return Progress(EXTRACTING, *told)
 
     def _name(self, choice: Choice, team: str) -> str:
-        """What tells apart the choices: the agent where each of several has its own, otherwise the team."""
+        """Names a choice: by the agent where each of several agents has its own, otherwise by the team."""
         alone = self.asked.settings.selection_by == AGENT and len(self.choices) > 1
         return self.asked.world.agents[choice.agents[0]] if alone else team
 
@@ -114,7 +114,7 @@ class Selection:
 
     @property
     def facts(self) -> dict[str, int]:
-        """What the provenance says of the selection."""
+        """The entries of the provenance about the selection."""
         facts, settings = {"stopped_after": self.offered}, self.asked.settings
         if len(self.choices) == 1 and settings.selection == UNIFORM and settings.selection_by != TEAM:
             return facts | {"best_iteration": self.choices[0].best + 1}

@@ -56,7 +56,7 @@ class Stack:
         return Stack(feature, threshold, left, right, action, n_nodes, depth)
 
     def act(self, which: Int, obs: Float32) -> Int:
-        """What tree `which[row]` does with each row of `obs` [n, n_features], [n]."""
+        """Returns the action of tree `which[row]` for each row of `obs` [n, n_features], [n]."""
         node = which * self.n_nodes
         flat, base = np.ascontiguousarray(obs).ravel(), np.arange(len(obs)) * obs.shape[1]
         for _ in range(self.depth):
@@ -67,7 +67,7 @@ class Stack:
 
 @dataclass(frozen=True)
 class SummedStack:
-    """As `Stack`, of trees that test sums or give numbers: what each node tests is a sum of few terms.
+    """A `Stack` of trees that test sums or give numbers: what each node tests is a sum of few terms.
 
     Terms are added from left to right, as the reference does it. -0.0 stands for those that a shorter sum has not,
     since adding it changes no number. So observations are followed by -0.0 and 1, of which a constant is a multiple.
@@ -113,7 +113,7 @@ class SummedStack:
         return SummedStack(place, weight, threshold, left, right, action, n_nodes, depth, *vectored, outputs)
 
     def act(self, which: Int, obs: Float32) -> Any:
-        """As `Stack.act`, or what agents give, [n, n_outputs] float32."""
+        """Returns the actions like `Stack.act`, or the numbers that agents give, [n, n_outputs] float32."""
         node, n_features = which * self.n_nodes, obs.shape[1]
         wide = np.empty((len(obs), n_features + 2))
         wide[:, :n_features], wide[:, n_features:] = obs, (-0.0, 1.0)
@@ -159,7 +159,7 @@ def stack_trees(world: World, agent: int, trees: Sequence[GrownTree]) -> Stack |
 
 
 def reaching(tree: GrownTree, obs: Floats) -> dict[int, Int]:
-    """Which rows of `obs` pass through each node: node -> rows; every node from the root down that any row reaches."""
+    """Returns node -> rows of `obs` that pass through it, for every node from the root down that any row reaches."""
     threshold = round_down(tree.threshold)
     rows_at: dict[int, Int] = {ROOT: np.arange(len(obs))}
     stack = [ROOT]

@@ -39,7 +39,7 @@ def with_own_sums(tree: GrownTree, n_features: int) -> SummedTree:
 
 
 def columns_of(tree: SummedTree, obs: Float32) -> Float64:
-    """What it may test, [n, n_features + n_sums]."""
+    """Returns the columns that it may test, [n, n_features + n_sums]."""
     wide = obs.astype(np.float64)
     return np.concatenate([wide, wide @ tree.tests.T.astype(np.float64)], axis=1)
 

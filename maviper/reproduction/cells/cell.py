@@ -32,7 +32,7 @@ DONE, FAILED = "done", "failed"
 
 @dataclass(frozen=True)
 class Cell:
-    """What a cell is about, as the table of all cells shows it. Empty and 0: it does not matter here."""
+    """The subject of a cell, as the table of all cells shows it. Empty and 0: it does not matter here."""
 
     kind: str
     game: str
@@ -103,7 +103,7 @@ class Task:
 
     @cached_property
     def identity(self) -> dict[str, Any]:
-        """What decides its results."""
+        """The facts that decide its results."""
         settings = {}
         if self.cell.kind == EXTRACTION:
             world = find(self.source.world)
@@ -130,7 +130,7 @@ class Task:
 
 
 def tool() -> str:
-    """What makes cells now."""
+    """Returns the name and version of the tool that makes cells now."""
     return f"maviper {version()}"
 
 
@@ -149,7 +149,7 @@ class Document:
 
 @dataclass(frozen=True)
 class Made:
-    """What became of a task: its files by name, cell.json aside."""
+    """The result of a task: its files by name, cell.json aside."""
 
     id: str
     document: Document

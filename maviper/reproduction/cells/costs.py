@@ -54,7 +54,7 @@ LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> another one, and how m
 
 
 def key_of(cell: Cell) -> str:
-    """What cells that cost the same have in common, their depths aside."""
+    """Returns the key that cells of the same cost have in common, their depths aside."""
     words = [cell.kind, cell.game.partition(",")[0], cell.algorithm]
     words += [cell.preset, cell.splits, "leaves" if cell.leaves else ""]
     return " ".join(word for word in words if word)
@@ -74,7 +74,7 @@ def estimate(task: Task) -> float:
 
 
 def is_guessed(cell: Cell) -> bool:
-    """Whether a cell's cost is derived from others'."""
+    """Returns True if a cell's cost is derived from others'."""
     return not _is_played(cell) and key_of(cell) not in load_costs()
 
 

@@ -92,6 +92,6 @@ def _importances(world: World, expert: Expert, profile: PolicyProfile) -> dict[s
 
 
 def _common_states(world: World, expert: Expert) -> tuple[Float32, ...]:
-    """What each agent observes in the expert's own episodes, [n, n_features]."""
+    """Returns each agent's observations in the expert's own episodes, [n, n_features]."""
     seeds = np.arange(measures.ON_POLICY_SEEDS, measures.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
     return points(play(world, [expert] * len(world.agents), world.start_from_seeds(seeds)))[0]

@@ -50,7 +50,7 @@ NO_CARD = " (no card)"
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked for; None: as the tier says."""
+    """The choices of a user; None: as the tier says."""
 
     tier: str = USUAL
     experts: tuple[str, ...] = (MAPPO,)

@@ -86,7 +86,7 @@ def _exploit_team(asked: Asked, team: str, scratch: Path) -> tuple[Any, range]:
 
 
 def _rows(lineup: str, measure: Measure, answer: Any, episodes: range) -> list[str]:
-    """What a responder reaches: what it is judged by, and its return."""
+    """Returns the rows of a responder's results: the measure by which it is judged, and its return."""
     rows: list[str] = []
     worth = -answer.worth if measure.lower_is_better else answer.worth
     for label, values in ((measure.label, worth), (f"{measure.team} {RETURN}", answer.returns)):

@@ -77,7 +77,7 @@ class Store:
                 yield place.parent.name, document
 
     def is_done(self, id_: str) -> bool:
-        """Whether a cell is finished."""
+        """Returns True if a cell is finished."""
         document = self.document(id_)
         return document is not None and document.outcome == DONE
 
@@ -99,7 +99,7 @@ class Store:
     # --- claims
 
     def claim(self, id_: str) -> bool:
-        """Whether this process may make the cell now: nobody has finished it, and nobody alive is making it."""
+        """Returns True if this process may make the cell now: nobody has finished it or, alive, is making it."""
         place = runs.folder(self.cells / id_)
         last = max((_number(each) for each in place.glob(CLAIM + "*")), default=-1)
         if self.is_done(id_) or (last >= 0 and not _stale(place / f"{CLAIM}{last}")):
@@ -147,7 +147,7 @@ def _number(place: Path) -> int:
 
 
 def _machine() -> str:
-    """What tells machines apart whose processes have numbers of their own."""
+    """Returns a name that tells machines apart whose processes have numbers of their own."""
     with contextlib.suppress(OSError):
         boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
         return f"{socket.gethostname()}/{boot}/{Path('/proc/self/ns/pid').readlink()}".replace(" ", "-")

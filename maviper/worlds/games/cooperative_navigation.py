@@ -73,7 +73,7 @@ class CooperativeNavigation(ParticleWorld):
         return (shared * (1 - LOCAL_RATIO) + -collisions * LOCAL_RATIO).T
 
     def shaping(self, state: WorldState) -> Float64:
-        """What an agent's presence is worth: the sum over targets of how much farther the nearest agent would be
+        """Returns the worth of an agent's presence: the sum over targets of how much farther the nearest agent would be
         without it. A shared reward alone does not tell an agent its own part.
         """
         gaps = np.sqrt(self._gaps(state))

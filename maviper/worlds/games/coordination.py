@@ -107,11 +107,11 @@ class Coordination(World):
 
     @property
     def conventions(self) -> int:
-        """How many actions each agent has."""
+        """The number of actions of each agent."""
         return len(self.actions[0])
 
     def kind(self, agent: int) -> int:
-        """Which signals an agent reads clearly."""
+        """Returns the kind of an agent, which decides the signals that it reads clearly."""
         return agent % self.kinds
 
     # --- what is hidden, and how it is read
@@ -132,7 +132,7 @@ class Coordination(World):
         return np.argsort(np.argsort(drawn, kind="stable"), kind="stable") % self.conventions
 
     def likelihood(self, kind: int) -> Float64:
-        """How likely each reading is in each hidden state, [n_cells hidden, n_cells read]; each row sums to 1."""
+        """Returns each reading's probability in each hidden state, [n_cells hidden, n_cells read]; rows sum to 1."""
         likelihood: Float64 = np.ones((len(self.cells), len(self.cells)))
         for signal, error in enumerate(self.errors[kind]):
             level = self.cells[:, signal]
@@ -185,11 +185,11 @@ class Coordination(World):
     # --- what decisions are worth
 
     def roles(self, state: Decisions) -> Int:
-        """How far each agent's convention lies beyond the one demanded, [batch, n_agents]."""
+        """Returns the distance of each agent's convention beyond the one demanded, [batch, n_agents]."""
         return (state.chosen - self.demanded[state.hidden][:, None]) % self.conventions
 
     def payoff(self, roles: Int) -> Float64:
-        """What roles [batch, n_agents] are worth to every agent, [batch]."""
+        """Returns the worth of roles [batch, n_agents] to every agent, [batch]."""
         if self.rule in PAIRS:
             pairs = list(combinations(range(len(self.agents)), 2))
             return np.mean([PAIRS[self.rule][roles[:, a], roles[:, b]] for a, b in pairs], axis=0)

@@ -138,7 +138,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         return {agent: np.array(seen[agent][0]) for agent in agents}
 
     def _of(self, agents: Sequence[str], part: Any) -> dict[str, Any]:
-        """What a method of the world says about each agent in the present state."""
+        """Returns the result of a method of the world for each agent in the present state."""
         said = dict(zip(self.possible_agents, part(self._state)[0].tolist(), strict=True))
         return {agent: said[agent] for agent in agents}
 

@@ -50,7 +50,7 @@ def top_speed(spec: WorldSpec) -> float:
 
 
 def farthest(spec: WorldSpec) -> float:
-    """How far an agent can travel from rest within an episode along one axis, rounded up to a tenth.
+    """Returns the distance an agent can travel from rest in an episode along one axis, rounded up to a tenth.
 
     Contacts can add to it: a range says what actions reach, and nothing depends on it but pictures and regions.
     """
@@ -95,7 +95,7 @@ def _velocity(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str],
 
 
 def _goal(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
-    """Which landmark is the goal, for agents that observe the goal: 1 for it, 0 for others; the last follows."""
+    """Tells agents that observe the goal which landmark it is: 1 for it, 0 for others; the last follows."""
     del mates
     if not any(feature.meaning and _offset(feature.meaning, agent) == f"{GOAL}.x" for feature in features):
         return []

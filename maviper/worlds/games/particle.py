@@ -104,7 +104,7 @@ def _draw_starts(
 def _draw_cached(
     seeds: range, bounds: tuple[tuple[float, float], ...], n_goals: int
 ) -> tuple[Float64, NDArray[np.int64]]:
-    """As `_draw_starts`: the same episodes are played again and again; making generators is a fifth of playing them."""
+    """Caches `_draw_starts`: the same episodes are played again; making generators is a fifth of playing them."""
     return _draw_starts(seeds, bounds, n_goals)
 
 
@@ -274,7 +274,7 @@ def squared_distances(a: Float64, b: Float64) -> Float64:
 
 
 def covers_targets(near: Bool) -> Bool:
-    """Whether every target has an agent of its own, [batch]. `near`: [n_agents, n_landmarks, batch], square."""
+    """Returns True if every target has an agent of its own, [batch]. `near`: [n_agents, n_landmarks, batch], square."""
     possible = np.asarray(near.any(axis=0).all(axis=0))
     rows = np.flatnonzero(possible)
     if len(near) <= MAX_MATCHED:

@@ -101,7 +101,7 @@ class PhysicalDeception(ParticleWorld):
         return Observer([feature for features in self._in_order for feature in features], self.spec)
 
     def observe(self, state: WorldState) -> tuple[Float32, ...]:
-        """As `ParticleWorld.observe`; shuffled, each agent sees the landmarks in its own order."""
+        """Returns the observations; shuffled, each agent sees the landmarks in its own order."""
         seen = super().observe(state)
         if "shuffled" not in self.spec.options:
             return seen

@@ -165,7 +165,7 @@ class PredatorPrey(ParticleWorld):
         return rewards.T
 
     def _fine(self, state: WorldState) -> Float64:
-        """What the prey pay for leaving the arena, their mean, [batch]."""
+        """Returns the fine that the prey pay for leaving the arena, their mean, [batch]."""
         hunters, n_agents = len(self.teams[PREDATORS]), len(self.agents)
         return outside(np.abs(planes(state.position)[hunters:n_agents])).sum(axis=1).mean(axis=0)
 

@@ -30,7 +30,7 @@ GIVING = "use Discrete(n): agents choose among numbered actions; or a Box of flo
 
 
 def width(choices: Choices) -> int:
-    """How many numbers the agent gives; 0 where it chooses among actions."""
+    """Counts the numbers that the agent gives; 0 where it chooses among actions."""
     from gymnasium.spaces import Box
 
     return int(np.prod(choices.shape)) if isinstance(choices, Box) else 0

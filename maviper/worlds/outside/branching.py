@@ -23,7 +23,7 @@ ADVICE = "use --critic none, or an expert with Q"
 
 @dataclass(frozen=True, slots=True)
 class Past:
-    """How a game got into its state: by a seed at first, then by all agents' actions in a state before."""
+    """The way of a game into its state: by a seed at first, then by all agents' actions in a state before."""
 
     before: Past | None
     by: int | tuple[int, ...]

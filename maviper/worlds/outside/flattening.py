@@ -45,7 +45,7 @@ def legal_names(names: Sequence[str], kind: str) -> tuple[str, ...]:
 
 
 def parts_of(space: spaces.Space, n_actions: int) -> tuple[spaces.Space, bool]:
-    """What of a space is observed beside a mask, and whether it has one."""
+    """Returns the part of a space that is observed beside a mask, and True if it has one."""
     from gymnasium.spaces import Dict
 
     if not isinstance(space, Dict) or MASK not in space.spaces or len(space.spaces) == 1:
@@ -98,7 +98,7 @@ def ensure_small(space: spaces.Space, where: str) -> None:
 
 
 def _size(space: spaces.Space) -> int:
-    """How many numbers a flattened space has; nothing of that size is made."""
+    """Counts the numbers of a flattened space; nothing of that size is made."""
     from gymnasium.spaces import Dict, Discrete, MultiDiscrete, Tuple
 
     if isinstance(space, Dict | Tuple):

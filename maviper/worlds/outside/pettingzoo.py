@@ -125,7 +125,7 @@ class PettingZooWorld(OutsideWorld):
         weakref.finalize(self, self._copies.close)
 
     def _at_once(self, env: Any) -> tuple[int, bool | None]:
-        """How many copies play at once, and whether each in a process of its own; None: to be tried."""
+        """Returns the number of copies that play at once, and True if each has its own process; None: to be tried."""
         at_once = copies_at_once(self._function, self.source)
         alone = attribute(env, "alone", self.source)
         if alone is True or alone == MACHINE:
@@ -282,7 +282,7 @@ class Fault(NamedTuple):
 
 
 def faults(env: Any) -> Iterator[Fault]:
-    """What is wrong with the agents and spaces of a parallel environment."""
+    """Lists the faults of the agents and spaces of a parallel environment."""
     agents = list(getattr(env, "possible_agents", []))
     if not agents:
         yield Fault("agents: possible_agents is missing or empty", "list the names of all agents there")

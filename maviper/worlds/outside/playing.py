@@ -26,7 +26,7 @@ MOMENTS = count()  # unlike in all worlds
 
 @dataclass(frozen=True)
 class EnvStates:
-    """What is known of a batch of games at one step; the games themselves live in their copies."""
+    """The known part of a batch of games at one step; the games themselves live in their copies."""
 
     observations: tuple[Float32, ...]  # per agent [batch, n_features]
     rewards: Float64  # [batch, n_agents] on entering the state
@@ -64,7 +64,7 @@ class OutsideWorld(World):
 
     @property
     def name(self) -> str:
-        """How the environment is named, with its options."""
+        """The name of the environment, with its options."""
         return self.source.text
 
     def start(self, n: int, rng: np.random.Generator) -> EnvStates:
@@ -80,7 +80,7 @@ class OutsideWorld(World):
         return state.rewards
 
     def alive(self, state: EnvStates) -> Bool:
-        """Who acts in `state`, [batch, n_agents]."""
+        """Returns True for the agents that act in `state`, [batch, n_agents]."""
         return state.acting
 
     def terminated(self, state: EnvStates) -> Bool:

@@ -60,7 +60,7 @@ class Copy:
             return self.answer(verb, argument)
 
     def answer(self, verb: str, argument: Any) -> Outcome:
-        """As `ask`, where output is aside already."""
+        """Answers like `ask`, where output is aside already."""
         try:
             return self._reset(argument) if verb == "reset" else self._step(argument)
         except (Exception, SystemExit) as error:
@@ -204,9 +204,9 @@ class Copies:
 
 
 def may_share(source: Source, at_once: int = 0) -> bool:
-    """Whether copies in one process leave each other alone; and, of `at_once` copies, whether all of them play sooner
-    so than apart. It is tried in another process, which an environment may end or keep for ever. A copy plays alone
-    first: where its steps are slow, there is no second one.
+    """Returns True if copies in one process leave each other alone; and, of `at_once` copies, if all of them play
+    sooner so than apart. It is tried in another process, which an environment may end or keep for ever. A copy plays
+    alone first: where its steps are slow, there is no second one.
     """
     trial = _Process(source)
     try:
@@ -247,7 +247,7 @@ def probe_episode(copy: Copy, most: int) -> Probe:
 
 
 def probe_apart(source: Source, most: int) -> Probe:
-    """As `probe_episode`, in a process of its own, which the environment may end."""
+    """Probes like `probe_episode`, in a process of its own, which the environment may end."""
     process = _Process(source)
     try:
         process.send(PROBE, most)
@@ -259,7 +259,7 @@ def probe_apart(source: Source, most: int) -> Probe:
 
 
 def _play_alone(copy: Copy) -> tuple[float, float, list[Outcome]]:
-    """How long a step of a copy takes at best, how long all took, and what was seen."""
+    """Returns the seconds that a step of a copy takes at best, the seconds that all took, and the outcomes."""
     began = time.perf_counter()
     outcomes, times = [copy.ask("reset", 0)], list[float]()
     for acted in _probe_actions(copy):
@@ -275,8 +275,8 @@ def _probe_actions(copy: Copy) -> Sequence[list[Any]]:
 
 
 def _plays_alike(alone: Sequence[Outcome], one: Copy, other: Copy) -> bool:
-    """Whether an episode is as it was alone while another copy plays between its steps: copies that share a module's
-    generator or simulator would disturb each other.
+    """Returns True if an episode is as it was alone while another copy plays between its steps: copies that share a
+    module's generator or simulator would disturb each other.
     """
     beside, others = [one.ask("reset", 0)], other.ask("reset", 1)
     for acted in _probe_actions(one):
@@ -286,8 +286,8 @@ def _plays_alike(alone: Sequence[Outcome], one: Copy, other: Copy) -> bool:
 
 
 def is_undisturbed(one: Copy, other: Copy) -> bool:
-    """Whether copies of an environment that is known not to wait for others play here as each would alone; False where
-    they fail.
+    """Returns True if copies of an environment that is known not to wait for others play here as each would alone;
+    False where they fail.
     """
     try:
         return _plays_alike(_play_alone(one)[2], one, other)
@@ -378,12 +378,12 @@ def serve(pipe: Connection, text: str, folder: str) -> None:
 
 
 def cores() -> int:
-    """How many CPU cores this process may use."""
+    """Counts the CPU cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def is_importable(function: Callable[..., Any], source: Source) -> bool:
-    """Whether another process would find the same function, and may be started."""
+    """Returns True if another process would find the same function, and may be started."""
     module = sys.modules.get(source.module)
     shared = source.module != "__main__" and getattr(module, source.function, None) is function
     shared = shared and getattr(module, "__spec__", None) is not None

@@ -44,7 +44,7 @@ ELSEWHERE = (  # environments that left Gymnasium or were never in it: how their
 
 
 def find_registered(name: str) -> Callable[..., gymnasium.Env]:
-    """What makes the environment with that Gymnasium id, `[MODULE:][NAMESPACE/]NAME-v1`; options are passed on.
+    """Returns the maker of the environment with a Gymnasium id, `[MODULE:][NAMESPACE/]NAME-v1`; passes options on.
 
     InputError for what is no id. What it makes raises InputError too where there is no such environment, or an old one,
     or where the name leaves the version open, and MissingToolError where it needs a package that is not installed.
@@ -173,7 +173,7 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         return tuple({AGENT: each} for each in self._after(actions[AGENT]))
 
     def step_alone(self, action: Any) -> tuple[Any, Any, Any, Any, Any]:
-        """As `step`, without dictionaries. `action`: a number from 0, or the numbers that the agent gives in a row."""
+        """Steps without dictionaries; see `step`. `action`: a number from 0, or the numbers that the agent gives."""
         return self._after(self._taken(action))
 
     def _after(self, acted: Any) -> tuple[Any, Any, Any, Any, Any]:
@@ -185,11 +185,11 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         return self._vector(seen), reward, ended, cut, info
 
     def render(self) -> Any:
-        """As the environment does."""
+        """Returns the environment's own rendering."""
         return self.env.render()
 
     def close(self) -> None:
-        """As the environment does."""
+        """Closes the environment."""
         self.env.close()
 
     def _vector(self, seen: Any) -> Any:

@@ -58,7 +58,7 @@ class Source:
 
 
 def is_named_by_user(name: str) -> bool:
-    """Whether a world's name is a `module:function`, not that of one of our games."""
+    """Returns True if a world's name is a `module:function`, not that of one of our games."""
     return ":" in name.split(",")[0]
 
 
@@ -88,8 +88,8 @@ def value_of(text: int | str) -> Any:
 
 
 def fault(error: BaseException, source: Source, doing: str, advice: str = CHECK) -> MaviperError:
-    """What a user's code raised, with the line that raised it and, where that is in a package, the last one of the
-    user's own before it.
+    """Returns the error for what a user's code raised, with the line that raised it and, where that is in a package,
+    the last one of the user's own before it.
     """
     if isinstance(error, MaviperError):
         return error
@@ -147,14 +147,14 @@ def read_legal_features(env: Any, agent: Any, source: Source) -> tuple[str, ...]
 
 
 def _texts(given: Any) -> tuple[str, ...] | None:
-    """What is given as texts in a row; None: it is something else."""
+    """Returns a given row of texts as a tuple; None: it is something else."""
     parts = tuple(given) if is_row(given) else ()
     texts = tuple(part for part in parts if isinstance(part, str))
     return texts if is_row(given) and len(texts) == len(parts) else None
 
 
 def read_length(env: Any, source: Source) -> int | None:
-    """How many steps an episode has at most, by option or attribute; None where nobody says it."""
+    """Returns the largest number of steps of an episode, by option or attribute; None where nobody says it."""
     limit = source.options.get(MAX_STEPS)
     if limit is not None:
         if not isinstance(limit, int) or limit < 1:
@@ -225,12 +225,12 @@ def read_teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str,
 
 
 def is_mapping(given: object) -> TypeGuard[Mapping[Any, Any]]:
-    """Whether it has values by keys, which are the environment's own."""
+    """Returns True if it has values by keys, which are the environment's own."""
     return isinstance(given, Mapping)
 
 
 def is_row(given: object) -> TypeGuard[Sequence[object]]:
-    """Whether it has parts in a row, and is no text."""
+    """Returns True if it has parts in a row, and is no text."""
     return isinstance(given, Sequence) and not isinstance(given, str)
 
 

@@ -22,7 +22,7 @@ FLOAT32 = np.dtype(np.float32)
 
 
 def steps_alone(env: Any) -> bool:
-    """Whether it tells the parts of a step of its one agent without dictionaries."""
+    """Returns True if it tells the parts of a step of its one agent without dictionaries."""
     return callable(getattr(cast("type[object]", type(env)), "step_alone", None))
 
 

@@ -100,7 +100,7 @@ class VmasWorld(OutsideWorld):
 
     @contextmanager
     def _at_work(self, doing: str) -> Generator[None]:
-        """What VMAS prints goes to standard error, and what it raises becomes an InputError."""
+        """Sends VMAS's output to standard error, and turns what it raises into an InputError."""
         try:
             with output_aside():
                 yield
@@ -164,7 +164,7 @@ class VmasWorld(OutsideWorld):
         return self._enter_states(observations, np.where(over, 0.0, rewards), over | (_array(ended)[:n, None] != 0))
 
     def _columns(self, acted: Float32) -> list[Float32]:
-        """What each agent does in all games, [GAMES, 1], or the numbers that it gives, within its bounds."""
+        """Returns each agent's actions in all games, [GAMES, 1], or the numbers that it gives, within its bounds."""
         if not self.outputs:
             return [column[:, None].copy() for column in acted.T]
         columns: list[Float32] = []

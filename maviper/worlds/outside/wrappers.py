@@ -61,8 +61,8 @@ def parse_wrappers(text: int | str) -> tuple[str, ...]:
 
 
 def wrap_environment(env: Any, text: int | str, source: Source) -> ParallelEnv:
-    """What a function made as a parallel environment, by the wrappers that `text` names. InputError where another one
-    is needed, or where no wrapper helps.
+    """Makes a parallel environment of what a function made, by the wrappers that `text` names. InputError where another
+    one is needed, or where no wrapper helps.
     """
     wrappers = parse_wrappers(text)
     parallel = _parallel(env, wrappers, source)
@@ -115,7 +115,7 @@ class Turns(turn_based_aec_to_parallel_wrapper):  # type: ignore[misc]
 
     @property
     def acting(self) -> tuple[Any, ...]:
-        """Who acts in the next step."""
+        """The agents that act in the next step."""
         return (self.aec_env.agent_selection,) if self.aec_env.agents else ()
 
 
@@ -164,7 +164,7 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         ]
 
     def _own(self, agent: Any, box: Box, names: Sequence[tuple[str, str]]) -> list[FeatureSpec]:
-        """What the environment says of its features, or what follows from their space."""
+        """Returns the features as the environment states them, or those that follow from their space."""
         if isinstance(self.env, SingleAgent) and len(self.env.described) == len(names):
             names = self.env.described
         given = table(self.env, "features", self.source).get(agent)
@@ -174,17 +174,17 @@ class Flattened(ParallelEnv[Any, Any, Any]):
 
     @property
     def unwrapped(self) -> Any:
-        """As the environment's."""
+        """The innermost environment, as the wrapped one gives it."""
         return self.env.unwrapped
 
     @property
     def plays_here(self) -> bool:
-        """As the environment's."""
+        """True if the environment says that it plays in this process."""
         return bool(attribute(self.env, "plays_here", self.source))
 
     @property
     def acting(self) -> tuple[Any, ...]:
-        """Who acts in the next step: who has the turn, and a legal action."""
+        """The agents that act in the next step: those that have the turn, and a legal action."""
         turn = getattr(self.env, "acting", None)
         return tuple(agent for agent in self.agents if (turn is None or agent in turn) and agent not in self._stuck)
 
@@ -193,7 +193,7 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         return self._boxes[agent]
 
     def action_space(self, agent: Any) -> Any:
-        """As the environment's."""
+        """Returns the environment's own action space."""
         return space(self.env, "action", agent)
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[Any, Any], Any]:
@@ -235,11 +235,11 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         return np.concatenate([numbers, flags], dtype=np.float32)
 
     def render(self) -> Any:
-        """As the environment does."""
+        """Returns the environment's own rendering."""
         return self.env.render()
 
     def close(self) -> None:
-        """As the environment does."""
+        """Closes the environment."""
         self.env.close()
 
 

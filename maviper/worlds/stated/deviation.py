@@ -30,7 +30,7 @@ PLACED = 0.75  # the share of episodes that begin anywhere in the ranges, where 
 
 @dataclass
 class Deviation:
-    """What was measured: of each variable the least and the most by which the environment is off the statement."""
+    """The measured deviation: of each variable the least and the most by which the environment is off the statement."""
 
     steps: int = 0
     outside: int = 0  # steps that began or ended where nothing is stated

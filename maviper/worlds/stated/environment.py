@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def maker_of(path: str) -> Callable[[], StatedEnv]:
-    """What makes the environment of a file."""
+    """Returns the maker of the environment of a file."""
     return partial(_make_environment, path)
 
 

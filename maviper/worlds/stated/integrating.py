@@ -23,7 +23,7 @@ UNDEFINED = "narrow the ranges: over them a derivative must be defined"
 
 
 def check_integration(statement: Statement) -> Finding:
-    """How far play is from scipy's integration, over periods from starts and from anywhere in the ranges."""
+    """Measures how far play is from scipy's integration, over periods from starts and from anywhere in the ranges."""
     flow, rng = statement.system.flow, np.random.default_rng(SEED)
     assert flow is not None
     rules, worst, least = flow_rules(flow), dict.fromkeys(flow.rates, 0.0), 0.0

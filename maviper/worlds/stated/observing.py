@@ -45,7 +45,7 @@ class Observed:
 
     @property
     def meaning(self) -> Meaning:
-        """What it measures."""
+        """The meaning of the feature: the quantity that it measures."""
         return meaning_of(self.feature)
 
     @property
@@ -111,7 +111,7 @@ def spell_agent(policy: AgentPolicy, noise: Iterable[str], actions: str, mark: s
 
 
 def _spell_feature(observed: Observed, noise: frozenset[str], mark: str) -> str:
-    """What a feature is, as world files write it."""
+    """Spells a feature as world files write it."""
     terms = [f"{number_text(Fraction(weight))}*{call_in_file(name, mark)}" for weight, name in observed.meaning.terms]
     off = [name for name in (observed.error, observed.rounding) if name in noise]
     added = " + ".join([*terms, *off]) or "0"
@@ -201,7 +201,7 @@ def place_in(exact: Fraction, ends: Interval, step: int) -> Fraction:
 
 
 def call_in_file(coordinate: str, mark: str = PLACE) -> str:
-    """What the file calls a coordinate. `mark`: whose place the goal's is."""
+    """Returns a coordinate's name in the file. `mark`: whose place the goal's is."""
     return coordinate.replace(GOAL, mark, 1) if coordinate.startswith(f"{GOAL}.") else coordinate
 
 

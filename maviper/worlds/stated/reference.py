@@ -27,7 +27,7 @@ from verify.systems.system import Affine, Measure
 
 
 def is_known(name: str) -> bool:
-    """Whether a file may name this environment to be run: one that Gymnasium registers, and no module of anybody's."""
+    """Returns True if a file may name this environment to be run: one that Gymnasium registers, no user's module."""
     module, _, function = name.partition(":")
     return module == GYMNASIUM and ":" not in function
 
@@ -63,15 +63,15 @@ class Reference:
                 raise InputError(what, self._where, "list all of them, in the environment's order")
 
     def _takes_states(self) -> bool:
-        """Whether the state can be set."""
+        """Returns True if the state can be set."""
         self.reset(0)
         at = self.state()
         return not callable(getattr(self._holder(), self._statement.state)) and self.place(at)
 
     @contextmanager
     def keep_quiet(self) -> Generator[None]:
-        """What it prints meanwhile goes to standard error: to see to that at each step takes as long as a small one.
-        Where the state is read from an environment of one agent, so does what else a step tells, which nobody reads.
+        """Sends its output meanwhile to standard error: to see to that at each step takes as long as a small one. Where
+        the state is read from an environment of one agent, so does what else a step tells, which nobody reads.
         """
         env = self._copy.env
         with output_aside():
@@ -128,7 +128,7 @@ class Reference:
         return dict(zip(self._names, numbers.tolist(), strict=True))
 
     def _holder(self) -> Any:
-        """What holds the attribute: the innermost environment that has it."""
+        """Returns the holder of the attribute: the innermost environment that has it."""
         env = self._copy.env
         inner = getattr(env, "env", env)
         for each in (getattr(inner, "unwrapped", inner), inner, env):
@@ -139,7 +139,7 @@ class Reference:
 
 
 def _locate_variables(statement: Statement) -> dict[str, tuple[int, int]]:
-    """Which agent's which feature is each variable itself."""
+    """Finds for each variable the agent and the feature that is the variable itself."""
     places: dict[str, tuple[int, int]] = {}
     for agent, features in enumerate(statement.system.features.values()):
         for index, feature in enumerate(features.values()):

@@ -22,7 +22,7 @@ NO_CLAIMS = "add [[property]], or give `maviper verify` a file of them"
 
 
 def check_statement(statement: Statement) -> Iterator[Finding]:
-    """What a file states."""
+    """Lists what a file states."""
     system = statement.system
     yield Finding(Mark.OK, f"file: {system.name}, units fit, and every number is exact")
     variables = ", ".join(f"{each.name} {each.unit}".removesuffix(" 1") for each in system.variables)
@@ -48,7 +48,7 @@ def check_statement(statement: Statement) -> Iterator[Finding]:
 
 
 def _check_enclosures(statement: Statement) -> Finding:
-    """Whether the checker shows that the pieces hold what the rules say."""
+    """Checks by the checker that the pieces hold what the rules say."""
     try:
         shown = ensure_enclosed(statement)
     except RejectedError as error:
@@ -57,7 +57,7 @@ def _check_enclosures(statement: Statement) -> Finding:
 
 
 def measure_reference(statement: Statement, run: bool) -> Iterator[Finding]:
-    """How far a statement is from its reference. `run`: also where that is code that the file names."""
+    """Measures the distance of a statement from its reference. `run`: also where that is code that the file names."""
     name = statement.system.reference
     if not (run or is_known(name)):
         said = f"reference: {name} is code that the file names, and was not run"

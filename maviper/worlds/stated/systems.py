@@ -30,7 +30,7 @@ Floats = dict[str, float]
 
 
 def read(path: str | Path) -> Statement:
-    """What a world file states. InputError with the place of the first fault."""
+    """Reads the statement of a world file. InputError with the place of the first fault."""
     name = str(path)
     data = runs.read(Path(path), MAX_BYTES)
     kinds.ensure(data, name, kinds.WORLD.called, kinds.WORLD)
@@ -70,7 +70,7 @@ class MovingRule:
         }
 
     def holds(self, state: Mapping[str, float]) -> bool:
-        """Whether a state lies in its box and meets its conditions."""
+        """Returns True if a state lies in its box and meets its conditions."""
         if not all(low <= state[name] <= high for name, low, high in self._where):
             return False
         return not self._when or self._meets({name: Fraction(number) for name, number in state.items()})
@@ -100,7 +100,7 @@ class Moving:
         self._rules += [] if flow is None else flow_rules(flow)
 
     def within(self, state: Mapping[str, float]) -> bool:
-        """Whether a state lies in the ranges of all variables."""
+        """Returns True if a state lies in the ranges of all variables."""
         return all(low <= state[name] <= high for name, (low, high) in self.ranges.items())
 
     def rules(self, state: Mapping[str, float]) -> list[AnyRule]:
