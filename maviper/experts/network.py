@@ -166,8 +166,8 @@ def give_numbers(parts: Any, low: Float64, high: Float64) -> Float32:
 
 
 def _largest_errors(net: str, wide: Mapping[str, Float64]) -> tuple[Float64, Float64]:
-    """Bounds an output's size and its error in float32: both for each unit of the largest input, and both of what no
-    input changes.
+    """Bounds the size of an output and its error in float32: the parts for each unit of the largest input, and the
+    constant parts.
     """
     inputs = len(wide[f"{net}.1.weight"])
     size, error = np.array([np.ones(inputs), np.zeros(inputs)]), np.zeros((2, inputs))  # [per unit and constant, width]

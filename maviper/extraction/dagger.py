@@ -380,6 +380,6 @@ def _legally(world: World, data: Dataset, members: Sequence[int], trees: Sequenc
 
 
 def _draw_counts(column: Float64, alive: ir.Bool, settings: Settings, rng: np.random.Generator) -> Int:
-    """Counts each point in an agent's data: where all weigh the same, or by what they cost, nothing is drawn."""
+    """Counts each point in an agent's data; nothing is drawn where all weigh the same, or by what they cost."""
     alike = settings.weights in (EQUAL, REGRET)
     return counts_of(column) if alike else resample(column, alive, settings.max_samples, rng)

@@ -101,7 +101,7 @@ class Examples:
 
     @property
     def facts(self) -> dict[str, int | str]:
-        """The entries of a provenance about them."""
+        """The provenance's entries about the examples."""
         return {"counterexamples": len(self), "counterexamples_from": self.digest} if self.lessons else {}
 
 

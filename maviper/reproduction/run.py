@@ -99,7 +99,7 @@ def request(options: Mapping[str, Any]) -> Request:
 
 @dataclass
 class Reproduced:
-    """The results of a call: its plan, what was made, what failed, and the lines of the report."""
+    """What a call did: its plan, what was made, what failed, and the lines of the report."""
 
     plan: Plan
     made: int = 0  # by this call
@@ -108,7 +108,7 @@ class Reproduced:
 
     @property
     def code(self) -> ExitCode:
-        """The exit code of the call."""
+        """As an exit code."""
         return ExitCode.VIOLATED if self.failed else ExitCode.DONE
 
 

@@ -334,7 +334,7 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
 
 
 def _missing(verdict: Verdict) -> str:
-    """Tells the command that makes missing cells; `--algorithms` may have left opponents out."""
+    """Describes how missing cells are made; `--algorithms` may have left opponents out."""
     against = f" against all of {', '.join(OPPONENTS)}" if KIND_OF.get(verdict.claim.statistic) == CROSSPLAY else ""
     return f"not run{against}: {playing(verdict.claim, verdict.expert)}"
 

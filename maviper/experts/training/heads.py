@@ -22,7 +22,7 @@ DEVIATION, LEAST_DEVIATION = 0.6, 0.02  # of drawn numbers, in halves of their r
 
 
 class Head(ABC):
-    """The reading of a network's outputs. `nets`: what is learned beside the actors, by name."""
+    """The reader of a network's outputs. `nets`: what is learned beside the actors, by name."""
 
     def __init__(self, joint: Joint, rng: np.random.Generator) -> None:
         self.joint, self.rng = joint, rng

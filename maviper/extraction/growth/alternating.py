@@ -31,7 +31,7 @@ RIDGE = 1e-3  # of its weights, in parts of what all points weigh
 
 
 class Answers(Protocol):
-    """The kinds of answers that leaves may give."""
+    """The answers that leaves may give."""
 
     def losses(self, rows: Sequence[Int]) -> Float64:
         """Returns the loss of each leaf, fitted to its own rows, at every point; [n_leaves, n]."""

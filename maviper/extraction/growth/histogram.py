@@ -94,7 +94,7 @@ def best_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots:
 def project_trees(
     codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots: int, n_actions: int, depth: int
 ) -> Int:
-    """Returns the actions by trees of `depth`, one for each slot and fitted to its points, at every point, [n].
+    """Returns the actions of trees of `depth`, one for each slot and fitted to its points, at every point, [n].
 
     A point in slot -1 has no tree and gets -1, as do the points of a slot without weight.
     """

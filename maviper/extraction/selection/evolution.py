@@ -45,7 +45,7 @@ Trees = list[GrownTree]
 
 @dataclass(frozen=True)
 class Moves:
-    """The distances that the numbers of one tree go for a unit of a direction."""
+    """The changes of one tree's numbers for a unit of a direction."""
 
     thresholds: Float64  # [n_nodes]; 0 at leaves, and where no observation gets
     numbers: Float64  # [n_vectors, n_outputs, n_features + 1], the constant last; 0 where there is no term
@@ -107,8 +107,8 @@ def round_cost(scale: int = 1) -> int:
 
 
 def round_scale(episodes: int) -> int:
-    """Returns the size of a round in parts of a small one, with so many episodes for all rounds. Small rounds find the
-    way from bad trees in few episodes; the gains of good ones drown in the differences between episodes.
+    """Returns the size of a round as a multiple of a small one, with so many episodes for all rounds. Small rounds find
+    the way from bad trees in few episodes; the gains of good ones drown in the differences between episodes.
     """
     return max(1, math.isqrt(episodes // (ROUNDS * round_cost())))
 

@@ -99,7 +99,7 @@ class Store:
     # --- claims
 
     def claim(self, id_: str) -> bool:
-        """Returns True if this process may make the cell now: nobody has finished it or, alive, is making it."""
+        """Claims a cell; returns True unless it is finished or a living process is making it."""
         place = runs.folder(self.cells / id_)
         last = max((_number(each) for each in place.glob(CLAIM + "*")), default=-1)
         if self.is_done(id_) or (last >= 0 and not _stale(place / f"{CLAIM}{last}")):

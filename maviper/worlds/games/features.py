@@ -95,7 +95,7 @@ def _velocity(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str],
 
 
 def _goal(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
-    """Tells agents that observe the goal which landmark it is: 1 for it, 0 for others; the last follows."""
+    """Returns features that mark the goal, for agents that observe it: 1 for it, 0 for others; the last follows."""
     del mates
     if not any(feature.meaning and _offset(feature.meaning, agent) == f"{GOAL}.x" for feature in features):
         return []

@@ -23,7 +23,7 @@ ADVICE = "use --critic none, or an expert with Q"
 
 @dataclass(frozen=True, slots=True)
 class Past:
-    """The way of a game into its state: by a seed at first, then by all agents' actions in a state before."""
+    """The path of a game to its state: by a seed at first, then by all agents' actions in a state before."""
 
     before: Past | None
     by: int | tuple[int, ...]

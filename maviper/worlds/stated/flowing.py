@@ -39,7 +39,7 @@ class FlowRule:
         self._held = {choice: {name: float(value) for name, value in of.items()} for choice, of in flow.held.items()}
 
     def holds(self, state: Mapping[str, float]) -> bool:
-        """Returns True if it says how a state moves that is this at a sample; without cases it does everywhere."""
+        """Returns True if the rule applies to a state that is this at a sample; without cases it always does."""
         return self._piece is None or self._piece.holds({name: Fraction(number) for name, number in state.items()})
 
     def hold_inputs(self, actions: Mapping[str, str]) -> Floats:
