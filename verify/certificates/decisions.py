@@ -44,7 +44,7 @@ def _premise_document(premise: Premise) -> dict[str, Any]:
 
 
 def may_name(claim: DecisionClaim) -> bool:
-    """Whether a certificate may name a claim: name and parameters say all that is claimed."""
+    """Returns True if a certificate may name a claim: name and parameters say all that is claimed."""
     return claim.assume == TRUE and claim.of in (*PLAIN, *RELATIONS)
 
 

@@ -48,7 +48,7 @@ class StartSpan:
 
     @property
     def free(self) -> bool:
-        """Whether the coordinate made no difference; one that the region fixes was not varied."""
+        """True if the coordinate made no difference; one that the region fixes was not varied."""
         return self.whole and self.low < self.high
 
     def __str__(self) -> str:
@@ -63,7 +63,7 @@ class StartSpan:
 
 @dataclass(frozen=True)
 class EpisodeExplanation:
-    """What a safety engineer asks about an episode that fails, beside its course and its replays."""
+    """The answers to a safety engineer's questions about an episode that fails, beside its course and its replays."""
 
     spans: tuple[StartSpan, ...]
     other: State | None  # a sampled start from which the claim fails by other actions
@@ -103,7 +103,7 @@ def _change(amount: float) -> str:
 
 
 def explain_episode(question: EpisodeQuestion, state: State, episode: Episode) -> EpisodeExplanation:
-    """What there is to say about a start from which the claim fails, and its course."""
+    """Explains a start from which the claim fails, and its course."""
     return EpisodeExplanation(
         spans=_spans(question, state, episode),
         other=_other(question, episode),
@@ -127,7 +127,7 @@ class _Starts:
             self._alike = (actions[..., team] == episode.actions[:, None, team]).all(axis=(0, 2))
 
     def stands(self, row: int) -> bool:
-        """Whether a start lies in the region, leads to the team's actions and fails the claim."""
+        """Returns True if a start lies in the region, leads to the team's actions and fails the claim."""
         profile, claim = self._question.profile, self._question.claim
         return (
             bool(self._alike[row])

@@ -83,7 +83,7 @@ class Tested:
 
 @dataclass(frozen=True)
 class Turn:
-    """How far one test is from turning."""
+    """The distance of one test from turning."""
 
     step: Step
     over: float  # value minus threshold, as observed
@@ -92,7 +92,7 @@ class Turn:
 
 @dataclass(frozen=True)
 class AgentRoom:
-    """What an agent's decision rests on."""
+    """The features and tests that an agent's decision rests on."""
 
     agent: str
     tested: tuple[Tested, ...]
@@ -108,7 +108,7 @@ class AgentRoom:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What a safety engineer asks about a counterexample beside its point, its paths and its replays."""
+    """The answers to an engineer's questions about a counterexample beside its point, its paths and its replays."""
 
     uniqueness: Uniqueness
     spans: tuple[CoordinateSpan, ...]
@@ -154,7 +154,7 @@ def format_ends(low: float, high: float) -> tuple[str, str]:
 
 
 def _exact_ends(low: Fraction, high: Fraction, excluded: Sequence[str]) -> tuple[str, str]:
-    """As `format_ends`, of an interval of real numbers; `excluded`: those of "low" and "high" that are not in it."""
+    """Formats an interval of real numbers; `excluded`: those of "low" and "high" not in it. See `format_ends`."""
     scale = int(DIGITS)
     inner = math.ceil(low * scale), math.floor(high * scale)
     inner = (
@@ -191,7 +191,7 @@ def _room_document(room: AgentRoom) -> dict[str, Any]:
 
 
 def explain_counterexample(question: DecisionQuestion, counterexample: Counterexample) -> Explanation:
-    """What there is to say about a confirmed counterexample.
+    """Explains a confirmed counterexample.
 
     AssertionError when the referee does not confirm the end of an interval: that is our bug.
     """
@@ -214,7 +214,7 @@ def explain_counterexample(question: DecisionQuestion, counterexample: Counterex
 
 
 def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -> list[Formula]:
-    """What each test on an agent's path says of the world, as it fell out there, errors being as they are."""
+    """Returns each test on an agent's path as a formula about the world, as it fell out, errors being as they are."""
     formulas: list[Formula] = []
     for step in view.path:
         feature = next(one for one in policy.features if one.name == step.feature)
@@ -237,7 +237,7 @@ def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -
 
 
 def _has_inexact_end(feature: FeatureSpec, semantics: str) -> bool:
-    """Whether a test of the feature has no exact end, since the deployed arithmetic rounds after each addition."""
+    """Returns True if a test of the feature has no exact end: the deployed arithmetic rounds after each addition."""
     return semantics == MACHINE and feature.meaning is not None and len(feature.meaning.terms) > AT_ONCE
 
 
@@ -301,7 +301,7 @@ def _float_span(
 def _real_span(
     name: str, value: Value, allowed: Line, kept: Line
 ) -> tuple[CoordinateSpan, Sequence[Value], Sequence[Value]]:
-    """As `_float_span`, of all real values."""
+    """Returns the interval of all real values, and the values to check, like `_float_span`."""
     (low, above), (high, within) = interval(kept, Fraction(value))
     excluded = tuple(end for end, out in ((LOW, above == 1), (HIGH, within == 0)) if out)
     fixed = len(allowed) == 1 and allowed[0] == ((low, 0), (low, 1))

@@ -103,7 +103,7 @@ def _join_intervals(intervals: list[tuple[Cut, Cut]]) -> Line:
 
 
 def _without(line: Line, other: Line) -> Line:
-    """What is in `line` and not in `other`, which lies in it."""
+    """Returns the part of `line` that is not in `other`, which lies in it."""
     remaining: list[tuple[Cut, Cut]] = []
     for low, high in line:
         for start, end in other:

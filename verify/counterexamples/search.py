@@ -53,7 +53,7 @@ ROOM = 0.1  # shrinking keeps entities at least so far apart, and claims failing
 
 @dataclass(frozen=True)
 class AgentView:
-    """What one agent of the team does in a counterexample, and why."""
+    """The action of one agent of the team in a counterexample, and the reason for it."""
 
     agent: str
     action: str
@@ -116,7 +116,7 @@ def _candidates(question: DecisionQuestion, goal: str | None, answer: Answer) ->
 
 
 def _failing_in_both(question: DecisionQuestion, goal: str | None) -> Iterator[tuple[State | None, int]]:
-    """As `_candidates`, of states in which the claim fails in the deployed arithmetic too, where there are any."""
+    """Yields states like `_candidates`, where the claim fails in the deployed arithmetic too, if there are any."""
     units, region = question.budgets.solver_units, question.region
     exact = ask(in_both(question, goal), units)
     if exact.model is None:
@@ -187,7 +187,7 @@ def _nearest(question: DecisionQuestion, answer: Answer, goal: str | None) -> St
 
 
 def _stands(questions: Sequence[DecisionQuestion], state: State) -> bool:
-    """Whether the claim fails at a point of the region, by each of one question's arithmetics."""
+    """Returns True if the claim fails at a point of the region, by each of one question's arithmetics."""
     asked = questions[0]
     if any(abs(Fraction(error)) > asked.claim.eps for error in state.errors.values()):
         return False

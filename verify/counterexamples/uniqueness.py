@@ -31,7 +31,7 @@ ONLY_ROUNDED = "rounding within sums may make it fail in other leaves; no float6
 
 
 class Unique(Enum):
-    """Whether a way to fail is the only one; the values are the words that files use."""
+    """The answers to whether a way to fail is the only one; the values are the words that files use."""
 
     ONLY = "the only one"  # proved
     OTHERS = "not the only one"  # another one was replayed
@@ -40,7 +40,7 @@ class Unique(Enum):
 
 @dataclass(frozen=True)
 class Uniqueness:
-    """Whether a counterexample's leaves are the only way to fail, and what was found."""
+    """The answer to whether a counterexample's leaves are the only way to fail, and what was found."""
 
     answer: Unique
     goals: tuple[str | None, ...] = ()  # ONLY: those for which the claim can fail there (None without goals)
@@ -85,7 +85,7 @@ class Uniqueness:
 
 
 def unique(question: DecisionQuestion, state: State) -> Uniqueness:
-    """Whether the leaves that the team reaches in a state are the only ones in which the claim fails in the region.
+    """Decides whether the claim fails in the region only in the leaves that the team reaches in a state.
 
     Looks at sampled violations first.
     """
@@ -127,7 +127,7 @@ class _Search:
         return answer
 
     def exactly(self, goal: str | None) -> Answer:
-        """Whether a real-valued state fails elsewhere."""
+        """Asks whether the claim fails in other leaves in some real-valued state."""
         return self._ask(elsewhere(self.question, goal, self.leaves))
 
     def stronger(self, goal: str | None) -> Iterator[Answer]:

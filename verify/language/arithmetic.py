@@ -58,11 +58,11 @@ class Arithmetic(ABC, Generic[Value]):
 
     @abstractmethod
     def resolve_name(self, name: Token) -> Typed[Value]:
-        """What a name means. InputError for one that means no value."""
+        """Returns the value that a name means. InputError for one that means no value."""
 
     @abstractmethod
     def resolve_call(self, call: CallNode) -> Typed[Value]:
-        """What a call means, likewise."""
+        """Returns the value that a call means. InputError for one that means no value."""
 
     @abstractmethod
     def make_node_error(self, node: Node) -> InputError:
@@ -97,7 +97,7 @@ class Arithmetic(ABC, Generic[Value]):
                 raise self.make_node_error(node)
 
     def read(self, read: Callable[[str, str], Read], text: str, token: Token) -> Read:
-        """What a part of the text is read as. InputError with its place."""
+        """Returns what `read` makes of a part of the text. InputError with its place."""
         try:
             return read(text, "")
         except InputError as error:

@@ -44,7 +44,7 @@ def resolve_modes(source: Source, node: Node, modes: Modes) -> Node:
 
 
 def is_compared(token: Token) -> bool:
-    """Whether a name stands where a mode may stand."""
+    """Returns True if a name stands where a mode may stand."""
     return token.kind == MODE
 
 

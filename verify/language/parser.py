@@ -103,7 +103,7 @@ def tokens(source: Source, most: int) -> list[Token]:
 
 
 class Level(IntEnum):
-    """How tightly an operator binds."""
+    """The binding strength of an operator, from loose to tight."""
 
     IMPLIES, OR, AND, NOT, RELATION, SUM, PRODUCT, SIGN, POWER = range(1, 10)
 
@@ -125,7 +125,7 @@ MAY_FOLLOW = "an operator may stand here (+ - * / ** < <= > >= == != in and or i
 
 
 class Limits(NamedTuple):
-    """How long a text may be, and how deep its parentheses."""
+    """The maximum length of a text, and the maximum depth of its parentheses."""
 
     characters: int
     depth: int
@@ -222,7 +222,7 @@ class _Parser:
         self._take()
 
     def _level(self) -> int:
-        """How tightly the operator binds that comes next; 0 for none."""
+        """Returns the binding strength of the operator that comes next; 0 for none."""
         if self._here.kind not in ("name", "mark") or (self._here.text == "not" and self._after != "in"):
             return 0
         return LEVELS.get(self._here.text, 0)
@@ -266,7 +266,7 @@ class _Parser:
         return value
 
     def _is_action(self, left: Node) -> bool:
-        """Whether an action is named next: beside `acts(agent)` a name is that of an action, whatever else it names."""
+        """Returns True if an action is named next: beside `acts(agent)` any name is that of an action."""
         return (
             isinstance(left, CallNode) and left.token.text == ACTS and self._here.kind == "name" and self._after != "("
         )

@@ -131,8 +131,8 @@ class ClaimSearch:
         return self._play(Starts(min(played, self.budgets.samples), (open_.low[some], open_.high[some])))
 
     def _play_last(self) -> ReachOutcome | None:
-        """As `_play`, all samples where there would be no answer: whatever is left of the budget, so that a claim that
-        is plainly false is VIOLATED with any.
+        """Plays all samples, like `_play`, where there would be no answer: whatever is left of the budget, so that a
+        claim that is plainly false is VIOLATED with any.
         """
         return self._play(Starts(self.budgets.samples), whatever_is_left=True)
 

@@ -105,7 +105,7 @@ class Hulls:
         return center
 
     def _cell(self, state: dict[str, Fraction]) -> object:
-        """What is decided in a state, its modes, and the pieces that may move it."""
+        """Returns what is decided in a state, its modes, and the pieces that may move it."""
         effects = [_at(decision, state) for decision in self._search.decisions]
         pieces = [number for number, piece in enumerate(self._search.system.pieces) if _holds(piece, state)]
         modes = [state[one.name] for one in self._search.system.variables if one.modes and one.name in state]
@@ -172,7 +172,7 @@ def _directions(search: SystemQuestions) -> list[Terms]:
 
 
 def _before(terms: Terms, pieces: Iterable[Piece]) -> list[Affine]:
-    """What a sum is made of before a step, by each piece."""
+    """Returns what a sum is made of before a step, by each piece."""
     forms: list[Affine] = []
     for piece in pieces:
         total = Affine()

@@ -215,7 +215,7 @@ def _without(row: Equation, pivot: int, weights: Mapping[int, Fraction], value: 
 
 
 def gap(row: Row, point: Mapping[int, float]) -> float:
-    """How far a point is from the end of a row, per 2**bits."""
+    """Returns how far a point is from the end of a row, per 2**bits."""
     unknowns, weights = floats(row.direction)
     total = sum(weight * point[unknown] for unknown, weight in zip(unknowns.tolist(), weights.tolist(), strict=True))
     return total - scale_number(row.end, row.direction)
@@ -246,7 +246,7 @@ def _tightest(branch: Branch, places: Sequence[int]) -> list[int]:
 
 
 def _implies(one: Row, other: Row) -> bool:
-    """Whether a row implies another one of the same direction and side."""
+    """Returns True if a row implies another one of the same direction and side."""
     if one.end == other.end:
         return one.strict or not other.strict
     return (one.end < other.end) == one.upper

@@ -21,7 +21,7 @@ from verify.systems.system import Piece, State, System, ensure_in_steps
 
 @dataclass(frozen=True)
 class Course:
-    """How an episode is to go: its start, the errors of each step, and the piece wherever two share a border."""
+    """The course of an episode: its start, the errors of each step, and the piece wherever two share a border."""
 
     start: Values
     errors: Sequence[Values] = ()  # what is not named is the bound nearest to 0
@@ -45,7 +45,7 @@ def replay_course(
 
 
 def is_start(system: System, claim: SystemClaim, state: State) -> bool:
-    """Whether a claim is about episodes that start in a state, or about decisions there."""
+    """Returns True if a claim is about episodes that start in a state, or about decisions there."""
     if not all(one.range[0] <= state[one.name] <= one.range[1] for one in system.variables):
         return False
     if any(one.modes and state[one.name].denominator > 1 for one in system.variables):

@@ -31,7 +31,7 @@ OnProgress = Callable[[int], None]  # the step that is looked at
 
 
 class ReachBudgetError(SpentError):
-    """What a prover is allowed is spent, with a symbolic state at hand; `all_spent`: it was the whole budget."""
+    """A prover's allowance is spent, with a symbolic state at hand; `all_spent`: it was the whole budget."""
 
     def __init__(self, branch: Branch, all_spent: bool = False) -> None:
         super().__init__("all" if all_spent else "what a stage is allowed")
@@ -39,7 +39,7 @@ class ReachBudgetError(SpentError):
 
 
 class BranchKnown:
-    """What is known of one branch: points of it, and the least values of directions."""
+    """The facts known of one branch: points of it, and the least values of directions."""
 
     def __init__(self, branch: Branch, points: Float64) -> None:
         self.branch = branch
@@ -104,7 +104,7 @@ class SystemProver(Answers):
         self._open(branch, stated)
 
     def side(self, branch: Branch, row: Row) -> SideAnswer:
-        """Which sides have states, and what shows that one has none."""
+        """Tells which sides have states, and what shows that one has none."""
         self._ensure_left(branch)
         if self.programs.solved > self._max_programs + MAX_OVER:
             raise ReachBudgetError(branch)
@@ -176,7 +176,7 @@ class SystemProver(Answers):
         return filled[None, :]
 
     def _recall_branch(self, branch: Branch) -> BranchKnown:
-        """What is known of a branch: at first, what was known of that it came from."""
+        """Returns the facts known of a branch: at first, those of the branch that it came from."""
         note = branch.note
         if isinstance(note, BranchKnown) and note.branch is branch:
             return note
@@ -211,5 +211,5 @@ def _values(points: Float64, row: Row) -> Float64:
 
 
 def _meets_row(points: Float64, row: Row) -> bool:
-    """Whether some point meets a row clearly."""
+    """Returns True if some point meets a row clearly."""
     return bool(len(points) and (_values(points, row) < end_of(row) - TOLERANCE).any())

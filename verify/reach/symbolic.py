@@ -148,7 +148,7 @@ class SymbolicSearch:
 
 
 def helping(system: System, claim: SystemClaim, first: str) -> tuple[str, ...]:
-    """What may help where a claim has no answer."""
+    """Lists what may help where a claim has no answer."""
     helps = [first, "a smaller region" if claim.about_decisions else "a smaller start region"]
     helps += ["fewer steps"] if claim.steps > 1 else []
     if not claim.about_decisions and any(piece.error for piece in system.pieces):

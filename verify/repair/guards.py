@@ -33,7 +33,7 @@ SMALLEST = float(np.finfo(np.float32).tiny)  # of the normal numbers; smaller th
 
 
 class GuardCost(NamedTuple):
-    """What a guard costs: changed weight with the price of its leaves, then the progress that is lost."""
+    """The cost of a guard: changed weight with the price of its leaves, then the progress that is lost."""
 
     price: float
     lost: float
@@ -44,7 +44,7 @@ class GuardCost(NamedTuple):
 
 @dataclass(frozen=True)
 class Guard:
-    """What stands in the place of a node, and of all below it."""
+    """The tree that stands in the place of a node, and of all below it."""
 
     agent: str
     node: int  # of the tree before: a leaf, unless the depth asked for one of the splits above
@@ -55,7 +55,7 @@ class Guard:
 
 
 class Post(NamedTuple):
-    """What a guard is for: a node, and the landmark with which its agent is to stay engaged."""
+    """The purpose of a guard: a node, and the landmark with which its agent is to stay engaged."""
 
     policy: AgentPolicy
     node: int
@@ -183,7 +183,7 @@ class _Grid:
                 yield left[0] + right[0] + GuardCost(PRICE, 0.0), (*test, left[1], right[1])
 
     def _safe(self, pushed: tuple[float, float], cells: "_Cells") -> bool:
-        """Whether an action that pushes so keeps the agent engaged in all of a rectangle."""
+        """Returns True if an action that pushes so keeps the agent engaged in all of a rectangle."""
         on_x, on_y = self._side(0, cells[:2], pushed[0]), self._side(1, cells[2:], pushed[1])
         if on_x is None or on_y is None:
             return True  # no state of the region is there

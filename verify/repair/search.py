@@ -37,7 +37,7 @@ TRIED = 2  # matchings, the cheapest by an estimate first
 
 @dataclass(frozen=True)
 class Repair:
-    """What became of a team. `ended`: the zone engine proves the claim of `profile`."""
+    """The outcome of a team's repair. `ended`: the zone engine proves the claim of `profile`."""
 
     profile: PolicyProfile
     roles: Mapping[str, str]  # agent -> its landmark

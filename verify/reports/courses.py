@@ -110,17 +110,17 @@ def _in_few(number: float | str) -> str:
 
 
 def is_still(result: Mapping[str, Any]) -> bool:
-    """Whether a result is about single decisions, in which nothing moves."""
+    """Returns True if a result is about single decisions, in which nothing moves."""
     return result["kind"] == DECISIONS
 
 
 def _drawable(value: float | str) -> bool:
-    """Whether a picture can hold it; what no float64 is near is told in words."""
+    """Returns True if a picture can hold the value; what no float64 is near is told in words."""
     return not isinstance(value, str) and abs(value) < MAX_HEIGHT
 
 
 def _legend(result: Mapping[str, Any]) -> str:
-    """What the bands are, and what of the claim they do not show."""
+    """Describes the bands, and what of the claim they do not show."""
     regions, told = result["regions"], BANDS[Pattern(result["name"])]
     conditions = [words for region in regions for words in region["conditions"]]
     told += f" The claim names {len(regions)} regions; to lie in one of them is enough." if len(regions) > 1 else ""
@@ -190,7 +190,7 @@ def _ends(written: Sequence[str | None]) -> tuple[float | None, ...]:
 
 
 def _span(values: Sequence[float], bounds: Collection[float]) -> tuple[float, float]:
-    """What is plotted: all values, and the bounds that are not far from them."""
+    """Returns the range that is plotted: all values, and the bounds that are not far from them, with some room."""
     low, high = min(values), max(values)
     far = STRETCH * (high - low or abs(low) or 1.0)
     near = [end for end in bounds if low - far <= end <= high + far]

@@ -69,7 +69,7 @@ MEANINGS = {
 
 
 def limits(profile: PolicyProfile, results: Sequence[DecisionResult]) -> list[str]:
-    """What these verdicts do not say."""
+    """Lists what these verdicts do not say."""
     real = any(result.semantics == REAL for result in results)
     if any(result.viewed is not None for result in results):
         lines = [OBSERVED_STATES, *SHARES]
@@ -195,7 +195,7 @@ def _counterexample(profile: PolicyProfile, result: DecisionResult, example: Cou
 
 
 def deployed_facts(example: Counterexample) -> dict[str, Any] | None:
-    """What the deployed arithmetic does in a counterexample of real arithmetic; None where it is no float64 state."""
+    """Returns what the deployed arithmetic does in a real counterexample; None where it is no float64 state."""
     return None if example.deployed is None else asdict(example.deployed)
 
 
@@ -233,7 +233,7 @@ def _view(view: AgentView, tree: Tree) -> dict[str, Any]:
 
 
 def picture(profile: PolicyProfile, example: Counterexample) -> dict[str, Any]:
-    """What to draw, in picture coordinates: landmarks, agents, and an arrow for each chosen action."""
+    """Returns what to draw, in picture coordinates: landmarks, agents, and an arrow for each chosen action."""
     state = {name: float(value) for name, value in example.state.position.items()}
     entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
     ends = [[min(values), max(values)] for values in ([state[f"{name}.{axis}"] for name in entities] for axis in "xy")]

@@ -93,7 +93,7 @@ def facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[s
 
 
 def limits(profile: PolicyProfile, results: Sequence[EpisodeResult]) -> list[str]:
-    """What these verdicts do not say."""
+    """Lists what these verdicts do not say."""
     edged = [EDGES] if any(result.claim.by_edges for result in results) else []
     return [POSITIONS, *SHARES, *LIMITS, *edged, *(CONTACTS if partners(profile.world) else ())]
 

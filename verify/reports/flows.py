@@ -30,7 +30,7 @@ PERIODS = "A claim about episodes covers only the periods that it names. Its ste
 
 
 def sentence(flow: Flow) -> str:
-    """What verdicts about continuous time are about."""
+    """Describes what verdicts about continuous time are about."""
     errors = {name: max(map(abs, bounds)) for name, bounds in flow.errors.items()}
     told = ", ".join(f"{name} {upwards(error)} a second" for name, error in errors.items())
     jumping = list(dict.fromkeys(name for each in flow.each for name in each.jumps if name not in flow.kept))
@@ -48,7 +48,7 @@ def _periods(flow: Flow) -> str:
 
 
 def _delays(flow: Flow) -> str:
-    """How late observations are."""
+    """Describes how late observations are."""
     if not flow.kept:
         return ""
     most = len(flow.kept) // len(set(flow.kept.values()))

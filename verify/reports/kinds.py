@@ -41,7 +41,7 @@ TELLINGS: Mapping[Kind, Callable[[], Telling]] = {
 
 
 def telling(result: AnyResult) -> Telling:
-    """How a report tells of a result."""
+    """Returns the way in which a report tells of a result."""
     return _get_teller(result)()
 
 

@@ -100,7 +100,7 @@ def result_facts(profile: PolicyProfile, result: AnyResult, command: str) -> dic
 
 
 def _semantics(profile: PolicyProfile, kind: str) -> str:
-    """What an arithmetic means for a profile's tests."""
+    """Describes what an arithmetic means for a profile's tests."""
     if kind == REAL:
         return REAL_SEMANTICS
     tested = [p.features[int(place)].meaning for p in profile.agents for place in p.tree.feature if place != NO_FEATURE]

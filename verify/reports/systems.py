@@ -119,7 +119,7 @@ def document(
 
 
 def name_units(proof: SystemProof) -> tuple[str, str]:
-    """What is counted when a proof is checked: one of these, and many."""
+    """Names the units that are counted when a proof is checked: one of these, and many."""
     match proof:
         case Walks():
             return "branch", "branches"
@@ -134,7 +134,7 @@ def name_units(proof: SystemProof) -> tuple[str, str]:
 
 
 def _tell_proof(proof: SystemProof) -> dict[str, Any]:
-    """What a report says of a proof beside its size."""
+    """Returns the facts that a report gives of a proof beside its size."""
     match proof:
         case Walks(parts):
             return {"parts": [list(part.followed) for part in parts]}
@@ -160,7 +160,7 @@ def period(statement: Statement) -> str | None:
 
 
 def sentence(system: System) -> str:
-    """What verdicts are about."""
+    """Describes what verdicts are about."""
     if system.flow is not None:
         return flows.sentence(system.flow)
     if not system.pieces:
@@ -225,7 +225,7 @@ def _condition(half: HalfSpace) -> str:
 
 
 def _limits(system: System, reference: Mapping[str, Any], claims: Sequence[SystemClaim]) -> list[str]:
-    """What verdicts about some claims do not say."""
+    """Lists what verdicts about some claims do not say."""
     limits, kinds = [STATEMENT], {claim.about_decisions for claim in claims}
     if reference.get("steps"):
         limits.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
@@ -304,7 +304,7 @@ def _modes(subject: Subject, document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def lines(told: Mapping[str, Any]) -> list[str]:
-    """What a person reads of one result, below its verdict."""
+    """Returns the lines that a person reads of one result, below its verdict."""
     written = [told["sentence"], *told["formula"].split("\n")] if told["formula"] else [told["sentence"]]
     if told["reason"]:
         written.append(told["reason"])
@@ -329,13 +329,13 @@ def lines(told: Mapping[str, Any]) -> list[str]:
 
 
 def _say_shuffled(told: Mapping[str, Any]) -> str:
-    """How many shuffled leaves fulfil the claim too, and what a proof is worth that needs no particular leaves."""
+    """Says how many shuffled leaves fulfil the claim too, and what a proof is worth that needs no particular leaves."""
     weak = told["shuffled_control"] == told["verdict"] == Verdict.PROVED.value
     return f"shuffled leaves: {told['shuffled_leaves']}{WEAK if weak else ''}"
 
 
 def _open(told: Mapping[str, Any]) -> list[str]:
-    """What an answer lacks, and what may help."""
+    """Describes what an answer lacks, and what may help."""
     texts: list[str] = []
     if "open" in told:
         step, ever = told["open"]["step"], told["name"] == Pattern.ALWAYS.value

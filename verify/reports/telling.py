@@ -29,7 +29,7 @@ SETS = {  # by what the checker counts: one of them, and what they do
 
 @dataclass(frozen=True)
 class Telling:
-    """How a report tells of one kind of claim."""
+    """The way in which a report tells of one kind of claim."""
 
     facts: Callable[[PolicyProfile, Any, str], dict[str, Any]]  # of a result, with the command that repeats it
     limits: Callable[[PolicyProfile, Sequence[Any]], list[str]]  # what the verdicts do not say
@@ -38,7 +38,7 @@ class Telling:
 
 
 def sets(told: Mapping[str, Any]) -> str:
-    """How many sets the proof of a result has; "" where it is none by sets."""
+    """Counts the sets of a result's proof, in words; "" where it is none by sets."""
     proof = told.get("certificate", {})
     return next((format_count(proof[kind], noun) for kind, (noun, _) in SETS.items() if kind in proof), "")
 

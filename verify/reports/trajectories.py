@@ -50,7 +50,7 @@ def counterexample(episode: SystemCounterexample) -> dict[str, Any]:
 
 
 def _alone(values: Sequence[str] | Sequence[int]) -> Any:
-    """What stays as one value, what changes from period to period as a list."""
+    """Returns one value as it is, and several, which change from period to period, as a list."""
     return values[0] if len(values) == 1 else list(values)
 
 
@@ -74,7 +74,7 @@ def tell_closely(subject: Subject, claim: SystemClaim, shown: SystemCounterexamp
 
 
 def _tell_closely(state: Values, breaks: Callable[[Values], bool]) -> dict[str, str]:
-    """As above, of a state; nothing where it breaks nothing itself."""
+    """Words a state as closely as the function above; nothing where it breaks nothing itself."""
     if not breaks(state) or not all(isfinite(nearest_double(value)) for value in state.values()):
         return {}
     kept, told = dict(state), dict[str, str]()
@@ -87,7 +87,7 @@ def _tell_closely(state: Values, breaks: Callable[[Values], bool]) -> dict[str, 
 
 
 def _texts(value: Fraction) -> list[tuple[str, Fraction]]:
-    """What may be told in place of a number, the shortest first, and what each says; the last says the number."""
+    """Lists texts that may stand for a number, the shortest first, with what each says; the last says the number."""
     nearest = nearest_double(value)
     texts = [brief(nearest), repr(nearest)]
     off = value - Fraction(texts[1])
@@ -148,8 +148,8 @@ def moment(step: int, dt: str | None) -> str:
 
 
 def nearness(told: Mapping[str, Any], dt: str | None) -> str:
-    """How near episodes come to the border of a claim, or how far beyond it the counterexample goes; "" where neither
-    was measured.
+    """Describes how near episodes come to the border of a claim, or how far beyond it the counterexample goes; "" where
+    neither was measured.
     """
     near = told.get("approach")
     if near is None:

@@ -38,7 +38,7 @@ Bounds = Mapping[tuple[str, str], tuple[Fraction, bool]]  # (a, b) -> most of a 
 
 
 def where_facts(profile: PolicyProfile, result: DecisionResult) -> dict[str, Any]:
-    """What is known of where it holds, as plain data."""
+    """Returns what is known of where the claim holds, as plain data."""
     extent = result.evidence.where
     assert extent is not None
     share = extent.share
@@ -279,7 +279,7 @@ def zone_facts(
 
 
 def _tighter(bounds: Bounds, a: str, b: str) -> bool:
-    """Whether a - b has a bound that the box does not imply."""
+    """Returns True if a - b has a bound that the box does not imply."""
     (most, below), (high, from_high), (low, from_low) = bounds[a, b], bounds[a, ""], bounds["", b]
     return most < high + low or (below and not from_high and not from_low)
 

@@ -96,8 +96,8 @@ def _borders(system: System, claim: SystemClaim) -> list[list[_MeasuredBorder]]:
 
 
 def _levels(system: System, claim: SystemClaim, state: Planes) -> tuple[Float64, Int64]:
-    """How far each state is from being excluded, as a share of the ranges, negative where it is; and the place of the
-    border that says so, counted through all regions.
+    """Returns how far each state is from being excluded, as a share of the ranges, negative where it is; and the place
+    of the border that says so, counted through all regions.
     """
     sign, first = (1.0 if claim.says.avoided else -1.0), 0
     levels: list[Float64] = []

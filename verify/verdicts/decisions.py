@@ -53,7 +53,7 @@ class Visited:
 
 @dataclass(frozen=True, kw_only=True)
 class DecisionEvidence(Evidence):
-    """What a verdict about single decisions rests on, and all else that a report says of it."""
+    """The evidence for a verdict about single decisions, and all else that a report says of it."""
 
     shares: Shares
     counterexample: Counterexample | None = None
@@ -83,7 +83,7 @@ class DecisionEvidence(Evidence):
 
     @property
     def plays_world(self) -> bool:
-        """Whether the states that its own episodes visit are known."""
+        """True if the states that its own episodes visit are known."""
         return self.visited is not None
 
 
@@ -159,7 +159,7 @@ def verdict(question: DecisionQuestion) -> tuple[Verdict, str]:
 
 
 def _judge_question(question: DecisionQuestion) -> tuple[Zoned, Settled]:
-    """What the zones say, and what is settled with Z3; a proof only where each left side can hold."""
+    """Returns what the zones say, and what is settled with Z3; a proof only where each left side can hold."""
     _ = question.team
     zoned = by_zones(question)
     settled = _settle_question(question, zoned)
@@ -180,8 +180,8 @@ def _judge_question(question: DecisionQuestion) -> tuple[Zoned, Settled]:
 
 
 def conditions_of(claim: DecisionClaim) -> list[Condition]:
-    """What some state of the region must meet, or else a claim says nothing: the left sides of its implications, or
-    the assumption alone.
+    """Lists what some state of the region must meet, or else a claim says nothing: the left sides of its implications,
+    or the assumption alone.
     """
     if claim.assume == TRUE:
         return list(claim.conditions)
@@ -211,7 +211,7 @@ def _meet_condition(question: DecisionQuestion, condition: Condition) -> Settled
 
 
 def _find_violation(question: DecisionQuestion) -> Settled:
-    """What is settled of a question, by zones alone where a state beside theirs is a violation."""
+    """Settles a question, by zones alone where a state beside theirs is a violation."""
     zoned = by_zones(question)
     if zoned.state is not None and question.semantics == MACHINE:
         state = near(zoned.part or question, zoned.goal, zoned.state)

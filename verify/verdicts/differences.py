@@ -52,7 +52,7 @@ class Zone:
 
 @dataclass(frozen=True)
 class AgentDifference:
-    """What is known of one agent. PROVED: it acts alike in both profiles; VIOLATED: it acts differently somewhere."""
+    """The difference of one agent. PROVED: it acts alike in both profiles; VIOLATED: it acts differently somewhere."""
 
     agent: str
     verdict: Verdict
@@ -64,7 +64,7 @@ class AgentDifference:
 
     @property
     def complete(self) -> bool:
-        """Whether the zones are all that there are."""
+        """True if the zones are all that there are."""
         return bool(self.failing) and all(one.complete for one in self.failing)
 
     @property
@@ -208,7 +208,7 @@ def _candidates(question: DecisionQuestion, point: dict[str, Fraction], goal: st
 
 
 def _meets(question: DecisionQuestion, zone: Zone, state: State) -> bool:
-    """Whether a state of the region leads the agents of both profiles to the leaves of a zone."""
+    """Returns True if a state of the region leads the agents of both profiles to the leaves of a zone."""
     profile = question.profile
     return inside(question.region, state) and all(
         leaf_at(profile, profile.policy(agent), state, question.semantics) == leaf

@@ -68,7 +68,7 @@ TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
 
 @dataclass(frozen=True, kw_only=True)
 class EpisodeEvidence(Evidence):
-    """What a verdict about whole episodes rests on, and all else that a report says of it."""
+    """The evidence for a verdict about whole episodes, and all else that a report says of it."""
 
     followed: tuple[tuple[str, ...], ...]
     violating: Share  # of sampled starts
@@ -94,7 +94,7 @@ class EpisodeEvidence(Evidence):
 
     @property
     def plays_world(self) -> bool:
-        """Whether something beside the reference can play an episode again."""
+        """True if something beside the reference can play an episode again."""
         return bool(self.replays)
 
 
@@ -215,7 +215,7 @@ def _unknown(decision: ZonesDecision, reason: str) -> ZonesDecision:
 
 
 def _has_start(question: EpisodeQuestion) -> bool:
-    """Whether a start of the region was found that the claim is about."""
+    """Returns True if a start of the region was found that the claim is about."""
     profile, region = question.profile, question.region
     still = {name: 0.0 for name in region.box if name.endswith((".vx", ".vy"))}
     for position in points_of(starts(region, profile.world), SAMPLE_SEED):
@@ -244,7 +244,7 @@ def _settle_question(question: EpisodeQuestion, samples: int) -> tuple[ZonesDeci
 
 
 def _samples(claim: EpisodeClaim) -> int:
-    """How many starts are played; of a claim for ever fewer, since its episodes are longer."""
+    """Returns the number of starts to play; fewer for a claim for ever, since its episodes are longer."""
     return SAMPLES // LONGER if claim.ever else SAMPLES
 
 
@@ -254,7 +254,7 @@ def _resting(state: State) -> State:
 
 
 def _stands(question: EpisodeQuestion, state: State) -> bool:
-    """Whether a start is a counterexample."""
+    """Returns True if a start is a counterexample."""
     return first_failing(question, [state]) is not None
 
 

@@ -37,7 +37,7 @@ def room(question: DecisionQuestion) -> Margin | None:
 
 
 def steps_from(start: Fraction) -> int:
-    """How many steps of the grid are asked about at most."""
+    """Returns the maximum number of steps of the grid to ask about."""
     return max(0, int((WIDEST - start) / STEP))
 
 

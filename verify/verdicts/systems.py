@@ -39,7 +39,7 @@ Confirm = Callable[[SystemCounterexample], SystemCounterexample | None]  # by th
 
 @dataclass(frozen=True, kw_only=True)
 class SystemEvidence(Evidence):
-    """What a verdict about a stated system rests on, and all else that a report says of it."""
+    """The evidence for a verdict about a stated system, and all else that a report says of it."""
 
     open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
     helps: tuple[str, ...] = ()  # what may give an answer
@@ -108,7 +108,7 @@ def _decide(question: Question[SystemClaim]) -> ReachOutcome:
 
 
 def _approach(question: Question[SystemClaim], outcome: ReachOutcome) -> ClosestApproach | None:
-    """How near random episodes come to the claim's border, or how far beyond it the counterexample goes."""
+    """Measures how near random episodes come to the claim's border, or how far beyond it the counterexample goes."""
     assert isinstance(question.subject, ClosedLoop)
     profile, system = question.subject.profile, question.subject.system
     if outcome.counterexample is not None:
@@ -117,7 +117,7 @@ def _approach(question: Question[SystemClaim], outcome: ReachOutcome) -> Closest
 
 
 def is_flow(question: Question[SystemClaim]) -> bool:
-    """Whether a question is about episodes in continuous time."""
+    """Returns True if a question is about episodes in continuous time."""
     assert isinstance(question.subject, ClosedLoop)
     return question.subject.system.flow is not None and not question.claim.about_decisions
 

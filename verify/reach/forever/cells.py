@@ -190,7 +190,7 @@ class CellSearch:
         return bounds_of(sweep.motion, boxes)
 
     def _ranging(self) -> Float64:
-        """How far each variable ranges in some episodes, about, and at most as far as the claim's region reaches."""
+        """Estimates how far each variable ranges in some episodes, at most as far as the claim's region reaches."""
         ends = np.array([[nearest_double(end) for end in one.range] for one in self._system.variables])
         self._columns = {one.name: at for at, one in enumerate(self._system.variables)}
         for half in self._system.start:

@@ -114,7 +114,7 @@ class RegionSearch:
                 raise LeftError(bounds_of(motion, boxes), bounds_of(motion, outside), at, begins=True)
 
     def _cuts(self, sweep: RegionSweep, number: int, steps: int) -> bytes:
-        """How a region is cut so that no part leaves. LeftError, RejectedError."""
+        """Cuts a region so that no part leaves, and returns the encoded cuts. LeftError, RejectedError."""
         whole = sweep.parts[number].whole
         if whole is None:
             raise RejectedError("a region of the invariant is empty")
@@ -133,7 +133,7 @@ class RegionSearch:
         return encode_numbers(root.cuts())
 
     def _mark_leaving(self, sweep: RegionSweep, number: int, nodes: Sequence[CutPart]) -> Bool:
-        """Which parts may leave, [n]."""
+        """Marks the parts that may leave, [n]."""
         boxes = sweep.parts[number].box_starts([node.box for node in nodes])
         self.spent += boxes.size
         tell(min(self.spent, self._most), self._most, "boxes")

@@ -20,7 +20,7 @@ Planes = Mapping[str, Float64]  # variable -> [batch]
 
 
 def has_cases(system: System) -> bool:
-    """Whether pieces have conditions, or several pieces hold the same states."""
+    """Returns True if pieces have conditions, or several pieces hold the same states."""
     return any(piece.when or piece.choice for piece in system.pieces)
 
 

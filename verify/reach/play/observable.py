@@ -38,7 +38,7 @@ def observable(
 
 
 def fails(statement: Statement, profile: PolicyProfile, formula: Formula, state: State) -> bool:
-    """Whether a formula over variables, inputs and actions fails in a state, by what the reference gives and does."""
+    """Returns True if a formula over variables, inputs and actions fails in a state, by what the reference does."""
     point: dict[str, Fraction] = dict(state)
     actions: dict[str, int] = {}
     for policy in profile.agents:

@@ -35,7 +35,7 @@ Planes = dict[str, Float64]  # variable -> [batch]
 
 
 class Starts(NamedTuple):
-    """How many episodes start, and in which boxes, bounds [n, variables]; None: anywhere."""
+    """The number of episodes that start, and the boxes they start in, bounds [n, variables]; None: anywhere."""
 
     episodes: int
     boxes: tuple[Float64, Float64] | None = None
@@ -189,7 +189,7 @@ class Play:
                     after[name][taken] += value(form, acted)
 
     def course(self, start: Planes, place: int) -> Course:
-        """How an episode went so far."""
+        """Returns the course of an episode so far."""
 
         def exactly(planes: Planes) -> Mapping[str, Fraction]:
             return {name: Fraction(float(values[place])) for name, values in planes.items()}
@@ -248,7 +248,7 @@ def _measure_feature(feature: Feature, state: Planes) -> Float64:
 
 
 def value(form: Affine | Expression, state: Planes) -> Float64:
-    """What a form, or an expression, is in states, [batch]."""
+    """Evaluates a form, or an expression, in states, [batch]."""
     if not isinstance(form, Affine):
         return np.broadcast_to(vectorise(form)(state), len(next(iter(state.values()))))
     total = np.full(len(next(iter(state.values()))), nearest_double(form.constant))

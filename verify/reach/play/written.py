@@ -74,7 +74,7 @@ class WrittenReplay:
         return self._play(course.start, choose, len(course.pieces) or self._claim.steps)
 
     def keep_near(self, near: Sequence[State]) -> list[State] | None:
-        """As `follow`, of the episode that keeps to given states as closely as its errors allow."""
+        """Plays, like `follow`, the episode that keeps to given states as closely as its errors allow."""
 
         def choose(step: int, ways: Ways) -> tuple[int, Values]:
             if step + 1 >= len(near):
@@ -168,7 +168,7 @@ def _exact_of(expression: Expression, state: Known, box: Mapping[str, Range]) ->
 
 
 def _exact_value(function: str, number: Fraction) -> Fraction | None:
-    """What a function has as an exact value: a root of squares, or a value at 0."""
+    """Returns the exact value of a function, where it has one: a root of squares, or a value at 0."""
     if function == "sqrt" and number >= 0:
         root = Fraction(isqrt(number.numerator), isqrt(number.denominator))
         return root if root**2 == number else None
@@ -186,7 +186,7 @@ def _take(policy: AgentPolicy, sides: Mapping[int, Formula], state: Known) -> st
 
 
 def _truth(formula: Formula, state: Known) -> bool | None:
-    """Whether a formula holds in all states of ranges, or in none; None where it is not known."""
+    """Returns True if a formula holds in all states of ranges, False if in none; None where it is not known."""
     if isinstance(formula, Linear):
         return _truth_below(formula, _sum(formula.terms, state))
     if isinstance(formula, Not):
@@ -200,7 +200,7 @@ def _truth(formula: Formula, state: Known) -> bool | None:
 
 
 def _truth_below(formula: Linear, summed: Fraction | Range) -> bool | None:
-    """Whether a sum is below the bound of a formula."""
+    """Returns True if a sum is below the bound of a formula, False if it is not; None where it is not known."""
     if isinstance(summed, Fraction):
         return summed < formula.bound if formula.strict else summed <= formula.bound
     left = minus(exactly(formula.bound), summed)
