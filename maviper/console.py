@@ -40,7 +40,7 @@ COLOURS = {  # of labels, on a terminal that has colours
 
 
 def duration(seconds: float) -> str:
-    """As a person says it: seconds up to two minutes, then minutes, then hours."""
+    """Words a duration as a person says it: seconds up to two minutes, then minutes, then hours."""
     if seconds < 120:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)
@@ -63,7 +63,7 @@ class Console:
 
     @cached_property
     def rich(self) -> "RichConsole":
-        """What draws on a terminal; imported only where it is asked for, as that takes a while."""
+        """The console that draws on a terminal; imported only where it is asked for, as that takes a while."""
         from rich.console import Console as RichConsole
 
         return RichConsole(stderr=True, quiet=self.quiet, highlight=False)

@@ -98,7 +98,7 @@ def check_build(made: Build) -> Compiled:
 
 
 def ask_solver(made: Build) -> list[Agreement]:
-    """What Z3 finds the functions of the SMT-LIB, where there is one, to be at boundaries and special values."""
+    """Compares with Z3 the functions of the SMT-LIB, where there is one, at boundaries and special values."""
     definitions = made.text("smt2")
     if definitions is None:
         return []
@@ -117,7 +117,7 @@ def ask_solver(made: Build) -> list[Agreement]:
 
 
 def _play_episodes(made: Build, world: World) -> tuple[list[Agreement], tuple[Fidelity, ...]]:
-    """What on-policy episodes say, part by part: of the trees as grown, of the C, and of the expert."""
+    """Compares in on-policy episodes, part by part, the trees as grown, the C, and the expert."""
     agreements: list[list[Agreement]] = []
     faithful: list[tuple[Fidelity, ...]] = []
     for seeds in in_parts(made.profile):
@@ -158,7 +158,7 @@ def _drive_episodes(made: Build, world: World, episodes: Episodes, seeds: range)
 
 
 def _select_actions(policy: ir.AgentPolicy, agent: int, actions: Any) -> Any:
-    """What an agent did in all steps of some episodes: actions [n] int32, or the numbers that it gave, [n, n_outputs].
+    """Returns an agent's actions in all steps of some episodes, [n] int32, or the numbers that it gave, [n, n_outputs].
     `actions`: as in `Episodes`.
     """
     if policy.outputs:
@@ -172,7 +172,7 @@ def _bytes(state: Any) -> list[bytes]:
 
 
 def evidence(compiled: Compiled) -> str:
-    """What was compared, and how far the trees act as their expert, as a JSON text to keep beside the code."""
+    """Writes what was compared, and how far the trees act as their expert, as a JSON text to keep beside the code."""
     rows: list[dict[str, Any]] = [
         {"target": item.target, "agent": item.agent, "observations": item.observations, "differences": item.differences}
         for item in compiled.report.agreements

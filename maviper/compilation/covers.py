@@ -44,9 +44,9 @@ Steps = Sequence[Sequence[Boxes]]
 
 
 def load_cover(certificate: Path, profile: PolicyProfile) -> tuple[Cover | RegionSpec, str]:
-    """What a certificate proves of a profile in the world file beside it, and the claim in words. Where the file states
-    what agents observe in their game, it is about states of the game: no state is without the roundings that the file
-    names. Of a claim about single decisions in a game, it is a region.
+    """Returns what a certificate proves of a profile in the world file beside it, and the claim in words. Where the
+    file states what agents observe in their game, it is about states of the game: no state is without the roundings
+    that the file names. Of a claim about single decisions in a game, it is a region.
 
     InputError for a certificate of another profile or system, and for one whose sets cannot be watched, with the
     reason; RefusedError where its proof does not hold.
@@ -237,8 +237,8 @@ def _reaching(ranges: Sequence[Variable], steps: Steps) -> tuple[Variable, ...]:
 
 
 def _list_roundings_of(game: GameFile, statement: Statement, steps: Steps, where: str) -> dict[str, Interval]:
-    """What a game may round by where agents observe it, anywhere in the sets of a proof, by variable. InputError where
-    its file lets a later rounding be another number.
+    """Bounds the roundings of a game where agents observe it, anywhere in the sets of a proof, by variable. InputError
+    where its file lets a later rounding be another number.
     """
     parts = [part for each in steps for part in each]
     low = np.min([part.low.min(axis=0) for part in parts], axis=0)

@@ -29,7 +29,7 @@ TOTAL = re.compile(r"^\[wp\] Proved goals: +(?P<proved>\d+) / (?P<goals>\d+)$", 
 
 @dataclass(frozen=True)
 class Proven:
-    """What the tools answered. `open_goals`: what WP did not prove; `axioms`: of how many Z3 found none false."""
+    """The tools' answers. `open_goals`: what WP did not prove; `axioms`: of how many Z3 found none false."""
 
     goals: int
     open_goals: tuple[str, ...]
@@ -39,7 +39,7 @@ class Proven:
 
     @property
     def complete(self) -> bool:
-        """Whether every goal and every axiom is proved."""
+        """True if every goal and every axiom is proved."""
         return not self.open_goals and not self.open_axioms
 
     def __str__(self) -> str:
@@ -76,7 +76,7 @@ def prove_contracts(build: Build, contracts: Contracts, steps: int = STEPS) -> P
 
 
 def _goals(folder: Path, contracts: Contracts, steps: int) -> tuple[int, tuple[str, ...]]:
-    """How many goals WP made, and the names of those that it left open."""
+    """Counts the goals that WP made, and names those that it left open."""
     config = folder / "why3.conf"  # of its own: nothing is written in the user's home
     run(["why3", "--config", str(config), "config", "detect"], folder)
     limits = ["-wp-steps", str(steps), "-wp-timeout", str(GOAL_S), "-wp-par", str(os.cpu_count() or 1)]

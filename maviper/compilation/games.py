@@ -186,7 +186,7 @@ def _ensure_stated(game: GameFile, half: HalfSpace, where: str) -> None:
 
 
 def _is_implied(name: str, bounds: Mapping[str, Interval], goals: tuple[str, ...]) -> bool:
-    """Whether bounds of the goal's place follow from those of all landmarks at which it may be."""
+    """Returns True if bounds of the goal's place follow from those of all landmarks at which it may be."""
     place, _, axis = name.rpartition(".")
     if place != PLACE or not goals:
         return False

@@ -35,7 +35,7 @@ from verify.semantics import MACHINE
 
 @dataclass(frozen=True)
 class Proved:
-    """What an accepted certificate says: in which states its claim is proved."""
+    """The content of an accepted certificate: in which states its claim is proved."""
 
     region: RegionSpec | Cover | Start | Edges
     certificate: str  # content hash
@@ -44,7 +44,7 @@ class Proved:
 
 
 def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
-    """What a certificate proves of a profile.
+    """Returns what a certificate proves of a profile.
 
     InputError for a certificate of another profile, of two profiles, or of a kind that has no region for each step;
     RefusedError where its proof does not hold.
@@ -83,7 +83,7 @@ def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
 
 
 def _episodes(text: bytes, where: Path, profile: PolicyProfile) -> Proved:
-    """What a certificate about episodes proves: where they start, and whose actions it is about."""
+    """Returns what a certificate about episodes proves: where they start, and whose actions it is about."""
     try:
         proof = forever.of_either(text, str(where))
         if proof.form == forever.FORM:
@@ -127,7 +127,7 @@ def _say_for_ever(proof: forever.LastingCertificate) -> str:
 
 
 def noisy(proved: Proved, noise: Number | None) -> Proved:
-    """What is proved, for numbers that are off by so much at most.
+    """Returns what is proved for numbers that are off by so much at most.
 
     Then the monitor follows the episode of the proof that is near what it is given. InputError where it compares single
     states, and for a noise that is none.

@@ -39,14 +39,14 @@ class Proof:
 
 @dataclass(frozen=True)
 class Proofs:
-    """What was asked, and what could not be."""
+    """The questions that were asked, with answers, and those that could not be asked."""
 
     proofs: tuple[Proof, ...]
     skipped: tuple[str, ...]
 
     @property
     def complete(self) -> bool:
-        """Whether every question was asked and answered."""
+        """True if every question was asked and answered."""
         return not self.skipped and all(proof.answer.holds is False for proof in self.proofs)
 
 

@@ -79,7 +79,7 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
 def split_targets(
     targets: Sequence[str], certificate: Path | None, noise: Number | None = None, *, sums: bool = False
 ) -> tuple[bool, tuple[str, ...]]:
-    """Whether a monitor is asked for, and the other targets: C where there is none that a monitor can be written for.
+    """Returns True if a monitor is asked for, and the other targets: C where a monitor can be written for none of them.
 
     InputError for a monitor without a certificate, and for a certificate or noise without one. Trees with `sums` have
     monitors without a certificate too, of their inputs and outputs.
@@ -95,7 +95,7 @@ def split_targets(
 
 
 def _load_proof(certificate: Path | None, noise: Number | None, profile: ir.PolicyProfile) -> "Proved | None":
-    """What a monitor watches, with room for noise; None without a certificate."""
+    """Returns what a monitor watches, with room for noise; None without a certificate."""
     if certificate is None:
         return None
     from maviper.compilation import monitors

@@ -41,15 +41,15 @@ class Facing(World):
         return [seat if agent in self.mine else policy for agent, policy in enumerate(self.policies)]
 
     def start(self, n: int, rng: np.random.Generator) -> Any:
-        """As `World.start`."""
+        """Returns random start states; see `World.start`."""
         return self.whole.start(n, rng)
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> Any:
-        """As `World.start_from_seeds`."""
+        """Returns one start state for each seed; see `World.start_from_seeds`."""
         return self.whole.start_from_seeds(seeds)
 
     def step(self, state: Any, actions: Int) -> Any:
-        """As `World.step`, the frozen team acting by its policies."""
+        """Returns the next states, the frozen team acting by its policies; see `World.step`."""
         joint = np.empty((len(state), len(self.whole.agents)), dtype=np.int64)
         joint[:, self.mine] = actions
         observations = self.whole.observe(state)
@@ -58,16 +58,16 @@ class Facing(World):
         return self.whole.step(state, joint)
 
     def observe(self, state: Any) -> tuple[Float32, ...]:
-        """As `World.observe`."""
+        """Returns the observation of each of these agents; see `World.observe`."""
         seen = self.whole.observe(state)
         return tuple(seen[agent] for agent in self.mine)
 
     def rewards(self, state: Any) -> Float64:
-        """As `World.rewards`."""
+        """Returns the rewards of these agents; see `World.rewards`."""
         return self.whole.rewards(state)[:, self.mine]
 
     def alive(self, state: Any) -> Bool:
-        """As `World.alive`."""
+        """Returns True for those of these agents that act in `state`; see `World.alive`."""
         return self.whole.alive(state)[:, self.mine]
 
     def playing(self, state: Any) -> Bool:
@@ -75,20 +75,20 @@ class Facing(World):
         return self.whole.playing(state)[:, self.mine]
 
     def terminated(self, state: Any) -> Bool:
-        """As `World.terminated`."""
+        """Returns True for agents whose episode has ended by itself; see `World.terminated`."""
         return self.whole.terminated(state)[:, self.mine]
 
     def shaping(self, state: Any) -> Float64:
-        """As `World.shaping`."""
+        """Returns the training aid of these agents; see `World.shaping`."""
         return self.whole.shaping(state)[:, self.mine]
 
     @property
     def shaped(self) -> bool:
-        """As `World.shaped`."""
+        """True if the world has a training aid; see `World.shaped`."""
         return self.whole.shaped
 
     def values(self, states: Sequence[Any]) -> Float64:
-        """As `World.values`."""
+        """Returns the measures of whole episodes; see `World.values`."""
         return self.whole.values(states)[self._rows]
 
     def reference_env(self) -> Any:
@@ -104,6 +104,6 @@ class _Seat:
     agents: tuple[int, ...]
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the actions of some agents; see `Controller.act`."""
         own = [observations[agent] for agent in self.agents]
         return self.answer.act([self.agents.index(agent) for agent in agents], own, state)

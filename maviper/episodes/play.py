@@ -23,7 +23,7 @@ Policy = Callable[[Float32], Any]  # [batch, n_features] float32 -> [batch] acti
 
 
 class Controller(Protocol):
-    """What decides for agents: an expert, a team of trees, a script."""
+    """A player that decides for agents: an expert, a team of trees, a script."""
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """The actions of some agents, [batch, len(agents)]; where agents give numbers, [batch, len(agents), n_outputs]
@@ -74,13 +74,13 @@ class Policies:
     functions: Sequence[Policy]
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the actions of some agents; see `Controller.act`."""
         return in_columns([self.functions[agent](observations[agent]) for agent in agents])
 
 
 def in_columns(acted: Sequence[Any]) -> Any:
-    """What agents do, each [batch] or [batch, n_outputs], side by side: [batch, n_agents] or [batch, n_agents, widest],
-    zeros standing for outputs that an agent has not.
+    """Puts what agents do, each [batch] or [batch, n_outputs], side by side: [batch, n_agents] or [batch, n_agents,
+    widest], zeros standing for outputs that an agent has not.
     """
     if acted[0].ndim == 1:
         return np.stack(acted, axis=1)
@@ -164,7 +164,7 @@ class _Kept:
         self._blocks: list[list[Float32]] = []  # of so many steps, per agent [steps, batch, n_features]
 
     def add(self, seen: Sequence[Float32]) -> None:
-        """What the agents observe in the next step."""
+        """Adds what the agents observe in the next step."""
         step = self._done % self._steps
         if not step:
             self._blocks.append([np.empty((self._steps, *rows.shape), rows.dtype) for rows in seen])

@@ -122,7 +122,7 @@ class Counting:
         self.ranges = {agent: Ranges(len(world.features[agent])) for agent in self.trees if outside}
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`."""
+        """Returns the actions of some agents, and counts the leaves they reach; see `Controller.act`."""
         acting = self.world.alive(state)
         chosen: list[Any] = []
         for agent in agents:

@@ -28,7 +28,7 @@ MAX_COUNTS = 2**22  # at once; bounds the memory
 
 
 def counts(episodes: int, rng: np.random.Generator, draws: int = DRAWS) -> Iterator[Int]:
-    """How often each of the episodes is in a sample, [draws, episodes] over all parts."""
+    """Yields in parts how often each of the episodes is in a sample, [draws, episodes] over all parts."""
     at_once = max(1, MAX_COUNTS // episodes)
     for low in range(0, draws, at_once):
         rows = min(at_once, draws - low)
@@ -83,7 +83,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Cast:
-    """Who plays when a team is measured."""
+    """The players when a team is measured."""
 
     team: str
     ours: Lineup
@@ -127,12 +127,12 @@ class Uniform:
         return Uniform(self.world, seeds)
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`, once per step of the episodes that it was started for."""
+        """Returns random actions, once per step of the episodes that it was started for; see `Controller.act`."""
         return self.world.draw_actions(agents, observations, next(self._steps)[:, list(agents)])
 
 
 class Stage:
-    """What line-ups reach over the same episodes: `measures` are the world's, the teams' returns, those beside."""
+    """The results of line-ups over the same episodes: `measures` are the world's, the teams' returns, those beside."""
 
     def __init__(self, world: World, seeds: range) -> None:
         self.world, self.seeds = world, seeds
@@ -184,11 +184,11 @@ class Stage:
         return replace(found, cut=self.cut([lineup]))
 
     def cut(self, lineups: Sequence[Lineup]) -> int:
-        """How many episodes of a line-up were stopped at a length that nobody stated, at most."""
+        """Returns the largest number of a line-up's episodes that were stopped at a length that nobody stated."""
         return max(self._cut.get(key(lineup), 0) for lineup in lineups)
 
     def plays_alike(self, one: Lineup, other: Lineup) -> bool:
-        """Whether two line-ups reached the same in each episode, in every measure and return."""
+        """Returns True if two line-ups reached the same in each episode, in every measure and return."""
         return np.array_equal(self._played[key(one)][1], self._played[key(other)][1], equal_nan=True)
 
     def draws(self, lineup: Lineup, measure: Measure) -> Float64:
@@ -201,7 +201,7 @@ class Stage:
 
 
 def key(lineup: Lineup) -> Key:
-    """What tells a line-up from others."""
+    """Returns the key that tells a line-up from others."""
     return tuple(map(id, lineup))
 
 

@@ -50,7 +50,7 @@ class Fidelity:
         return Fidelity(self.agent, self.whole + other.whole, by_action, by_leaf)
 
     def document(self) -> dict[str, object]:
-        """As plain data."""
+        """Returns the counts as plain data."""
         return {
             "agent": self.agent,
             "states": self.whole.states,

@@ -20,7 +20,7 @@ OUTSIDE_EPISODES = 200  # in worlds of others, which are slower
 
 
 def default_episodes(world: World) -> int:
-    """How many held-out episodes a line-up plays where nobody says it."""
+    """Returns the number of held-out episodes that a line-up plays where nobody says it."""
     return EVALUATION_EPISODES if world.games is None else min(OUTSIDE_EPISODES, EVALUATION_EPISODES)
 
 
@@ -35,7 +35,7 @@ def evaluation(world: World, agents: Sequence[ir.AgentPolicy], expert: Expert) -
 def evaluate_trees(
     world: World, agents: Sequence[ir.AgentPolicy], expert: Expert, episodes: int = 0
 ) -> tuple[dict[str, float | int | str], tuple[ir.AgentPolicy, ...]]:
-    """As `evaluation`, and the trees with what they met in the same episodes: visits of leaves, ranges of features.
+    """Evaluates like `evaluation`, and returns the trees with their visits of leaves and ranges of features there too.
     `episodes`: of each line-up; 0: as the world says.
     """
     count = episodes or default_episodes(world)

@@ -19,7 +19,7 @@ from maviper.worlds.world import Int
 
 @dataclass(frozen=True)
 class Importances:
-    """What each feature of a policy counts for, both [n_features], in the order of the policy's features."""
+    """The importance of each feature of a policy, both [n_features], in the order of the policy's features."""
 
     decrease: Float64  # Gini impurity that its splits remove; sums to 1, or to 0 where no split removes any
     tested: Float64  # share of decisions whose path tests it, each from 0 to 1; a path tests several, so no fixed sum

@@ -25,7 +25,7 @@ ALGORITHM = "mappo"
 
 @dataclass(frozen=True)
 class Learning:
-    """How networks learn to answer. The same values give the same networks."""
+    """The settings with which networks learn to answer. The same values give the same networks."""
 
     folder: Path  # one run folder in it for each network
     steps: int = STEPS  # joint steps of the environment

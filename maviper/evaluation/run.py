@@ -59,7 +59,7 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Contest:
-    """Who plays whom. The subject and each of the opponents are one controller for each agent."""
+    """The subject and its opponents. The subject and each of the opponents are one controller for each agent."""
 
     world: World
     subject: Sequence[Controller]
@@ -134,7 +134,7 @@ def _ask_expert(expert: Controller, episodes: Episodes) -> Int:
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked for, found and checked."""
+    """The evaluation that is asked for, found and checked."""
 
     world: World
     subject: Player
@@ -148,7 +148,7 @@ class Request:
 
     @property
     def players(self) -> list[Player]:
-        """Who is the subject, for each agent; what is named later wins."""
+        """The subject's player for each agent; what is named later wins."""
         places = dict.fromkeys(self.world.agents, self.subject)
         for name, player in self.replaced.items():
             places |= dict.fromkeys(self.world.teams.get(name, (name,)), player)
@@ -204,7 +204,7 @@ def _replacement(text: str, world: World) -> tuple[str, Player]:
 
 
 def evaluate_named(asked: Request, on_played: Callable[[int, int], None] = lambda done, total: None) -> Evaluation:
-    """What is asked for, measured; see `evaluate`."""
+    """Measures what is asked for; see `evaluate`."""
     everybody, players = range(len(asked.world.agents)), asked.players
     subject = [player.controller for player in players]
     opponents = {name: [player.controller for _ in everybody] for name, player in asked.against.items()}
@@ -246,7 +246,7 @@ def _intervals(rows: Sequence[Standing]) -> list[Interval]:
 
 
 def _ratios(rows: Sequence[Standing]) -> list[str]:
-    """What a ratio is where it is not the subject's value over the expert's."""
+    """Explains the ratios that are not the subject's value over the expert's."""
     lower = dict.fromkeys(row.measure.name for row in rows if row.measure.lower_is_better)
     negative = dict.fromkeys(row.measure.name for row in rows if row.expert and row.expert.value < 0)
     said = [f"lower is better, and the ratio the expert's over the subject's, in {', '.join(lower)}"] if lower else []

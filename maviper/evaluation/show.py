@@ -75,7 +75,7 @@ def _does(policy: ir.AgentPolicy, leaf: int) -> str:
 
 
 def _visits(tree: ir.Tree, node: int) -> str:
-    """How often a leaf decided, where that was counted."""
+    """Words how often a leaf decided, where that was counted."""
     if not len(tree.visits):
         return ""
     visits = int(tree.visits.sum())
@@ -163,8 +163,8 @@ def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Floats:
 
 
 def observe_state(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Floats]:
-    """What each agent observes in the world state that a text states: NAME=NUMBER for each position, `goal=LANDMARK`
-    where there is a goal; velocities that are left out are 0. Errors as `observation_of`.
+    """Returns each agent's observation of the world state that a text states: NAME=NUMBER for each position,
+    `goal=LANDMARK` where there is a goal; velocities that are left out are 0. Errors as `observation_of`.
     """
     world, parts = profile.world, [part.strip() for part in text.split(",")]
     goals = [part.partition("=")[2].strip() for part in parts if part.partition("=")[0].strip() == GOAL]

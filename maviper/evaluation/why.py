@@ -123,7 +123,7 @@ class _Branches:
         return self.worth - self._scores(self.episodes), advantages, np.stack(self.alone)
 
     def _ask_experts(self, step: int) -> Int:
-        """What experts would do in the team's states, [batch, n_members]."""
+        """Returns the actions that experts would choose in the team's states, [batch, n_members]."""
         seen = tuple(each[step] for each in self.episodes.observations)
         return choose_actions(self.expert, seen, self.states[step])[:, self.members]
 

@@ -32,7 +32,7 @@ def side_by_side(function: Callable[..., Any], arguments: Sequence[Sequence[Any]
 
 
 def as_they_come(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], jobs: int) -> Iterator[Any]:
-    """As `side_by_side`, in the order in which calls end. Of `arguments`, only a few are taken ahead.
+    """Yields results like `side_by_side`, in the order in which calls end. Of `arguments`, only a few are taken ahead.
 
     MissingToolError where a process was killed, as a machine does that runs out of memory.
     """
@@ -52,7 +52,7 @@ def as_they_come(function: Callable[..., Any], arguments: Iterable[Sequence[Any]
 
 
 def on_dask(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], scheduler: str | None) -> Iterator[Any]:
-    """As `as_they_come`, on the workers of a Dask cluster, which does the work of lost workers again.
+    """Yields results like `as_they_come`, on the workers of a Dask cluster, which does the work of lost workers again.
 
     `scheduler`: its address; None: as Dask is configured (DASK_SCHEDULER_ADDRESS). MissingToolError without Dask, or
     when no scheduler answers, has no worker, or goes away.

@@ -125,7 +125,7 @@ def _is_there(place: Path, path: Path) -> bool:
 
 
 def is_named(name: str, verb: Verb) -> bool:
-    """Whether a file of that name is one of the verb's own."""
+    """Returns True if a file of that name is one of the verb's own."""
     return name == verb.mark or re.fullmatch(verb.names, name) is not None
 
 
@@ -141,7 +141,7 @@ def _digest_of(path: Path) -> str:
 
 
 def _read_record(folder: Path, mark: str) -> dict[str, str]:
-    """What runs of a verb wrote into a folder under common names, as far as it is as they wrote it: name -> SHA-256."""
+    """Returns the files that runs of a verb wrote into a folder under common names, if unchanged: name -> SHA-256."""
     with contextlib.suppress(OSError, ValueError, KeyError, AttributeError, RecursionError):
         with (folder / RECORD).open("rb") as file:
             listed: dict[str, str] = json.loads(file.read(MAX_RECORD_BYTES))[mark]
@@ -172,7 +172,7 @@ def of_code(prefix: str, profile: str) -> Verb:
 
 
 def write_listed(folder: Path, files: Mapping[str, str | bytes], manifest: str) -> None:
-    """As `write_set`, and removes the files that the manifest of an earlier run lists and that are as it wrote them."""
+    """Writes like `write_set`; removes the files that an earlier run's manifest lists and that are as it wrote them."""
     ensure_listed(folder, files, manifest)
     _write(folder, files, [folder / name for name in _as_listed(folder, manifest) if name not in files])
 
@@ -201,12 +201,12 @@ def _as_listed(folder: Path, manifest: str) -> list[str]:
 
 
 def _overwritten(path: Path) -> InputError:
-    """What a user is told of a file that the run was given, and would write over."""
+    """Returns the error for a file that the run was given, and would write over."""
     return InputError("the result would overwrite the file given", str(path), "choose another folder with -o")
 
 
 def _foreign(path: Path) -> InputError:
-    """What a user is told of a file that no earlier run wrote."""
+    """Returns the error for a file that no earlier run wrote."""
     what = f"the folder holds another {path.name}, which no earlier run wrote there"
     return InputError(what, str(path), "choose another folder with -o, or move the file away")
 
@@ -219,14 +219,14 @@ def write_questions(folder: Path, files: Mapping[str, str | bytes]) -> None:
 
 
 def _removable(path: Path) -> bool:
-    """Whether a file of a name of ours is one: of a region, only where it says that it was found."""
+    """Returns True if a file of a name of ours is one: of a region, only where it says that it was found."""
     if os.path.islink(path) or not os.path.isfile(path):  # noqa: PTH114, PTH113 - False, too, for a name that is too long
         return False
     return path.suffix != ".toml" or _holds_pattern(path, re.escape(FOUND))
 
 
 def _holds_pattern(path: Path, begins: str) -> bool:
-    """Whether a file is there, and its first bytes hold a pattern."""
+    """Returns True if a file is there, and its first bytes hold a pattern."""
     with contextlib.suppress(OSError), path.open("rb") as file:
         return re.search(begins, file.read(4_096).decode(errors="replace")) is not None
     return False

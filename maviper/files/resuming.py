@@ -22,5 +22,5 @@ def forget() -> None:
 
 
 def has_begun() -> bool:
-    """Whether the command that runs has begun a run that goes on with --resume."""
+    """Returns True if the command that runs has begun a run that goes on with --resume."""
     return any(each() for each in _runs.get())

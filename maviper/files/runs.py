@@ -61,7 +61,7 @@ def _fill(file: BinaryIO, content: str | bytes) -> None:
 
 
 def create(path: Path, content: str | bytes) -> bool:
-    """As `write`, where there is no file yet, else False: of several that try at once, one succeeds."""
+    """Writes like `write` where there is no file yet, else returns False: of several that try at once, one succeeds."""
     folder(ensure_visible(path).parent)
     try:
         with scratch_file(path) as (place, file):
@@ -156,7 +156,7 @@ def room(path: Path) -> None:
 
 
 def unwritten(path: Path, error: OSError) -> MaviperError:
-    """What a user is told of a file that cannot be written: MissingToolError where there is no room for it."""
+    """Returns the error for a file that cannot be written: MissingToolError where there is no room for it."""
     what, where = f"cannot write {path.name}", f"{path}: {error.strerror}"
     if error.errno in NO_ROOM:
         return MissingToolError(what, where, "make room, then run the command again")
@@ -230,7 +230,7 @@ def read(path: Path, limit: int) -> bytes:
 
 
 def read_unpacked(path: Path, limit: int) -> bytes:
-    """As `read`; of a file `*.xz` what it packs, of which no more than that and 128 MiB are made."""
+    """Reads like `read`; of a file `*.xz` what it packs, of which no more than that and 128 MiB are made."""
     data = read(path, limit)
     if path.suffix != PACKED:
         return data
@@ -263,7 +263,7 @@ def as_json(content: Any) -> str:
 
 
 def holds_run(folder_: Path) -> bool:
-    """Whether a folder holds a run, of one seed or of several: then `claim` lets nobody in without `resume`."""
+    """Returns True if a folder holds a run, of one or several seeds: then `claim` lets nobody in without `resume`."""
     try:
         return any(place.exists() for place in (folder_ / CONFIG_FILE, *folder_.glob(f"seed-*/{CONFIG_FILE}")))
     except OSError:

@@ -47,7 +47,7 @@ def scratch_file(target: Path) -> Generator[tuple[Path, BinaryIO]]:
 
 @contextlib.contextmanager
 def scratch_folder(target: Path) -> Generator[Path]:
-    """As `scratch_file`, a folder beside `target`."""
+    """Makes a folder beside `target`, which is removed at the end; see `scratch_file`."""
     place = _name_scratch(target)
     lock = None
     try:

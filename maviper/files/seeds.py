@@ -18,7 +18,7 @@ Made = TypeVar("Made")
 
 
 class Scored(NamedTuple):
-    """What the result of one seed is worth."""
+    """The worth of the result of one seed."""
 
     score: float
     said: str = ""  # what its line says after the score
@@ -37,7 +37,7 @@ def folder_of(run: Path, seed: int) -> Path:
 
 
 def is_resumed(folder: Path, resume: bool) -> bool:
-    """Whether the run of one seed goes on: its run of several does, and had come as far as this seed."""
+    """Returns True if the run of one seed goes on: its run of several does, and had come as far as this seed."""
     return resume and (folder / runs.CONFIG_FILE).exists()
 
 

@@ -42,7 +42,7 @@ MAP = "write --{kind}s NEW=OLD for each that the world calls otherwise"
 
 @dataclass(frozen=True)
 class Spoken:
-    """What a user says of names: those of features and of actions, in order or as new=old."""
+    """The names that a user gives: those of features and of actions, in order or as new=old."""
 
     features: Sequence[str] | None = None
     actions: Sequence[str] | None = None
@@ -148,7 +148,7 @@ def _giving(
 
 
 def _wider(own: ir.OutputSpec, spec: ir.OutputSpec) -> bool:
-    """Whether bounds change nothing once a number is cut to others."""
+    """Returns True if bounds change nothing once a number is cut to others."""
     low = own.low is None or (spec.low is not None and own.low <= spec.low)
     return low and (own.high is None or (spec.high is not None and own.high >= spec.high))
 
@@ -218,13 +218,13 @@ def _ensure_count(count: int, known: Sequence[str], agent: str, kind: str) -> No
 
 
 def _is_placed(names: Sequence[str], known: Sequence[str]) -> bool:
-    """Whether the places of a profile's actions are those of the world: so many, and none has another one's number."""
+    """Returns True if a profile's actions have the world's places: so many, and none has another one's number."""
     fits = (name == own or not COUNTED.fullmatch(name) for name, own in zip(names, known, strict=False))
     return len(names) == len(known) and all(fits)
 
 
 def _is_numbered(names: Sequence[str], first: int = 0) -> bool:
-    """Whether names say no more than places, which are counted from `first` on."""
+    """Returns True if names say no more than places, which are counted from `first` on."""
     parts = [NUMBERED.fullmatch(each) for each in names]
     return all(
         part is not None and int(part[2]) * (-1 if part[1].endswith(MINUS) else 1) == k
@@ -264,7 +264,7 @@ def _number(label: Any, called: str, keys: Mapping[str, int], first: int, given:
 
 
 def _action_names(origin: Origin, numbers: Sequence[int], known: list[str], first: int, given: Renaming) -> list[str]:
-    """What the world's actions are called: as the user says, or the source where the world has numbers."""
+    """Names the world's actions: as the user says, or the source where the world has numbers."""
     if given.plain is not None:
         return list(given.plain)
     if not _is_numbered(known, first):

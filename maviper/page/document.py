@@ -56,7 +56,7 @@ DIGITS = 3  # of weights, where people read them
 
 
 def tree_data(policy: ir.AgentPolicy) -> dict[str, Any]:
-    """What the tree of such an agent has beside its arrays: its sums and those of its leaves, with words."""
+    """Returns what the tree of such an agent has beside its arrays: its sums and those of its leaves, with words."""
     tree, names = policy.tree, [feature.name for feature in policy.features]
     if not tree.arithmetic:
         return {}
@@ -161,7 +161,7 @@ class Second:
 
 @dataclass(frozen=True)
 class Contents:
-    """What a page shows beside the profile. `visits`: agent -> decisions at each node; `expert`: of all agents."""
+    """The contents of a page beside the profile. `visits`: agent -> decisions at each node; `expert`: of all agents."""
 
     claims: tuple[Shown, ...] = ()
     states: tuple[Stored, ...] = ()
@@ -195,7 +195,7 @@ def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
 
 
 def knows_motion(profile: ir.PolicyProfile) -> bool:
-    """Whether a page knows how everybody moves: entities with places, observations made of them, actions that push."""
+    """Returns True if a page knows how all move: entities with places, observations made of them, actions that push."""
     known = all(feature.meaning for policy in profile.agents for feature in policy.features)
     entities = profile.world.agents + profile.world.landmarks
     return bool(entities) and known and not any(policy.outputs for policy in profile.agents)
@@ -336,7 +336,7 @@ def cut_of(meaning: ir.Meaning, threshold: np.float32) -> Cut | bool:
 
 
 def _even(number: float) -> bool:
-    """Whether ties round to it."""
+    """Returns True if ties round to the number."""
     return int(np.float64(number).view(np.uint64)) % 2 == 0
 
 
@@ -462,7 +462,7 @@ def _spell_episodes(claim: EpisodeClaim) -> str:
 
 
 class Judging(NamedTuple):
-    """What the page says of claims of a kind, and what it judges states by, if it does."""
+    """The words in which the page tells claims of a kind, and what it judges states by, if it does."""
 
     spell: Callable[[Any], str]
     judge: Callable[[ir.PolicyProfile, Any], dict[str, Any]]

@@ -49,7 +49,7 @@ def record_episode(profile: ir.PolicyProfile, world: World) -> Recorded:
 
 
 def about(profile: ir.PolicyProfile) -> str:
-    """What the game is, in a paragraph."""
+    """Describes the game, in a paragraph."""
     world, teams = profile.world, list(dict.fromkeys(policy.team for policy in profile.agents))
     agents = [policy.agent for policy in profile.agents]
     who = f"{len(agents)} agents" if len(agents) > 1 else "one agent" + f", {agents[0]}" * (agents[0] != "agent")
@@ -77,7 +77,7 @@ def about(profile: ir.PolicyProfile) -> str:
 
 
 def _does(policy: ir.AgentPolicy, alike: bool) -> str:
-    """What an agent chooses or gives; `alike`: as do all others."""
+    """Describes what an agent chooses or gives; `alike`: as do all others."""
     if not alike:
         return "chooses an action or gives numbers" if policy.outputs else "chooses an action"
     if not policy.outputs:

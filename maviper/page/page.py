@@ -36,8 +36,8 @@ MAX_CODE_NODES = 20_000  # of all trees whose generated code is in the page too
 def contents_of(
     profile: ir.PolicyProfile, claims: tuple[Shown, ...], states: tuple[Stored, ...] = (), played: World | None = None
 ) -> Contents:
-    """What a page shows of these claims and states, with visits in on-policy episodes and the shipped expert; of a
-    world that a user names (`played`), one episode.
+    """Returns the contents of a page of these claims and states, with visits in on-policy episodes and the shipped
+    expert; of a world that a user names (`played`), one episode.
     """
     world = matching_world(profile)
     if world is None:
@@ -50,7 +50,7 @@ def contents_of(
 
 
 def read_visits(profile: ir.PolicyProfile) -> dict[str, list[int]]:
-    """As `visits_of`, from what the profile itself says: in held-out episodes of its extraction, against experts."""
+    """Returns the visits that the profile itself states: in held-out episodes of its extraction, against experts."""
     return {policy.agent: policy.tree.visits.tolist() for policy in profile.agents if len(policy.tree.visits)}
 
 
@@ -64,7 +64,7 @@ def visits_of(profile: ir.PolicyProfile, world: World) -> dict[str, list[int]]:
 
 
 def _visits(policy: ir.AgentPolicy, observations: ir.Float32) -> list[int]:
-    """How many of the observations reach each leaf, by node."""
+    """Counts the observations that reach each leaf, by node."""
     return np.bincount(ir.apply(policy.tree, observations), minlength=len(policy.tree.feature)).tolist()
 
 

@@ -48,8 +48,8 @@ def page_of(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> str:
 
 
 def with_proof(contents: Contents, profile: ir.PolicyProfile, certificate: Path) -> Contents:
-    """What a page shows, with the claim of a certificate first and what a monitor of its proof says; of a claim about a
-    stated system in an episode of it, which is recorded. InputError and RefusedError as for a monitor.
+    """Adds to a page the claim of a certificate, first, and what a monitor of its proof says; of a claim about a stated
+    system in an episode of it, which is recorded. InputError and RefusedError as for a monitor.
     """
     proved = load_proof(certificate, profile)
     if proved.stated and not isinstance(proved.region, RegionSpec):
@@ -129,7 +129,7 @@ def play_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> 
 
 
 def words(cover: Cover, states: ir.Float64) -> tuple[str, ...]:
-    """What a monitor says of the states of an episode, [steps, variables], from its start."""
+    """Returns what a monitor says of the states of an episode, [steps, variables], from its start."""
     verdicts: list[str] = []
     ranges = [(one.low, one.high) for one in cover.variables]
     for step, state in enumerate(states):
@@ -147,8 +147,8 @@ def words(cover: Cover, states: ir.Float64) -> tuple[str, ...]:
 def _play_trees(
     profile: ir.PolicyProfile, env: StatedEnv, names: Sequence[str]
 ) -> tuple[tuple[ir.Floats, ...], ir.Float64]:
-    """What each agent observed before each step, [steps, n_features], and of the states the variables with these names,
-    [steps, variables].
+    """Returns each agent's observations before each step, [steps, n_features], and the variables with these names in
+    the states, [steps, variables].
     """
     observed, _ = env.reset(measures.ON_POLICY_SEEDS)
     seen, states = {policy.agent: list[ir.Floats]() for policy in profile.agents}, list[list[float]]()

@@ -50,13 +50,13 @@ class Toured:
 
 
 def verify_trees(profile: ir.PolicyProfile) -> run.Verified:
-    """As `maviper verify`: the usual claim, in the start region."""
+    """Verifies the usual claim in the start region, as `maviper verify` does."""
     options = VerifyOptions().ensure_usable()
     return run.verify_questions(profile, questions(profile, runs.PROFILE_FILE, options), options)
 
 
 def repair_trees(profile: ir.PolicyProfile) -> Repaired:
-    """As `maviper repair --max-depth 6`."""
+    """Repairs the trees as `maviper repair --max-depth 6` does."""
     claim = "distinct_targets"
     asked = request(claim, {"max_depth": MAX_DEPTH, "episodes": EPISODES})
     return repair_profile(profile, claim, "start", asked)
@@ -86,7 +86,7 @@ def handout(made: Toured) -> dict[str, str | bytes]:
 
 
 def _verdicts(made: Toured) -> list[dict[str, Any]]:
-    """What is known of the team before and after."""
+    """Returns what is known of the team before and after."""
     before = f"{EXTRACTED}/{runs.PROFILE_FILE}"
     stages = ((before, made.before.results), (runs.PROFILE_FILE, made.repair.results))
     return [

@@ -53,7 +53,7 @@ ROOM = 0.1  # shrinking keeps entities at least so far apart, and claims failing
 
 @dataclass(frozen=True)
 class AgentView:
-    """The action of one agent of the team in a counterexample, and the reason for it."""
+    """What one agent of the team does in a counterexample, and why."""
 
     agent: str
     action: str

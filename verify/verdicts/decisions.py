@@ -53,7 +53,7 @@ class Visited:
 
 @dataclass(frozen=True, kw_only=True)
 class DecisionEvidence(Evidence):
-    """The evidence for a verdict about single decisions, and all else that a report says of it."""
+    """What a verdict about single decisions rests on, and all else that a report says of it."""
 
     shares: Shares
     counterexample: Counterexample | None = None
@@ -83,7 +83,7 @@ class DecisionEvidence(Evidence):
 
     @property
     def plays_world(self) -> bool:
-        """True if the states that its own episodes visit are known."""
+        """Whether the states that its own episodes visit are known."""
         return self.visited is not None
 
 

@@ -68,7 +68,7 @@ TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
 
 @dataclass(frozen=True, kw_only=True)
 class EpisodeEvidence(Evidence):
-    """The evidence for a verdict about whole episodes, and all else that a report says of it."""
+    """What a verdict about whole episodes rests on, and all else that a report says of it."""
 
     followed: tuple[tuple[str, ...], ...]
     violating: Share  # of sampled starts
@@ -94,7 +94,7 @@ class EpisodeEvidence(Evidence):
 
     @property
     def plays_world(self) -> bool:
-        """True if something beside the reference can play an episode again."""
+        """Whether something beside the reference can play an episode again."""
         return bool(self.replays)
 
 

@@ -39,7 +39,7 @@ Confirm = Callable[[SystemCounterexample], SystemCounterexample | None]  # by th
 
 @dataclass(frozen=True, kw_only=True)
 class SystemEvidence(Evidence):
-    """The evidence for a verdict about a stated system, and all else that a report says of it."""
+    """What a verdict about a stated system rests on, and all else that a report says of it."""
 
     open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
     helps: tuple[str, ...] = ()  # what may give an answer
