@@ -40,7 +40,7 @@ COLOURS = {  # of labels, on a terminal that has colours
 
 
 def duration(seconds: float) -> str:
-    """Words a duration as a person says it: seconds up to two minutes, then minutes, then hours."""
+    """Formats a duration as a person says it: seconds up to two minutes, then minutes, then hours."""
     if seconds < 120:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)

@@ -98,7 +98,7 @@ def check_build(made: Build) -> Compiled:
 
 
 def ask_solver(made: Build) -> list[Agreement]:
-    """Compares with Z3 the functions of the SMT-LIB, where there is one, at boundaries and special values."""
+    """Checks with Z3 the SMT-LIB functions, where there are any, at boundaries and special values."""
     definitions = made.text("smt2")
     if definitions is None:
         return []
@@ -117,7 +117,7 @@ def ask_solver(made: Build) -> list[Agreement]:
 
 
 def _play_episodes(made: Build, world: World) -> tuple[list[Agreement], tuple[Fidelity, ...]]:
-    """Compares in on-policy episodes, part by part, the trees as grown, the C, and the expert."""
+    """Compares the trees in on-policy episodes, part by part, with the trees as grown, the C, and the expert."""
     agreements: list[list[Agreement]] = []
     faithful: list[tuple[Fidelity, ...]] = []
     for seeds in in_parts(made.profile):
@@ -172,7 +172,7 @@ def _bytes(state: Any) -> list[bytes]:
 
 
 def evidence(compiled: Compiled) -> str:
-    """Writes what was compared, and how far the trees act as their expert, as a JSON text to keep beside the code."""
+    """Returns what was compared, and how far the trees act as their expert, as JSON text to keep beside the code."""
     rows: list[dict[str, Any]] = [
         {"target": item.target, "agent": item.agent, "observations": item.observations, "differences": item.differences}
         for item in compiled.report.agreements

@@ -292,7 +292,7 @@ def _within(columns: Columns, regions: Sequence[Polytope], ranges: Sequence[Vari
 
 
 def _meeting(columns: Columns, claim: SystemClaim, part: Boxes, followed: set[str]) -> Boxes:
-    """What of the boxes of an invariant meets the claim, as far as it speaks of followed variables; rounded inward."""
+    """Returns the part of an invariant's boxes that meets the claim on followed variables; rounded inward."""
     pieces, part = list[Boxes](), widen(part, columns)
     for region in claim.regions:
         halves = tuple(half for half in region if names_of(half) <= followed)

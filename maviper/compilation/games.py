@@ -80,7 +80,7 @@ def find_game(profile: PolicyProfile, statement: Statement) -> GameFile | None:
 
 
 def _is_observed(one: Observed, system: System, ranges: Mapping[str, Interval], place: str) -> bool:
-    """Whether a feature is by the file what the game shows, but for a rounding and an error; `place`: the goal's."""
+    """Returns True if the file states a feature as in the game, but for rounding and error; `place`: the goal's."""
     terms: dict[str, Fraction] = {}
     for weight, coordinate in one.meaning.terms:
         name = call_in_file(coordinate, place)

@@ -79,7 +79,7 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
 def split_targets(
     targets: Sequence[str], certificate: Path | None, noise: Number | None = None, *, sums: bool = False
 ) -> tuple[bool, tuple[str, ...]]:
-    """Returns True if a monitor is asked for, and the other targets: C where a monitor can be written for none of them.
+    """Returns whether a monitor is asked for, and the other targets, with C where a monitor can be written for none.
 
     InputError for a monitor without a certificate, and for a certificate or noise without one. Trees with `sums` have
     monitors without a certificate too, of their inputs and outputs.

@@ -71,7 +71,7 @@ class Facing(World):
         return self.whole.alive(state)[:, self.mine]
 
     def playing(self, state: Any) -> Bool:
-        """As `World.playing`: an episode goes on while one of these agents plays."""
+        """Returns True for agents that play: an episode goes on while one of them does; see `World.playing`."""
         return self.whole.playing(state)[:, self.mine]
 
     def terminated(self, state: Any) -> Bool:

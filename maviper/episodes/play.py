@@ -79,8 +79,8 @@ class Policies:
 
 
 def in_columns(acted: Sequence[Any]) -> Any:
-    """Puts what agents do, each [batch] or [batch, n_outputs], side by side: [batch, n_agents] or [batch, n_agents,
-    widest], zeros standing for outputs that an agent has not.
+    """Stacks what agents do, each [batch] or [batch, n_outputs], into [batch, n_agents] or [batch, n_agents, widest],
+    zeros standing for outputs that an agent has not.
     """
     if acted[0].ndim == 1:
         return np.stack(acted, axis=1)

@@ -44,7 +44,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a change costs. States met are of whole episodes, and so not independent; None where none can be played."""
+    """The cost of a change. States met are of whole episodes, and so not independent; None where none can be played."""
 
     uniform: Share | None  # of the region's states, by sampling: some agent's action changes; None without ranges
     exact: Fraction | None  # the same, exactly, where the zones tell it
@@ -97,7 +97,7 @@ def measure_cost(
     expert: Player | None,
     episodes: int,
 ) -> Cost:
-    """What `after` costs a team, in play against the expert where it is shipped, else against the own trees."""
+    """Measures what `after` costs a team in play against the shipped expert, or else the profile's own trees."""
     uniform = exact = None
     if not find_unbounded(region):
         uniform = _count_differing(before, after, team, sample(region, before.world, SAMPLES, SAMPLE_SEED)[0])

@@ -184,7 +184,7 @@ class Stage:
         return replace(found, cut=self.cut([lineup]))
 
     def cut(self, lineups: Sequence[Lineup]) -> int:
-        """Returns the largest number of a line-up's episodes that were stopped at a length that nobody stated."""
+        """Returns the largest count of episodes in one line-up that were stopped at a length nobody stated."""
         return max(self._cut.get(key(lineup), 0) for lineup in lineups)
 
     def plays_alike(self, one: Lineup, other: Lineup) -> bool:

@@ -35,8 +35,8 @@ def evaluation(world: World, agents: Sequence[ir.AgentPolicy], expert: Expert) -
 def evaluate_trees(
     world: World, agents: Sequence[ir.AgentPolicy], expert: Expert, episodes: int = 0
 ) -> tuple[dict[str, float | int | str], tuple[ir.AgentPolicy, ...]]:
-    """Evaluates like `evaluation`, and returns the trees with their visits of leaves and ranges of features there too.
-    `episodes`: of each line-up; 0: as the world says.
+    """Returns the rows of `evaluation`, and the trees with what they met in the same episodes: leaf visits, feature
+    ranges. `episodes`: of each line-up; 0: as the world says.
     """
     count = episodes or default_episodes(world)
     seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + count)
@@ -68,6 +68,6 @@ def stop_of(world: World) -> str:
 
 
 def format_cut(rows: Mapping[str, float | int | str], team: str) -> str:
-    """How many of a team's and the expert's held-out episodes were stopped at a length that nobody stated; "": none."""
+    """Describes how many held-out episodes, the team's and the expert's, were cut at an unstated length; "": none."""
     ours, theirs = (rows.get(f"{team} {who}{measures.CUT}", 0) for who in ("", "expert "))
     return f", {ours} and {theirs} of the episodes cut" if ours or theirs else ""

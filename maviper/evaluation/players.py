@@ -48,7 +48,7 @@ class Player:
 
 
 def find_player(text: str, where: str, world: World | None) -> tuple[Player, World]:
-    """What `text` means, and the world that it plays: `world`, where that is known. A path that ends in .json is a
+    """Finds the player that `text` means, and its world: `world`, where that is known. A path that ends in .json is a
     profile, `scripted` and `random` are that, anything else is an expert. `where`: the option, for errors.
     """
     if text in (SCRIPTED, RANDOM):

@@ -75,7 +75,7 @@ def _does(policy: ir.AgentPolicy, leaf: int) -> str:
 
 
 def _visits(tree: ir.Tree, node: int) -> str:
-    """Words how often a leaf decided, where that was counted."""
+    """Describes how often a leaf decided, where that was counted."""
     if not len(tree.visits):
         return ""
     visits = int(tree.visits.sum())
@@ -132,7 +132,7 @@ def lines(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
 
 
 def compute_operands(policy: ir.AgentPolicy, observation: ir.Floats) -> list[float]:
-    """What the tree's tests compare in an observation [n_features]: its numbers, then the sums that are tested."""
+    """Computes what the tree's tests compare in an observation [n_features]: its numbers, then the tested sums."""
     return among(observation[None], policy.tree.sums, policy.tree.arithmetic)[0].tolist()
 
 

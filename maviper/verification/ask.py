@@ -59,7 +59,7 @@ def option_of(parameter: str) -> str:
 
 @dataclass(frozen=True)
 class VerifyOptions:
-    """What is asked about a profile; None: as usual."""
+    """The question about a profile, as options; None: as usual."""
 
     names: tuple[str, ...] = ()  # built-in properties
     file: Path | None = None  # a property file, whose claims come first
@@ -87,8 +87,8 @@ class VerifyOptions:
 
     @classmethod
     def about(cls, claim: str | BuiltIn, region: str, options: Mapping[str, Any]) -> "VerifyOptions":
-        """What is asked of one claim, by name or as an object, which then has the parameters itself. TypeError for an
-        option that there is not, InputError for a value that it cannot have.
+        """Returns the options for one claim, by name or as an object, which then has the parameters itself. TypeError
+        for an option that there is not, InputError for a value that it cannot have.
         """
         asked = complete_options(Options, complete_parameters(claim, options))
         asked |= {key: number(asked[key], key) for key in parameters.of_form(Form.NUMBER)}
@@ -141,11 +141,11 @@ class VerifyOptions:
 
     @property
     def cells(self) -> int | None:
-        """How many failing cells are looked for at most; None where nothing asks."""
+        """The maximum number of failing cells to look for; None where nothing asks."""
         return (self.max_cells or Budgets().max_cells) if self.where else None
 
     def budgets(self, max_zones: int | None) -> Budgets:
-        """What may be spent on a question, with a limit on zones that is its own; None: as usual."""
+        """Returns what may be spent on a question, with a limit on zones that is its own; None: as usual."""
         usual = Budgets()
         return Budgets(
             solver_units=self.units,
@@ -166,7 +166,7 @@ class Asked:
 
     @property
     def claim(self) -> AnyClaim:
-        """What is claimed."""
+        """The claim of the question."""
         return self.question.claim
 
     @property
@@ -176,7 +176,7 @@ class Asked:
 
     @property
     def words(self) -> str:
-        """What is claimed where, in a line."""
+        """The claim and its region, in a line."""
         claim = self.claim
         named = claim.label or f"{claim.name} of the {claim.team}" if claim.team else claim.shown
         where = self.about or f"region {self.region.name or 'given'}"
@@ -184,7 +184,7 @@ class Asked:
 
 
 def make_world_error(option: str) -> InputError:
-    """What is wrong with an option that is about stated systems."""
+    """Returns the error for an option that is about stated systems."""
     return InputError(f"{option} has no effect without --world", option, "add --world FILE")
 
 

@@ -67,7 +67,7 @@ class Bench:
         return None if self.world is None else on_policy(self.profile, self.world, keep=False)
 
     def count_visited(self, region: Region) -> Visited | None:
-        """How many states of its own episodes lie inside a region; None where the world cannot be played here."""
+        """Counts the states of its own episodes inside a region; None where the world cannot be played here."""
         return (
             None if self.world is None or self._episodes is None else _count_visited(self.world, self._episodes, region)
         )
@@ -76,7 +76,7 @@ class Bench:
 def state_replays(
     made: Build, profile: ir.PolicyProfile, team: str, world: ParticleWorld | None
 ) -> Mapping[str, Replay]:
-    """What replays a team's decisions in one state. `profile`: the one that was built, or a view of it."""
+    """Returns the functions that replay a team's decisions in one state. `profile`: the built one, or a view of it."""
     replays: dict[str, Replay] = {}
     if made.compilable:
         replays["compiled C"] = partial(_in_compiled, made, profile, team)
@@ -118,7 +118,7 @@ def _in_reference(
 
 
 def _count_visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
-    """How many on-policy states lie inside a region, its goals included."""
+    """Counts the on-policy states that lie inside a region, its goals included."""
     world_state = WorldState.concatenate(episodes.states[1:])
     within = contains(region, world.coordinates(world_state), world.spec)
     if region.goals:

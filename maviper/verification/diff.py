@@ -61,7 +61,7 @@ def request(**options: Unpack[DiffOptions]) -> Any:
 
 
 def _budgets(asked: Any) -> Budgets:
-    """What may be spent; Z3 gets as much as it does where it decides beside the zones."""
+    """Returns what may be spent; Z3 gets as much as it does where it decides beside the zones."""
     usual = Budgets()
     nodes = usual.max_nodes if asked.max_nodes is None else asked.max_nodes
     cells = usual.max_cells if asked.max_cells is None else asked.max_cells

@@ -39,7 +39,7 @@ def verify_claims(questions: Sequence[Question[AnyClaim]], where: bool = False) 
 def one_by_one(
     questions: Sequence[Question[AnyClaim]], where: bool = False, stated: StatedWorld | None = None
 ) -> Iterator[AnyResult]:
-    """As `verify_claims`, each result as soon as it is known. `stated`: the world file that they are about."""
+    """Yields each result of `verify_claims` as soon as it is known. `stated`: the world file that they are about."""
     with _bench(questions) if stated is None else nullcontext(stated) as bench:
         for number, question in enumerate(questions, 1):
             found_in = region_file(number, question.claim) if where else None

@@ -21,7 +21,7 @@ from verify.claims.uncertified.views import RANGES, SEEN, UNLIKE, Viewed, build_
 
 
 def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Formula]:
-    """What reads formulas about a view so. Variables that agents observe in unlike types are left as they are."""
+    """Returns a function that reads a view's formulas as compared. Variables observed in unlike types stay."""
     numbers, known = find_numbers(view), dict[str, Compared]()
     for policy in view.agents:
         for feature in policy.features:

@@ -24,7 +24,7 @@ from verify.verdicts.systems import SystemResult
 
 
 def measure_reference(statement: Statement, run: bool) -> dict[str, Any]:
-    """How far the statement is from its reference, over 100,000 steps. InputError where it is farther than it says."""
+    """Measures how far the statement is from its reference in 100,000 steps. InputError if farther than it says."""
     name = statement.system.reference
     if not name or not statement.rules:
         return {}
@@ -43,7 +43,7 @@ def measure_reference(statement: Statement, run: bool) -> dict[str, Any]:
 
 
 def replay_words(statement: Statement, profile: PolicyProfile, result: SystemResult) -> str:
-    """What the environment says of a counterexample."""
+    """Describes what the environment says of a counterexample."""
     if result.counterexample is None or result.claim.about_decisions:
         return ""
     name = statement.system.reference
@@ -58,7 +58,7 @@ def replay_words(statement: Statement, profile: PolicyProfile, result: SystemRes
 def breaks_in_reference(
     statement: Statement, profile: PolicyProfile, claim: SystemClaim, start: Mapping[str, float]
 ) -> bool | None:
-    """Whether an episode of the reference from a start breaks a claim; None where it cannot be put there."""
+    """Returns True if an episode of the reference from a start breaks a claim; None where it cannot be put there."""
     reference = Reference(statement)
     reference.reset(0)
     if not reference.placeable or not reference.place(dict(start)):

@@ -25,7 +25,7 @@ Decide = Callable[[str, Float32], Int32]  # an agent and its observations [batch
 
 
 def rollouts(made: Build, world: ParticleWorld | None) -> Mapping[str, EpisodeReplay]:
-    """What can replay episodes of a profile, by name."""
+    """Returns the functions that can replay episodes of a profile, by name."""
     if world is None:
         return {}
     profile = made.profile

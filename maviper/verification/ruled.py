@@ -70,8 +70,8 @@ def _thin(statement: Statement) -> Iterator[Starts]:
 
 
 def _course(statement: Statement, profile: PolicyProfile, states: Sequence[State]) -> Course:
-    """How an episode of the pieces goes through given states, as far as their errors allow: of several pieces that hold
-    a state, as where there is a choice, by the one that comes nearest to the next.
+    """Returns the course of an episode of the pieces through given states, as far as their errors allow: of several
+    pieces that hold a state, as where there is a choice, by the one that comes nearest to the next.
     """
     errors, pieces = list[Mapping[str, Fraction]](), list[int]()
     for state, after in pairwise(states):

@@ -58,7 +58,7 @@ class Verified:
 
     @property
     def _form(self) -> ModuleType:
-        """What writes the report."""
+        """The module that writes the report."""
         return report if self.stated is None else self.stated.form
 
     @cached_property
@@ -127,7 +127,7 @@ def pose_questions(
 
 
 def _plays_in_places(profile: ir.PolicyProfile) -> bool:
-    """Whether agents take actions, and observe what world states say."""
+    """Returns True if agents take actions, and observe what world states say."""
     return all(
         not policy.outputs and all(feature.meaning is not None for feature in policy.features)
         for policy in profile.agents

@@ -149,8 +149,8 @@ class StatedWorld:
 
     @staticmethod
     def _of_episodes(profile: PolicyProfile, posed: Sequence[Posed], options: VerifyOptions) -> StatedWorld:
-        """As `of_game`, of claims about episodes. A file states no empty start, so that of a region without starts
-        at rest is put in afterwards.
+        """Makes the world of claims about episodes, like `of_game`. A file states no empty start, so that of a region
+        without starts at rest is put in afterwards.
         """
         started = game_episodes.start_of(profile, posed)
         source = stated = game_episodes.world_of(profile, posed, started)
@@ -186,7 +186,7 @@ class StatedWorld:
 
     @cached_property
     def reference(self) -> Mapping[str, Any]:
-        """What was measured of the environment: seconds, so only once nothing else is left to refuse. InputError for a
+        """The measurements of the environment: seconds, so only once nothing else is left to refuse. InputError for a
         statement that is further from it than it says.
         """
         return {} if self.options.verdict_only else measure_reference(self.statement, self.options.run_reference)
@@ -203,12 +203,12 @@ class StatedWorld:
 
     @property
     def said(self) -> list[tuple[str, str]]:
-        """What verdicts are about, and what was measured, as lines for a terminal."""
+        """Lines for a terminal: the subject of the verdicts, and what was measured."""
         return [("about", self.about), *(("reference", words) for words in self.reference.get("said", []))]
 
     @property
     def about(self) -> str:
-        """What verdicts are about."""
+        """The subject of the verdicts."""
         if self.started is not None:
             return PLAYED
         about = ABOUT.get(self.variables)
@@ -216,7 +216,7 @@ class StatedWorld:
 
     @property
     def form(self) -> ModuleType:
-        """What writes the report."""
+        """The module that writes the report."""
         return report
 
     def document(self, results: Sequence[Result[SystemClaim, Any]]) -> dict[str, Any]:

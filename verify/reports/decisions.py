@@ -137,7 +137,7 @@ def _where(profile: PolicyProfile, result: DecisionResult) -> dict[str, Any]:
 
 
 def _adapt_text(result: DecisionResult, text: str) -> str:
-    """Words about a result: over observations, of these and of no world states."""
+    """Describes about a result: over observations, of these and of no world states."""
     return text if result.viewed is None else text.replace("world state", "observation")
 
 

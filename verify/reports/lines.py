@@ -60,7 +60,7 @@ def _show_involved(result: AnyResult, facts: Mapping[str, Any]) -> Mapping[str, 
 
 
 def _extent(facts: Mapping[str, Any]) -> str:
-    """Words how much a proof is about: the region's share of the start region, and of the states the team meets."""
+    """Describes how much a proof is about: the region's share of the start region, and of the states the team meets."""
     parts: list[str] = []
     if facts["of_start"] is not None:
         whole = "it" if facts["region_name"] == START else "the start region"

@@ -74,7 +74,7 @@ def tell_closely(subject: Subject, claim: SystemClaim, shown: SystemCounterexamp
 
 
 def _tell_closely(state: Values, breaks: Callable[[Values], bool]) -> dict[str, str]:
-    """Words a state as closely as the function above; nothing where it breaks nothing itself."""
+    """Describes a state as closely as the function above; nothing where it breaks nothing itself."""
     if not breaks(state) or not all(isfinite(nearest_double(value)) for value in state.values()):
         return {}
     kept, told = dict(state), dict[str, str]()

@@ -100,7 +100,7 @@ def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate | Lasting
 
 
 def _subject(proof: Certificate, profile: PolicyProfile) -> str:
-    """What was proved, from what was checked."""
+    """Describes what was proved, from what was checked."""
     if proof.against:
         compared = ", ".join(certificate.find_compared_agents(proof, profile))
         return (
@@ -122,7 +122,7 @@ def _subject(proof: Certificate, profile: PolicyProfile) -> str:
 
 
 def _left_sides(proof: Certificate, profile: PolicyProfile) -> str:
-    """What the certificate of a formula shows of the left sides of implications."""
+    """Describes what the certificate of a formula shows of the left sides of implications."""
     if proof.says_left_sides:
         met = [formula_words(premise.formula, profile) for premise in proof.premises]
         return f"; some state meets each of its conditions: {'; '.join(met)}" if met else ""
@@ -132,7 +132,7 @@ def _left_sides(proof: Certificate, profile: PolicyProfile) -> str:
 
 
 def _episodes(proof: EpisodeCertificate | LastingCertificate, profile: PolicyProfile) -> str:
-    """What was proved of episodes, and opponents_words others do."""
+    """Describes what was proved of episodes, and what others do."""
     claim = proof.claim
     own = f" {'from' if claim.apart else 'at'} {' '.join(claim.named)}" if claim.named else ""
     followed = sorted({" with ".join(group) for group in proof.followed})

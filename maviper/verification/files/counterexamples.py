@@ -51,7 +51,7 @@ ADVICE = "make it again with `maviper verify -o`"
 
 
 class DeployedJson(msgspec.Struct, forbid_unknown_fields=True):
-    """What the deployed arithmetic does in the state of a counterexample in real arithmetic."""
+    """The deployed arithmetic's actions and verdict in the state of a counterexample in real arithmetic."""
 
     actions: dict[str, str]
     violated: bool
@@ -91,7 +91,7 @@ class Replayed:
 
 
 def document(profile: PolicyProfile, result: DecisionResult, example: Counterexample) -> dict[str, Any]:
-    """What the file of a violated claim about single decisions holds."""
+    """Returns the contents of the file of a violated claim about single decisions."""
     claim, explanation = result.claim, result.evidence.explanation
     real = {} if result.semantics == MACHINE else {"semantics": result.semantics, "deployed": deployed_facts(example)}
     view = {} if result.viewed is None else {"view": view_document(result.viewed.view)}
@@ -189,8 +189,8 @@ def _replay_episode(path: Path, profile: PolicyProfile) -> Replayed:
 
 
 def name_formula(stated: str, claim: Formula, team: str, profile: PolicyProfile) -> str:
-    """What the formula of a file is called: a property's name where it is what that says, for any other what the file
-    calls it, as the file's word.
+    """Names the formula of a file: a property's name where it is what that says, for any other what the file calls it,
+    as the file's word.
     """
     if stated in PLAIN:
         with suppress(InputError, ValueError):  # a property of other teams

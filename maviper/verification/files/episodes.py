@@ -65,7 +65,7 @@ class ReplayedEpisode:
 
 
 def document(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
-    """What the file of a violated claim holds."""
+    """Returns the contents of the file of a violated claim."""
     claim, evidence = result.claim, result.evidence
     assert evidence.state is not None and evidence.episode is not None
     return {

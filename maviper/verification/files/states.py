@@ -147,8 +147,8 @@ def document_of(
 
 
 def read_failing(paths: Sequence[Path], world: ParticleWorld) -> tuple[list[Failing], list[str]]:
-    """What files and folders hold, one entry per claim and team, for the world that is extracted; and of what files in
-    folders teach no single decision, in words.
+    """Reads what files and folders hold, one entry per claim and team, for the world that is extracted; and, in words,
+    which files in folders teach no single decision.
 
     InputError for a file that is damaged or about another world, and where there is none.
     """

@@ -53,7 +53,7 @@ ADVICE = "make it again with `maviper verify --world -o`"
 
 
 def counterexample_document(question: Question[SystemClaim], episode: SystemCounterexample) -> dict[str, Any]:
-    """What the file of a violated claim holds."""
+    """Returns the contents of the file of a violated claim."""
     assert isinstance(question.subject, ClosedLoop)
     told, profile, claim = counterexample(episode), question.profile, question.claim
     return {
@@ -88,7 +88,7 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
 def check_certificate(
     path: Path, profile: PolicyProfile | Path | None, world: Path | None
 ) -> tuple[str, int, int, str]:
-    """What the certificate in a file proves, in words, its branches or boxes, its bytes, and what was counted.
+    """Returns what the certificate in a file proves, in words, its branches or boxes, its bytes, and what was counted.
     RefusedError when it does not hold.
 
     The pieces of the system are shown again from the rules of the file, then the proof is followed.
@@ -112,7 +112,7 @@ def check_certificate(
 
 
 def _left_sides(claim: SystemClaim, stated: Sequence[SystemClaim]) -> str:
-    """What a certificate shows of the left sides of implications. `stated`: claims of the files beside it."""
+    """Describes what a certificate shows of the left sides of implications. `stated`: claims of the files beside it."""
     if not claim.about_decisions or any(each == claim and not each.conditions for each in stated):
         return ""
     if claim.premises:
@@ -121,8 +121,8 @@ def _left_sides(claim: SystemClaim, stated: Sequence[SystemClaim]) -> str:
 
 
 def _of_curves(claim: SystemClaim, statement: Statement, stated: Sequence[SystemClaim]) -> str:
-    """What a proof says of a formula with curves or outputs among claims of files; "" where there is none that the
-    claim implies. RejectedError where its enclosures are not shown again.
+    """Describes what a proof says of a formula with curves or outputs among claims of files; "" where there is none
+    that the claim implies. RejectedError where its enclosures are not shown again.
     """
     for each in stated:
         if each == claim and each.curved is None and name_inputs(each.written) != each.written:
@@ -152,7 +152,7 @@ def _read_beside(statement: Statement, profile: PolicyProfile, beside: Path) -> 
 
 
 def name_claim(claim: SystemClaim) -> str:
-    """What a claim in a file is called: its kind, and its label as the file's word."""
+    """Names a claim in a file: its kind, and its label as the file's word."""
     return claim.name + (f" (in the file: '{escape_text(claim.label)}')" if claim.label else "")
 
 
@@ -191,8 +191,8 @@ def replay(
 def _read_course(
     document: CounterexampleJson, start: Mapping[str, Fraction], errors: Sequence[Mapping[str, Fraction]]
 ) -> FlowCourse:
-    """How an episode of a flow goes, by its file. A list is of what changes from period to period, and its last member
-    stays. ValueError for an empty one.
+    """Reads the course of an episode of a flow from its file. A list is of what changes from period to period, and its
+    last member stays. ValueError for an empty one.
     """
     longer = [document.longer] if isinstance(document.longer, str) else document.longer
     ways = [document.way] if isinstance(document.way, int) else document.way

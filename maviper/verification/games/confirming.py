@@ -28,7 +28,7 @@ from verify.systems.system import State
 
 
 class Variables(Enum):
-    """What the variables of a world file are."""
+    """The kinds of variables of a world file."""
 
     STATED = auto()  # what a user states
     OBSERVED = auto()  # observations: a counterexample is one of floats

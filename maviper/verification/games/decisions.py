@@ -145,7 +145,7 @@ def spell_region(region: Region, goal: str | None, box: Mapping[str, Interval]) 
 
 
 def list_conditions(region: Region, goal: str | None) -> list[str]:
-    """What a region says beyond bounds, and that the goal is at a landmark."""
+    """Lists what a region says beyond bounds, and that the goal is at a landmark."""
     conditions: list[str] = []
     for a, b, (low, high) in region.differences:
         conditions += [

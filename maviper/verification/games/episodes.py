@@ -47,7 +47,7 @@ ROOM = Fraction(1, 2**20)
 
 
 class Moving(NamedTuple):
-    """How far agents get: bounds of all coordinates, and of what rounding does to each next value."""
+    """The reach of agents: bounds of all coordinates, and of what rounding does to each next value."""
 
     ranges: dict[str, Interval]
     errors: dict[str, Fraction]
@@ -75,7 +75,7 @@ class Started(NamedTuple):
 
     @property
     def nowhere(self) -> bool:
-        """Whether the region holds no start at rest."""
+        """True if the region holds no start at rest."""
         return is_empty(self.states) is True
 
     @property
@@ -127,7 +127,7 @@ def world_of(profile: PolicyProfile, posed: Sequence[Posed], started: Started) -
 
 
 def counts_steps(posed: Posed) -> bool:
-    """Whether a claim is about episodes."""
+    """Returns True if a claim is about episodes."""
     return "steps" in posed.claim.parameters
 
 
@@ -167,7 +167,7 @@ def _ensure_affine(profile: PolicyProfile) -> None:
 
 
 def _bound_motion(profile: PolicyProfile, starts: Mapping[str, Interval], steps: int) -> Moving:
-    """How far agents get in so many steps from rest, with a little room, and the roundings of a step.
+    """Bounds how far agents get in so many steps from rest, with a little room, and the roundings of a step.
 
     A step of a position multiplies and adds, one of a velocity multiplies twice and adds: each rounds what is at most
     the largest number here.
@@ -205,7 +205,7 @@ def _round_up(number: Fraction) -> Fraction:
 
 
 def _list_pushes(profile: PolicyProfile, agent: str) -> list[tuple[Fraction, Fraction]]:
-    """What each action of an agent adds to its velocity along each axis, exactly as the game computes it."""
+    """Lists what each action of an agent adds to its velocity along each axis, exactly as the game computes it."""
     world = profile.world
     entity = next(each for each in world.agents if each.name == agent)
     pushes = accelerations(entity, profile.policy(agent).actions) * world.dt
@@ -224,7 +224,7 @@ def _list_velocities(profile: PolicyProfile) -> list[str]:
 
 
 def _spell_actions(profile: PolicyProfile, agent: str) -> str:
-    """What each action sets."""
+    """Writes what each action sets, a line for each."""
     actions = zip(profile.policy(agent).actions, _list_pushes(profile, agent), strict=True)
     return "".join(
         f"{action.name} = {{ push_x = {number_text(x)}, push_y = {number_text(y)} }}\n" for action, (x, y) in actions

@@ -90,7 +90,7 @@ def _play(game: PlayedGame, claim: SystemClaim, places: Mapping[str, Float64], c
 
 
 def _seem_broken(claim: SystemClaim, episodes: Sequence[Mapping[str, Float64]], count: int) -> Bool:
-    """Which episodes seem to break a claim, but for roundings, [batch]."""
+    """Returns True for episodes that seem to break a claim, but for roundings, [batch]."""
     broken, going = np.zeros(count, np.bool_), np.ones(count, np.bool_)
     for step, planes in enumerate(episodes):
         asked = Batch(planes, count)

@@ -133,7 +133,7 @@ def _seem_broken(profile: PolicyProfile, claim: SystemClaim, planes: Mapping[str
 
 
 def _observe_off(profile: PolicyProfile, policy: AgentPolicy, rows: Float64, planes: Mapping[str, Float64]) -> Floats:
-    """What an agent observes where some of its features are off, but for the last digit, [batch, n_features]."""
+    """Returns an agent's observations where some features are off, but for the last digit, [batch, n_features]."""
     seen = observe(policy.features, rows, profile.world, policy.numbers)
     for each in list_observed(policy):
         if each.error in planes:

@@ -28,7 +28,7 @@ class Plane:
     test: tuple[ir.Sum, str, float, bool] | None = None  # what was tested: sum, arithmetic, threshold, whether it held
 
     def settles(self, each: ir.Sum, arithmetic: str, threshold: float) -> bool | None:
-        """Whether another test of the same sum holds here, rounding included; None where that is open."""
+        """Returns True if another test of the sum holds here, rounding included, else False; None if that is open."""
         if self.test is None or self.test[:2] != (each, arithmetic):
             return None
         _, _, limit, held = self.test

@@ -83,7 +83,7 @@ class OutputsCompared:
 def compare_outputs(
     first: ir.PolicyProfile, second: ir.PolicyProfile, agents: Sequence[str], region: str, max_cells: int
 ) -> OutputsCompared:
-    """How far apart what agents give can be. InputError for agents that cannot be compared."""
+    """Compares how far apart what agents give can be. InputError for agents that cannot be compared."""
     if region != "start":
         what = "agents that test sums or give numbers are compared over the ranges of their features"
         raise InputError(what, "--region", "leave it out")

@@ -128,6 +128,6 @@ def read_errors(given: str, policy: AgentPolicy) -> tuple[Fraction, ...]:
 
 
 def find_changes(policy: AgentPolicy, observations: Sequence[tuple[float, ...]], errors: Sequence[Fraction]) -> Changes:
-    """How far each output may change around each observation."""
+    """Finds how far each output may change around each observation."""
     ends = tuple(ends_of(policy, each, errors) for each in observations)
     return Changes(policy, tuple(observations), tuple(errors), ends)

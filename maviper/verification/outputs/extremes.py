@@ -31,7 +31,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Apart:
-    """How far one output differs. `most`: the bound by linear programs, None where the cells were too many."""
+    """The difference of one output. `most`: the bound by linear programs, None where the cells were too many."""
 
     output: str
     unit: str
@@ -52,7 +52,7 @@ class _Best:
 
 @dataclass(frozen=True)
 class Searched:
-    """What came of a search: by output, or one entry for actions; whether every pair of leaves was looked at, and
+    """The outcome of a search: by output, or one entry for actions; whether every pair of leaves was looked at, and
     whether boxes alone decided, so that a difference of 0 is exact.
     """
 

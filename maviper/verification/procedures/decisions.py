@@ -54,7 +54,7 @@ def _counterexample(profile: PolicyProfile, result: DecisionResult) -> tuple[dic
 
 
 def _queries(question: DecisionQuestion, goal: str | None) -> Iterator[tuple[str, Query]]:
-    """What the solver is asked for one goal, each query with a name that suits a file."""
+    """Yields the queries to the solver for one goal, each with a name that suits a file."""
     team = question.team
     if question.claim.per_state:
         yield question.claim.name, query(question, goal, however_large=True)

@@ -22,7 +22,7 @@ def _nothing(*_: object) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Procedure:
-    """What is done with one kind of claim."""
+    """The functions that handle one kind of claim."""
 
     answer: Callable[[Any, Any, str | None], AnyResult]  # a question, by its bench; where it holds, for the file named
     verdict: Callable[[Any, Any], tuple[Verdict, str]]  # of a question, by its bench, with the reason

@@ -41,5 +41,5 @@ PROCEDURES: Mapping[Kind, Callable[[], Procedure]] = {
 
 
 def procedure(claim: AnyClaim) -> Procedure:
-    """What is done with a claim."""
+    """Returns the procedure for a claim."""
     return PROCEDURES[claim.kind]()
