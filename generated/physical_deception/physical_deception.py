@@ -232,7 +232,8 @@ def _rows(agent: str, n: int, x: Any) -> NDArray[Any]:
     """Observations as an array of float32, [batch, n], each number a double first; errors as for one."""
     import numpy as np
 
-    if isinstance(x, np.ndarray) and np.any(getattr(x, "mask", False)):
+    mask: Any = getattr(x, "mask", False)
+    if not callable(mask) and np.any(mask):  # of a table, `mask` is a method
         raise TypeError("%s observes rows of %d numbers, and some of these are masked" % (agent, n))
     try:
         rows: NDArray[Any] = np.asarray(x)
