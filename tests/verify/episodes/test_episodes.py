@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from codegen import ir
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lowering.deploy import deploy_tree
-from tests.benchmarks.closed_loop import unrolled
 from tests.support.episode_cases import arriving, lost, on_lattice, verdicts_wrong
 from tests.support.episode_certificates import failures, replays_of
+from tests.support.episode_query import unrolled
 from tests.support.strategies import grown_trees, with_trees
 from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_claim
