@@ -653,8 +653,13 @@ def test_links_and_paths_lead_somewhere(name):
         assert target.startswith("https://") or (here / target).exists(), target
     for path in re.findall(r"`((?:generated|maviper|codegen|verify|templates|tests)/[\w./-]*)`", text):
         assert (ROOT / path).exists() or path.endswith("table.py") or "tree.csv" in path, path
-    for path in re.findall(r"python (tests/benchmarks/\w+\.py)", text):
-        assert (ROOT / path).exists(), path
+    for module in re.findall(r"python -m (tests\.[a-z._]*[a-z])", text):
+        assert (ROOT / module.replace(".", "/")).with_suffix(".py").exists(), module
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES if name != "developing"])
+def test_pages_for_users_name_no_script_that_an_installation_lacks(name):
+    assert not re.search(r"\btests[./]\w", text_of(name))
 
 
 def test_the_benchmarks_page_names_every_one():
