@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 RECORDS = Path(__file__).parents[3] / "generated" / "reproduction"
 PAGE = (RECORDS / "README.md").read_text()
@@ -47,3 +48,15 @@ def test_experts_by_the_forks_physics_are_those_of_their_record():
         assert [row["measure"], f"{len(experts)} of 8", *told, paper] in ROWS
     took = sum(expert["card"]["seconds"] for game in known.values() for expert in game.values())
     assert f"in {took / 3600:.0f} hours of one core" in SAID
+
+
+@pytest.mark.parametrize("page", sorted(RECORDS.rglob("*.md")), ids=lambda page: page.relative_to(RECORDS).as_posix())
+def test_links_and_benchmarks_of_a_page_are_there(page):
+    """Or the page says that its script is in the history."""
+    text = page.read_text()
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):
+        assert target.startswith("https://") or (page.parent / target).exists(), target
+    for line in re.findall(r"^.*python -m tests\.benchmarks\..*$", text, re.MULTILINE):
+        for name in re.findall(r"tests\.benchmarks\.(\w+)", line):
+            there = (RECORDS.parents[1] / "tests" / "benchmarks" / f"{name}.py").exists()
+            assert there or "history" in line or "history at commit 223ff896" in text, line
