@@ -3,7 +3,7 @@
 Does: computes with constants as Python does, within limits; makes steps of arithmetic on one feature, and tests of
   comparisons.
 Assumes: float arithmetic of this machine is IEEE 754, as that of NumPy is.
-Does not: evaluate nodes.
+Does not: evaluate nodes: `m` is the machine that does (machine.py), which knows features, counts and decides.
 
 Steps compute with Python's own floats, or NumPy's scalars where the observation is an array, so a threshold that is
 found through them is that of Python, to the last bit.
@@ -21,8 +21,17 @@ from typing import Any
 
 import numpy as np
 
-from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
-from codegen.importers.python.values import Array, Condition, Extreme, Part, Refused, words_of
+from codegen.importers.python.values import (
+    CONDITIONS,
+    MAX_ITEMS,
+    TEST_ADVICE,
+    Array,
+    Condition,
+    Extreme,
+    Part,
+    Refused,
+    words_of,
+)
 from codegen.importers.symbolic.affine import CUT_BEFORE, CUTTING, IN_ORDER
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test, at_most
 
@@ -32,7 +41,6 @@ OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow, ast.LShift: operator.lshift,
     ast.RShift: operator.rshift, ast.BitAnd: operator.and_, ast.BitOr: operator.or_, ast.BitXor: operator.xor,
 }  # fmt: skip
-NAMES: Mapping[type[ast.operator], str] = {ast.Mult: "product", ast.Div: "quotient"}
 FORMS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 COMPARISONS: Mapping[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
@@ -44,58 +52,8 @@ OTHERWISE = {
     ast.Div: "compare the feature itself: 1 / x > c says 0 < x < 1 / c",
 }
 SEVERAL = "test each feature alone, or give the {} as a feature of its own"
-CONDITIONS = (Test, Condition)
 NUMBERS = (int, float, np.number)
 FIXED = (type(None), *NUMBERS, str, range, enum.Enum)
-JOINED = (Feature, *NUMBERS, str, list, tuple)  # what arithmetic is done on
-
-
-# --- arithmetic
-
-
-def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """Computes `left operator right`."""
-    if isinstance(left, CONDITIONS) or isinstance(right, CONDITIONS):
-        return _join_conditions(m, kind, left, right)
-    left, right = m.plain(left), m.plain(right)
-    if kind is ast.MatMult:
-        raise Refused("a product of arrays is computed, which NumPy adds in an order of its own", IN_ORDER)
-    for each in (left, right):
-        if isinstance(each, Array) or not isinstance(each, JOINED):
-            raise Refused(f"arithmetic is done on {words_of(each)}", "do it on each number")
-    if isinstance(left, Feature) and isinstance(right, Feature):
-        return _join_features(m, kind, left, right)
-    if isinstance(left, Feature) or isinstance(right, Feature):
-        return _of_feature(m, kind, left, right)
-    return _of_constants(m, kind, left, right)
-
-
-def _join_conditions(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """Arithmetic where a condition counts as 0 or 1; `&`, `|` and `^` of two conditions are one, too."""
-    if all(isinstance(each, (*CONDITIONS, bool)) for each in (left, right)):
-        if kind in (ast.BitAnd, ast.BitOr):
-            return Condition(kind is ast.BitAnd, (left, right))
-        if kind is ast.BitXor:
-            return compare_values(m, "!=", left, right)
-        m.ensure_plain()
-    return binary(m, kind, *(int(m.truth(each)) if isinstance(each, CONDITIONS) else each for each in (left, right)))
-
-
-def _join_features(m: Machine, kind: type[ast.operator], left: Feature, right: Feature) -> Any:
-    """Arithmetic on two features: whole numbers, a square, or a sum."""
-    if m.counts(left) and m.counts(right):
-        return binary(m, kind, left, m.whole(right))
-    if kind is ast.Mult and left.key == right.key:
-        return convert_feature(m, left).then(Step("square", lambda value: value * value, FOLDING))
-    if kind not in (ast.Add, ast.Sub):
-        word = NAMES.get(kind, "combination")
-        raise Refused(f"the {word} of two features is computed", SEVERAL.format(word))
-    joined = m.sums.add_features(left, right, minus=kind is ast.Sub)
-    if joined is None:
-        cut = any(step.form and step.form[0] in CUTTING for each in (left, right) for step in each.steps)
-        raise Refused("two sums are joined whose roundings have no order", IN_ORDER + CUT_BEFORE if cut else IN_ORDER)
-    m.sums.line = m.sums.line or m.line
-    return joined
 
 
 def is_number(value: Any) -> bool:
@@ -108,29 +66,77 @@ def is_constant(value: Any) -> bool:
     if isinstance(value, tuple | list | frozenset):
         return not isinstance(value, Array) and all(map(is_constant, value))
     if isinstance(value, dict):
-        return all(map(is_constant, value)) and all(map(is_constant, value.values()))
+        return all(map(is_constant, (*value, *value.values())))
     return isinstance(value, FIXED)
 
 
-def _of_constants(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
+# --- arithmetic
+
+
+def binary(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
+    """Computes `left operator right`."""
+    if isinstance(left, CONDITIONS) or isinstance(right, CONDITIONS):
+        return _join_conditions(m, kind, left, right)
+    left, right = m.plain(left), m.plain(right)
+    if kind is ast.MatMult:
+        raise Refused("a product of arrays is computed, which NumPy adds in an order of its own", IN_ORDER)
+    for each in (left, right):
+        if isinstance(each, Array) or not isinstance(each, (Feature, *NUMBERS, str, list, tuple)):
+            raise Refused(f"arithmetic is done on {words_of(each)}", "do it on each number")
+    if isinstance(left, Feature) and isinstance(right, Feature):
+        return _join_features(m, kind, left, right)
+    if isinstance(left, Feature) or isinstance(right, Feature):
+        return _of_feature(m, kind, left, right)
+    return _of_constants(m, kind, left, right)
+
+
+def _join_conditions(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
+    """Arithmetic where a condition counts as 0 or 1; `&`, `|` and `^` of two conditions are one, too."""
+    if all(isinstance(each, (*CONDITIONS, bool)) for each in (left, right)):
+        if kind in (ast.BitAnd, ast.BitOr):
+            return Condition(kind is ast.BitAnd, (left, right))
+        if kind is ast.BitXor:
+            return compare_values(m, "!=", left, right)
+        m.ensure_plain()
+    return binary(m, kind, *(int(m.truth(each)) if isinstance(each, CONDITIONS) else each for each in (left, right)))
+
+
+def _join_features(m: Any, kind: type[ast.operator], left: Feature, right: Feature) -> Any:
+    """Arithmetic on two features: whole numbers, a square, or a sum."""
+    if m.counts(left) and m.counts(right):
+        return binary(m, kind, left, m.whole(right))
+    if kind is ast.Mult and left.key == right.key:
+        return convert_feature(m, left).then(Step("square", lambda value: value * value, FOLDING))
+    if kind not in (ast.Add, ast.Sub):
+        word = {ast.Mult: "product", ast.Div: "quotient"}.get(kind, "combination")
+        raise Refused(f"the {word} of two features is computed", SEVERAL.format(word))
+    joined = m.sums.add_features(left, right, minus=kind is ast.Sub)
+    if joined is None:
+        cut = any(step.form and step.form[0] in CUTTING for each in (left, right) for step in each.steps)
+        raise Refused("two sums are joined whose roundings have no order", IN_ORDER + CUT_BEFORE if cut else IN_ORDER)
+    m.sums.line = m.sums.line or m.line
+    return joined
+
+
+def _of_constants(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
     """Arithmetic on constants, by Python itself; with limits on what it may make."""
     if kind in (ast.Pow, ast.LShift) and all(isinstance(each, int) for each in (left, right)):
         bits = right if kind is ast.LShift else right * max(int(left).bit_length(), 1)
         if abs(bits) > MAX_BITS:
             raise Refused("a number is too large", f"keep whole numbers below {MAX_BITS} bits")
+    if kind is not ast.Add and (isinstance(left, str) or isinstance(right, str)):
+        raise Refused("a text is formatted or repeated", "write the text itself")
     items = [each for each in (left, right) if isinstance(each, list | tuple)]
     times = [each for each in (left, right) if isinstance(each, int)]
     if kind is ast.Mult and items and times and len(items[0]) * max(times[0], 0) > MAX_ITEMS:
-        raise Refused("a list or text is too long", f"keep it below {MAX_ITEMS} parts")
-    if kind is not ast.Add and (isinstance(left, str) or isinstance(right, str)):
-        raise Refused("a text is formatted or repeated", "write the text itself")
+        raise Refused("a list is too long", f"keep it below {MAX_ITEMS} parts")
     constant = OPERATIONS[kind](left, right)
     if isinstance(constant, complex) or (isinstance(constant, int) and constant.bit_length() > MAX_BITS):
         raise Refused("a number is too large, or complex", "write the result itself")
     return m.keep_value(constant) if isinstance(constant, list | tuple | str) else constant
 
 
-def _of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
+def _of_feature(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
     """Arithmetic on a feature and a number."""
     turned = isinstance(right, Feature)
     feature, number = (right, left) if turned else (left, right)
@@ -140,37 +146,33 @@ def _of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> 
     whole = m.counts(feature) and isinstance(number, int)
     if whole and kind is ast.Mult and number == 0:
         return 0
-    if not _usable(number, feature.value(1.0), kind):
+    sample = feature.value(1.0)
+    near = _near(sample if isinstance(sample, np.floating) else 1.0, number)
+    # else it keeps no order of floats, or makes a NaN
+    if near is None or not math.isfinite(near) or (near == 0 and kind not in (ast.Add, ast.Sub)):
         raise Refused("a feature is combined with 0, an infinite or a too large number", "write the result itself")
-    sense = FALLING if (kind is ast.Sub and turned) or (kind not in (ast.Add, ast.Sub) and number < 0) else RISING
     allowed = (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,)), *((ast.FloorDiv,) if whole else ()))
     if kind not in allowed:
         said = "a number is divided by a feature" if turned else f"{kind.__name__.lower()} of a feature is asked"
         raise Refused(said, OTHERWISE.get(kind, TEST_ADVICE))
-    operate = OPERATIONS[kind]
+    sense = FALLING if (kind is ast.Sub and turned) or (kind not in (ast.Add, ast.Sub) and number < 0) else RISING
+    operate, sign = OPERATIONS[kind], FORMS.get(kind)
     apply = partial(operate, number) if turned else lambda value: operate(value, number)
-    sign = FORMS.get(kind)
     form = ("c-" if kind is ast.Sub and turned else sign, number) if sign else None
     return feature.then(Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense, form=form))
 
 
-def apply_finite(function: Callable[[Any], Any], value: Any) -> Any:
-    """A whole number of a finite number; what is infinite, or NaN, stays so, where Python gives up."""
-    return function(value) if math.isfinite(value) else value
+def step_of(kind: str) -> tuple[Step, ...]:
+    """The conversion that an array of NumPy has done, if it is one."""
+    return (Step(kind, np.dtype(kind).type),) if kind else ()
 
 
-def _usable(number: Any, sample: Any, kind: type[ast.operator]) -> bool:
-    """Returns True if arithmetic with a number keeps the order of floats and makes no NaN."""
-    near = _near(sample if isinstance(sample, np.floating) else 1.0, number)
-    return near is not None and math.isfinite(near) and bool(near != 0 or kind in (ast.Add, ast.Sub))
-
-
-def convert_feature(m: Machine, feature: Feature) -> Feature:
+def convert_feature(m: Any, feature: Feature) -> Feature:
     """The feature as the scalar that Python computes with."""
     return feature if feature.steps else feature.then(*step_of(m.kind))
 
 
-def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
+def unary(m: Any, kind: type[ast.unaryop], value: Any) -> Any:
     """Computes `-value`, `+value` or `~value`."""
     if isinstance(value, CONDITIONS) and kind is ast.Invert:
         raise Refused("~ of a condition is not understood", "write not")
@@ -185,7 +187,7 @@ def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
 # --- comparisons
 
 
-def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
+def compare_values(m: Any, sign: str, left: Any, right: Any) -> Any:
     """Compares `left sign right`: a test of a feature, a condition, or a constant."""
     m.count()
     if isinstance(left, Feature | Part) and type(right) in (int, float):  # most are this
@@ -205,7 +207,11 @@ def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
         return Condition(True, pairs, sign == "==")
     for one, other, said in ((left, right, sign), (right, left, TURNED[sign])):
         if isinstance(one, Extreme) and (is_number(other) or isinstance(other, Feature)):
-            return _extreme_compared(m, one, said, other)
+            if sign in ("==", "!="):
+                raise Refused("the least or largest of several is asked what it equals", "compare it by < or >")
+            m.forget_nan()  # what Python takes for the least beside a NaN depends on their order
+            every = one.least != (said in ("<", "<="))
+            return Condition(every, tuple(compare_values(m, said, each, other) for each in one.parts))
         if isinstance(one, Feature) and not isinstance(other, Feature | Extreme):
             return _with_number(m, one, said, other)
     if isinstance(left, Feature) and isinstance(right, Feature):
@@ -214,7 +220,7 @@ def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
     raise Refused(what, "compare one feature with a number")
 
 
-def _two_compared(m: Machine, sign: str, left: Feature, right: Feature) -> Any:
+def _two_compared(m: Any, sign: str, left: Feature, right: Feature) -> Any:
     """A test of a difference, whose sign is that of the comparison, unless both are the same infinity."""
     if left.key == right.key:
         m.forget_nan()  # it is asked for
@@ -233,7 +239,7 @@ def _two_compared(m: Machine, sign: str, left: Feature, right: Feature) -> Any:
     return _with_number(m, difference, sign, 0.0)
 
 
-def _unfold(m: Machine, feature: Feature) -> Feature:
+def _unfold(m: Any, feature: Feature) -> Feature:
     """A feature without the `abs` that ends it: with its sign turned where it is negative, which is exact."""
     if not feature.steps or not feature.steps[-1].key.endswith("abs"):
         return feature
@@ -241,7 +247,7 @@ def _unfold(m: Machine, feature: Feature) -> Feature:
     return binary(m, ast.Mult, before, -1) if m.truth(compare_values(m, "<", before, 0)) else before
 
 
-def _with_number(m: Machine, feature: Feature, sign: str, number: Any) -> Any:
+def _with_number(m: Any, feature: Feature, sign: str, number: Any) -> Any:
     """A test of a feature."""
     if type(number) is float and not feature.steps and not m.kind and number == number:  # most are this
         return Test(feature, sign, number)
@@ -275,12 +281,3 @@ def _near(sample: Any, number: Any) -> Any:
     except OverflowError:
         return None
     return near if np.isfinite(near) or (isinstance(number, float) and math.isinf(number)) else None
-
-
-def _extreme_compared(m: Machine, extreme: Extreme, sign: str, number: Any) -> Any:
-    """A test of the least or largest of several: of any of them, or of all."""
-    if sign in ("==", "!="):
-        raise Refused("the least or largest of several is asked what it equals", "compare it by < or >")
-    m.forget_nan()  # what Python takes for the least beside a NaN depends on their order
-    every = extreme.least != (sign in ("<", "<="))
-    return Condition(every, tuple(compare_values(m, sign, each, number) for each in extreme.parts))

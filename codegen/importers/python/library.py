@@ -4,6 +4,8 @@ Does: steps of a feature, and Python's own result for a constant; the least and 
   apart and count lists, or make arrays.
 Assumes: functions that keep or turn the order of floats, or fold it at 0.
 Does not: take functions whose rounding nobody promises, such as exp or sin, of a feature.
+
+Each is called with the machine (machine.py), what is given by place, and what is given by name.
 """
 
 # pyright: basic
@@ -18,16 +20,12 @@ from typing import Any
 
 import numpy as np
 
-from codegen.importers.python.arithmetic import (
-    CONDITIONS,
-    apply_finite,
-    binary,
-    convert_feature,
-    is_constant,
-    is_number,
-)
-from codegen.importers.python.machine import MAX_ITEMS, STATED, TEST_ADVICE, Machine, step_of
+from codegen.importers.python.arithmetic import binary, convert_feature, is_constant, is_number, step_of
 from codegen.importers.python.values import (
+    CONDITIONS,
+    MAX_ITEMS,
+    STATED,
+    TEST_ADVICE,
     Array,
     Bound,
     Condition,
@@ -43,7 +41,7 @@ from codegen.importers.symbolic.feature import FOLDING, RISING, Feature, Step
 
 Given = list[Any]
 Named = dict[str, Any]
-Call = Callable[[Machine, ast.AST, Given, Named], Any]
+Call = Callable[[Any, Given, Named], Any]
 TYPES = {"float": "float64", "numpy.float64": "float64", "numpy.float32": "float32"}  # of arrays
 WHOLE: Mapping[str, Callable[..., Any]] = {  # of finite numbers only
     "int": int, "math.floor": math.floor, "math.ceil": math.ceil, "round": round,
@@ -53,69 +51,60 @@ STEPS: Mapping[str, tuple[Callable[[Any], Any], str]] = {  # of a feature; "": o
     "float": (float, RISING), "numpy.float64": (np.float64, RISING), "numpy.float32": (np.float32, RISING),
     "math.radians": (math.radians, RISING), "math.degrees": (math.degrees, RISING),
     "numpy.deg2rad": (np.deg2rad, RISING), "numpy.rad2deg": (np.rad2deg, RISING),
-    **{name: (partial(apply_finite, function), RISING) for name, function in WHOLE.items()},
+    # what is infinite, or NaN, stays so, where Python gives up
+    **{name: (lambda value, of=of: of(value) if math.isfinite(value) else value, RISING) for name, of in WHOLE.items()},
     **{f"math.{name}": (getattr(math, name), "") for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "atan")},
 }  # fmt: skip
+STREAMS = ("any", "all", "sum", "min", "max", "list", "tuple", "enumerate", "zip")  # which take iterators apart
 
 
-def make_step(name: str) -> Call:
-    """A function of one number."""
+def _call_step(name: str, m: Any, given: Given, named: Named) -> Any:
+    """A function of one number: of a constant, computed by Python itself."""
     apply, sense = STEPS[name]
-
-    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-        counts = name in ("int", "float")  # which make the same number of a condition among floats and arrays
-        given = [m.truth(each) if counts and isinstance(each, CONDITIONS) else m.decide(each) for each in given]
-        if given and isinstance(given[0], Feature):
-            if len(given) > 1 or named or not sense:
-                raise Refused(f"{name} of a feature, or with further arguments, is not understood", STATED)
-            m.finite |= name in WHOLE
-            return convert_feature(m, given[0]).then(Step(name, apply, sense))
-        if name == "numpy.float32":
-            raise Refused("a constant is made a number of float32", "write the number itself")
-        return make_constant(WHOLE.get(name, apply), given, named)
-
-    return handle_call
-
-
-def make_constant(function: Callable[..., Any], given: Given, named: Named) -> Any:
-    """A function of constants, computed by Python itself."""
-    if named or not all(isinstance(each, int | float | str | np.number) for each in given):
+    counts = name in ("int", "float")  # which make the same number of a condition among floats and arrays
+    given = [m.truth(each) if counts and isinstance(each, CONDITIONS) else m.decide(each) for each in given]
+    if given and isinstance(given[0], Feature):
+        if len(given) > 1 or named or not sense:
+            raise Refused(f"{name} of a feature, or with further arguments, is not understood", STATED)
+        m.finite |= name in WHOLE
+        return convert_feature(m, given[0]).then(Step(name, apply, sense))
+    if name == "numpy.float32":
+        raise Refused("a constant is made a number of float32", "write the number itself")
+    if named or not all(is_number(each) or (isinstance(each, str) and len(each) < 400) for each in given):
         raise Refused(f"a function is given {', '.join(map(words_of, given))}", STATED)
-    if any(isinstance(each, str) and len(each) > 400 for each in given):
-        raise Refused("a text is too long", "make it shorter")
-    return function(*given)
+    return WHOLE.get(name, apply)(*given)
 
 
 # --- the least and the largest
 
 
-def make_extreme(function: Any) -> Call:
+def _call_extreme(function: Any, m: Any, given: Given, named: Named) -> Any:
     """min, max and their like in numpy."""
-
-    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-        items = [*m.items(given[0])] if len(given) == 1 else given
-        if named or not items or (function not in (min, max) and len(given) != 2):
-            raise Refused("the least or largest of nothing, or of what is not understood", STATED)
-        return reduce(partial(_join_pair, m, function), [m.decide(each) for each in items])
-
-    return handle_call
+    items = [*m.items(given[0])] if len(given) == 1 else given
+    if named or not items or (function not in (min, max) and len(given) != 2):
+        raise Refused("the least or largest of nothing, or of what is not understood", STATED)
+    return reduce(partial(_join_pair, m, function), [m.decide(each) for each in items])
 
 
-def _join_pair(m: Machine, function: Any, one: Any, other: Any) -> Any:
+def _join_pair(m: Any, function: Any, one: Any, other: Any) -> Any:
     """The least or largest of two: a number, a step of a feature, or one that is found by comparisons."""
     for each in (one, other):
         if not (is_number(each) or isinstance(each, Feature | Extreme)):
             raise Refused(f"{function.__name__} is given {words_of(each)}", TEST_ADVICE)
     if is_number(one) and is_number(other):
         return function(one, other)
-    if isinstance(one, Feature) and is_number(other):
-        return convert_feature(m, one).then(*_make_bound(function, other, first=True))
-    if isinstance(other, Feature) and is_number(one):
-        return convert_feature(m, other).then(*_make_bound(function, one, first=False))
-    return Extreme(function in (min, np.minimum), (one, other))
+    first = isinstance(one, Feature)
+    feature, number = (one, other) if first else (other, one)
+    if not isinstance(feature, Feature) or not is_number(number):
+        return Extreme(function in (min, np.minimum), (one, other))
+    kind = "max" if function in (max, np.maximum) else "min"
+    keeps = first and function in (max, min)  # of equal ones Python's give the first; NumPy's depend on the processor
+    apply = (lambda value: function(value, number)) if first else partial(function, number)
+    key = f"{function.__name__}{first:d}{type(number).__name__}{number!r}"
+    return convert_feature(m, feature).then(Step(key, apply, form=(kind, number, keeps)))
 
 
-def _clip(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+def _clip(m: Any, given: Given, named: Named) -> Any:
     """np.clip, of one number."""
     if len(given) == 1 and named.keys() == {"a_min", "a_max"}:
         given, named = [*given, named["a_min"], named["a_max"]], {}
@@ -129,35 +118,17 @@ def _clip(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return convert_feature(m, value).then(step)
 
 
-def _make_bound(function: Any, number: Any, *, first: bool) -> tuple[Step]:
-    """The least or the largest of a feature and a constant. `first`: the feature is named first."""
-    name = f"{function.__name__}{first:d}{type(number).__name__}{number!r}"
-    kind = "max" if function in (max, np.maximum) else "min"
-    keeps = first and function in (max, min)  # of equal ones Python's give the first; NumPy's depend on the processor
-    apply = (lambda value: function(value, number)) if first else partial(function, number)
-    return (Step(name, apply, form=(kind, number, keeps)),)
+# --- lists and arrays
 
 
-# --- lists
-
-
-def make_list_call(make: Callable[..., Any]) -> Call:
+def _call_list(make: Callable[..., Any], m: Any, given: Given, named: Named) -> Any:
     """list, tuple, enumerate, zip and so on, as Python makes them."""
-
-    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-        items = [each if isinstance(each, int) else m.items(each) for each in given]
-        sequence = make(*items, **named)
-        return m.keep_value(sequence) if isinstance(sequence, list | dict | tuple) else Stream(sequence)
-
-    return handle_call
+    items = [each if isinstance(each, int) else m.items(each) for each in given]
+    sequence = make(*items, **named)
+    return m.keep_value(sequence) if isinstance(sequence, list | dict | tuple) else Stream(sequence)
 
 
-def _length(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-    """`len`: of an observation, what the file says of it."""
-    return len(m.items(*given) if isinstance(given[0], Part | enum.EnumType) else given[0])
-
-
-def _sum(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+def _sum(m: Any, given: Given, named: Named) -> Any:
     """`sum` of whole numbers and conditions, one after the other. Of floats, newer versions of Python add otherwise."""
     total: Any = 0
     for each in m.items(*given):
@@ -167,7 +138,7 @@ def _sum(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return total
 
 
-def _range(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+def _range(m: Any, given: Given, named: Named) -> Any:
     """`range`, of constants."""
     whole = [m.whole(each) for each in given]
     if not all(isinstance(each, int) for each in whole) or len(range(*whole)) > MAX_ITEMS:
@@ -175,10 +146,7 @@ def _range(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return range(*whole)
 
 
-# --- arrays
-
-
-def _make_array(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+def _make_array(m: Any, given: Given, named: Named) -> Any:
     """np.array and np.asarray: of the observation, or of a list of numbers."""
     value, kind = given[0], named.get("dtype")
     if len(given) > 1 or named.keys() - {"dtype"} or not isinstance(value, Part | list | tuple):
@@ -198,23 +166,18 @@ def _make_array(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return m.keep_value(Array(np.float64(each) if isinstance(each, float) else each for each in parts))
 
 
-def _refuse_product(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-    """left @ right, which NumPy adds in an order of its own"""
-    return binary(m, ast.MatMult, *given[:2])
-
-
-def _field(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+def _field(m: Any, given: Given, named: Named) -> Any:
     """`dataclasses.field`."""
     if named.keys() != {"default_factory"}:
         raise Refused("a field is not understood", "give its default, or its default_factory")
     return Factory(named["default_factory"])
 
 
-def _log(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+def _log(m: Any, given: Given, named: Named) -> Any:
     """`print` and functions of logging: None."""
 
 
-def _refuse_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+def _refuse_call(m: Any, given: Given, named: Named) -> Any:
     """Refuses a call of what stands in class statements only."""
     raise Refused("this is called", STATED)
 
@@ -223,33 +186,30 @@ def _refuse_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
 
 
 CALLS: Mapping[str, Call] = {
-    **{name: make_step(name) for name in STEPS},
+    **{name: partial(_call_step, name) for name in STEPS},
     **dict.fromkeys(("staticmethod", "classmethod", "property", "object", "str"), _refuse_call),
     **dict.fromkeys(("numpy.ndarray", "enum.unique", "dataclasses.dataclass"), _refuse_call),
     **dict.fromkeys(("typing.NamedTuple", "typing.TypedDict", "typing.Protocol"), _refuse_call),
     **dict.fromkeys(("print", "logging.debug", "logging.info", "logging.warning", "logging.error"), _log),
-    **dict.fromkeys(("numpy.dot", "numpy.matmul"), _refuse_product),
+    **dict.fromkeys(("numpy.dot", "numpy.matmul"), lambda m, given, named: binary(m, ast.MatMult, *given[:2])),
     **dict.fromkeys(("numpy.array", "numpy.asarray"), _make_array),
-    "min": make_extreme(min),
-    "max": make_extreme(max),
-    "numpy.minimum": make_extreme(np.minimum),
-    "numpy.maximum": make_extreme(np.maximum),
+    **{name: partial(_call_extreme, function) for name, function in (("min", min), ("max", max))},
+    **{f"numpy.{of}": partial(_call_extreme, getattr(np, of)) for of in ("minimum", "maximum")},
+    **{name: partial(_call_list, make) for name, make in (("enumerate", enumerate), ("zip", zip))},
+    "list": partial(_call_list, lambda each=(): list(each)),
+    "tuple": partial(_call_list, lambda each=(): tuple(each)),
+    "dict": partial(_call_list, lambda **named: named),
+    "reversed": partial(_call_list, lambda each: iter(list(each)[::-1])),
     "numpy.clip": _clip,
-    "bool": lambda m, node, given, named: Condition(True, (given[0],)),
-    "len": _length,
+    "bool": lambda m, given, named: Condition(True, (given[0],)),
+    "len": lambda m, given, named: len(m.items(*given) if isinstance(given[0], Part | enum.EnumType) else given[0]),
     "sum": _sum,
-    "any": lambda m, node, given, named: any(m.truth(each) for each in m.items(*given)),
-    "all": lambda m, node, given, named: all(m.truth(each) for each in m.items(*given)),
+    "any": lambda m, given, named: any(m.truth(each) for each in m.items(*given)),
+    "all": lambda m, given, named: all(m.truth(each) for each in m.items(*given)),
     "range": _range,
-    "list": make_list_call(lambda each=(): list(each)),
-    "tuple": make_list_call(lambda each=(): tuple(each)),
-    "dict": make_list_call(lambda **named: named),
-    "enumerate": make_list_call(enumerate),
-    "zip": make_list_call(zip),
-    "reversed": make_list_call(lambda each: iter(list(each)[::-1])),
-    "enum.auto": lambda m, node, given, named: enum.auto(),
+    "enum.auto": lambda m, given, named: enum.auto(),
     "dataclasses.field": _field,
-    "logging.getLogger": lambda m, node, given, named: MODULES["logging"],
+    "logging.getLogger": lambda m, given, named: Module("logging", _members("logging")),
 }
 KNOWN: Mapping[str, Any] = {
     **{f"{module}.{name}": getattr(math, name) for module in ("math", "numpy") for name in ("pi", "e", "inf", "nan")},
