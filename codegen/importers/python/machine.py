@@ -23,8 +23,16 @@ import numpy as np
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT64
-from codegen.importers.python.arithmetic import COMPARISONS, binary, compare_values, is_constant, unary
-from codegen.importers.python.library import BUILTINS, MODULES, STREAMS
+from codegen.importers.python.library import (
+    BUILTINS,
+    COMPARISONS,
+    MODULES,
+    STREAMS,
+    binary,
+    compare_values,
+    is_constant,
+    unary,
+)
 from codegen.importers.python.values import (
     CONDITIONS,
     MAX_ITEMS,
