@@ -26,6 +26,7 @@ import numpy as np
 
 from codegen.importers.python.values import (
     CONDITIONS,
+    FACTORY,
     MAX_ITEMS,
     STATED,
     TEST_ADVICE,
@@ -33,7 +34,6 @@ from codegen.importers.python.values import (
     Bound,
     Condition,
     Extreme,
-    Factory,
     Module,
     Part,
     Refused,
@@ -425,7 +425,7 @@ def _field(m: Any, given: Given, named: Named) -> Any:
     """`dataclasses.field`."""
     if named.keys() != {"default_factory"}:
         raise Refused("a field is not understood", "give its default, or its default_factory")
-    return Factory(named["default_factory"])
+    return Bound(FACTORY, lambda m, given, _: m.call(named["default_factory"], given, {}))
 
 
 def _log(m: Any, given: Given, named: Named) -> Any:
@@ -442,8 +442,7 @@ def _refuse_call(m: Any, given: Given, named: Named) -> Any:
 
 CALLS: Mapping[str, Call] = {
     **{name: partial(_call_step, name) for name in STEPS},
-    **dict.fromkeys(("staticmethod", "classmethod", "property", "object", "str"), _refuse_call),
-    **dict.fromkeys(("numpy.ndarray", "enum.unique", "dataclasses.dataclass"), _refuse_call),
+    **dict.fromkeys(("object", "str", "enum.unique", "dataclasses.dataclass"), _refuse_call),
     **dict.fromkeys(("typing.NamedTuple", "typing.TypedDict", "typing.Protocol"), _refuse_call),
     **dict.fromkeys(("print", "logging.debug", "logging.info", "logging.warning", "logging.error"), _log),
     **dict.fromkeys(("numpy.dot", "numpy.matmul"), lambda m, given, named: binary(m, ast.MatMult, *given[:2])),

@@ -5,7 +5,7 @@ Does: evaluates expressions, statements, functions and classes; decides a condit
 Assumes: a syntax tree that Python accepts; the gate (running/gate.py) refuses what could do more than compute.
 Does not: run Python code, import a module, or touch anything outside the syntax tree.
 
-What depends on no feature is computed by Python itself (arithmetic.py, library.py). A feature is computed with only by
+What depends on no feature is computed by Python itself (library.py). A feature is computed with only by
 steps that symbolic/feature.py can turn into a threshold. What cannot be said exactly is an error where it is met.
 Everything is counted: a file that does not end is refused.
 """
@@ -35,6 +35,7 @@ from codegen.importers.python.library import (
 )
 from codegen.importers.python.values import (
     CONDITIONS,
+    FACTORY,
     MAX_ITEMS,
     STATED,
     TEST_ADVICE,
@@ -42,7 +43,6 @@ from codegen.importers.python.values import (
     Bound,
     Class,
     Condition,
-    Factory,
     Function,
     Inputs,
     Instance,
@@ -438,9 +438,10 @@ class Machine:
             self.notes[f"line {node.lineno}: {text_of(node)} is skipped"] = None
             if may_go_unread(node):
                 return function.call(self, [], {})
-        for each in (*node.args, *node.keywords):
-            if isinstance(each, ast.Starred) or (isinstance(each, ast.keyword) and each.arg is None):
-                raise Refused(f"{text_of(node)} is not understood", "write each argument by itself")
+        if any(
+            isinstance(each, ast.Starred) or getattr(each, "arg", "") is None for each in (*node.args, *node.keywords)
+        ):
+            raise Refused(f"{text_of(node)} is not understood", "write each argument by itself")
         given = [self.eval_stream(each, scope) for each in node.args]
         named = {each.arg or "": self.eval(each.value, scope) for each in node.keywords}
         self.line = node.lineno
@@ -770,7 +771,7 @@ class Machine:
         if magic:
             what = f"{title} has {escape_text(magic[0])}, which Python calls by itself"
             raise Refused(what, "give the method a name without underscores, and call it")
-        kind = Class(node.name, members, made="typing.TypedDict" not in names)
+        kind = Class(node.name, members)
         if "dataclasses.dataclass" in decorators or {"typing.NamedTuple", "typing.TypedDict"} & {*names}:
             annotated = [each for each in node.body if isinstance(each, ast.AnnAssign)]
             annotated = [each for each in annotated if "ClassVar" not in ast.unparse(each.annotation)]
@@ -789,8 +790,6 @@ class Machine:
 
     def make_object(self, kind: Class, given: Sequence[Any], named: Mapping[str, Any]) -> Any:
         """The object that calling a class gives."""
-        if not kind.made:
-            raise Refused("a call makes a dictionary", "write it as a dictionary")
         made = self.keep_value(Instance(kind))
         if self.paths is None:
             self.made.add(kind)
@@ -801,7 +800,8 @@ class Machine:
         places = Parameter.POSITIONAL_OR_KEYWORD
         fields = [Parameter(each, places, default=kind.members.get(each, Parameter.empty)) for each in kind.fields]
         for name, value in bind_arguments(Signature(fields), given, named).items():
-            made.attributes[name] = self.call(value.make, [], {}) if isinstance(value, Factory) else value
+            new = isinstance(value, Bound) and value.name == FACTORY
+            made.attributes[name] = self.call(value, [], {}) if new else value
         if isinstance(after, Function) and kind.fields:
             self.apply(after, [made], {})
         return made

@@ -22,7 +22,7 @@ import enum
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from inspect import Parameter
 from typing import Any, NamedTuple
@@ -113,8 +113,7 @@ class Decider(NamedTuple):
     first: tuple[Any, ...] = ()
 
 
-@dataclass(frozen=True)
-class File:
+class File(NamedTuple):
     """The contents of a file."""
 
     scope: Scope
@@ -126,13 +125,12 @@ class File:
         first, last = node.lineno, node.end_lineno
         return [each for kind in kinds for each in self.nodes.get(kind, ()) if first <= each.lineno <= last]
 
-    @property
-    def simple(self) -> bool:
+    def is_simple(self) -> bool:
         """True if no function changes a list or an object, or holds another one: a path may go on from any state."""
         kinds = (ast.FunctionDef, ast.Lambda, ast.Attribute, ast.Subscript)
-        inside = ((each, node) for node in self.nodes[ast.FunctionDef] for each in self.inside(node, *kinds))
-        changing = (_stores(each) or getattr(each, "attr", "") == "append" for each, node in inside if each is not node)
-        return not any(changing)
+        functions = self.nodes.get(ast.FunctionDef, ())
+        inside = [each for node in functions for each in self.inside(node, *kinds) if each is not node]
+        return not any(_stores(each) or getattr(each, "attr", "") == "append" for each in inside)
 
 
 def _stores(node: Any) -> bool:
@@ -296,7 +294,7 @@ class _Follower:
     """Follows one function along the paths that it is handed."""
 
     def __init__(self, file: File, decider: Decider, said: Said) -> None:
-        self.file, self.decider, self.said, self.simple = file, decider, said, file.simple
+        self.file, self.decider, self.said, self.simple = file, decider, said, file.is_simple()
         self.function = decider.function
         self.machine = m = copy.copy(file.machine)
         m.where = f"{m.where}, function {escape_text(decider.name)}"

@@ -112,7 +112,6 @@ class Class:
     name: str
     members: dict[str, Any]
     fields: tuple[str, ...] = ()  # of a dataclass or named tuple, in their order
-    made: bool = True  # whether objects of it can be made; not of a TypedDict, which only annotates
 
 
 @dataclass(eq=False)
@@ -131,11 +130,7 @@ class Bound:
     call: Callable[..., Any]
 
 
-@dataclass(frozen=True)
-class Factory:
-    """The default of a field that is made anew for each object."""
-
-    make: Any
+FACTORY = "default_factory"  # the name of a default of a field that is made anew for each object
 
 
 @dataclass(frozen=True)

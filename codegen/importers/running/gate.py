@@ -15,7 +15,7 @@ import math
 import sys
 import types
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 NODES = frozenset((
     ast.Module, ast.FunctionDef, ast.ClassDef, ast.Return, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.For, ast.While,
@@ -106,7 +106,7 @@ def _walk_nodes(node: ast.AST) -> list[ast.AST]:
             if isinstance(value, ast.AST):
                 nodes.append(value)
             elif type(value) is list:
-                nodes += [one for one in list[Any](value) if isinstance(one, ast.AST)]
+                nodes += [one for one in cast("list[Any]", value) if isinstance(one, ast.AST)]
     return nodes
 
 
