@@ -171,8 +171,12 @@ def literal(text: str) -> Number | None:
         return None
     kind, hexadecimal = FLOAT if match[2] else DOUBLE, match[1][:2].lower() == "0x"
     try:
-        near = float.fromhex(match[1]) if hexadecimal else float(match[1])
-        value = round_number(Fraction(near if hexadecimal else match[1]), kind) if kind == FLOAT else np.float64(near)
+        near = np.float64(float.fromhex(match[1]) if hexadecimal else match[1])
+        middle = int(near.view(np.uint64)) % 2**29 == 2**28  # of two floats: the digits say which is nearer
+        if kind == DOUBLE or (not middle and 2.0**-126 <= near < 2.0**127):
+            value = kind.float_type(near)
+        else:
+            value = round_number(Fraction(float(near) if hexadecimal else match[1]), kind)
     except OverflowError:
         return None
     return Number(value, kind) if np.isfinite(value) else None

@@ -188,7 +188,13 @@ class Machine:
     def place(self, node: Any) -> Any:
         """The object that an expression names; for what is none, its value."""
         if isinstance(node, c_ast.ID):
-            return self._find_object(node)
+            target = self.find_name(node.name)
+            if target is None:
+                raise self.make_error(f"the name {escape_text(node.name)} is not known", "define it in the file")
+            if node.name in self.changing and self.scopes[0].get(node.name) is target:
+                self.at(node)
+                raise self.make_error(KEPT.format(f"variable {escape_text(node.name)}"), STATE_ADVICE)
+            return target
         if isinstance(node, c_ast.StructRef):
             holder = self.place(node.name) if node.type == "." else self.target(self.value(node.name), 0, node)
             members = holder.type.members if isinstance(holder, Object) and isinstance(holder.type, Record) else {}
@@ -205,15 +211,6 @@ class Machine:
         if isinstance(node, c_ast.UnaryOp) and node.op == "*":
             return self.target(self.value(node.expr), 0, node)
         return self.value(node)
-
-    def _find_object(self, node: Any) -> Any:
-        target = self.find_name(node.name)
-        if target is None:
-            raise self.make_error(f"the name {escape_text(node.name)} is not known", "define it in the file")
-        if node.name in self.changing and self.scopes[0].get(node.name) is target:
-            self.at(node)
-            raise self.make_error(KEPT.format(f"variable {escape_text(node.name)}"), STATE_ADVICE)
-        return target
 
     def target(self, base: Value, at: int, node: Any) -> Object:
         """The item that a pointer and an index lead to."""
@@ -534,15 +531,9 @@ class Machine:
     _pragma = _staticassert = _emptystatement
 
     def _compound(self, node: Any) -> None:
-        self._block(node.block_items or [])
+        self._follow_open((node, None))
 
-    def _block(self, nodes: Sequence[Any]) -> None:
-        """Statements one after the other, in a scope of their own."""
-        self.scopes.append({})
-        depth = len(self.scopes)
-        for each in nodes:
-            self.value(each)
-        del self.scopes[depth - 1 :]
+    _if = _compound
 
     def _break(self, node: Any) -> None:
         raise _Jump(type(node).__name__.lower())
@@ -551,11 +542,6 @@ class Machine:
 
     def _goto(self, node: Any) -> None:
         raise self.make_error("goto is not read", "return in each branch, or put what follows into a function")
-
-    def _if(self, node: Any) -> None:
-        chosen = node.iftrue if self.truth(node.cond) else node.iffalse
-        if chosen is not None:
-            self.value(chosen)
 
     def _return(self, node: Any) -> None:
         raise _Jump("return", None if node.expr is None else self.value(node.expr))
@@ -598,7 +584,7 @@ class Machine:
             flat += (each.stmts or []) if isinstance(each, c_ast.Case | c_ast.Default) else [each]
         depth = len(self.scopes)
         try:
-            self._block(flat)
+            self._follow_open((c_ast.Compound(flat), None))
         except _Jump as jump:
             if jump.kind != "break":
                 raise
@@ -641,7 +627,7 @@ class Machine:
                 self.value(node.body)
             else:
                 self.scopes += state[1]
-                self._follow_open(state[0])
+                self._follow_open(state[0], marks=True)
         except _Jump as jump:
             if jump.kind != "return":
                 raise self.make_error(f"a {jump.kind} leads nowhere") from None
@@ -657,9 +643,9 @@ class Machine:
             )
         return self.cast(value, result)
 
-    def _follow_open(self, open_: Open) -> None:
-        """Follows statements of the function that decides. Its path can go on from each `if`, with the variables as
-        they are there.
+    def _follow_open(self, open_: Open, *, marks: bool = False) -> None:
+        """Follows statements. `marks`: those of the function that decides, whose path can go on from each `if`, with
+        the variables as they are there.
         """
         while open_ is not None:
             node, open_ = open_
@@ -671,8 +657,8 @@ class Machine:
                 for each in reversed(node.block_items or []):
                     open_ = (each, open_)
             elif isinstance(node, c_ast.If):
-                assert self.paths is not None
-                self.paths.mark(((node, open_), dict(self.memory), [dict(each) for each in self.scopes[1:]]))
+                if marks and self.paths is not None:
+                    self.paths.mark(((node, open_), dict(self.memory), [dict(each) for each in self.scopes[1:]]))
                 self.at(node)
                 chosen = node.iftrue if self.truth(node.cond) else node.iffalse
                 open_ = open_ if chosen is None else (chosen, open_)

@@ -331,13 +331,6 @@ def test_lines_in_branches_that_are_not_taken_do_nothing(test):
         from_c(f"{test}\n#endif\n#error no\n{body}".encode(), "tree.c")
 
 
-def test_functions_in_tables_are_no_agents():
-    text = b"""static int run(int f) { return f & 4 ? 2 : 1; } static int stop(int f) { return f & 1 ? 3 : 4; }
-    static int (*const HANDLERS[2])(int) = { run, stop };
-    int control(const float x[2]) { return HANDLERS[x[0] > 70.0f ? 1 : 0]((x[0] > 75.0f) | (x[1] > 3.0f ? 4 : 0)); }"""
-    assert list(from_c(text, "tree.c")) == ["control"]
-
-
 @pytest.mark.parametrize("place", ["", "static "])
 def test_the_address_of_a_constant_changes_nothing(place):
     table = f"{place}const struct band {{ double lo; int act; }} bands[2] = {{ {{ 0, 1 }}, {{ 4, 2 }} }};"
