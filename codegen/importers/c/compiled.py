@@ -317,6 +317,7 @@ def _tokens(text: str, bodies: dict[str, str]) -> Iterator[tuple[str, str]]:
 # --- what a file says, written again, with a door to each function that decides
 
 BEFORE = "maviper_"
+OURS = "maviper_x_"  # before the names of parameters, and of none: what is returned
 SLACK = 16  # items of an array behind the last one that is a feature
 HEADERS = ("assert", "float", "limits", "math", "stdbool", "stddef", "stdint", "stdio", "stdlib", "string")
 WIDE, CHAR = "wide", "char"
@@ -353,7 +354,10 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     own = {name: BEFORE + "own_" + name for name in sorted({*functions, *typedefs, *held, *enumerators} - {None})}
     own |= {name: f"({value})" for name, value in names.items()}
     parts = [*(f"#include <{each}.h>" for each in dict.fromkeys((*headers, *HEADERS))), BEGIN]
-    parts += [f"#undef {name}\n#define {name} {means}" for name, means in own.items()]
+    named = c_ast.Decl | c_ast.Typedef | c_ast.Enumerator
+    declared = {part.name for each in nodes for part in walk(each) if isinstance(part, named)} - {None}
+    parts += [f"#undef {name}" for name in sorted({*declared, *own})]  # also those within functions: MAX_INPUT
+    parts += [f"#define {name} {means}" for name, means in own.items()]
     parts += [generator.visit(node) + ("" if isinstance(node, c_ast.FuncDef) else ";") for node in nodes]
     parts += [DOOR, *(_door(at, each, functions[each.name], typedefs) for at, each in enumerate(asked))]
     doors = ", ".join(f"{BEFORE}door_{at}" for at in range(len(asked)))
@@ -422,7 +426,7 @@ def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
         counted = [place.way[0] for place in places if place.base == each.name and place.way]
         most = max((step for step in counted if isinstance(step, int)), default=0)
         lines.append(f"static {_storage(each, most + 1 + SLACK, typedefs, pointers)};")
-        lines.append(f"__builtin_memset(&{BEFORE}{each.name}, maviper_row & 1, sizeof {BEFORE}{each.name});")
+        lines.append(f"__builtin_memset(&{OURS}{each.name}, maviper_row & 1, sizeof {OURS}{each.name});")
     inputs = [_place(each, pointers) for each in asked.features]
     lines.append("if (!maviper_in) {")
     lines += [f"maviper_say(maviper_kind({each}));" for each in inputs]
@@ -430,10 +434,10 @@ def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
     row = [(each, f"maviper_in[{column}]") for column, each in enumerate(inputs)]
     lines += [f"{each} = {number};" for each, number in row]
     lines += [f"if ({each} != {number} && {number} == {number}) return 0;" for each, number in row]
-    call, result = f"{asked.name}({', '.join(BEFORE + each.name for each in given)})", deepcopy(decl.type.type)
+    call, result = f"{asked.name}({', '.join(OURS + each.name for each in given)})", deepcopy(decl.type.type)
     if getattr(result.type, "names", None) != ["void"]:
-        pointers |= {"returned"} if isinstance(result, c_ast.PtrDecl) else set()
-        call = f"{_declare(result, 'returned')} = {call}"
+        pointers |= {""} if isinstance(result, c_ast.PtrDecl) else set()
+        call = f"{_declare(result, '')} = {call}"
     lines += [f"{call};", *(f"maviper_give({_place(each, pointers)});" for each in asked.answers), "return 1;"]
     body = "\n".join(lines)
     return f"static int {BEFORE}door_{at}(const double *maviper_in, int maviper_row) {{\n{body}\n}}"
@@ -441,10 +445,9 @@ def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
 
 def _place(place: Place, pointers: set[str]) -> str:
     """A feature or a part of an answer, as C says it."""
-    name = str(place.base or "returned")
-    single = name in pointers and place.way and isinstance(place.way[0], str)
+    single = place.base in pointers and place.way and isinstance(place.way[0], str)
     steps = "".join(f".{step}" if isinstance(step, str) else f"[{step}]" for step in place.way)
-    return f"{BEFORE}{name}{'[0]' if single else ''}{steps}"
+    return f"{OURS}{place.base}{'[0]' if single else ''}{steps}"
 
 
 def _storage(decl: Any, length: int, typedefs: Mapping[str, Any], pointers: set[str]) -> str:
@@ -467,8 +470,8 @@ def _declare(type_: Any, name: str) -> str:
     while not isinstance(inner, c_ast.TypeDecl):
         setattr(inner, "dim_quals" if isinstance(inner, c_ast.ArrayDecl) else "quals", [])
         inner = inner.type
-    inner.quals, inner.declname = [], BEFORE + name
-    return c_generator.CGenerator().visit(c_ast.Decl(BEFORE + name, [], [], [], [], type_, None, None))
+    inner.quals, inner.declname = [], OURS + name
+    return c_generator.CGenerator().visit(c_ast.Decl(OURS + name, [], [], [], [], type_, None, None))
 
 
 # --- the program around the file: rows in, answers out, nothing else; POSIX for its limits, elsewhere time alone

@@ -251,6 +251,10 @@ BODIES = {
     "a pointer's type": "typedef const float *Row; int f(Row x) { return x[1] < 3; }",
     "a number of the caller's": "void f(const float *x, int *out) { *out = x[0] > 2; }",
     "what is printed": '#include <stdio.h>\nint f(float x) { printf("%f\\n", x); return x > 2; }',
+    "names of headers that the file leaves out": "static float y0 = 2; int f(float log2)"
+    "{ const float MAX_INPUT = 5; return log2 > MAX_INPUT ? 2 : log2 > y0; }",
+    "names of ours": "int f(float in, float row, float number, float returned, float kind)"
+    "{ return in > 1 ? row > 2 : number > 3 && returned > kind; }",
     "a sum": "float f(const float *x) { return x[0] - x[1] > 1 ? x[0] + x[1] : 0; }",
     "a macro": "#define LOW (-3)\n#define TWICE(n) ((n) * 2)\n"
     "int f(const int16_t *x) { return x[0] > TWICE(LOW) ? LOW : 1; }",
