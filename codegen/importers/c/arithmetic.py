@@ -204,7 +204,8 @@ class Arithmetic:
         if one.rank == other.rank and one.signed != other.signed:
             return kinds.UNSIGNED.get(one, one) if one.signed else one
         high, low = (one, other) if one.rank >= other.rank else (other, one)
-        return kinds.ULONG if (high, low) == (kinds.LONG, kinds.UINT) else high
+        by_width = (high, low) in ((kinds.LONG, kinds.UINT), (kinds.LLONG, kinds.ULONG))  # as wide as long is
+        return kinds.ULONG if by_width else high
 
     def binary(self, sign: str, left: Value, right: Value) -> Value:
         """An operator of two numbers."""

@@ -71,7 +71,10 @@ def call_library(machine: Any, name: str, given: list[Any]) -> Value:
         return None
     values = [machine.value(each) for each in given]
     if name == "isnan":
-        machine.paths.nan &= isinstance(machine.arithmetic.plain(values[0]), Number)
+        number = machine.arithmetic.plain(values[0])
+        if not number.kind.floating:
+            raise machine.make_error("isnan takes a float or a double", "leave it out: a whole number is never NaN")
+        machine.paths.nan &= isinstance(number, Number)
         return Number(0, INT)
     if name == "memcpy":
         return _copy_memory(machine, *values)

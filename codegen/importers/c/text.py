@@ -30,6 +30,9 @@ COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\'|//[^\n]*|/\*.*
 DEFINED = re.compile(r"^[ \t]*#[ \t]*(?:define|undef)[ \t]+(\w+)(.*)$", re.MULTILINE)
 INCLUDED = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]*)"', re.MULTILINE)
 NAME = re.compile(r"[A-Za-z_]\w*")
+OF_STANDARD = re.compile(
+    r"[A-Z]\w*_(?:MAX|MIN|WIDTH|BIT|DIG|EPSILON|RADIX|METHOD)|M_\w+|(?:FP|FE|EXIT|MATH)_\w+|NAN|EOF|NULL"
+)
 HIDDEN = re.compile(r"\bhidden_line_(\d+)_\b")
 MAX_EXPANSIONS = 20_000  # and as many more as the text has letters
 MAX_LETTERS = 1 << 24
@@ -171,11 +174,15 @@ class _Reader(Preprocessor):
         raise self.make_error(f"a header is not understood: {escape_text(includepath)}", self.directive)
 
     def on_unknown_macro_in_defined_expr(self, tok: Any) -> Any:
-        return (
-            not tok.value.startswith("__") and not tok.value.endswith("_H") and self.on_unknown_macro_in_expr(tok.value)
-        )
+        return not tok.value.startswith("__") and not tok.value.endswith("_H") and self._find_in_headers(tok.value)
 
     def on_unknown_macro_in_expr(self, ident: str) -> Any:
+        if self.headers and OF_STANDARD.fullmatch(ident):
+            what = f"#if asks for {escape_text(ident)}, which compilers give other values"
+            raise self.make_error(what, self.directive, "write the branch that your compiler takes")
+        return self._find_in_headers(ident)
+
+    def _find_in_headers(self, ident: str) -> int:
         if self.missing:
             what = f"{self.missing[0]} is not there, and may say what the macro {escape_text(ident)} is"
             raise self.make_error(what, self.directive, "put the header beside the file, or take the test out")
