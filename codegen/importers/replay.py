@@ -124,7 +124,7 @@ def source_observations(
     tree, width, kinds = policy.tree, len(policy.features), [policy.numbers] * len(policy.features)
     for place, kind in zip(places, running.types, strict=False):
         kinds[place] = policy.numbers if kind == FLOAT64 else kind
-    most = min(ROWS // 2, MAX_NUMBERS // 8 // width, WORK // (1 + len(running.numbers)))
+    most = min(ROWS if running.types else ROWS // 2, MAX_NUMBERS // 8 // width, WORK // (1 + len(running.numbers)))
     thresholds = [tree.threshold[tree.feature == place].tolist() for place in range(width)]
     chosen = choose_rows(running.numbers, kinds, thresholds, most)
     rows = observations(policy, nan=nan, finite=finite)

@@ -31,7 +31,7 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.importers.c.compiled.builds import TRAPS, UNCHECKED
+from codegen.importers.c.compiled import TRAPS, UNCHECKED
 from codegen.importers.c.source import from_c
 from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.onnx.model import from_onnx

@@ -25,7 +25,7 @@ SHORT = 700  # characters of a source that a finding keeps
 COMPILER = ("gcc", "-std=gnu11", "-w", "-shared", "-fPIC", "-Wl,-Bsymbolic", "-Wl,--no-undefined")
 STRICT = ("-Werror=implicit-function-declaration", "-Werror=implicit-int", "-Werror=int-conversion")
 BUILDS = {
-    "quick": ("-O2",),
+    "quick": ("-O1",),
     "plain": ("-O0", "-fsanitize=undefined,float-cast-overflow", "-fsanitize-undefined-trap-on-error"),
 }
 HEAD = """#include <setjmp.h>
