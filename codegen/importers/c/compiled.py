@@ -38,7 +38,7 @@ from codegen.agreement.programs import run
 from codegen.errors import InputError, MissingToolError, escape_text
 from codegen.importers.c.kinds import Place
 from codegen.importers.c.machine import walk
-from codegen.importers.c.text import MORE, PREDEFINED, Expanded
+from codegen.importers.c.text import MORE, PREDEFINED, Expanded, parse_number
 from codegen.importers.reading import Answers, Origin, Running, Said
 from codegen.ir import Floats
 
@@ -276,7 +276,11 @@ def ensure_same_tokens(text: Expanded, compiler: Sequence[str], where: str) -> N
         bodies = dict[str, str]()
         theirs = list(_tokens(_expand(compiler, place, SOURCE, where), bodies))
         again = [f"#include <{each}.h>" for each in text.headers]
-        again += [f"#define {name} {bodies.get(name, value)}" for name, value in text.names.items()]
+        for name, value in text.names.items():
+            if parse_number(bodies.get(name, str(value))) != value:
+                what = f"the C compiler reads {name} as {escape_text(bodies[name])[:40]}, and the reader as {value}"
+                raise InputError(what, where, "write the number where the name is used")
+            again.append(f"#define {name} {bodies.get(name, value)}")
         again.append(re.sub(r"^#line.*$", "", text.text, flags=re.MULTILINE))
         (place / AGAIN).write_text("\n".join(again))
         ours = _tokens(_expand(compiler, place, AGAIN, where), {})

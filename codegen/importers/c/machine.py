@@ -10,6 +10,7 @@ Does not: compute (arithmetic.py), choose functions (source.py), call what the f
 
 # pyright: basic
 # pycparser's nodes have no declared attributes
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, TypeAlias
@@ -28,6 +29,7 @@ from codegen.importers.symbolic.paths import MAX_CALLS, STATE_ADVICE, Growth
 ADVICE = "give functions of ifs, comparisons with numbers, and returns"
 KEPT = "the {} keeps what earlier decisions set"
 MAX_SHOWN, MAX_LENGTH = 60, 1 << 20
+PLAIN_TEXT = re.compile(r'"(?:[ -\[\]-~]|\\["\\])*"')  # of ASCII; adjacent ones are one for the parser
 COUNTING = ("++", "--", "p++", "p--")
 CALL_ADVICE = "a decision may depend on the observation alone; give what the call answers as a feature"
 Open: TypeAlias = "tuple[Any, Open] | None"  # statements that follow: the first, and the others; None ends a scope
@@ -342,10 +344,10 @@ class Machine:
 
     def _constant(self, node: Any) -> Value:
         if node.type == "string":
-            try:
-                return Text(node.value[1:-1].encode().decode("unicode_escape"))
-            except UnicodeDecodeError:
-                raise self.make_error(f"a text is not read: {escape_text(node.value)[:60]}") from None
+            if not PLAIN_TEXT.fullmatch(node.value):
+                what = f"a text is not read: {escape_text(node.value)[:60]}"
+                raise self.make_error(what, "write it without escapes, but of quotes and backslashes")
+            return Text(re.sub(r"\\(.)", r"\1", node.value[1:-1]))
         parsed = kinds.literal(node.value)
         if parsed is None:
             advice = "write a finite number of int, float or double"
@@ -457,8 +459,10 @@ class Machine:
         """The type of an expression, without its value; None for what has no type of numbers."""
         op = getattr(node, "op", "")
         if isinstance(node, c_ast.Constant):
-            known = kinds.literal(node.value) if node.type != "string" else None
-            return known.kind if known else Many(kinds.CHAR, len(node.value) - 1)
+            if node.type == "string":
+                return Many(kinds.CHAR, len(self._constant(node).text.encode()) + 1)
+            known = kinds.literal(node.value)
+            return known.kind if known else None
         if isinstance(node, c_ast.ID):
             known = self.find_name(node.name)
             return known.kind if isinstance(known, Number) else known.type if known is not None else None

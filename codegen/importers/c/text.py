@@ -11,6 +11,7 @@ A macro that is a plain whole number stays as a name, so that actions keep the n
 # pcpp declares no types
 import io
 import re
+import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -108,10 +109,10 @@ def _find_expanding(text: str, where: str, beside: Beside) -> set[str]:
         for name in set(INCLUDED.findall(each)) - seen:
             seen.add(name)
             texts.append(_clean(beside(name) or b"", f"{where}, {name}"))
-    return {name for name, each in bodies.items() if len(each) > 1 or _parse_number(each.pop()) is None}
+    return {name for name, each in bodies.items() if len(each) > 1 or parse_number(each.pop()) is None}
 
 
-def _parse_number(body: str) -> int | None:
+def parse_number(body: str) -> int | None:
     """The whole number that a macro is; None: it is none."""
     match = PLAIN.fullmatch(body.strip())
     digits = re.sub(r"\s", "", match[1]) if match else ""
@@ -152,6 +153,8 @@ class _Reader(Preprocessor):
         return InputError(what, f"{self.where}, line {line}" if line else self.where, advice)
 
     def on_error(self, file: str, line: int, msg: str) -> None:
+        if isinstance(known := sys.exception(), InputError):  # pcpp would wrap it
+            raise known
         raise self.make_error(f"not C that is understood: {escape_text(msg)[:100]}", line)
 
     def on_directive_handle(self, directive: Any, toks: Any, ifpassthru: bool, precedingtoks: Any) -> Any:
@@ -213,7 +216,7 @@ class _Reader(Preprocessor):
     def define(self, tokens: Any) -> Any:
         """Keeps a macro that is a whole number as a name."""
         if not isinstance(tokens, str) and tokens:
-            name, value = tokens[0].value, _parse_number("".join(tok.value for tok in tokens[1:]))
+            name, value = tokens[0].value, parse_number("".join(tok.value for tok in tokens[1:]))
             self.kept.pop(name, None)  # a name that means several things is expanded where it stands
             if value is not None:
                 self.kept[name] = value

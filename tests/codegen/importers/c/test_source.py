@@ -201,9 +201,10 @@ REFUSED = [
      "memcpy(y, v, 2 * sizeof(double)); }", 3, "holds nothing"),
     ("static int g(float v) { return v > 1; }\nstatic int (*const t[1])(float) = {g};\n"
      "int f(float v)\n{ return t[0](v); }", 4, "called through a pointer"),
-    ("int f(float x)\n{ return x > (-1LL < 0ul ? 5 : 3); }", 2, "the number -1 is no"),  # 0ul is as wide as the compiler likes
+    ("int f(float x)\n{ return x > (-1LL < 0ul ? 5 : 3); }", 2, "the number -1 is no"),
     ("#include <stdint.h>\n#if UINTPTR_MAX > 99\n#endif\nint f(float x) { return x > 1; }", 2, "compilers give"),
     ("#include <math.h>\nint f(int x)\n{ return isnan(x); }", 3, "takes a float or a double"),
+    ('int f(float x)\n{ return x > sizeof("abc\\0d"); }', 2, "a text is not read"),
     ("", None, "no function"),
 ]  # fmt: skip
 
