@@ -19,8 +19,8 @@ import numpy as np
 
 from tests.benchmarks.sweep import fitted, timed
 from tests.support import system_cases as cases
-from verify.boxes.model import Model
-from verify.boxes.sweep import Sweep
+from verify.checker.covers.parts import StartBox
+from verify.checker.covers.sweep import BoxSweep
 
 USUAL = {"steps": 30, "leaves": 90, "width": F(1, 5), "axes": 3}
 ROWS = {
@@ -38,12 +38,11 @@ def swept(steps, leaves, width, axes):
     system, profile = cases.double_integrator(axes=axes, half=width / 2), fitted(axes, leaves)
     claim = cases.stays(system, steps, **dict.fromkeys("xyz"[:axes], (F(-9), F(9))))
     half = float(width) / 2
-    low = np.array([[-half] * axes + [0.0] * axes])
-    found = [
-        timed(lambda: Sweep(Model(profile, system), system, claim).run((low, -low), {}, MOST)) for _ in range(ROUNDS)
-    ]
+    low = np.array([-half] * axes + [0.0] * axes)
+    starts = [StartBox(low, -low)]
+    found = [timed(lambda: BoxSweep(profile, system, claim).find_open_parts(starts, MOST)) for _ in range(ROUNDS)]
     assert not found[0][0].open.any()
-    return found[0][0].boxes, min(seconds for _, seconds in found)
+    return found[0][0].sets, min(seconds for _, seconds in found)
 
 
 def measured():

@@ -24,7 +24,7 @@ from verify.checker.flows.sweep import FEW as FEW_SETS
 from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
 from verify.progress import tell
-from verify.reach.cutting import CutPart
+from verify.reach.covering import CutPart
 from verify.systems.claims import SystemClaim
 from verify.systems.language.expressions import Name, affine, names
 from verify.systems.system import System

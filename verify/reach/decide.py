@@ -21,7 +21,6 @@ import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile
-from verify.boxes.covering import Covering, OpenParts, Search
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import certify
 from verify.checker.accept import accept
@@ -30,8 +29,8 @@ from verify.checker.systems.certificates import acting
 from verify.checker.systems.proofs import Cover
 from verify.claims.formula import agents
 from verify.question import Budgets, Question
+from verify.reach.covering import Covering, OpenParts, Search
 from verify.reach.forever.lasting import lasting
-from verify.reach.formwise import sweep_by_forms
 from verify.reach.play.samples import Starts, courses
 from verify.reach.play.shrinking import shrink_counterexample
 from verify.reach.replay import replay_course
@@ -101,8 +100,7 @@ class ClaimSearch:
 
     def _try_covers(self) -> ReachOutcome | None:
         """PROVED where boxes that the checker accepts cover all episodes; VIOLATED by a start of a part left open."""
-        by_forms = sweep_by_forms(self.profile, self.system, self.claim)
-        for cover in Search(self.profile, self.system, self.claim, self.spending, by_forms).iterate_covers():
+        for cover in Search(self.profile, self.system, self.claim, self.spending).iterate_covers():
             found = self._accept(cover) if isinstance(cover, Covering) else self._play_open(cover)
             if found is not None:
                 return found
@@ -124,11 +122,12 @@ class ClaimSearch:
 
     def _play_open(self, open_: OpenParts) -> ReachOutcome | None:
         """VIOLATED where one of some episodes from what is left open breaks the claim."""
-        names, played = [one.name for one in self.system.variables], open_.played
-        ends = zip(names, open_.low[0].tolist(), open_.high[0].tolist(), strict=True)
+        names, (parts, played) = [one.name for one in self.system.variables], open_
+        ends = zip(names, parts[0].low.tolist(), parts[0].high.tolist(), strict=True)
         self._open = OpenState(0, {name: (least, most) for name, least, most in ends})
-        some = np.linspace(0, len(open_.low) - 1, min(len(open_.low), played)).astype(np.int64)
-        return self._play(Starts(min(played, self.budgets.samples), (open_.low[some], open_.high[some])))
+        some = [parts[at] for at in np.linspace(0, len(parts) - 1, min(len(parts), played)).astype(np.int64).tolist()]
+        boxes = np.array([one.low for one in some]), np.array([one.high for one in some])
+        return self._play(Starts(min(played, self.budgets.samples), boxes))
 
     def _play_last(self) -> ReachOutcome | None:
         """Plays all samples, like `_play`, where there would be no answer: whatever is left of the budget, so that a

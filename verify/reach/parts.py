@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from verify.checker.systems.certificates import depends_on, needs_stated
+from verify.checker.systems.certificates import needs_stated
 from verify.checker.systems.proofs import FollowedPart
 from verify.checker.systems.walk import ways
 from verify.claims.formula import FALSE, Or, coordinates
+from verify.reach.covering import close_names
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
@@ -54,15 +55,8 @@ def _parts(system: System, claim: SystemClaim, features: bool) -> list[FollowedP
 
 def _close_names(system: System, names: Iterable[str], features: bool) -> tuple[str, ...]:
     """Variables with all that they depend on, in the system's order."""
-    depends, closed = depends_on(system), set(names)
     joined = [
         {name for name, _ in feature.form.terms} for known in system.features.values() for feature in known.values()
     ]
-    before = -1
-    while len(closed) > before:
-        before = len(closed)
-        closed |= {read for name in closed for read in depends[name]}
-        for together in joined if features else ():
-            if together & closed:
-                closed |= together
+    closed = close_names(system, names, joined if features else ())
     return tuple(one.name for one in system.variables if one.name in closed)

@@ -1,7 +1,7 @@
 """Lists of boxes as arrays: taken, put together, cut into cells and joined cell by cell.
 
 Does: the data of a list of boxes, and what neither tests nor moves do with it.
-Assumes: closed boxes with finite float64 bounds; `ensure_finite` is asked of every list that was moved.
+Assumes: closed boxes with finite float64 bounds; `finite` is asked of every list that was moved.
 Does not: know systems, trees or claims.
 """
 
@@ -65,10 +65,12 @@ class BoxList(NamedTuple):
         at = np.flatnonzero(which) if which.dtype == np.bool_ else np.asarray(which, dtype=np.int64)
         return BoxList(bounds.take(at, axis=0), part.take(at), joint.take(at))  # faster than a mask
 
-    def ensure_finite(self) -> None:
-        """RejectedError for a bound that is infinite or NaN."""
-        if not isfinite(self.bounds.sum()) and not np.isfinite(self.bounds).all():  # a sum may overflow
-            raise RejectedError("a box has bounds that are not finite")
+    @property
+    def finite(self) -> Bool:
+        """True for each box that has finite bounds only, [n]."""
+        if isfinite(self.bounds.sum()):
+            return np.ones(self.size, dtype=np.bool_)
+        return np.asarray(np.isfinite(self.bounds).all(axis=1), dtype=np.bool_)  # a sum may overflow
 
 
 Watch = Callable[[int, BoxList], None]  # told of every list that a proof rests on: its step, or its part
@@ -83,17 +85,22 @@ def together(lists: Sequence[BoxList]) -> BoxList:
     return BoxList(*(np.concatenate(column) for column in zip(*lists, strict=True)))
 
 
-def in_cells(boxes: BoxList, widths: Mapping[int, float]) -> BoxList:
-    """Boxes that hold all states of a list, one for each cell and part of the start that has some. `widths`: of cells,
-    by column; whole multiples of them are the middles of cells.
+def in_cells(boxes: BoxList, widths: Mapping[int, float], most: int = MAX_BOXES) -> BoxList:
+    """Boxes that hold all states of a list, one for each cell and part of the start that has some."""
+    return join_by_cell(*cut(boxes, widths, most))
+
+
+def cut(boxes: BoxList, widths: Mapping[int, float], most: int = MAX_BOXES) -> tuple[BoxList, Int64]:
+    """The boxes cut at the bounds of cells, and the cell of each, [n, widths]. `widths`: of cells, by column; whole
+    multiples of them are the middles of cells. RejectedError for more than `most` boxes.
     """
     cells = np.zeros((boxes.size, 0), dtype=np.int64)
     for column, width in widths.items():
-        boxes, cells = cut(boxes, cells, column, width)
-    return join_by_cell(boxes, cells)
+        boxes, cells = _cut_along(boxes, cells, column, width, most)
+    return boxes, cells
 
 
-def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxList, Int64]:
+def _cut_along(boxes: BoxList, cells: Int64, column: int, width: float, most: int) -> tuple[BoxList, Int64]:
     """The boxes cut at the bounds of cells along one variable, with one more column of cells' numbers.
 
     Two neighbours share the float at which they are cut, so nothing lies between them.
@@ -105,8 +112,8 @@ def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxLis
         raise RejectedError("cells are too narrow for a box")
     last = np.maximum(np.where((last > first) & ((last - 0.5) * width >= high), last - 1, last), first)
     count = (last - first).astype(np.int64) + 1
-    if int(count.sum()) > MAX_BOXES:
-        raise RejectedError(f"a list has more than {MAX_BOXES:,} boxes")
+    if int(count.sum()) > most:
+        raise RejectedError(f"a list has more than {most:,} boxes")
     rows = np.repeat(np.arange(boxes.size), count)
     place = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
     number = first[rows] + place

@@ -11,9 +11,8 @@ from fractions import Fraction
 
 from codegen.ir import PolicyProfile
 from verify.checker.covers.boxes import Watch
-from verify.checker.covers.forms.sweep import FormSweep
 from verify.checker.covers.rounding import floor
-from verify.checker.covers.sweep import Cells, CoverSweep
+from verify.checker.covers.sweep import BoxSweep, Cells, FormSweep
 from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import ensure_asked
@@ -41,9 +40,5 @@ def check_certificate(
     if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in proof.cells.values()):
         raise RejectedError("a cell has a width out of range")
     widths = {columns[name]: floor(width) for name, width in proof.cells.items()}
-    cuts = list(numbers(proof.cuts))
-    if proof.sets == "boxes":
-        return CoverSweep(profile, system, [claim], watch).run(Cells(cuts, widths))[0]
-    if widths:
-        raise RejectedError("forms are not joined in cells")
-    return FormSweep(profile, system, [claim]).run(cuts)
+    sweep = BoxSweep(profile, system, claim, watch) if proof.sets == "boxes" else FormSweep(profile, system, claim)
+    return sweep.run(Cells(list(numbers(proof.cuts)), widths))

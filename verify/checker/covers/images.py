@@ -9,15 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
-from codegen.ir import AgentPolicy, Float64, Int64
-from verify.checker.covers.boxes import BoxList
+from codegen.ir import AgentPolicy, Float64, Int64, PolicyProfile
+from verify.checker.covers.boxes import BoxList, together
 from verify.checker.covers.cuts import BoundLine, Cut, LineCuts, half_line, linear
 from verify.checker.covers.rounding import Factor, around, ceiling, floor, sum_down
-from verify.checker.covers.trees import TreeCuts, digits
+from verify.checker.covers.trees import TreeCuts, digits, split_by_trees
 from verify.claims.formula import Linear
 from verify.systems.system import Affine, Piece, System
 
@@ -63,6 +64,28 @@ class _BoxMotion:
         return image
 
 
+class BoxMotion:
+    """Boxes moved by a team in a system. `several`: some tree tests several variables at once."""
+
+    def __init__(self, profile: PolicyProfile, system: System) -> None:
+        columns = {one.name: column for column, one in enumerate(system.variables)}
+        self._trees = [TreeCuts(system, policy, columns) for policy in profile.agents]
+        self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
+        self.several = any(tree.several for tree in self._trees)
+
+    def move_boxes(self, boxes: BoxList) -> BoxList:
+        """Boxes around all next states. RejectedError for too many, or for bounds that are no numbers."""
+        boxes = split_by_trees(self._trees, boxes)
+        least = boxes.bounds.min(axis=0, initial=inf)
+        met = [piece for piece in self._pieces if piece.may_meet(least)] or self._pieces[:1]
+        return together([piece.move_boxes(piece.within(boxes)) for piece in met])
+
+    def forget(self) -> None:
+        """Has the next boxes moved as if none had been before."""
+        for tree in self._trees:
+            tree.forget()
+
+
 class PieceImage:
     """One piece: the bounds of its box, and the motions of the joint actions that were met."""
 
@@ -79,6 +102,10 @@ class PieceImage:
         self._joints = np.zeros(0, dtype=np.int64)  # the joint actions that were met, in order
         self._kinds = np.zeros(0, dtype=np.int64)  # the number of the motion of each
         self._shifts = np.zeros((0, 2 * len(self._names)))  # what each adds, at least
+
+    def may_meet(self, least: Float64) -> bool:
+        """Returns False if no box of a list lies in the box of the piece. `least`: bounds of all of them."""
+        return self._where.may_meet(least)
 
     def within(self, boxes: BoxList) -> BoxList:
         """Boxes around the states that lie in the box of the piece, bounds included, and meet its conditions."""

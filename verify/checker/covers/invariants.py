@@ -31,14 +31,12 @@ from itertools import chain
 import numpy as np
 
 from codegen.ir import Bool, Int64, PolicyProfile
-from verify.checker.covers.boxes import BoxList, alike_joined, in_cells, together
-from verify.checker.covers.boxes import cut as cut_in_cells
+from verify.checker.covers.boxes import BoxList, alike_joined, cut, in_cells, together
 from verify.checker.covers.cuts import RegionCut, linear
-from verify.checker.covers.images import PieceImage
+from verify.checker.covers.images import BoxMotion
 from verify.checker.covers.parts import Parts
 from verify.checker.covers.rounding import ensure_arithmetic
 from verify.checker.covers.stated import StatedStates
-from verify.checker.covers.trees import TreeCuts, split_by_trees
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import needs_stated
 from verify.checker.systems.proofs import FollowedPart
@@ -66,9 +64,11 @@ class FollowedMotion:
         self.followed = np.array([self.columns[name] for name in self.columns if name in names], dtype=np.int64)
         self._others = np.array([at for name, at in self.columns.items() if name not in names], dtype=np.int64)
         self._modes = [(self.columns[one.name], len(one.modes)) for one in system.variables if one.modes]
-        self._trees = [TreeCuts(system, policy, self.columns) for policy in profile.agents]
-        self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
-        self._starts, self._stated = Parts(system), StatedStates(system, claim)
+        self._motion, self._starts, self._stated = (
+            BoxMotion(profile, system),
+            Parts(system),
+            StatedStates(system, claim),
+        )
         self._first = claim.by
         self._assumed = [RegionCut(list(map(linear, region)), self.columns) for region in claim.assuming]
         self.shows = find_shown_halves(claim, names)
@@ -121,9 +121,7 @@ class FollowedMotion:
         """Boxes around all next states. RejectedError where some are not finite, or nothing is stated of a state."""
         if self.is_unstated(boxes).any():
             raise RejectedError("a set may hold states of which nothing is stated")
-        boxes = split_by_trees(self._trees, boxes)
-        boxes = together([piece.move_boxes(piece.within(boxes)) for piece in self._pieces])
-        boxes = alike_joined(self.restrict_boxes(boxes))
+        boxes = alike_joined(self.restrict_boxes(self._motion.move_boxes(boxes)))
         if not (np.isfinite(boxes.low) & np.isfinite(boxes.high))[:, self.followed].all():
             raise RejectedError("a box has bounds that are not finite")
         return boxes
@@ -162,10 +160,7 @@ class InvariantSweep:
 
     def in_cells(self, boxes: BoxList) -> tuple[BoxList, Int64]:
         """The boxes cut at the bounds of cells, and the cell of each, [n, followed]."""
-        cells = np.zeros((boxes.size, 0), dtype=np.int64)
-        for column, width in self._widths.items():
-            boxes, cells = cut_in_cells(boxes, cells, column, width)
-        return boxes, cells
+        return cut(boxes, self._widths)
 
     def check(
         self, arriving: Iterator[BoxList], cells: Int64, steps: int, watch: Callable[[BoxList], None] | None = None

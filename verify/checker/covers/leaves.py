@@ -67,6 +67,10 @@ class LeafWays:
     def __init__(self, ways: Sequence[WayDown]) -> None:
         self._last, self._first = np.array([way.last for way in ways]), np.array([way.first for way in ways])
         self._node = np.array([way.node for way in ways])
+        self.forget()
+
+    def forget(self) -> None:
+        """Has the next boxes split as if none had been before."""
         self._least = 0  # boxes in leaves since they were last joined
 
     def split_at_leaves(self, boxes: BoxList) -> tuple[BoxList, Int64]:

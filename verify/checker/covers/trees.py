@@ -83,6 +83,11 @@ class TreeCuts:
         """True if the tree tests several variables at once, by which boxes are cut into pieces that nothing joins."""
         return bool(self._cuts)
 
+    def forget(self) -> None:
+        """Has the next boxes cut as if none had been before."""
+        for ways in self._cells.values():
+            ways.forget()
+
     def split_at_tests(self, boxes: BoxList) -> BoxList:
         """The boxes, cut at the splits, each with this agent's action as one more digit of its joint action."""
         at_leaves, pending = list[BoxList](), [(ROOT, boxes)]

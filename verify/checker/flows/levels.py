@@ -123,10 +123,8 @@ def _unmark(spans: list[_Span]) -> None:
 
 def _hash_cells(parts: BoxList, widths: Mapping[int, float]) -> tuple[BoxList, Int64]:
     """Boxes cut at the bounds of cells, and hashes of the cells that they lie in."""
-    cells = np.zeros((parts.size, 0), dtype=np.int64)
-    for column, width in widths.items():
-        parts, cells = cut(parts, cells, column, width)
-        if parts.size > MAX_SETS:
-            raise RejectedError(f"a list has more than {MAX_SETS:,} sets")
+    parts, cells = cut(parts, widths)
+    if parts.size > MAX_SETS:
+        raise RejectedError(f"a list has more than {MAX_SETS:,} sets")
     factors = np.random.default_rng(0).integers(1, 2**62, size=cells.shape[1]) | 1
     return parts, cells @ factors

@@ -10,6 +10,7 @@ Does not: shrink a region until it is closed. What is left of a region whose cel
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from itertools import pairwise
 from math import floor, log2
@@ -19,17 +20,16 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Float64, Int64, PolicyProfile
-from codegen.numbers import nearest_double
-from verify.boxes.covering import set_anew
-from verify.boxes.model import Model
-from verify.boxes.sweep import Sweep
 from verify.certificates.proofs import encode_numbers
 from verify.checker.covers.boxes import BoxList, together
+from verify.checker.covers.images import BoxMotion
 from verify.checker.covers.invariants import FollowedMotion, InvariantSweep
+from verify.checker.covers.parts import Parts, StartBox
 from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import WHOLE, InvariantPart
 from verify.progress import tell
+from verify.reach.covering import POINTS, estimate_ranges, set_anew
 from verify.reach.forever.leaving import Bounds, LeftError
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
@@ -37,7 +37,6 @@ from verify.systems.system import System
 POWERS = (3, 4, 5, 6, 7, 8)  # of two: cells in the range of a variable
 STEPS = (1, 4, 8)  # out of the list
 MAX_CELLS, MAX_TRIED = 60_000, 400_000  # of one list; boxes that one list may take
-POINTS, SEED = 128, 0  # of starts that show how far episodes range
 SHARE = 16  # the part of the budget that these may take
 ATTEMPT = 500  # boxes that take as long as all else of a list that is tried
 TIMES, JOINED = (0, 6, 12), 6  # how often the start is cut on the way to a later step; the power of joined cells there
@@ -191,22 +190,15 @@ class CellSearch:
 
     def _ranging(self) -> Float64:
         """Estimates how far each variable ranges in some episodes, at most as far as the claim's region reaches."""
-        ends = np.array([[nearest_double(end) for end in one.range] for one in self._system.variables])
+        count = len(self._system.variables)
         self._columns = {one.name: at for at, one in enumerate(self._system.variables)}
-        for half in self._system.start:
-            if len(half.form.terms) == 1:
-                ((name, factor),) = half.form.terms
-                at = self._columns[name]
-                end = nearest_double(-half.form.constant / factor)
-                ends[at, int(factor > 0)] = (min if factor > 0 else max)(ends[at, int(factor > 0)], end)
-        low, high = ends[:, 0], np.maximum(ends[:, 0], ends[:, 1])
-        self._starting = {name: high[at] - low[at] for name, at in self._columns.items()}
-        played = min(POINTS, max(self.most // (SHARE * (self._claim.steps + 1)), 1))
-        points = low + np.random.default_rng(SEED).random((played, len(low))) * (high - low)
-        with np.errstate(all="ignore"):
-            sweep = Sweep(Model(self._profile, self._system), self._system, self._claim)
-            ranges = sweep.estimate_ranges(points, points.copy())
-        return np.where(np.isfinite(ranges), ranges, 0.0)
+        self._starting = dict.fromkeys(self._columns, 0.0)
+        with suppress(RejectedError):  # numbers that the arithmetic does not hold
+            start = Parts(self._system).whole or StartBox(np.zeros(count), np.zeros(count))
+            self._starting = {name: float(start.high[at] - start.low[at]) for name, at in self._columns.items()}
+            played = min(POINTS, max(self.most // (SHARE * (self._claim.steps + 1)), 1))
+            return estimate_ranges(BoxMotion(self._profile, self._system), start, played, self._claim.steps)
+        return np.zeros(count)
 
 
 def _cells(cells: Int64) -> set[Cell]:

@@ -13,12 +13,12 @@ from contextlib import suppress
 from dataclasses import replace
 
 from codegen.ir import PolicyProfile
-from verify.boxes.covering import set_anew
 from verify.certificates.systems import certify
 from verify.checker.accept import accept
 from verify.checker.covers.invariants import names_of
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Invariant, InvariantPart
+from verify.reach.covering import close_names, set_anew
 from verify.reach.forever.cells import Approach, CellSearch
 from verify.reach.forever.leaving import LeftError
 from verify.reach.forever.regions import RegionSearch
@@ -148,10 +148,7 @@ class InvariantSearch:
         before = -1
         while len(closed) > before:
             before = len(closed)
-            for piece in self.system.pieces:
-                for forms in (piece.move, *piece.effect.values()):
-                    closed |= {read for name, form in forms.items() if name in closed for read, _ in form.terms}
-            closed = closed.union(*(test for test in tests if together and test & closed))
+            closed = close_names(self.system, closed, tests if together else ())
             # a rounding that is tested with them alone is one cell more, and without it the test would be open
             closed = closed.union(*(test for test in tests if test - self._anew <= closed and test & closed))
         return closed

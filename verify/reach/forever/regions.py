@@ -23,7 +23,7 @@ from verify.checker.systems.proofs import InvariantPart, InvariantRegion
 from verify.checker.systems.rows import Branch
 from verify.claims.formula import conjunction, disjunction, holds
 from verify.progress import tell
-from verify.reach.cutting import CutPart
+from verify.reach.covering import CutPart
 from verify.reach.forever.cells import Approach, bounds_of, collect_arriving
 from verify.reach.forever.leaving import LeftError
 from verify.reach.replay import piece_of

@@ -15,7 +15,6 @@ from tests.support.exact_play import refuted, start
 from tests.support.forever import always, answered, any_taken, thermostat
 from tests.support.system_cases import box, double_integrator, form, policy, switching, team
 from tests.verify.reach import random_modes
-from verify.boxes.sweep import Sweep
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
@@ -24,6 +23,7 @@ from verify.checker.covers.invariants import InvariantSweep
 from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Cover, InvariantPart, Walks, from_json
+from verify.reach.forever import cells
 from verify.reach.forever.cells import CellSearch
 from verify.reach.forever.lasting import InvariantSearch
 from verify.result import Verdict
@@ -215,8 +215,8 @@ def test_lists_of_cells_obey_the_budget(monkeypatch):
     system, profile = thermostat()
     tried, played = [], []
     monkeypatch.setattr(CellSearch, "_close_cells", lambda self, *of: tried.append(of) or no_list())
-    own = Sweep.estimate_ranges
-    monkeypatch.setattr(Sweep, "estimate_ranges", lambda self, *ends: played.append(len(ends[0])) or own(self, *ends))
+    own = cells.estimate_ranges
+    monkeypatch.setattr(cells, "estimate_ranges", lambda *given: played.append(given[2]) or own(*given))
     for most, lists in ((1_000, 2), (60_000, 18)):
         tried.clear()
         assert CellSearch(profile, system, always(warm=(F(0), F(40))), most).part(["warm"]) is None

@@ -13,8 +13,9 @@ from tests.support.covers import question, recipe, shown
 from tests.support.exact_play import refuted
 from tests.support.system_cases import box, form, policy, stays, team
 from tests.verify.reach import random_modes
+from verify.checker.covers import sweep
 from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.forms import arrays, cuts, moves, sweep
+from verify.checker.covers.forms import arrays, cuts, moves
 from verify.checker.covers.sweep import Cells
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Feature, Piece, System, Variable
@@ -141,7 +142,7 @@ def narrower(found):
 
 
 FAULTS = [
-    (sweep.FormSweep, "_ask_claim", lambda f: lambda self, listed, number, step: listed),
+    (sweep.FormSweep, "_ask_claim", lambda f: lambda self, listed, step: listed),
     (sweep.FormSweep, "_leave", lambda f: lambda *given: None),
     (sweep.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
     (sweep, "of_boxes", after(narrower)),

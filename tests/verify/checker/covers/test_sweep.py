@@ -107,12 +107,13 @@ def test_boxes_that_are_alike_become_one():
 
 
 FAULTS = [
-    (sweep._ClaimCuts, "ask", lambda f: lambda self, listed, step: listed),
-    (sweep._ClaimCuts, "_ensure_none", lambda f: lambda *given: None),
+    (sweep.BoxSweep, "_ask_claim", lambda f: lambda self, listed, step: listed),
+    (sweep.BoxSweep, "_leave", lambda f: lambda *given: None),
+    (sweep.BoxSweep, "_region", lambda f: lambda self, region: f(self, region[:1])),
     (stated.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
     (parts.Parts, "box_starts", after(lambda found: found.take(np.arange(found.size) < 0))),
-    (sweep, "split_by_trees", lambda f: lambda grown, listed: f(grown, listed).take(slice(0, 1))),
-    (sweep, "together", lambda f: lambda lists: lists[0]),
+    (images, "split_by_trees", lambda f: lambda grown, listed: f(grown, listed).take(slice(0, 1))),
+    (images, "together", lambda f: lambda lists: lists[0]),
     (leaves.LeafWays, "split_at_leaves", after(lambda found: (found[0], found[1][::-1].copy()))),
     (leaves.LeafWays, "_pairs", after(lambda found: tuple(each[:1] for each in found))),
     (leaves.WayDown, "on", lambda f: lambda self, lines, node: f(self, lines[:0], node)),
@@ -130,6 +131,7 @@ FAULTS = [
     (rounding.Factor, "times_down", lambda f: lambda self, values: f(self, values) / 2),
     (boxes, "join_by_cell", lambda f: lambda listed, cells: f(listed, cells).take(slice(0, 1))),
     (boxes, "cut", lambda f: lambda *given: (lambda found: (found[0].take(slice(0, 1)), found[1][:1]))(f(*given))),
+    (cuts.LineCuts, "may_meet", lambda f: lambda self, least: f(self, least + 1.0)),
 ]  # fmt: skip
 
 

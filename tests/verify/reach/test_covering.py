@@ -23,9 +23,8 @@ from tests.support.system_cases import (
     switching,
     team,
 )
-from verify.boxes.covering import Covering, Search
-from verify.boxes.rows import Half, Rows, in_cells
 from verify.checker.covers.sweep import Cells
+from verify.reach.covering import Covering, Search
 from verify.spending import BudgetSpentError, Spending
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.properties import claims_of
@@ -91,24 +90,6 @@ def test_budgets():
     assert first(system, profile, claim, 1) is None
     found = [first(system, profile, claim, most) for most in (100_000, ENOUGH)]
     assert found[0] == found[1] is not None
-
-
-def test_cells_hold_what_they_are_made_of():
-    random = np.random.default_rng(0)
-    low = random.uniform(-1, 1, (50, 2))
-    rows = Rows.of(low, low + random.uniform(0, 0.5, (50, 2)))._replace(part=np.zeros(50, np.int64))
-    joined = in_cells(rows, {0: 0.25, 1: 0.125})
-    share = random.random((50, 2))
-    for point in rows.low + share * (rows.high - rows.low):
-        assert ((joined.low <= point) & (point <= joined.high)).all(axis=1).any()
-    assert (joined.high - joined.low <= [0.25, 0.125]).all()
-
-
-def test_halves_narrow_boxes():
-    rows = Rows.of(np.zeros((1, 2)), np.ones((1, 2)))
-    below = Half({0: 1.0, 1: 2.0}, 0.5).of(rows)
-    assert below.high.tolist() == [[0.5, 0.25]] and not Half({0: 1.0, 1: 1.0}, -0.5).of(rows).size
-    assert Half({0: -1.0}, -0.25).of(rows).low.tolist() == [[0.25, 0.0]]
 
 
 @pytest.mark.parametrize(
