@@ -29,9 +29,8 @@ from codegen.numbers import nearest_double
 from maviper.files.profiles import load
 from maviper.worlds.stated.certified import read_certificate
 from verify.checker.envelope import numbers
-from verify.checker.flows.programs import Stepping
-from verify.checker.flows.series import FlowReading
-from verify.checker.flows.spans import Spans
+from verify.checker.flows.intervals import Spans
+from verify.checker.flows.series import FlowReading, Stepping
 from verify.checker.flows.steps import FlowStep, build_frames
 from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.systems.language.expressions import Call, Name, Number, Power, Product, Quotient, Sum

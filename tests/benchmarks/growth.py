@@ -19,7 +19,7 @@ import numpy as np
 
 from tests.benchmarks.sweep import fitted, timed
 from tests.support import system_cases as cases
-from verify.checker.covers.parts import StartBox
+from verify.checker.covers.boxes import StartBox
 from verify.checker.covers.sweep import BoxSweep
 
 USUAL = {"steps": 30, "leaves": 90, "width": F(1, 5), "axes": 3}

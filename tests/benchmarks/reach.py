@@ -29,7 +29,7 @@ from tests.support import system_cases as cases
 from tests.support.system_cases import decided, possible
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
-from verify.checker.systems.trees import goes_left
+from verify.checker.systems.reading import goes_left
 from verify.claims.formula import Linear, holds
 from verify.result import Verdict
 from verify.solver import unrolled

@@ -20,13 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Float64, PolicyProfile
-from verify.checker.covers.boxes import BoxList
+from verify.checker.covers.boxes import BoxList, Parts, StartBox, halves
 from verify.checker.covers.images import BoxMotion
-from verify.checker.covers.parts import Parts, StartBox, halves
 from verify.checker.covers.sweep import BoxSweep, FormSweep, Swept
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import depends_on
-from verify.checker.systems.trees import sides_of
+from verify.checker.systems.branch_proofs import depends_on
+from verify.checker.systems.reading import sides_of
 from verify.claims.formula import coordinates
 from verify.spending import FORM, OPTION, BudgetSpentError, Spending
 from verify.systems.claims import SystemClaim

@@ -8,8 +8,8 @@ from tests.support.system_cases import decided, double_integrator, form, stays, 
 from tests.verify.reach import random_systems
 from verify.progress import listening
 from verify.question import Budgets
-from verify.reach.play import samples
-from verify.reach.play.boxes import Boxes
+from verify.reach import play
+from verify.reach.play import Boxes
 from verify.result import Verdict
 from verify.spending import PROGRAM
 from verify.systems.system import Piece, System, Variable
@@ -49,12 +49,12 @@ def test_what_is_played_in_one_piece_does_not_depend_on_pieces_that_hold_nothing
     system = System("s", (), {}, (), pieces)
     for number in range(4):
         random, other = np.random.default_rng(5), np.random.default_rng(5)
-        draws = samples._Draws(random, system.pieces, 350)
+        draws = play._Draws(random, system.pieces, 350)
         draws.ahead_to(number)
         other.random(number * 2 * 350)
         assert random.random(4).tolist() == other.random(4).tolist()
     random, other = np.random.default_rng(5), np.random.default_rng(5)
-    draws = samples._Draws(random, system.pieces, 350)
+    draws = play._Draws(random, system.pieces, 350)
     draws.ahead_to(1)
     assert random.random(700).tolist() == other.random(1_400)[700:].tolist()
     draws.ahead_to(3)
@@ -66,7 +66,7 @@ def test_random_play_says_how_far_it_is():
     system, profile, claim = random_systems.case(np.random.default_rng(0))
     told = []
     with listening(lambda *given: told.append(given)):
-        list(samples.courses(profile, system, claim, samples.Starts(16)))
+        list(play.courses(profile, system, claim, play.Starts(16)))
     assert told[0] == (0, claim.steps, "steps of 16 random episodes") and len(told) <= claim.steps + 1
 
 

@@ -13,9 +13,8 @@ from verify.claims.region import UNBOUNDED
 from verify.progress import listening
 from verify.question import Budgets, Question
 from verify.reach import decide as deciding
-from verify.reach import symbolic
+from verify.reach import replay
 from verify.reach.decide import ClaimSearch, decide
-from verify.reach.play import shrinking
 from verify.reach.replay import Course, replay_course
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
@@ -114,7 +113,7 @@ def test_a_claim_that_is_plainly_false_is_violated_however_little_may_be_spent(m
 @pytest.mark.parametrize("spent", [False, True])
 def test_what_is_said_of_no_answer_fits_what_the_claim_is_about(spent, monkeypatch):
     """Of single decisions nothing is said of episodes, starts and steps."""
-    monkeypatch.setattr(symbolic, "witnesses", lambda *given: iter(()))
+    monkeypatch.setattr(decide, "witnesses", lambda *given: iter(()))
     system, profile = drifting()
     about = {
         "episodes": stays(system, 8, x=(-1, 1)),
@@ -131,8 +130,7 @@ def test_what_is_said_of_no_answer_fits_what_the_claim_is_about(spent, monkeypat
 @pytest.mark.parametrize("empty", [True, False])
 def test_a_claim_about_nothing_says_of_what(empty, monkeypatch):
     verdict = Verdict.VACUOUS if empty else Verdict.UNKNOWN
-    for module in (symbolic, deciding):
-        monkeypatch.setattr(module, "inhabitant", lambda *given: verdict)
+    monkeypatch.setattr(deciding, "inhabitant", lambda *given: verdict)
     system, profile = drifting()
     moving = stays(system, 1, x=(-9, 9))
     still = SystemClaim(Pattern.DECIDES, (box(x=(0, 1)),), formula=Acts("a", 0))
@@ -168,10 +166,10 @@ def test_shrinking_takes_no_more_steps():
     system, profile = drifting()
     claim = stays(system, 8, x=(-1, F(3, 2)))
     long = replay_course(profile, system, claim, Course({"x": F(98765432109, 100000000000)}))
-    found = shrinking.shrink_counterexample(profile, system, claim, long)
+    found = replay.shrink_counterexample(profile, system, claim, long)
     assert found.step <= long.step and found.start["x"] == 1
     thin = replay_course(profile, system, stays(system, 0, x=(F(1, 3), 1)), Course({"x": F(33, 100)}))
-    assert shrinking.shrink_counterexample(profile, system, stays(system, 0, x=(F(1, 3), 1)), thin).start["x"] == 0
+    assert replay.shrink_counterexample(profile, system, stays(system, 0, x=(F(1, 3), 1)), thin).start["x"] == 0
 
 
 def test_a_thin_violation_is_found_in_what_boxes_leave_open():

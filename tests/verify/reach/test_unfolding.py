@@ -11,13 +11,11 @@ from tests.verify.reach.random_systems import case
 from verify.certificates.proofs import encode_numbers
 from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import BITS
-from verify.checker.systems.walk import Proof, SystemQuestions
-from verify.reach.parts import whole
-from verify.reach.play.samples import Starts, courses
+from verify.checker.systems.branch_proofs import BITS, Proof, SystemQuestions
+from verify.reach.decide import whole
+from verify.reach.play import Starts, courses
 from verify.reach.replay import replay_course
-from verify.reach.search import ReachBudgetError, SystemProver
-from verify.reach.unfolding import Merging, Unfolding
+from verify.reach.search import Merging, ReachBudgetError, SystemProver, Unfolding
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import HalfSpace
 

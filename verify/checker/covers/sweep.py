@@ -1,9 +1,10 @@
 """The sweep of a cover: step by step, sets that hold every state, each of which has to meet the claim.
 
 Does: follows parts of the start as boxes or as affine forms, asks the claim of every list, and tells which parts it
-  leaves open; cuts the start as a proof names it, joins boxes in the cells of the proof.
-Assumes: images.py, trees.py, cuts.py and forms bound what they are asked.
-Does not: read documents, or choose cuts and cells. A list is computed anew from the one before, so a proof holds none.
+  leaves open; says whether a certificate that is a cover fits a profile and a system, and shows its claim.
+Assumes: images.py, trees.py, boxes.py and forms.py bound what they are asked; a certificate that anyone made.
+Does not: read documents (../systems/proofs.py), or choose cuts and cells. A list is computed anew from the one before,
+  so a proof holds none.
 """
 
 from __future__ import annotations
@@ -11,23 +12,32 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from codegen.ir import Bool, Float64, PolicyProfile
-from verify.checker.covers.boxes import MAX_BOXES, BoxList, Watch, alike_joined, in_cells
-from verify.checker.covers.cuts import RegionCut, linear
-from verify.checker.covers.forms.arrays import FormList, of_boxes, with_fewer_columns
-from verify.checker.covers.forms.cuts import FormRegion, FormTree, half
-from verify.checker.covers.forms.moves import FormPieces
-from verify.checker.covers.images import BoxMotion
-from verify.checker.covers.parts import Parts, StartBox
-from verify.checker.covers.rounding import ensure_arithmetic
-from verify.checker.covers.stated import StatedStates
+from verify.checker.covers.boxes import (
+    MAX_BOXES,
+    BoxList,
+    Parts,
+    RegionCut,
+    StartBox,
+    Watch,
+    alike_joined,
+    in_cells,
+    linear,
+)
+from verify.checker.covers.forms import FormList, FormPieces, FormRegion, FormTree, cut_of, of_boxes, with_fewer_columns
+from verify.checker.covers.images import BoxMotion, StatedStates
+from verify.checker.covers.rounding import ensure_arithmetic, floor
+from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
+from verify.checker.systems.branch_proofs import ensure_asked
+from verify.checker.systems.proofs import Cover, SystemCertificate
 from verify.systems.claims import SystemClaim
-from verify.systems.system import Polytope, System
+from verify.systems.system import Polytope, System, ensure_in_steps
 
 MAX_COLUMNS = 64  # of a form
 MAX_VARIABLES = 128  # of forms, so that all sums are short
@@ -220,7 +230,7 @@ class FormSweep(CoverSweep[FormList]):
         super().__init__(profile, system, claim)
         if len(system.variables) > MAX_VARIABLES:
             raise RejectedError(f"more than {MAX_VARIABLES} variables for forms")
-        self._starts = [half(linear(each), self.columns) for each in system.start if len(each.form.terms) > 1]
+        self._starts = [cut_of(linear(each), self.columns) for each in system.start if len(each.form.terms) > 1]
         self._trees = [FormTree(system, policy, self.columns) for policy in profile.agents]
         self._pieces = FormPieces(system, profile.agents)
 
@@ -247,3 +257,28 @@ class FormSweep(CoverSweep[FormList]):
         for tree in self._trees:
             sets = tree.split_at_tests(sets)
         return with_fewer_columns(self._pieces.move_forms(sets), MAX_COLUMNS)
+
+
+MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
+
+
+def check_certificate(
+    certificate: SystemCertificate, proof: Cover, profile: PolicyProfile, system: System, watch: Watch | None = None
+) -> int:
+    """Checks a certificate with this proof; the number of its sets over all steps. `watch` is told of every list of
+    boxes, by its step.
+
+    InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
+    do not show the claim.
+    """
+    ensure_in_steps(system, "this form of certificate")
+    ensure_asked(certificate, set(proof.cells), profile, system)
+    claim = certificate.claim
+    if claim.about_decisions:
+        raise RejectedError("boxes show claims about episodes only")
+    columns = {each.name: column for column, each in enumerate(system.variables)}
+    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in proof.cells.values()):
+        raise RejectedError("a cell has a width out of range")
+    widths = {columns[name]: floor(width) for name, width in proof.cells.items()}
+    sweep = BoxSweep(profile, system, claim, watch) if proof.sets == "boxes" else FormSweep(profile, system, claim)
+    return sweep.run(Cells(list(numbers(proof.cuts)), widths))

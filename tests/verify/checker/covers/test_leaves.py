@@ -9,13 +9,11 @@ import pytest
 from tests.support.cover_cases import tie
 from tests.support.system_cases import form, policy, team
 from tests.verify.reach.random_systems import nested, some
-from verify.checker.covers import boxes, leaves
-from verify.checker.covers.boxes import FEW, BoxList
-from verify.checker.covers.cuts import half_line
-from verify.checker.covers.leaves import LeafWays, WayDown
-from verify.checker.covers.trees import TreeCuts
+from verify.checker.covers import boxes, trees
+from verify.checker.covers.boxes import FEW, BoxList, half_line
+from verify.checker.covers.trees import LeafWays, TreeCuts, WayDown
 from verify.checker.reading import RejectedError
-from verify.checker.systems.trees import goes_left
+from verify.checker.systems.reading import goes_left
 from verify.claims.formula import Linear, Or
 from verify.systems.system import Feature, Measure, System, Variable
 
@@ -91,7 +89,7 @@ def attacked(seeds):
     for seed in seeds:
         random = np.random.default_rng([33, seed])
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(leaves, "COMPARED", leaves.COMPARED * (seed % 2))
+            patch.setattr(trees, "COMPARED", trees.COMPARED * (seed % 2))
             missed += lost(random, int(some(random, [1, 5, 2 * FEW])), tree(random, several=seed % 3 == 0))
     return missed
 
@@ -112,10 +110,10 @@ def test_no_state_of_thousands_is_lost():
 
 
 FAULTS = [
-    (leaves.LeafWays, "_pairs", lambda f: lambda self, *of: tuple(each[1:] for each in f(self, *of))),
-    (leaves, "_column", lambda f: lambda last: f(last - 0.25)),
-    (leaves.LeafWays, "_pairs", lambda f: lambda self, columns, least, most: f(self, columns, least + 1.0, most)),
-    (leaves, "_join_nested", lambda f: lambda bounds, at_end, kinds, unit: (np.arange(1), bounds[:1])),
+    (trees.LeafWays, "_pairs", lambda f: lambda self, *of: tuple(each[1:] for each in f(self, *of))),
+    (trees, "_column", lambda f: lambda last: f(last - 0.25)),
+    (trees.LeafWays, "_pairs", lambda f: lambda self, columns, least, most: f(self, columns, least + 1.0, most)),
+    (trees, "_join_nested", lambda f: lambda bounds, at_end, kinds, unit: (np.arange(1), bounds[:1])),
 ]
 
 
@@ -199,12 +197,12 @@ def test_nested_boxes_become_the_one_that_holds_them():
     at_end = np.zeros((2 * FEW, 4), dtype=np.bool_)
     at_end[:, 2] = True
     kinds = [np.zeros(2 * FEW, dtype=np.int64)]
-    kept, joined = leaves._join_nested(bounds, at_end, kinds, np.full(4, 2.0**-36))
+    kept, joined = trees._join_nested(bounds, at_end, kinds, np.full(4, 2.0**-36))
     assert len(kept) == FEW and (joined[:, 0] == 0.0).all()
     crossed = bounds.copy()
     crossed[::2, 1], crossed[1::2, 1], crossed[1::2, 0] = others[::2], others[::2] - 0.5, 0.5
     at_end[:, 3] = True
-    kept, joined = leaves._join_nested(crossed, at_end, kinds, np.full(4, 2.0**-36))
+    kept, joined = trees._join_nested(crossed, at_end, kinds, np.full(4, 2.0**-36))
     assert len(kept) == 2 * FEW and set(map(tuple, joined)) == set(map(tuple, crossed))
 
 

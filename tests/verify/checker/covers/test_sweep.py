@@ -11,7 +11,7 @@ from tests.support.cover_cases import CASES, PLAIN, after, claimed, line
 from tests.support.covers import question, recipe, shown
 from tests.support.exact_play import refuted
 from tests.support.system_cases import box, form, policy, team
-from verify.checker.covers import boxes, cuts, images, leaves, parts, rounding, stated, sweep, trees
+from verify.checker.covers import boxes, images, rounding, sweep, trees
 from verify.checker.covers.sweep import Cells
 from verify.systems.system import Feature, Piece, System, Variable
 
@@ -110,20 +110,20 @@ FAULTS = [
     (sweep.BoxSweep, "_ask_claim", lambda f: lambda self, listed, step: listed),
     (sweep.BoxSweep, "_leave", lambda f: lambda *given: None),
     (sweep.BoxSweep, "_region", lambda f: lambda self, region: f(self, region[:1])),
-    (stated.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
-    (parts.Parts, "box_starts", after(lambda found: found.take(np.arange(found.size) < 0))),
+    (images.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
+    (boxes.Parts, "box_starts", after(lambda found: found.take(np.arange(found.size) < 0))),
     (images, "split_by_trees", lambda f: lambda grown, listed: f(grown, listed).take(slice(0, 1))),
     (images, "together", lambda f: lambda lists: lists[0]),
-    (leaves.LeafWays, "split_at_leaves", after(lambda found: (found[0], found[1][::-1].copy()))),
-    (leaves.LeafWays, "_pairs", after(lambda found: tuple(each[:1] for each in found))),
-    (leaves.WayDown, "on", lambda f: lambda self, lines, node: f(self, lines[:0], node)),
-    (leaves.LeafWays, "_pairs", lambda f: lambda self, columns, least, most: f(self, columns, least + 1.0, most)),
-    (cuts.LineCuts, "within", after(lambda found: found.take(slice(0, 0)))),
+    (trees.LeafWays, "split_at_leaves", after(lambda found: (found[0], found[1][::-1].copy()))),
+    (trees.LeafWays, "_pairs", after(lambda found: tuple(each[:1] for each in found))),
+    (trees.WayDown, "on", lambda f: lambda self, lines, node: f(self, lines[:0], node)),
+    (trees.LeafWays, "_pairs", lambda f: lambda self, columns, least, most: f(self, columns, least + 1.0, most)),
+    (boxes.LineCuts, "within", after(lambda found: found.take(slice(0, 0)))),
     (trees, "half_line", after(lambda line: line and line._replace(end=line.end._replace(last=line.down - 2.0**-30)))),
     (trees, "_sides", lambda f: lambda tests, *to: f([(test, test) for test, _ in tests], *to)),
-    (cuts.Cut, "_by_one", lambda f: lambda self, listed, line: f(listed, line).take(slice(0, 0))),
-    (cuts.RegionCut, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
-    (cuts.RegionCut, "within", lambda f: lambda self, listed: listed.take(slice(0, 0))),
+    (boxes.Cut, "_by_one", lambda f: lambda self, listed, line: f(listed, line).take(slice(0, 0))),
+    (boxes.RegionCut, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
+    (boxes.RegionCut, "within", lambda f: lambda self, listed: listed.take(slice(0, 0))),
     (images.PieceImage, "_total", lambda f: lambda self, name, effects: f(self, name, [])),
     (images.PieceImage, "within", lambda f: lambda self, listed: f(self, listed).take(slice(0, 0))),
     (images._BoxMotion, "move_bounds", lambda f: lambda self, bounds, shift: f(self, bounds, np.abs(shift))),
@@ -131,7 +131,7 @@ FAULTS = [
     (rounding.Factor, "times_down", lambda f: lambda self, values: f(self, values) / 2),
     (boxes, "join_by_cell", lambda f: lambda listed, cells: f(listed, cells).take(slice(0, 1))),
     (boxes, "cut", lambda f: lambda *given: (lambda found: (found[0].take(slice(0, 1)), found[1][:1]))(f(*given))),
-    (cuts.LineCuts, "may_meet", lambda f: lambda self, least: f(self, least + 1.0)),
+    (boxes.LineCuts, "may_meet", lambda f: lambda self, least: f(self, least + 1.0)),
 ]  # fmt: skip
 
 

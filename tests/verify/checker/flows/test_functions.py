@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from verify.checker.covers.rounding import Factor
-from verify.checker.flows import functions, spans
-from verify.checker.flows.spans import Spans
+from verify.checker.flows import intervals
+from verify.checker.flows.intervals import Spans
 
 mpmath = pytest.importorskip("mpmath")
 N = 400
@@ -22,10 +22,10 @@ def points(random, scale):
 
 
 CASES = {
-    "sin": (lambda span: functions.waves(span)[0], 1e6),
-    "cos": (lambda span: functions.waves(span)[1], 1e6),
-    "exp": (functions.exponential, 600.0),
-    "sqrt": (functions.root, 1e9),
+    "sin": (lambda span: intervals.waves(span)[0], 1e6),
+    "cos": (lambda span: intervals.waves(span)[1], 1e6),
+    "exp": (intervals.exponential, 600.0),
+    "sqrt": (intervals.root, 1e9),
 }
 
 
@@ -56,12 +56,12 @@ def _quietly():
 def test_what_is_not_defined_is_no_number():
     one = np.ones(1)
     for span in (
-        spans.inverse(Spans(-one, one)),
-        functions.root(Spans(-one, one)),
-        functions.exponential(Spans(one, 1e4 * one)),
-        functions.waves(Spans(one, 1e7 * one))[0],
+        intervals.inverse(Spans(-one, one)),
+        intervals.root(Spans(-one, one)),
+        intervals.exponential(Spans(one, 1e4 * one)),
+        intervals.waves(Spans(one, 1e7 * one))[0],
     ):
-        assert not spans.finite(span).any()
+        assert not intervals.finite(span).any()
 
 
 def test_sums_and_products_hold_exact_results():
@@ -76,17 +76,17 @@ def test_sums_and_products_hold_exact_results():
     for _ in range(3):
         one, other = some(), some()
         results = {
-            "plus": (spans.plus(one, other), lambda a, b: a + b),
-            "minus": (spans.minus(one, other), lambda a, b: a - b),
-            "times": (spans.times(one, other), lambda a, b: a * b),
-            "scaled": (spans.scale_spans(one, Factor(factor)), lambda a, b: a * factor),
+            "plus": (intervals.plus(one, other), lambda a, b: a + b),
+            "minus": (intervals.minus(one, other), lambda a, b: a - b),
+            "times": (intervals.times(one, other), lambda a, b: a * b),
+            "scaled": (intervals.scale_spans(one, Factor(factor)), lambda a, b: a * factor),
         }
         for name, (found, exactly) in results.items():
             for place in range(N):
                 ends = [exactly(F(one[i][place]), F(other[j][place])) for i in (0, 1) for j in (0, 1)]
                 if np.isfinite(found.low[place]) and np.isfinite(found.high[place]):
                     assert F(found.low[place]) <= min(ends) and max(ends) <= F(found.high[place]), name
-        squares = spans.square(one)
+        squares = intervals.square(one)
         for place in range(N):
             low, high = F(one.low[place]), F(one.high[place])
             if np.isfinite(squares.high[place]):

@@ -8,8 +8,7 @@ import pytest
 
 from tests.support.flows import CASES, case, starts_of, trajectories
 from tests.support.system_cases import box
-from verify.checker.flows.levels import LevelSweep
-from verify.checker.flows.sweep import FlowSweep, Plan
+from verify.checker.flows.sweep import FlowSweep, LevelSweep, Plan
 from verify.checker.reading import RejectedError
 
 WIDE = {"pendulum": {0: 0.25, 1: 0.5}, "mixed": {0: 0.5, 1: 0.5, 2: 0.5}, "turning": {0: 0.5, 1: 0.5}}

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from tests.support.flows import CASES, case
-from verify.checker.flows import functions, spans, tapes
-from verify.checker.flows.programs import AROUND, ON_THE_WAY, Stepping, StepPrograms, centre_of, error_name
-from verify.checker.flows.series import FlowReading
-from verify.checker.flows.spans import Spans
-from verify.checker.flows.tapes import Program, Tape
+from verify.checker.flows import intervals
+from verify.checker.flows.intervals import Program, Spans, Tape
+from verify.checker.flows.series import AROUND, ON_THE_WAY, FlowReading, Stepping, StepPrograms, centre_of, error_name
 from verify.language.units import PURE
 from verify.systems.language.parsing import Names, expression_of
 from verify.systems.system import Flow
@@ -28,19 +26,19 @@ def plain(tape, wanted, given, count):
             case "given":
                 found.append(given[name])
             case "exact":
-                found.append(spans.exact(number, count))
+                found.append(intervals.exact(number, count))
             case "pi":
-                found.append(functions.half_turns(count))
+                found.append(intervals.half_turns(count))
             case "scale":
-                found.append(spans.scale_spans(*read, tapes.Factor(number)))
+                found.append(intervals.scale_spans(*read, intervals.Factor(number)))
             case "sin" | "cos":
-                found.append(functions.waves(*read)[does == "cos"])
+                found.append(intervals.waves(*read)[does == "cos"])
             case "exp":
-                found.append(functions.exponential(*read))
+                found.append(intervals.exponential(*read))
             case "sqrt":
-                found.append(functions.root(*read))
+                found.append(intervals.root(*read))
             case _:
-                found.append(getattr(spans, does)(*read))
+                found.append(getattr(intervals, does)(*read))
     nothing = Spans(np.zeros(count), np.zeros(count))
     rows = [nothing if place is None else found[place] for place in wanted]
     return Spans(*(np.stack([row[side] for row in rows]) for side in (0, 1)))
@@ -52,7 +50,7 @@ def flow_of(name):
     return case(*CASES[name])[0].flow
 
 
-@pytest.mark.parametrize("at_once", [1, 2_000, tapes.AT_ONCE])
+@pytest.mark.parametrize("at_once", [1, 2_000, intervals.AT_ONCE])
 @pytest.mark.parametrize("name", [*CASES, "everything"])
 def test_programs_compute_what_a_plain_evaluation_does(name, at_once, monkeypatch):
     written = []
@@ -62,8 +60,8 @@ def test_programs_compute_what_a_plain_evaluation_does(name, at_once, monkeypatc
             super().__init__(tape, wanted)
             written.append((self, tape, wanted))
 
-    monkeypatch.setattr(tapes, "AT_ONCE", at_once)
-    monkeypatch.setattr("verify.checker.flows.programs.Program", Seen)
+    monkeypatch.setattr(intervals, "AT_ONCE", at_once)
+    monkeypatch.setattr("verify.checker.flows.series.Program", Seen)
     flow, random, count = flow_of(name), np.random.default_rng(0), 7
     names = list(flow.rates)
     programs = StepPrograms(FlowReading(flow, names), Stepping(4, F(1, 7)), names[:1])

@@ -15,8 +15,8 @@ from verify.checker.covers import images
 from verify.checker.covers import trees as cover_trees
 from verify.checker.covers.sweep import BoxSweep, Cells
 from verify.checker.reading import RejectedError
-from verify.checker.systems import cases, trees, walk
-from verify.checker.systems.walk import SystemQuestions
+from verify.checker.systems import branch_proofs, cases, reading
+from verify.checker.systems.branch_proofs import SystemQuestions
 from verify.claims.formula import Acts, Linear, Or, conjunction
 from verify.reach import replay
 from verify.reach.replay import Course
@@ -168,9 +168,9 @@ def first_way(init):
 
 SEARCH, COVER, SOLVER, JUDGED = "search", "cover", "solver", "judged"
 FAULTS = [
-    (SEARCH, trees, "goes_left", plainly),
-    (SEARCH, trees, "_build_split", below_alone),
-    (SEARCH, walk, "_is_mode", lambda f: lambda variable: conjunction()),
+    (SEARCH, reading, "goes_left", plainly),
+    (SEARCH, reading, "_build_split", below_alone),
+    (SEARCH, branch_proofs, "_is_mode", lambda f: lambda variable: conjunction()),
     (SEARCH, SystemQuestions, "__init__", without_when),
     (COVER, cover_trees, "_sides", one_side),
     (COVER, images.PieceImage, "__init__", no_when),

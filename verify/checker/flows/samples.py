@@ -1,8 +1,15 @@
-"""Modes and cases of a flow, by the checker's own reading: modes stay modes, and some case holds every state.
+"""What happens at the samples of a flow: modes and cases, by the checker's own reading, jitter and late observations.
 
-Does: shows both from the system alone; cuts sets by the cases that hold them at a sample.
-Assumes: systems/cases.py shows that boxes with conditions leave out nothing within the bounds that they share.
-Does not: move sets.
+Does: shows from the system alone that modes stay modes, and that some case holds every state; cuts sets by the cases
+  that hold them; states a flow whose periods vary as one whose derivatives have a factor; sends sets down trees for
+  each delay.
+Assumes: systems/cases.py shows that boxes with conditions leave out nothing within the bounds that they share. Jitter
+  by which a period stays longer than 0; variables that keep earlier values, as systems/system.py says.
+Does not: move sets or ask claims.
+
+If x' = f(x) + w for h seconds, then y(s) = x(p s) solves y' = p f(y) + p w for h / p seconds. So a period of any length
+between T + a and T + b is a period of length T with one pace p in [1 + a/T, 1 + b/T], which stays for that period. It
+goes through the same states. The pace is an input that is held, and p w lies in the hull of its products at the ends.
 """
 
 from __future__ import annotations
@@ -13,13 +20,13 @@ from fractions import Fraction
 
 import numpy as np
 
-from codegen.ir import Bool
-from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.cuts import RegionCut, linear
+from codegen.ir import AgentPolicy, Bool
+from verify.checker.covers.boxes import BoxList, RegionCut, join_by_cell, linear, together
+from verify.checker.covers.trees import TreeCuts
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import ensure_complete, ensure_starts, hull_of, is_mode_value, tests_of
-from verify.systems.language.expressions import Expression, Name, Number
-from verify.systems.system import Flow, Piece, System, Variable
+from verify.systems.language.expressions import Expression, Name, Number, Product
+from verify.systems.system import Flow, Interval, Piece, System, Variable
 
 STILL = Number(Fraction(0))
 
@@ -77,3 +84,46 @@ def _is_set(value: Expression, mode: Variable, modes: Mapping[str, Variable], fl
             return bool(inputs) and all(is_mode_value(number, mode) for number in inputs)
         case _:
             return False
+
+
+PACE = "pace of the period"  # an input; no text can write it
+
+
+def pace_of(flow: Flow) -> Interval:
+    """Between which numbers the pace lies."""
+    low, high = flow.jitter
+    return 1 + low / flow.period, 1 + high / flow.period
+
+
+def pace_flow(flow: Flow) -> Flow:
+    """The flow with all periods of one length, at a pace; itself where there is no jitter."""
+    if not any(flow.jitter):
+        return flow
+    errors = {name: _products(pace_of(flow), error) for name, error in flow.error.items()}
+    return replace(flow, rates={name: Product(Name(PACE), rate) for name, rate in flow.rates.items()}, error=errors)
+
+
+def _products(one: Interval, other: Interval) -> Interval:
+    ends = [a * b for a in one for b in other]
+    return min(ends), max(ends)
+
+
+class LateTrees:
+    """The tree of one agent, once for each way in which its observations may be late."""
+
+    def __init__(self, system: System, policy: AgentPolicy, columns: Mapping[str, int]) -> None:
+        assert system.flow is not None
+        seen = [{name: columns[each.get(name, name)] for name in columns} for each in system.flow.seen]
+        self.ways = [TreeCuts(system, policy, each) for each in seen]
+
+    @property
+    def actions(self) -> int:
+        """The number of the agent's actions."""
+        return self.ways[0].actions
+
+    def split_at_tests(self, boxes: BoxList) -> BoxList:
+        """The boxes by what the agent may do, whichever way it is."""
+        if len(self.ways) == 1:
+            return self.ways[0].split_at_tests(boxes)
+        parts = together([tree.split_at_tests(boxes) for tree in self.ways])
+        return join_by_cell(parts, parts.joint[:, None])

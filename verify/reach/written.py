@@ -1,7 +1,7 @@
 """Episodes by the rules of a world file as they are written, known so narrowly that they surely break a claim.
 
 Does: follows a start with given rules and errors, or near given states; says whether the episode surely breaks a claim.
-Assumes: the checker's readings of rules (checker/systems/enclosures.py) and of trees (checker/systems/trees.py).
+Assumes: the checker's readings of rules (checker/systems/enclosures.py) and of trees (checker/systems/reading.py).
 Does not: look for starts.
 
 What sums, products, quotients and powers make of exact numbers is exact while it has few digits, and so is the bound
@@ -16,12 +16,11 @@ from math import isqrt
 from typing import TypeAlias
 
 from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
-from verify.checker.covers.cuts import linear
+from verify.checker.covers.boxes import linear
 from verify.checker.reading import RejectedError
-from verify.checker.systems.enclosures import enclose
-from verify.checker.systems.functions import ONE, Range, exactly, minus, plus, times
-from verify.checker.systems.trees import sides_of
-from verify.checker.systems.walk import box_of
+from verify.checker.systems.cases import box_of
+from verify.checker.systems.enclosures import ONE, Range, enclose, exactly, minus, plus, times
+from verify.checker.systems.reading import sides_of
 from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction
 from verify.reach.replay import Course
 from verify.reach.results import Values

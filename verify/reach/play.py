@@ -1,9 +1,13 @@
 """Starts and errors that may break claims: played in float64, many at a time.
 
 Does: plays random episodes of a stated system, with starts and errors at bounds among them, by its pieces or by rules
-  as they are written; the courses that break claims. Starts lie anywhere, or in boxes that were left open.
-Assumes: nothing of what it finds is believed before it is replayed exactly.
+  as they are written; the courses that break claims. Starts lie anywhere, or in boxes that were left open. Finds the
+  piece that holds each state of a batch.
+Assumes: nothing of what it finds is believed before it is replayed exactly; bounds are their nearest float64.
 Does not: replay.
+
+The bounds of all boxes cut the range of each variable into cells, and all states of a cell lie in the same boxes. So
+boxes are compared once with each cell that a state lies in, and not with every state.
 """
 
 from __future__ import annotations
@@ -20,14 +24,12 @@ from codegen.numbers import nearest_double
 from verify.checker.systems.reading import SystemReading
 from verify.claims.uncertified.values import Batch
 from verify.progress import tell
-from verify.reach.play.boxes import Boxes
-from verify.reach.play.cases import Cases, has_cases
 from verify.reach.replay import Course
 from verify.systems.claims import SystemClaim
 from verify.systems.language.choices import vectorise
 from verify.systems.language.expressions import Expression
 from verify.systems.statement import Rule
-from verify.systems.system import Affine, Feature, Interval, Measure, Piece, System
+from verify.systems.system import Affine, Feature, FlowCase, Interval, Measure, Piece, System
 
 MAX_COURSES = 16
 ENOUGH, REDRAWS = 256, 24  # starts that meet all conditions; how often more are drawn until there are so many
@@ -247,7 +249,7 @@ def _measure_feature(feature: Feature, state: Planes) -> Float64:
     return values
 
 
-def value(form: Affine | Expression, state: Planes) -> Float64:
+def value(form: Affine | Expression, state: Mapping[str, Float64]) -> Float64:
     """Evaluates a form, or an expression, in states, [batch]."""
     if not isinstance(form, Affine):
         return np.broadcast_to(vectorise(form)(state), len(next(iter(state.values()))))
@@ -255,3 +257,88 @@ def value(form: Affine | Expression, state: Planes) -> Float64:
     for name, factor in form.terms:
         total = total + nearest_double(factor) * state[name]
     return total
+
+
+class Boxes:
+    """The boxes of a system's pieces, and the cells that were asked for."""
+
+    def __init__(self, system: System) -> None:
+        boxes = [
+            {name: (float(low), float(high)) for name, (low, high) in piece.where.items()} for piece in system.pieces
+        ]
+        self._count = len(boxes)
+        self._ends: dict[str, Float64] = {}  # of each variable that a box bounds
+        for name in dict.fromkeys(name for box in boxes for name in box):
+            self._ends[name] = np.unique(np.array([box[name] for box in boxes if name in box]))
+        free = [(0, 2 * len(ends)) for ends in self._ends.values()]
+        spans = np.array(
+            [
+                [
+                    self._cells(name, np.array(box[name])).tolist() if name in box else span
+                    for name, span in zip(self._ends, free, strict=True)
+                ]
+                for box in boxes
+            ],
+            dtype=np.int64,
+        ).reshape(self._count, len(self._ends), 2)
+        self._low, self._high = spans[:, :, 0], spans[:, :, 1]  # [pieces, variables]
+        self._known: dict[bytes, int] = {}
+
+    def holding(self, state: Mapping[str, Float64], count: int) -> Int64:
+        """The number of the first piece that holds each of `count` states, [count]; -1 where none does."""
+        cells = np.zeros((count, len(self._ends)), dtype=np.int64)
+        which = np.zeros(count, dtype=np.int64)  # cells are numbered column by column: sorting whole rows takes longer
+        for column, (name, ends) in enumerate(self._ends.items()):
+            cells[:, column] = self._cells(name, state[name])
+            which = np.unique(which * (2 * len(ends) + 1) + cells[:, column], return_inverse=True)[1].reshape(count)
+        _, examples = np.unique(which, return_index=True)
+        return np.array([self._first(cells[place]) for place in examples], dtype=np.int64)[which]
+
+    def _cells(self, name: str, values: Float64) -> Int64:
+        """Twice the number of ends below a value, and one more on an end."""
+        ends = self._ends[name]
+        return np.searchsorted(ends, values, "left") + np.searchsorted(ends, values, "right")
+
+    def _first(self, cell: Int64) -> int:
+        key = cell.tobytes()
+        if key not in self._known:
+            holds = ((self._low <= cell) & (cell <= self._high)).all(axis=1)
+            self._known[key] = int(holds.argmax()) if holds.any() else -1
+        return self._known[key]
+
+
+def has_cases(system: System) -> bool:
+    """Returns True if pieces have conditions, or several pieces hold the same states."""
+    return any(piece.when or piece.choice for piece in system.pieces)
+
+
+class Cases:
+    """The cases of pieces, or rules: each with the numbers of those that share its box and conditions."""
+
+    def __init__(self, pieces: Sequence[Piece | Rule]) -> None:
+        cases: dict[object, list[int]] = {}
+        for number, piece in enumerate(pieces):
+            cases.setdefault((tuple(sorted(piece.where.items())), piece.when), []).append(number)
+        self._cases = [(pieces[numbers[0]], np.array(numbers, dtype=np.int64)) for numbers in cases.values()]
+
+    def holding(self, state: Mapping[str, Float64], count: int, which: Float64) -> Int64:
+        """The number of a piece that holds each of `count` states, [count]; -1 where none does. `which`: in [0, 1], the
+        place of the piece among those of its case.
+        """
+        holder = np.full(count, -1, dtype=np.int64)
+        for piece, numbers in self._cases:
+            here = (holder < 0) & holds_states(piece, state, count)
+            place = np.minimum((which * len(numbers)).astype(np.int64), len(numbers) - 1)
+            holder[here] = numbers[place[here]]
+        return holder
+
+
+def holds_states(piece: Piece | Rule | FlowCase, state: Mapping[str, Float64], count: int) -> Bool:
+    """Returns which of `count` states a box and conditions hold, [count]."""
+    inside = np.ones(count, dtype=np.bool_)
+    for name, (low, high) in piece.where.items():
+        inside &= (state[name] >= nearest_double(low)) & (state[name] <= nearest_double(high))
+    for half in piece.when:
+        total = value(half.form, state)
+        inside &= total < 0 if half.strict else total <= 0
+    return inside
