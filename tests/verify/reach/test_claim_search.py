@@ -113,7 +113,7 @@ def test_a_claim_that_is_plainly_false_is_violated_however_little_may_be_spent(m
 @pytest.mark.parametrize("spent", [False, True])
 def test_what_is_said_of_no_answer_fits_what_the_claim_is_about(spent, monkeypatch):
     """Of single decisions nothing is said of episodes, starts and steps."""
-    monkeypatch.setattr(decide, "witnesses", lambda *given: iter(()))
+    monkeypatch.setattr(deciding, "witnesses", lambda *given: iter(()))
     system, profile = drifting()
     about = {
         "episodes": stays(system, 8, x=(-1, 1)),

@@ -11,7 +11,7 @@ from tests.support.system_cases import box, double_integrator, switching
 from tests.verify.reach.random_systems import case
 from verify.checker.systems.branch_proofs import SystemQuestions
 from verify.checker.systems.reading import UNIT, Branch
-from verify.reach import search
+from verify.reach import search as searching
 from verify.reach.decide import whole
 from verify.reach.search import Hulls, ReachBudgetError, SystemProver
 from verify.systems.claims import Pattern, SystemClaim
@@ -112,11 +112,11 @@ def test_numbers_of_hulls_are_short_and_their_slack_is_small():
     rng = np.random.default_rng(3)
     for low, width in rng.uniform(-9, 9, (200, 2)).tolist():
         low, high = F(low), F(low) + abs(F(width))
-        below, above = search._widen_bounds(low, high)
-        slack = max(high - low, F(search.LEAST)) / 2 ** (search.FINENESS - 2)
+        below, above = searching._widen_bounds(low, high)
+        slack = max(high - low, F(searching.LEAST)) / 2 ** (searching.FINENESS - 2)
         assert low - slack <= below < low and high < above <= high + slack
         assert all(end.denominator & (end.denominator - 1) == 0 for end in (below, above)), "a power of two below"
-    assert search._is_short(F(1, 3)) and not search._is_short(F(1, 2**40 + 1))
+    assert searching._is_short(F(1, 3)) and not searching._is_short(F(1, 2**40 + 1))
 
 
 def test_directions_are_each_variable_then_sums_then_what_these_were_before():
@@ -124,11 +124,11 @@ def test_directions_are_each_variable_then_sums_then_what_these_were_before():
     system, profile = double_integrator(axes=1), switching(1)
     claim = SystemClaim(Pattern.STAYS_IN, (box(x=(-9, 9)),), 3)
     search, _ = search_of(system, profile, claim)
-    found = search._directions(search)
+    found = searching._directions(search)
     assert found[:2] == [((F(1), name),) for name in search.reading.order]
     assert ((F(1), "vx"), (F(5), "x")) in found or ((F(1), "x"), (F(1, 5), "vx")) in found
     assert all(terms[0][0] == 1 for terms in found) and len(found) == len(set(found))
-    assert len(found) <= search.MAX_EACH * len(search.reading.order)
+    assert len(found) <= searching.MAX_EACH * len(search.reading.order)
 
 
 def test_a_branch_is_what_a_step_leads_to():

@@ -96,7 +96,7 @@ def attacked(seeds):
 
 def test_no_state_is_lost_where_all_hashes_are_alike(monkeypatch):
     """Who knows the factors could have boxes of two leaves share a hash: these are told apart all the same."""
-    monkeypatch.setattr(boxes, "_multipliers", lambda count: np.zeros(count, dtype=np.int64))
+    monkeypatch.setattr(boxes, "multipliers", lambda count: np.zeros(count, dtype=np.int64))
     assert not attacked(range(60))
 
 
