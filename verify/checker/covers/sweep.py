@@ -81,7 +81,7 @@ class Region(Protocol[S]):
 class CoverSweep(ABC, Generic[S]):
     """The sweep for one claim by sets of one kind. RejectedError for a system that these do not hold."""
 
-    noun: ClassVar[str]
+    nouns: ClassVar[tuple[str, str]]  # of one, of several
     most: ClassVar[int]  # over all steps
 
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
@@ -139,7 +139,7 @@ class CoverSweep(ABC, Generic[S]):
     def _follow(self, sets: S, most: int, widths: Mapping[int, float]) -> None:
         for step in range(self._claim.steps + 1):
             if self._swept + sets.size > most:
-                self._leave(sets, f"more than {most:,} {self.noun}s")
+                self._leave(sets, f"more than {most:,} {self.nouns[1]}")
                 self._swept, self._stopped = self._swept + sets.size, True
                 return
             sets = self._join(sets, widths, step)
@@ -150,7 +150,7 @@ class CoverSweep(ABC, Generic[S]):
             if self._stated.limited:
                 beyond = self._stated.beyond(*self._bounds(sets))
                 self._leave(
-                    sets.take(beyond), f"at step {step} a {self.noun} may hold states of which nothing is stated"
+                    sets.take(beyond), f"at step {step} a {self.nouns[0]} may hold states of which nothing is stated"
                 )
             if self._open.any():
                 sets = sets.take(~self._open[sets.part])
@@ -169,7 +169,7 @@ class CoverSweep(ABC, Generic[S]):
             broken = [outside]
         count = sum(each.size for each in broken)
         for each in broken:
-            self._leave(each, f"at step {step} {count:,} {self.noun}s may hold states that break the claim")
+            self._leave(each, f"at step {step} {count:,} {self.nouns[1]} may hold states that break the claim")
         return outside if says.once else sets
 
     def _leave(self, sets: S, why: str) -> None:
@@ -182,7 +182,7 @@ class CoverSweep(ABC, Generic[S]):
 class BoxSweep(CoverSweep[BoxList]):
     """The sweep by boxes. `watch` is told of every list, by its step; `largest`: of a list."""
 
-    noun, most = "box", 200_000_000
+    nouns, most = ("box", "boxes"), 200_000_000
 
     def __init__(
         self,
@@ -224,7 +224,7 @@ class BoxSweep(CoverSweep[BoxList]):
 class FormSweep(CoverSweep[FormList]):
     """The sweep by affine forms, which are not joined in cells."""
 
-    noun, most = "form", 20_000_000
+    nouns, most = ("form", "forms"), 20_000_000
 
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
         super().__init__(profile, system, claim)
