@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Float64, PolicyProfile
-from verify.checker.covers.boxes import BoxList, Parts, StartBox, halves
+from verify.checker.covers.boxes import BoxList, Parts, StartBox, halves, unit_of
 from verify.checker.covers.images import BoxMotion
 from verify.checker.covers.sweep import BoxSweep, FormSweep, Swept
 from verify.checker.reading import RejectedError
@@ -200,15 +200,21 @@ def estimate_ranges(motion: BoxMotion, start: StartBox, count: int, steps: int) 
     """Estimates how far each variable ranges in some episodes, [variables]; 0 where that is not finite."""
     random, none = np.random.default_rng(SEED), np.zeros(count, dtype=np.int64)
     points = start.low + random.random((count, len(start.low))) * (start.high - start.low)
-    boxes, low, high = BoxList.of(points, points, np.arange(count), none), points.min(axis=0), points.max(axis=0)
+    boxes, least, most = BoxList.of(points, points, np.arange(count), none), points.min(axis=0), points.max(axis=0)
     with np.errstate(all="ignore"), suppress(RejectedError):
         for _ in range(steps):
             boxes = motion.move_boxes(boxes)
-            boxes = boxes.take(np.linspace(0, boxes.size - 1, min(boxes.size, 2 * count)).astype(np.int64))
+            some = np.linspace(0, boxes.size - 1, min(boxes.size, 2 * count)).astype(np.int64)
+            boxes = boxes.take(np.argsort(boxes.part, kind="stable")[some])
             if not boxes.size:
                 break
-            low, high = np.minimum(low, boxes.low.min(axis=0)), np.maximum(high, boxes.high.max(axis=0))
-    return np.where(np.isfinite(high - low), high - low, 0.0)
+            low, high = boxes.low, boxes.high
+            least, most = np.minimum(least, low.min(axis=0)), np.maximum(most, high.max(axis=0))
+            middle, unit = 0.5 * low + 0.5 * high, unit_of(low.min(axis=0), high.max(axis=0))
+            # points stay points: what rounding outward adds to them would grow from step to step
+            low, high = np.minimum(low + unit, middle), np.maximum(high - unit, middle)
+            boxes = BoxList.of(low, high, boxes.part, boxes.joint)
+    return np.where(np.isfinite(most - least), most - least, 0.0)
 
 
 def set_anew(system: System) -> set[str]:

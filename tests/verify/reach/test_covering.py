@@ -23,8 +23,10 @@ from tests.support.system_cases import (
     switching,
     team,
 )
+from verify.checker.covers.boxes import Parts
+from verify.checker.covers.images import BoxMotion
 from verify.checker.covers.sweep import Cells
-from verify.reach.covering import Covering, Search
+from verify.reach.covering import Covering, Search, estimate_ranges
 from verify.spending import BudgetSpentError, Spending
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.properties import claims_of
@@ -70,6 +72,17 @@ def test_by_hand():
     ):
         found = first(system, profile, claim)
         assert found is not None and shown((system, profile, claim), cells(found, system))
+
+
+def test_ranges_of_long_episodes():
+    """Points stay points: what rounding outward adds would grow from step to step."""
+    system, profile = (
+        read(WORLDS / "pendulum.toml").system,
+        loaded(WORLDS / "pendulum" / "profile.json", beside=WORLDS / "pendulum"),
+    )
+    start = Parts(system).whole
+    ranges = estimate_ranges(BoxMotion(profile, system), start, 128, 300)
+    assert ranges[[one.name for one in system.variables].index("angle")] < 0.2
 
 
 def test_false_claims_are_left_open():

@@ -89,9 +89,8 @@ def together(lists: Sequence[BoxList]) -> BoxList:
     """The boxes of some lists in one. RejectedError for too many."""
     if sum(each.size for each in lists) > MAX_BOXES:
         raise RejectedError(f"a list has more than {MAX_BOXES:,} boxes")
-    if len(lists) == 1:
-        return lists[0]
-    return BoxList(*(np.concatenate(column) for column in zip(*lists, strict=True)))
+    kept = [each for each in lists if each.size] or lists[:1]
+    return kept[0] if len(kept) == 1 else BoxList(*map(np.concatenate, zip(*kept, strict=True)))
 
 
 def in_cells(boxes: BoxList, widths: Mapping[int, float], most: int = MAX_BOXES) -> BoxList:
@@ -305,6 +304,8 @@ class Cut:
         low, high = boxes.low, boxes.high
         least = [factor.times_down((low if factor.positive else high)[:, i]) for i, factor in self._terms]
         met = ~(_total_down(least) > self._end.last)
+        if not met.any():
+            return boxes.take(slice(0, 0))
         kept, least = boxes.take(met), [each[met] for each in least]
         for place, (column, factor) in enumerate(self._terms):
             left = sum_up(-_total_down(least[:place] + least[place + 1 :]), self._end.up)

@@ -244,9 +244,11 @@ class TreeCuts:
 
     def split_at_tests(self, boxes: BoxList) -> BoxList:
         """The boxes, cut at the splits, each with this agent's action as one more digit of its joint action."""
-        at_leaves, pending = list[BoxList](), [(ROOT, boxes)]
+        at_leaves, pending = [boxes.take(slice(0, 0))], [(ROOT, boxes)]
         while pending:
             node, boxes = pending.pop()
+            if not boxes.size:
+                continue
             if node in self._lines:
                 boxes, at = self._leaves(node).split_at_leaves(boxes)
                 done = self._leaf.take(at)
