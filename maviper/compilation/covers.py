@@ -28,7 +28,7 @@ from maviper.worlds.stated.observing import PLACE
 from verify.checker.covers.boxes import BoxList
 from verify.checker.covers.invariants import names_of
 from verify.checker.covers.rounding import ceiling, floor
-from verify.checker.flows.sets import SetList
+from verify.checker.flows.steps import SetList
 from verify.checker.systems.proofs import Cover as CoverProof
 from verify.checker.systems.proofs import FlowSets, Invariant, InvariantPart, SystemCertificate, Walks
 from verify.reports.systems import period

@@ -16,7 +16,7 @@ from codegen.errors import InputError
 from codegen.ir import Float64
 from codegen.lowering.covering import Boxes
 from codegen.lowering.parts import RaisedSum
-from verify.checker.covers.cuts import end_of
+from verify.checker.covers.boxes import end_of
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Polytope
 

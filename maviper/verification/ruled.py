@@ -2,7 +2,7 @@
 
 Does: finds one that breaks a claim where an episode of the pieces that enclose the rules does: beside it, or elsewhere.
 Assumes: a world file whose agents are those of the profile.
-Does not: decide: verify/reach/play/written.py says what surely breaks a claim. The episode is played again by pieces.
+Does not: decide: verify/reach/written.py says what surely breaks a claim. The episode is played again by pieces.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,10 +17,10 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.worlds.stated.systems import box
 from maviper.worlds.stated.systems import start as draw_start
-from verify.reach.play.samples import Starts, courses
-from verify.reach.play.written import WrittenReplay
+from verify.reach.play import Starts, courses
 from verify.reach.replay import Course, replay_course, within
 from verify.reach.results import SystemCounterexample
+from verify.reach.written import WrittenReplay
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import choose_actions
 from verify.systems.statement import Statement

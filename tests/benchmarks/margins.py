@@ -17,7 +17,7 @@ from tests.support import system_cases as cases
 from tests.support.flows import actions, rate, starts_of
 from verify.claims.region import UNBOUNDED
 from verify.flows.decide import decide
-from verify.flows.playing import FlowPlay
+from verify.flows.episodes import FlowPlay
 from verify.question import Question
 from verify.subjects import ClosedLoop
 from verify.systems.files import statement_of

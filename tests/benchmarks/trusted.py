@@ -17,9 +17,9 @@ ACCEPT = "verify.checker.accept"  # gives each proof about a system to what chec
 PATHS = {
     "decisions": "verify.checker.decisions.certificates",
     "episodes": "verify.checker.episodes.forever",
-    "systems, symbolic states": "verify.checker.systems.certificates",
-    "systems, boxes and forms": "verify.checker.covers.forever",
-    "continuous time": "verify.checker.flows.certificates",
+    "systems, symbolic states": "verify.checker.systems.branch_proofs",
+    "systems, boxes and forms": "verify.checker.covers.invariants",
+    "continuous time": "verify.checker.flows.sweep",
     "systems, all": ACCEPT,
     "counterexamples in real arithmetic": "verify.states.state",
 }

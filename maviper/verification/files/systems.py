@@ -30,8 +30,8 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves
 from verify.checker.systems.proofs import SystemClaimJson, read_claim
 from verify.exact import read_number
-from verify.flows.playing import FlowCourse
-from verify.flows.replay import replay_course as flow_replayed
+from verify.flows.episodes import FlowCourse
+from verify.flows.episodes import replay_course as flow_replayed
 from verify.question import Question
 from verify.reach.replay import Course, is_start, replay_course
 from verify.reach.results import SystemCounterexample

@@ -19,7 +19,7 @@ from maviper.worlds.stated.certified import read_certificate
 from tests.support import monitors
 from tests.support.explicit_mpc import prove_lasting
 from tests.support.monitors import INVALID, OK, OUTSIDE, CoverTwin, asked_of_cover
-from verify.checker.covers.cuts import end_of
+from verify.checker.covers.boxes import end_of
 from verify.systems.system import Affine, HalfSpace
 
 CLAIMS = {

@@ -3,7 +3,7 @@ the members that files have.
 
 Does: the data of each; reads a certificate of any of the four forms.
 Assumes: a document that anyone made.
-Does not: say whether a certificate is accepted (certificates.py here, ../covers and ../flows).
+Does not: say whether a certificate is accepted (branch_proofs.py, ../covers and ../flows).
 """
 
 from __future__ import annotations

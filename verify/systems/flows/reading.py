@@ -3,7 +3,7 @@
 Does: reads `flow`, `period`, `next`, `let`, `error` and `piece` of the table `dynamics`, a case for each piece and each
   way to choose; checks names, units, and that expressions have derivatives of all orders; adds what delays keep.
 Assumes: variables, agents and features are known.
-Does not: integrate, or show that some case holds every state (checker/flows/cases.py).
+Does not: integrate, or show that some case holds every state (checker/flows/samples.py).
 """
 
 from __future__ import annotations
