@@ -6,7 +6,7 @@ import pytest
 import maviper
 from codegen.errors import InputError
 from codegen.policy_json import dumps
-from codegen.sum_rules import SUMMING, ensure_plain
+from codegen.deciding import SUMMING, ensure_plain
 from codegen.targets import TARGETS, emit
 from maviper.cli.main import cli, run
 from tests.support import summed

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Self
 
-from codegen.sum_rules import VERIFIER, ensure_plain
+from codegen.deciding import VERIFIER, ensure_plain
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile

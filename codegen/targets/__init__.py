@@ -8,10 +8,10 @@ Does not: write files or check them (agreement/selfcheck.py).
 from collections.abc import Callable, Iterable, Mapping
 
 from codegen import ir
+from codegen.deciding import SUMMING, ensure_plain
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
-from codegen.sum_rules import SUMMING, ensure_plain
 from codegen.targets import arrays, c, javascript, json, python, rust, smt, svg
 from codegen.targets.onnx import model as onnx
 

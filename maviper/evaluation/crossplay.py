@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.boxes import size
+from codegen.deciding import size
 from codegen.intervals import Share
 from codegen.ir import Float32, Float64
 from maviper.episodes import measures

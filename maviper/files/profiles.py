@@ -10,7 +10,7 @@ from pathlib import Path
 from codegen import ir, profiles
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
-from codegen.sum_rules import ensure_plain
+from codegen.deciding import ensure_plain
 from maviper.files import kinds, runs
 from verify.claims.region import Region
 from verify.claims.region_files import read_region

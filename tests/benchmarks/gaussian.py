@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
-from codegen.boxes import size
+from codegen.deciding import size
 from codegen.ir import Float64
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, choose_actions, play, tree_policies

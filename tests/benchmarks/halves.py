@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen import ir
-from codegen.boxes import size
+from codegen.deciding import size
 from codegen.ir import Float64
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, play, tree_policies

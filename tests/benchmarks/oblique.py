@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
-from codegen.boxes import size
+from codegen.deciding import size
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, GrownTree
 from codegen.lowering.deploy import SummedTree
 from maviper.episodes.measures import MEASUREMENT_SEEDS, evaluate
