@@ -123,19 +123,13 @@ class CompiledC:
 
     def batch(self, agent: str, rows: Floats) -> tuple[Any, Any]:
         """The decisions of the batch functions, over rows and over columns, [batch] or [batch, n_outputs] each."""
-        rows = self._pack_rows(agent, rows)
-        if self._gives(agent):
-            by_rows, by_columns = self._answers(agent, len(rows)), self._answers(agent, len(rows)).T.copy()
-            run = self._library[self._agents[agent].names.exported_batch]
-            given = (_pointer(rows), _pointer(np.ascontiguousarray(rows.T)), ctypes.c_long(len(rows)))
-            run(*given, _pointer(by_rows), _pointer(by_columns))
-            return by_rows, by_columns.T
-        kind = {"unsigned char": np.uint8, "unsigned short": np.uint16}.get(self._agents[agent].tables.action_type)
-        actions = [np.full(len(rows), 255, dtype=kind or np.uint32) for _ in range(2)]
-        columns = np.ascontiguousarray(rows.T)
-        run = self._library[self._agents[agent].names.exported_batch]
-        run(_pointer(rows), _pointer(columns), ctypes.c_long(len(rows)), *map(_pointer, actions))
-        return actions[0].astype(np.int32), actions[1].astype(np.int32)
+        rows, lowered = self._pack_rows(agent, rows), self._agents[agent]
+        by_rows = self._answers(agent, len(rows), lowered.batch_type)
+        by_columns = by_rows.T.copy()
+        run = self._library[lowered.names.exported_batch]
+        given = (_pointer(rows), _pointer(np.ascontiguousarray(rows.T)), ctypes.c_long(len(rows)))
+        run(*given, _pointer(by_rows), _pointer(by_columns))
+        return by_rows.astype(lowered.answer_type), by_columns.T.astype(lowered.answer_type)
 
     def all(self, rows: Sequence[Floats]) -> Int32:
         """All agents' actions in one call, [batch, n_agents]. `rows`: each agent's observations, equally many."""
@@ -176,16 +170,12 @@ class CompiledC:
         self._library[self._names.exported_region](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(within))
         return within
 
-    def _gives(self, agent: str) -> bool:
-        """Returns True if an agent gives numbers."""
-        return bool((summed := self._agents[agent].summed) and summed.outputs)
-
-    def _answers(self, agent: str, count: int) -> Any:
-        """Room for an agent's answers, filled with what is none."""
-        summed = self._agents[agent].summed
-        if summed and summed.outputs:
-            return np.full((count, len(summed.outputs)), np.nan, dtype=summed.gives)
-        return np.full(count, -1, dtype=np.int32)
+    def _answers(self, agent: str, count: int, kind: str = "") -> Any:
+        """Room for an agent's answers, of a numpy type, filled with what is none: NaN, or the largest whole number."""
+        lowered = self._agents[agent]
+        made = np.empty((count, *lowered.answer_shape), kind or lowered.answer_type)
+        made.fill(np.nan if made.dtype.kind == "f" else np.iinfo(made.dtype).max)
+        return made
 
     def act_and_check(self, agent: str, rows: Floats) -> tuple[Any, Int32]:
         """Returns what `act` and `checks` give, from one call."""

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.agreement import probes, sum_probes
+from codegen.agreement import probes
 from codegen.boxes import is_inside
 from codegen.check import identifier
+from codegen.deciding import decide
 from codegen.ir import Bool, Float64, Floats, Int32
 from codegen.numbers import at_most
 from codegen.observe import observe
@@ -89,10 +90,7 @@ class Asked:
         by_agent: dict[str, Float64] = {}
         for policy in self.profile.agents:
             rng = np.random.default_rng(SEED)
-            summed = policy.tree.arithmetic
-            by_agent[policy.agent] = (
-                sum_probes.doubles(policy, rng) if summed else probes.doubles(policy.tree, policy.features, rng)
-            )
+            by_agent[policy.agent] = probes.telling_doubles(policy, rng)
         return by_agent
 
     @cached_property
@@ -134,16 +132,11 @@ def constants(target: str, wanted: Sequence[float | str], given: Sequence[float 
     return Agreement(f"{target} {CONSTANTS}", "all", len(wanted), len(wrong), *wrong[:1])
 
 
-def reference(policy: ir.AgentPolicy, rows: Any) -> Any:
-    """Returns an agent's actions [batch], or the numbers that it gives, [batch, n_outputs]."""
-    return ir.outputs(policy, rows) if policy.outputs else ir.act(policy, rows)
-
-
-def differing(policy: ir.AgentPolicy, wanted: Any, answers: Any) -> Bool:
+def differing(wanted: Any, answers: Any) -> Bool:
     """Where answers differ, [batch]; numbers differ unless their bits are equal, or both are NaN."""
-    if policy.outputs:
-        return np.any(~same(np.asarray(answers, np.float64).reshape(wanted.shape), wanted), axis=1)
-    return np.asarray(answers) != wanted
+    if np.ndim(wanted) == 1:
+        return np.asarray(answers) != wanted
+    return np.any(~same(np.asarray(answers, np.float64).reshape(wanted.shape), wanted), axis=1)
 
 
 def compare_entries(target: str, asked: Asked, told: Told) -> list[Agreement]:
@@ -159,8 +152,8 @@ def compare_entries(target: str, asked: Asked, told: Told) -> list[Agreement]:
         if policy.agent in told.observed:
             agreements += compare_observations(target, policy, asked, told.observed[policy.agent])
             seen = _observe_states(policy, asked)
-            acted, team = reference(policy, seen), told.team
-            wrong = differing(policy, acted, told.acted[policy.agent])
+            acted, team = decide(policy, seen), told.team
+            wrong = differing(acted, told.acted[policy.agent])
             agreements.append(_agreement(f"{target} world", policy.agent, wrong, asked.states))
             if team is not None:
                 wrong = team[:, profile.agents.index(policy)] != acted

@@ -1,6 +1,7 @@
 """Observations that tell a right implementation of a tree from a wrong one.
 
-Does: boundary observations for every split that can be reached, special float values, and random ones.
+Does: boundary observations for every split that can be reached, special float values, and random ones; where sums are
+  tested, observations at ties of every one and beside them, numbers of every size and sign.
 Assumes: finite thresholds; random draws come from a seed.
 Does not: run any implementation (selfcheck.py).
 """
@@ -13,6 +14,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.boxes import is_inside, read_bounds, read_distances, split_corners
+from codegen.deciding import read_by
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS, deciding_double
 from codegen.ir import Float64, Floats, GrownTree, Tree
 from codegen.numbers import at_most, neighbour
@@ -41,6 +43,11 @@ WILD = 500
 TYPED = 200  # observations in numbers of each other type
 ROUNDS = 20  # of moving states into a region
 AROUND = 64  # states at each border of a region
+POOL = 4_000  # random observations, of which those that reach a split are moved to its ties
+AT_TIE = 16  # observations moved to each tie
+STEPS = 2  # neighbours of a tie, on each side
+WIDE = 4_000
+REST = 2.0**-27  # of a number, which rounding to float32 takes away
 
 
 def _uniform(rng: np.random.Generator, low: Any, high: Any, shape: tuple[int, ...]) -> Float64:
@@ -95,6 +102,27 @@ def boundary(tree: Tree | GrownTree, features: tuple[ir.FeatureSpec, ...], rng: 
         filled[:, :, int(tree.feature[node])] = values[:, None]
         rows.append(filled.reshape(-1, len(features)))
     return np.concatenate(rows)
+
+
+def telling(policy: ir.AgentPolicy, rng: np.random.Generator) -> Iterator[Floats]:
+    """Observations that a wrong tree decides otherwise, in parts [n, n_features]: boundaries of the tests of single
+    features; where sums are tested or given ties of all tests, and numbers of every size.
+    """
+    if policy.tree.arithmetic:
+        yield ties(policy, rng)
+        yield wide(len(policy.features), rng, policy.numbers)
+    else:
+        yield boundary(policy.tree, policy.features, rng)
+
+
+def telling_doubles(policy: ir.AgentPolicy, rng: np.random.Generator) -> Float64:
+    """Double observations that must act as the agent's numbers say: at what `telling` finds, a little away from it."""
+    if not policy.tree.arithmetic:
+        return doubles(policy.tree, policy.features, rng)
+    rows = ties(policy, rng).astype(np.float64)
+    if policy.numbers == FLOAT32:
+        rows *= 1 + rng.uniform(-REST, REST, rows.shape)  # what is infinite stays so
+    return rows
 
 
 def special(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
@@ -213,7 +241,8 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
     rows: list[Float64] = [np.zeros((1, len(names)))]
     for policy in profile.agents:
         for node in ir.splits(policy.tree):
-            meaning = policy.features[_find_feature(policy, node)].meaning
+            _, first_read = read_by(policy.tree, int(policy.tree.feature[node]), len(policy.features))[0]
+            meaning = policy.features[first_read].meaning
             filled = rng.uniform(-2, 2, (FILLINGS, len(names)))
             filled[::2] = np.round(filled[::2] * 4) / 4
             if meaning and meaning.terms:
@@ -224,14 +253,6 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
                 filled[:, index[first]] = (at - others) / weight
             rows.append(filled)
     return np.concatenate(rows)
-
-
-def _find_feature(policy: ir.AgentPolicy, node: int) -> int:
-    """The feature that a split tests; of a sum, the first one."""
-    tested, n = int(policy.tree.feature[node]), len(policy.features)
-    if tested < n:
-        return tested
-    return next(place for _, place in policy.tree.sums[tested - n].terms if place != ir.CONSTANT)
 
 
 def wild(n_coordinates: int, rng: np.random.Generator) -> Float64:
@@ -268,3 +289,64 @@ def bordering(region: RegionSpec, world: ir.WorldSpec, rng: np.random.Generator)
         at[:, index[first]] = beside[rng.integers(3, size=AROUND)] + (at[:, index[second]] if second else 0.0)
         rows.append(at)
     return np.concatenate(rows)
+
+
+# --- where sums are tested or given
+
+
+def ties(policy: ir.AgentPolicy, rng: np.random.Generator) -> Floats:
+    """For each split, observations that reach it, with what it tests at the threshold and at neighbours."""
+    pool = random(policy.features, POOL, rng, policy.numbers)
+    # equal numbers, zeros of both signs and whole numbers, whose sums are exact
+    pool[::4] = np.round(pool[::4])
+    pool[1::8] = np.where(rng.random(pool[1::8].shape) < 0.5, np.abs(pool[1::8]), -np.abs(pool[1::8]))
+    batches = [np.zeros((0, len(policy.features)), policy.numbers)]
+    for node, rows in _reaching(policy.tree, pool):
+        drawn = pool[rng.choice(rows, AT_TIE)] if len(rows) else pool[rng.integers(len(pool), size=AT_TIE)]
+        batches += _move_rows(policy, node, drawn, rng)
+    return np.concatenate(batches)
+
+
+def _reaching(tree: ir.Tree, pool: Floats) -> Iterator[tuple[int, np.ndarray]]:
+    """Every split, with the rows of the pool that come to it."""
+    at = ir.apply(tree, pool)
+    below = {int(leaf): np.flatnonzero(at == leaf) for leaf in ir.leaves(tree)}
+    for node in reversed(list(ir.splits(tree))):  # preorder: children come after their parents
+        below[node] = np.concatenate([below[int(tree.left[node])], below[int(tree.right[node])]])
+    for node in ir.splits(tree):
+        yield node, below[node]
+
+
+def _move_rows(policy: ir.AgentPolicy, node: int, rows: Floats, rng: np.random.Generator) -> Iterator[Floats]:
+    """Rows with one of the tested features moved so that the test is at its threshold, and beside."""
+    tree, n, threshold = policy.tree, len(policy.features), float(policy.tree.threshold[node])
+    tested = int(tree.feature[node])
+    moved = read_by(tree, tested, n)
+    terms = tree.sums[tested - n].terms if tested >= n else moved
+    weight, place = moved[int(rng.integers(len(moved)))]
+    others = np.zeros(len(rows))
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        for other, where in terms:
+            if where != place:
+                others += other * (1.0 if where == ir.CONSTANT else rows[:, where].astype(np.float64))
+        at = ((threshold - others) / weight).astype(policy.numbers)
+    for side in (-np.inf, np.inf):
+        value = at
+        for _ in range(STEPS + 1):
+            beside = rows.copy()
+            beside[:, place] = value
+            yield beside
+            value = neighbour(value, side, policy.numbers)
+
+
+def wide(n_features: int, rng: np.random.Generator, numbers: str) -> Floats:
+    """Numbers of every size and sign, zeros of both signs and repeated ones among them."""
+    limits = np.finfo(numbers)
+    powers = rng.uniform(limits.minexp - 5, limits.maxexp, (WIDE, n_features))
+    near = rng.uniform(-4, 4, (WIDE, 1)) + rng.uniform(-300, 300, (WIDE, 1)) * (rng.random((WIDE, 1)) < 0.2)
+    powers = np.where(rng.random((WIDE, 1)) < 0.5, powers, near)  # of like size, so that digits are lost in between
+    with np.errstate(over="ignore", under="ignore"):
+        rows = (np.exp2(powers) * rng.choice([-1.0, 1.0], powers.shape)).astype(numbers)
+    rows = np.where(rng.random(rows.shape) < 0.05, rng.choice([0.0, -0.0], rows.shape), rows).astype(numbers)
+    repeated = rng.random((WIDE, n_features)) < 0.1
+    return np.where(repeated, rows[:, :1], rows)

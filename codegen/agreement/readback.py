@@ -317,9 +317,7 @@ def _constant(given: str | float | None) -> str | float:
 
 def _answers(agent: Agent, path: Path) -> Any:
     """Actions [n], or numbers given [n, n_outputs]."""
-    if agent.summed and agent.summed.outputs:
-        return np.fromfile(path, "<f8").reshape(-1, len(agent.summed.outputs))
-    return _integers(path)
+    return np.fromfile(path, "<f8").reshape(-1, *agent.answer_shape) if agent.answer_shape else _integers(path)
 
 
 def _integers(path: Path) -> Int32:

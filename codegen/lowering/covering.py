@@ -31,7 +31,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64, Int64
-from codegen.lowering.parts import Double, Ends, RaisedSum
+from codegen.lowering.model import Double, Ends, RaisedSum
 
 MAX_BOXES = 20_000  # of all lists together
 MAX_GIVEN = 100_000  # before some are joined

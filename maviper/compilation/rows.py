@@ -2,7 +2,7 @@
 
 Does: which sums regions name, with whole factors; narrows boxes to half spaces; leaves out bounds that say nothing.
 Assumes: regions of half spaces, as files state them.
-Does not: know proofs, or add floats itself (codegen/lowering/parts.py raises sums by more than rounding can hide).
+Does not: know proofs, or add floats itself (codegen/lowering/model.py raises sums by more than rounding can hide).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,7 +15,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Float64
 from codegen.lowering.covering import Boxes
-from codegen.lowering.parts import RaisedSum
+from codegen.lowering.model import RaisedSum
 from verify.checker.covers.cuts import end_of
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Polytope

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Unpack
 
 from codegen import ir
 from codegen.agreement import vectors
+from codegen.deciding import ensure_plain
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import InputError
-from codegen.deciding import ensure_plain
 from codegen.targets import monitor
 from maviper.compilation import frama_c
 from maviper.compilation.compile import Compiled, compile_profile

@@ -8,9 +8,9 @@ Does not: write profiles, or decide what holds in a region.
 from pathlib import Path
 
 from codegen import ir, profiles
+from codegen.deciding import ensure_plain
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
-from codegen.deciding import ensure_plain
 from maviper.files import kinds, runs
 from verify.claims.region import Region
 from verify.claims.region_files import read_region

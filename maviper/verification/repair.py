@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from codegen import ir, policy_json
+from codegen.deciding import VERIFIER, ensure_plain
 from codegen.errors import InputError
 from codegen.form import layout
 from codegen.policy_json import content_hash
 from codegen.profiles import ensure
-from codegen.deciding import VERIFIER, ensure_plain
 from codegen.wording import visible
 from maviper.claims import Claim, complete_parameters, name_of, parameters_of
 from maviper.compilation import compile

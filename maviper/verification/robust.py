@@ -18,10 +18,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
 
+from codegen.deciding import ensure_plain
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.profiles import ensure
-from codegen.deciding import ensure_plain
 from maviper.files import runs
 from maviper.verification.outputs.errors import OPTION, Changes, find_changes, read_errors
 from verify.certificates.decisions import to_json

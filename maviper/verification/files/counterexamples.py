@@ -16,10 +16,10 @@ from typing import Any
 
 import msgspec
 
+from codegen.deciding import ensure_plain
 from codegen.errors import InputError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from codegen.deciding import ensure_plain
 from maviper.files import kinds, runs
 from maviper.files.profiles import READER
 from maviper.verification.bench import replay_state

@@ -10,7 +10,7 @@ from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.errors import InputError
 from codegen.ir import outputs
 from codegen.lowering.lower import lower
-from codegen.lowering.parts import RaisedSum
+from codegen.lowering.model import RaisedSum
 from maviper import load
 from maviper.compilation import rows
 from maviper.compilation.monitors import load_proof, lower_monitor
