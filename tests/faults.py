@@ -17,7 +17,7 @@ import z3
 
 from codegen import ir, policy_json, profiles
 from codegen.agreement import selfcheck
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.errors import DisagreementError, MaviperError
 from codegen.lowering.deploy import deploy_tree
 from codegen.lowering.lower import lower

@@ -1,7 +1,9 @@
-"""The emitted C, compiled: strictly by every compiler that is there, and loaded to be asked.
+"""A build: a profile with its lowered model, its files, and the emitted C compiled strictly and loaded to be asked.
 
-Does: finds compilers, builds the header with every warning an error, calls its functions.
-Assumes: a scratch folder that it may write to; what is loaded is built by `cc`, `gcc` or `clang` on the path, or $CC.
+Does: finds compilers; lowers once, writes once and compiles at most once, every warning being an error, for everyone
+  who checks, proves or replays the files; calls the functions of the header.
+Assumes: a scratch folder that it may write to; what is loaded is built by `cc`, `gcc` or `clang` on the path, or $CC;
+  used as a context manager.
 Does not: know what the right answers are (selfcheck.py).
 """
 
@@ -11,7 +13,9 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +24,11 @@ import numpy as np
 from codegen.agreement.programs import run
 from codegen.errors import DisagreementError, InputError, MissingToolError
 from codegen.floats import observations
-from codegen.ir import Float64, Floats, Int32
+from codegen.ir import Float64, Floats, Int32, PolicyProfile
+from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
-from codegen.targets import c
+from codegen.targets import USUAL, emit_model
+from codegen.targets.rendered import harness
 
 STRICT = (
     "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()  # noqa: SIM905
@@ -50,7 +56,7 @@ def ensure_strict(header: str, model: Model) -> tuple[str, ...]:
     clean: list[str] = []
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
         (Path(folder) / f"{model.prefix}.h").write_text(header)
-        (Path(folder) / "harness.c").write_text(c.harness(model))
+        (Path(folder) / "harness.c").write_text(harness(model, "c"))
         (Path(folder) / "empty.c").write_text("extern int nothing;\n")
         for named in OTHERS:
             command = [*named.split(), *STRICT[1:], "-fsyntax-only"]
@@ -73,7 +79,7 @@ class CompiledC:
         self._folder = tempfile.TemporaryDirectory(prefix="maviper-")
         folder = Path(self._folder.name)
         (folder / f"{model.prefix}.h").write_text(header)
-        (folder / "harness.c").write_text(c.harness(model))
+        (folder / "harness.c").write_text(harness(model, "c"))
         built = self._build(compiler, "harness.c")
         if built.returncode != 0:
             (folder / "empty.c").write_text("extern int nothing;\n")
@@ -202,3 +208,74 @@ class CompiledC:
 
 def _pointer(array: np.ndarray) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
+
+
+@dataclass(frozen=True, eq=False)
+class Build:
+    """`files`: name -> text; bytes of targets that are none. They may be some, or others than the model's own.
+
+    `optimised`: whether the library and the program in Rust are; for a few decisions compilers take three times as long
+    to optimise them.
+    """
+
+    profile: PolicyProfile
+    model: Model
+    files: Mapping[str, str | bytes]
+    optimised: bool = True
+
+    def text(self, ending: str) -> str | None:
+        """The file PREFIX.ending, where it is there and a text."""
+        found = self.files.get(f"{self.model.prefix}.{ending}")
+        return found if isinstance(found, str) else None
+
+    @cached_property
+    def compiler(self) -> list[str] | None:
+        """The C compiler's command, or None. MissingToolError when $CC cannot be read as a command."""
+        return find_compiler()
+
+    @property
+    def compilable(self) -> bool:
+        """True if there are a header and a compiler for it."""
+        return self.text("h") is not None and self.compiler is not None
+
+    @cached_property
+    def library(self) -> CompiledC:
+        """The header, compiled when it is first asked for. Only where it is `compilable`."""
+        header, compiler = self.text("h"), self.compiler
+        assert header is not None and compiler is not None, "nothing to compile, or nothing to compile with"
+        return CompiledC(header, self.model, compiler, self.optimised)
+
+    def __enter__(self) -> "Build":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        library = self.__dict__.pop("library", None)
+        if library is not None:
+            library.close()
+
+
+class ReplayBuild(Build):
+    """The header alone, for a few decisions: written and compiled when the first one is asked for, not optimised."""
+
+    @classmethod
+    def of(cls, profile: PolicyProfile) -> "ReplayBuild":
+        """The build of a profile that has no file yet. Errors as `build`."""
+        return cls(profile, lower(profile), {}, optimised=False)
+
+    @property
+    def compilable(self) -> bool:
+        """True if there is a compiler."""
+        return self.compiler is not None
+
+    @cached_property
+    def library(self) -> CompiledC:
+        """The header, written and compiled when it is first asked for. Only where it is `compilable`."""
+        return Build(self.profile, self.model, emit_model(self.model, self.profile, ["c"]), self.optimised).library
+
+
+def build(
+    profile: PolicyProfile, targets: Iterable[str] = USUAL, prefix: str | None = None, style: str = AUTO
+) -> Build:
+    """The build of a profile for the chosen targets; errors as `codegen.targets.emit`."""
+    model = lower(profile, prefix, style)
+    return Build(profile, model, emit_model(model, profile, targets))

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.agreement import entries, misuse, probes, readback
-from codegen.agreement.build import Build
-from codegen.agreement.compiled import CompiledC, ensure_strict
+from codegen.agreement import entries, probes, readback
+from codegen.agreement.compiled import Build, CompiledC, ensure_strict
 from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told, differing
-from codegen.agreement.rows import Kept, iterate_rows
+from codegen.agreement.probes import Kept, iterate_rows
 from codegen.boxes import is_inside
 from codegen.deciding import decide
 from codegen.equivalence import structure
@@ -275,8 +274,8 @@ def _check_reader(build: Build, entry: Asked) -> list[Agreement]:
     agreements: list[Agreement] = []
     for policy in profile.agents:
         act = readback.load_reader(reader, document, policy.agent)
-        wrong = [each for each in misuse.single(len(policy.features), asks=True) if not isinstance(each, bytes)]
-        let = misuse.find_accepted(act, wrong)
+        wrong = [each for each in entries.single(len(policy.features), asks=True) if not isinstance(each, bytes)]
+        let = entries.find_accepted(act, wrong)
         agreements.append(Agreement("json reader input check", policy.agent, len(wrong), len(let), *let[:1]))
         rows = [row for part in entry.typed[policy.agent] for row in part]
         if rows:
@@ -313,8 +312,8 @@ def _check_python(module: str, model: Model, asked: Kept, wanted: Mapping[str, A
             batches = np.concatenate([batch(part) for part in typed])
             agreements.append(compare("python other batches", policy, rows, expected, batches))
         n = len(policy.features)
-        wrong, many = misuse.single(n, asks=agent.asks), misuse.many(n)
-        let = misuse.find_accepted(act, wrong) + misuse.find_accepted(batch, many)
+        wrong, many = entries.single(n, asks=agent.asks), entries.many(n)
+        let = entries.find_accepted(act, wrong) + entries.find_accepted(batch, many)
         agreements.append(Agreement("python input check", policy.agent, len(wrong) + len(many), len(let), *let[:1]))
     return agreements
 

@@ -15,14 +15,15 @@ import numpy as np
 
 from codegen import ir
 from codegen.agreement import selfcheck
-from codegen.agreement.build import Build, build
+from codegen.agreement.compiled import Build, build
 from codegen.agreement.selfcheck import Agreement, Report
 from codegen.errors import DisagreementError
 from codegen.floats import FLOAT32
 from codegen.form import layout
 from codegen.lowering.lower import AUTO
 from codegen.profiles import ensure
-from codegen.targets import USUAL, smt
+from codegen.targets import USUAL
+from codegen.targets.rendered import facts
 from maviper.episodes.play import Episodes, Policies
 from maviper.episodes.trees import in_parts, on_policy
 from maviper.evaluation.fidelity import Fidelity, fidelity
@@ -110,8 +111,8 @@ def ask_solver(made: Build) -> list[Agreement]:
         rows = selfcheck.observations(policy, random=1_000)
         rows = rows[:: 1 + len(rows) // SOLVER_ROWS]
         wanted = ir.act(policy, rows)
-        wrong = false_facts(definitions, smt.facts(model, agent, rows, wanted))
-        first = f"Z3 denies {smt.facts(model, agent, rows, wanted)[wrong[0]]}" if wrong else ""
+        wrong = false_facts(definitions, facts(model, agent, rows, wanted))
+        first = f"Z3 denies {facts(model, agent, rows, wanted)[wrong[0]]}" if wrong else ""
         agreements.append(Agreement("smt", policy.agent, len(rows), len(wrong), first))
     return agreements
 

@@ -13,7 +13,7 @@ from typing import cast
 
 import msgspec
 
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
@@ -22,7 +22,7 @@ from codegen.lowering.tracking import MAX_NOISE, Edges, Start, ensure_followed
 from codegen.lowering.watching import Watch, watch, watch_inputs
 from codegen.numbers import decimal_literal, nearest_double
 from codegen.region import RegionSpec
-from codegen.targets import monitor
+from codegen.targets.rendered import emit_monitors
 from maviper.files import kinds, runs
 from verify.checker.decisions import certificates as decisions
 from verify.checker.episodes import forever
@@ -150,7 +150,7 @@ def files_of(build: Build, proved: Proved | None, targets: Sequence[str]) -> dic
     and outputs. InputError as `watch`.
     """
     profile, model = build.profile, build.model
-    return monitor.emit(lower_monitor(profile, model, proved) if proved else watch_inputs(profile, model), targets)
+    return emit_monitors(lower_monitor(profile, model, proved) if proved else watch_inputs(profile, model), targets)
 
 
 def lower_monitor(profile: PolicyProfile, model: Model, proved: Proved) -> Watch:

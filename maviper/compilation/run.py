@@ -15,7 +15,7 @@ from codegen.agreement import vectors
 from codegen.deciding import ensure_plain
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import InputError
-from codegen.targets import monitor
+from codegen.targets.rendered import LANGUAGES
 from maviper.compilation import frama_c
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.options import CompileOptions, make_request
@@ -91,7 +91,7 @@ def split_targets(
         what = "a monitor is made from a certificate" if asked else "a certificate is only for the target monitor"
         raise InputError(what, "--certificate", "give --target monitor and --certificate FILE together")
     others = tuple(target for target in targets if target != MONITOR)
-    return asked, others if not asked or set(others) & set(monitor.LANGUAGES) else (*others, "c")
+    return asked, others if not asked or set(others) & set(LANGUAGES) else (*others, "c")
 
 
 def _load_proof(certificate: Path | None, noise: Number | None, profile: ir.PolicyProfile) -> "Proved | None":

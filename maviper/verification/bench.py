@@ -15,7 +15,7 @@ from types import TracebackType
 import numpy as np
 
 from codegen import ir
-from codegen.agreement.build import Build, ReplayBuild
+from codegen.agreement.compiled import Build, ReplayBuild
 from codegen.errors import escape_text
 from maviper.episodes.play import Episodes
 from maviper.episodes.trees import on_policy

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from codegen import ir
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.errors import escape_text
 from codegen.ir import Float32, Int32, PolicyProfile
 from maviper.worlds import ParticleWorld, WorldState

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.agreement.build import build
+from codegen.agreement.compiled import build
 from codegen.equivalence.contracts import contracts_of
 from codegen.lowering.lower import lower
 from codegen.policy_json import content_hash

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from codegen.agreement.build import build
+from codegen.agreement.compiled import build
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from maviper.verification.replays import rollouts

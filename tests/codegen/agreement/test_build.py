@@ -7,7 +7,7 @@ import pytest
 
 from codegen import policy_json
 from codegen.agreement import compiled as compiled_c
-from codegen.agreement.build import Build, build
+from codegen.agreement.compiled import Build, build
 from codegen.errors import ExitCode
 from codegen.lowering import lower as lowering
 from codegen.targets import TARGETS, emit

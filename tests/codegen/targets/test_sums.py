@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from codegen.agreement import probes, selfcheck
-from codegen.agreement.build import Build, build
-from codegen.agreement.compiled import STRICT
+from codegen.agreement.compiled import STRICT, Build, build
 from codegen.lowering.lower import lower
 from codegen.targets import emit
 from maviper.compilation.compile import compile_profile

@@ -8,7 +8,7 @@ import pytest
 
 from codegen import ir
 from codegen.agreement import probes, readback, selfcheck
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.errors import InputError
 from codegen.lowering.lower import lower
 from codegen.sums import FLOAT64_SUMS
