@@ -12,7 +12,7 @@ from typing import Any
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import CONSTANT, NO_FEATURE, AgentPolicy, PolicyProfile, Tree, among
-from codegen.wording import NO_UNIT, describe_sum, format_count
+from codegen.wording import NO_UNIT, describe_sum
 
 DIGITS = 3  # of weights, where people read them
 VERIFIER = "the verifier"  # who refuses sums
@@ -27,6 +27,14 @@ def decide(policy: AgentPolicy, obs: Any) -> Any:
 def decide_at(policy: AgentPolicy, leaf: ir.Int32, obs: ir.Floats) -> Any:
     """The same where the leaf of each observation is known: `leaf` [batch]."""
     return ir.outputs(policy, obs) if policy.outputs else policy.tree.action[leaf]
+
+
+def name_outputs(policy: AgentPolicy, obs: Any) -> dict[str, ir.Floats]:
+    """The numbers that an agent gives by `AGENT.OUTPUT`, [batch] each; none of an agent that takes actions."""
+    if not policy.outputs:
+        return {}
+    given = ir.outputs(policy, obs)
+    return {f"{policy.agent}.{each.name}": given[:, place] for place, each in enumerate(policy.outputs)}
 
 
 def sums_in(profile: PolicyProfile) -> list[AgentPolicy]:
@@ -76,9 +84,9 @@ def list_decided(policy: AgentPolicy) -> list[str]:
     return [each.name for each in policy.outputs or policy.actions]
 
 
-def count_decided(policy: AgentPolicy) -> str:
-    """Counts what an agent decides, in words: `5 actions`, `2 outputs`."""
-    return format_count(len(policy.outputs or policy.actions), "output" if policy.outputs else "action")
+def kind_decided(policy: AgentPolicy) -> str:
+    """What an agent decides, in one word: `actions` or `outputs`."""
+    return "outputs" if policy.outputs else "actions"
 
 
 def describe_leaf(policy: AgentPolicy, leaf: int) -> str:

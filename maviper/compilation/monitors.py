@@ -14,6 +14,7 @@ from typing import cast
 import msgspec
 
 from codegen.agreement.compiled import Build
+from codegen.deciding import sums_in
 from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
@@ -58,7 +59,7 @@ def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
 
         region, claim = load_cover(certificate, profile)
         return Proved(region, _hash(text), claim, stated=True)
-    if any(policy.tree.arithmetic for policy in profile.agents):
+    if sums_in(profile):
         what = "the certificate is about tests of single features, and this profile tests sums or gives numbers"
         advice = "give one with a world file beside it, or leave it out: then inputs and outputs are watched"
         raise InputError(what, str(certificate), advice)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Unpack
 
 from codegen import ir
 from codegen.agreement import vectors
-from codegen.deciding import ensure_plain
+from codegen.deciding import ensure_plain, sums_in
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import InputError
 from codegen.targets.rendered import LANGUAGES
@@ -30,8 +30,7 @@ MONITOR = "monitor"  # the target
 def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
     asked, targets = make_request(CompileOptions, options), tuple(targets)
-    sums = any(policy.tree.arithmetic for policy in profile.agents)
-    watched, targets = split_targets(targets, asked.certificate, asked.noise, sums=sums)
+    watched, targets = split_targets(targets, asked.certificate, asked.noise, sums=bool(sums_in(profile)))
     for option, given in (
         ("--prove", asked.prove),
         ("--contracts", asked.contracts),

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any, Unpack, cast
 
 from codegen import ir
+from codegen.deciding import sums_in
 from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.lowering.render import render
@@ -113,7 +114,7 @@ def compare_profiles(
     InputError for profiles that cannot be compared.
     """
     agents = asked.agents or _common(first, second)
-    if any(policy.tree.arithmetic for profile in (first, second) for policy in profile.agents):
+    if sums_in(first) or sums_in(second):
         return compare_outputs(first, second, agents, region, _budgets(asked).max_cells)
     if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world and first.world.reference:
         return _compare_observed(first, second, agents, region, asked)

@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from codegen import ir
+from codegen.deciding import only_acts, sums_in
 from codegen.errors import InputError
 from codegen.policy_json import dumps
 from codegen.profiles import ensure
@@ -110,8 +111,7 @@ def pose_questions(
     """The questions of checked options, and the world file that they are about, where one is named or agents give
     numbers or test sums. `aside`: as for `questions`.
     """
-    summing = any(policy.tree.arithmetic for policy in profile.agents)
-    if options.world is None and not summing:
+    if options.world is None and not sums_in(profile):
         if options.max_boxes is not None:
             raise make_world_error("--max-boxes")
         return questions(profile, profile_name, options, aside), None
@@ -128,10 +128,8 @@ def pose_questions(
 
 def _plays_in_places(profile: ir.PolicyProfile) -> bool:
     """Returns True if agents take actions, and observe what world states say."""
-    return all(
-        not policy.outputs and all(feature.meaning is not None for feature in policy.features)
-        for policy in profile.agents
-    )
+    located = (feature.meaning is not None for policy in profile.agents for feature in policy.features)
+    return only_acts(profile) and all(located)
 
 
 def verify_questions(

@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from codegen.deciding import list_decided, sums_in
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.files import runs
@@ -306,10 +307,8 @@ def _texts(given: Mapping[str, Path]) -> dict[str, str]:
 
 def _example(profile: PolicyProfile) -> str:
     """A formula about the first agent that gives numbers, or tests sums."""
-    policy = next(each for each in profile.agents if each.tree.arithmetic)
-    if policy.outputs:
-        return f"out({policy.agent}).{policy.outputs[0].name} <= 1"
-    return f"acts({policy.agent}) == {policy.actions[0].name}"
+    policy, first = sums_in(profile)[0], list_decided(sums_in(profile)[0])[0]
+    return f"acts({policy.agent}) == {first}" if policy.actions else f"out({policy.agent}).{first} <= 1"
 
 
 def _unknown(counterexample: SystemCounterexample) -> SystemCounterexample | None:

@@ -12,7 +12,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from codegen.ir import Int32, PolicyProfile, act, outputs
+from codegen.deciding import name_outputs
+from codegen.ir import Int32, PolicyProfile, act
 from verify.claims.formula import Formula
 from verify.claims.uncertified.values import Batch
 from verify.reach.play.samples import Planes, Starts, observe_planes, random_starts, value
@@ -38,10 +39,8 @@ def iterate_failing(
         read = statement.acting.get(policy.agent)
         real = policy if read is None else read.real
         rows = observe_planes(system, real, drawn)
-        if real.outputs:
-            given = outputs(real, rows).astype(np.float64)
-            point |= {f"{real.agent}.{each.name}": given[:, place] for place, each in enumerate(real.outputs)}
-        else:
+        point |= (given := {name: values.astype(np.float64) for name, values in name_outputs(real, rows).items()})
+        if not given:
             actions[real.agent] = taken = act(real, rows)
             for number, action in enumerate(real.actions):
                 for name, form in list_settings(statement, real.agent, action.name).items():

@@ -13,8 +13,9 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
+from codegen.deciding import name_outputs
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.ir import PolicyProfile, act, outputs
+from codegen.ir import PolicyProfile, act
 from codegen.numbers import nearest_number, neighbour
 from verify.claims.formula import Formula, holds
 from verify.reach.results import SystemCounterexample
@@ -45,11 +46,8 @@ def fails(statement: Statement, profile: PolicyProfile, formula: Formula, state:
         read = statement.acting.get(policy.agent)
         real = policy if read is None else read.real
         row = observe_state(statement.system, real, state)
-        if real.outputs:
-            given = outputs(real, row)[0].tolist()
-            names = [f"{real.agent}.{each.name}" for each in real.outputs]
-            point |= {name: Fraction(value) for name, value in zip(names, given, strict=True)}
-        else:
+        point |= (given := {name: Fraction(float(value[0])) for name, value in name_outputs(real, row).items()})
+        if not given:
             actions[real.agent] = taken = int(act(real, row)[0])
             settings = list_settings(statement, real.agent, real.actions[taken].name)
             point |= {name: form.at(state) for name, form in settings.items()}
