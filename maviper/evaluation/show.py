@@ -22,7 +22,7 @@ from codegen.ir import GOAL
 from codegen.numbers import neighbour
 from codegen.observe import observe
 from codegen.wording import NO_UNIT, format_count, number
-from verify.claims.uncertified.starts import positions
+from verify.claims.region_files import positions
 from verify.states.acting import Step, path
 from verify.states.state import State
 

@@ -31,7 +31,7 @@ from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
 from verify.certificates.decisions import to_json
 from verify.claims.observed import View
-from verify.claims.uncertified.views import Viewed, unread
+from verify.claims.views import Viewed, unread
 from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report
 from verify.result import Verdict

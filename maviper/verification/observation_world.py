@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.claims.language.tables import properties
+from verify.claims.files import properties
 from verify.claims.observed import View, over, variable
 from verify.claims.region import Interval, Region
 from verify.decimals import text as number_text

@@ -2,7 +2,7 @@
 
 Does: says how the agents of a view compare its variables; finds regions by name.
 Assumes: a view, whose variables are features.
-Does not: read formulas (verify/claims/language/compared.py).
+Does not: read formulas (verify/claims/language/terms.py).
 """
 
 from collections.abc import Callable
@@ -14,10 +14,10 @@ from codegen.ir import Meaning, PolicyProfile
 from maviper.files.profiles import find_region
 from verify.checker.thresholds import sides
 from verify.claims.formula import Formula
-from verify.claims.language.compared import Compared, read_as_compared
+from verify.claims.language.terms import Compared, read_as_compared
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import START
-from verify.claims.uncertified.views import RANGES, SEEN, UNLIKE, Viewed, build_seen_region, find_numbers
+from verify.claims.region_files import START
+from verify.claims.views import RANGES, SEEN, UNLIKE, Viewed, build_seen_region, find_numbers
 
 
 def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Formula]:

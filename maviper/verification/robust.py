@@ -30,8 +30,8 @@ from verify.checker.decisions.certificates import Certificate
 from verify.claims.formula import Acts
 from verify.claims.observed import View
 from verify.claims.region import Interval, Region
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.views import Viewed
+from verify.claims.views import Viewed
+from verify.claims.wording import OwnFormula
 from verify.decimals import exact, plain
 from verify.exact import MAX_NUMBER
 from verify.extent.changes import Ends, ends_of

@@ -35,7 +35,7 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
-from verify.claims.uncertified.views import Viewed, select_features
+from verify.claims.views import Viewed, select_features
 from verify.progress import tell
 from verify.question import Question
 from verify.reach.results import SystemCounterexample

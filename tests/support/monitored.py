@@ -21,8 +21,7 @@ from codegen.targets import emit, rendered
 from maviper.compilation.monitors import lower_monitor
 from maviper.worlds.stated.certified import read_certificate
 from tests.support.monitors import built
-from verify.claims.formula import Acts, And, Goal, Linear, Not, Or
-from verify.claims.formula_json import read_formula
+from verify.claims.formula import Acts, And, Goal, Linear, Not, Or, read_formula
 from verify.systems.system import Measure
 
 ROUNDS = 7

@@ -13,9 +13,9 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
+from verify.claims.files import Table, properties, read_each
 from verify.claims.formula import Formula, coordinates, negate
 from verify.claims.language.formulas import Vocabulary
-from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
 from verify.decimals import plain
 from verify.language.arithmetic import Typed

@@ -28,8 +28,8 @@ from verify.claims.claim import Parameter
 from verify.claims.formula import And, Or, agents
 from verify.claims.observed import over
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import is_start
-from verify.claims.uncertified.views import describe_view
+from verify.claims.region_files import is_start
+from verify.claims.views import describe_view
 from verify.decimals import plain
 
 AGAINST_FILE = "against.json"  # the second profile, beside a certificate about two

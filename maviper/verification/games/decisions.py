@@ -25,10 +25,10 @@ from maviper.worlds.stated.observing import (
     spell_text,
 )
 from verify.claims.catalogue import select_stated
+from verify.claims.claim import verifiable
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.formula import for_goal, names_goal
 from verify.claims.region import Interval, Region
-from verify.claims.verifiable import verifiable
 from verify.decimals import text as number_text
 from verify.systems.words import spell_formula
 

@@ -27,7 +27,7 @@ from maviper.verification.procedures.procedure import Procedure
 from maviper.verification.stated import StatedWorld
 from verify.certificates.systems import to_json
 from verify.claims.formula import Linear, atoms, below, negate, normal
-from verify.claims.language.compared import last_of
+from verify.claims.language.terms import last_of
 from verify.decimals import plain
 from verify.question import Question
 from verify.result import Verdict

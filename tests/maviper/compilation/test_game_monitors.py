@@ -27,9 +27,8 @@ from verify.claims.catalogue import find_claim
 from verify.claims.decisions import formula
 from verify.claims.formula import Linear, Not, Or
 from verify.claims.region import Region
-from verify.claims.region_files import region_toml
-from verify.claims.uncertified.starts import start_region
-from verify.claims.uncertified.values import Batch
+from verify.claims.region_files import region_toml, start_region
+from verify.claims.values import Batch
 from verify.result import Verdict
 from verify.states.episodes import play
 from verify.states.state import sample

@@ -34,9 +34,8 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import FALSE, TRUE, Acts, conjunction, disjunction, holds
 from verify.claims.region import Region
-from verify.claims.region_files import region_toml
-from verify.claims.uncertified.own import formula_document
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere, region_toml
+from verify.claims.wording import formula_document
 from verify.question import Question, from_start
 from verify.states.failures import failures
 from verify.states.shares import violating

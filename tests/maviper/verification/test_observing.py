@@ -19,7 +19,7 @@ from tests.support.pole import pole
 from tests.support.verifying import run
 from verify.checker import thresholds
 from verify.claims.formula import Linear, holds
-from verify.claims.language.compared import last_of
+from verify.claims.language.terms import last_of
 from verify.claims.observed import View, over
 from verify.result import Verdict
 from verify.semantics import SEMANTICS

@@ -20,7 +20,7 @@ from maviper.worlds.matching import matching_world
 from tests.benchmarks import physics
 from tests.support.fork import ForkEnv, adversary, spread, tag
 from tests.support.games import crowded
-from verify.claims.verifiable import verifiable
+from verify.claims.claim import verifiable
 
 FORK = "physics=released"
 GAMES = {

@@ -15,7 +15,7 @@ import numpy as np
 from codegen.deciding import name_outputs
 from codegen.ir import Int32, PolicyProfile, act
 from verify.claims.formula import Formula
-from verify.claims.uncertified.values import Batch
+from verify.claims.values import Batch
 from verify.reach.play.samples import Planes, Starts, observe_planes, random_starts, value
 from verify.systems.claims import SystemClaim
 from verify.systems.given.played import list_settings
