@@ -23,10 +23,9 @@ from maviper.evaluation.comparison import differing
 from maviper.files import runs
 from maviper.files.profiles import find_region
 from maviper.options import DiffOptions, make_request
-from maviper.verification.ask import MAX_CELLS
+from maviper.verification.ask import MAX_CELLS, resolve_region
 from maviper.verification.compared import OutputsCompared, compare_outputs
 from maviper.verification.files.certificates import AGAINST_FILE
-from maviper.verification.observing import resolve_region
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
 from verify.certificates.decisions import to_json

@@ -31,7 +31,7 @@ from maviper.files.profiles import find_region
 from maviper.options import RepairOptions, make_request, table_of
 from maviper.verification.ask import command, number, with_option_names
 from maviper.verification.diff import collect_states
-from maviper.verification.join import certificate_files, digests, report_files, verify_claims
+from maviper.verification.run import certificate_files, digests, report_files, verify_claims
 from maviper.worlds import ParticleWorld
 from maviper.worlds.matching import UNREPAIRED, ensure_places, matching_places
 from verify.claims.catalogue import find_property

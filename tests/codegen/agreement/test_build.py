@@ -13,7 +13,7 @@ from codegen.lowering import lower as lowering
 from codegen.targets import TARGETS, emit
 from maviper.cli import main
 from maviper.compilation.compile import compile_profile
-from maviper.verification.join import verify_claims
+from maviper.verification.run import verify_claims
 from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
 from verify.claims.region_files import everywhere

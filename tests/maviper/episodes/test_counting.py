@@ -14,7 +14,7 @@ from maviper.episodes import trees
 from maviper.episodes.trees import Counting, Ranges
 from maviper.page.document import document
 from maviper.page.page import contents_of
-from maviper.verification.observing import resolve_region
+from maviper.verification.ask import resolve_region
 from maviper.worlds import find
 from tests.support.pole import pole
 from tests.support.small import small_profile

@@ -25,9 +25,9 @@ from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import Settings
 from maviper.verification.ask import Asked
+from maviper.verification.bench import state_of, states_of
 from maviper.verification.files.states import FORM, blank, read_failing, states_files
-from maviper.verification.join import verify_claims
-from maviper.verification.replays import state_of, states_of
+from maviper.verification.run import verify_claims
 from maviper.worlds import find
 from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property

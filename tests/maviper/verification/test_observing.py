@@ -14,7 +14,7 @@ import maviper
 from codegen import policy_json
 from codegen.errors import InputError
 from codegen.floats import NUMBERS, below_zero
-from maviper.verification.observing import as_compared
+from maviper.verification.ask import as_compared
 from tests.support.pole import pole
 from tests.support.verifying import run
 from verify.checker import thresholds

@@ -11,7 +11,7 @@ import maviper
 from codegen import policy_json
 from codegen.errors import ExitCode, ProfileError
 from maviper.verification.files.places import FOUND
-from maviper.verification.join import report_files, verify_claims
+from maviper.verification.run import report_files, verify_claims
 from maviper.verification.starters import starter
 from maviper.worlds import WORLDS, find
 from tests.support.teams import STAY, UP, team, towards, tree

@@ -10,7 +10,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.policy_json import content_hash, dumps
 from maviper.cli import main
 from maviper.verification.ask import from_file
-from maviper.verification.join import verify_claims
+from maviper.verification.run import verify_claims
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import team, towards

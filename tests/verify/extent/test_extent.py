@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from maviper.verification.join import verify_claims
+from maviper.verification.run import verify_claims
 from tests.support.steady_zones import stands
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import (

@@ -12,7 +12,7 @@ from codegen import ir
 from codegen.lowering.render import exact, render
 from codegen.profiles import loads
 from codegen.targets import emit
-from maviper.verification.join import verify_claims
+from maviper.verification.run import verify_claims
 from tests.hunting.teams import bare
 from tests.support.observations import blind
 from tests.support.teams import STAY, UP, team, towards

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from maviper.verification.join import question_files
+from maviper.verification.run import question_files
 from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import EPS, find_property
 from verify.claims.decisions import PLAIN, Aligned, NoDouble

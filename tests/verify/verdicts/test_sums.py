@@ -8,7 +8,7 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from maviper.verification.join import question_files
+from maviper.verification.run import question_files
 from maviper.worlds import find
 from tests.faults import EDGE, SUM, pinned_states, sums_wrong
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
