@@ -24,13 +24,11 @@ from codegen.ir import PolicyProfile
 from codegen.numbers import nearest_number, neighbour
 from codegen.wording import visible
 from maviper.files import runs
+from maviper.verification import worlds
 from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims, resolve_region
 from maviper.verification.files.places import repeat_options
 from maviper.verification.files.systems import PROPERTY_FILE, counterexample_document
-from maviper.verification.games import episodes as game_episodes
 from maviper.verification.games.confirming import RealAgents, Variables
-from maviper.verification.games.decisions import world_of as world_of_game
-from maviper.verification.observation_world import errors_in, world_of
 from maviper.verification.procedures import Procedure
 from maviper.verification.reference import find_by_rules, measure_reference, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
@@ -54,7 +52,6 @@ from verify.subjects import ClosedLoop
 from verify.systems.claims import CurvedClaim, SystemClaim, SystemPremise
 from verify.systems.curves.formulas import with_comparisons
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
-from verify.systems.files import statement_of
 from verify.systems.given.formulas import find_numbers
 from verify.systems.given.played import as_played
 from verify.systems.pieces import list_curved
@@ -105,7 +102,7 @@ class StatedWorld:
     beside: Mapping[str, str]  # their texts, for a report's folder
     options: VerifyOptions
     variables: Variables = Variables.STATED
-    started: game_episodes.Started | None = None  # of claims about episodes of a game: from where
+    started: worlds.Started | None = None  # of claims about episodes of a game: from where
     again: str = ""  # the command that asks once more, where that is not by the world file
     region: str = ""  # of observations: what their ranges are
 
@@ -134,11 +131,10 @@ class StatedWorld:
         beside = _texts(given)
         viewed = Viewed(profile, View(select_features(profile, options.shared or ())))
         region = resolve_region(viewed.profile, viewed, options.region)
-        errors = errors_in(beside[PROPERTY_FILE], profile, options.file.name)
-        source = world_of(profile, viewed.view, region, errors)
-        statement = statement_of(source, WORLD_FILE)
-        beside = {WORLD_FILE: source, **beside}
-        made = StatedWorld._join_parts(profile, statement, given, beside, options, Variables.OBSERVED)
+        errors = worlds.errors_in(beside[PROPERTY_FILE], profile, options.file.name)
+        world = worlds.state_observations(profile, viewed.view, region, errors)
+        beside = {WORLD_FILE: world.source, **beside}
+        made = StatedWorld._join_parts(profile, world.statement, given, beside, options, Variables.OBSERVED)
         return replace(made, region=region.name or "given")
 
     @staticmethod
@@ -151,10 +147,10 @@ class StatedWorld:
                 raise InputError(f"{option} has no effect on claims of agents that test sums", option, "leave it out")
         region = resolve_region(profile, None, options.region)
         posed = pose_claims(profile, None, region, options)
-        if any(map(game_episodes.counts_steps, posed)):
+        if any(map(worlds.counts_steps, posed)):
             return StatedWorld._of_episodes(profile, posed, options)
-        source, places = world_of_game(profile, posed)
-        made = StatedWorld._join_game(profile, statement_of(source, WORLD_FILE), source, options)
+        world, places = worlds.state_decisions(profile, posed)
+        made = StatedWorld._join_game(profile, world.statement, world.source, options)
         claims = (replace(each, region=f"of {where}") for each, where in zip(made.claims, places, strict=True))
         return replace(made, claims=tuple(claims))
 
@@ -163,11 +159,11 @@ class StatedWorld:
         """Makes the world of claims about episodes, like `of_game`. A file states no empty start, so that of a region
         without starts at rest is put in afterwards.
         """
-        started = game_episodes.start_of(profile, posed)
-        source = stated = game_episodes.world_of(profile, posed, started)
+        started = worlds.start_of(profile, posed)
+        world = stated = worlds.state_episodes(profile, posed, started)
         if started.nowhere:
-            stated = game_episodes.world_of(profile, posed, started.widened)
-        made = StatedWorld._join_game(profile, statement_of(stated, WORLD_FILE), source, options)
+            stated = worlds.state_episodes(profile, posed, started.widened)
+        made = StatedWorld._join_game(profile, stated.statement, world.source, options)
         if started.nowhere:
             system = replace(made.statement.system, start=started.states)
             made = replace(made, statement=replace(made.statement, system=system), again=repeat_options(options))
