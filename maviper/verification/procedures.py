@@ -28,12 +28,12 @@ from verify.result import Verdict
 from verify.semantics import MACHINE
 from verify.solver.encode import Query, query, reaching
 from verify.solver.solve import smt_lib
-from verify.verdicts import decisions, episodes
+from verify.verdicts import decisions
 from verify.verdicts.decisions import DecisionResult
-from verify.verdicts.episodes import EpisodeResult
 
 if TYPE_CHECKING:
     from verify.result import AnyResult, Verdict
+    from verify.verdicts.episodes import EpisodeResult
 
 
 def _nothing(*_: object) -> dict[str, str]:
@@ -116,10 +116,14 @@ DECISIONS = Procedure(_answer, _verdict, decisions_json, _counterexample, zones_
 
 
 def _answer_episodes(question: EpisodeQuestion, bench: Bench, region_file: str | None) -> EpisodeResult:
+    from verify.verdicts import episodes  # here, as most claims are about decisions
+
     return episodes.verify_episodes(question.by(MACHINE), rollouts(bench.made, bench.world), bench.skipped)
 
 
 def _judge_episodes(question: EpisodeQuestion, bench: object) -> tuple[Verdict, str]:
+    from verify.verdicts import episodes
+
     return episodes.verdict(question.by(MACHINE))
 
 

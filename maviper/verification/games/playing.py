@@ -2,7 +2,7 @@
 
 Does: plays the game itself, in its own float64, from starts beside one that breaks the claim by its world file, or
   anywhere in its start region; says by how much each step and each observation was off of exact numbers.
-Assumes: a world file that episodes.py wrote, with the profile that it was written for.
+Assumes: a world file of episodes, as verification/worlds.py states it, with the profile that it was written for.
 Does not: decide: the episode is played again in exact numbers, which judge the claim.
 """
 
