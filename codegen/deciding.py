@@ -84,6 +84,11 @@ def list_decided(policy: AgentPolicy) -> list[str]:
     return [each.name for each in policy.outputs or policy.actions]
 
 
+def shape_decided(policy: AgentPolicy) -> tuple[int, ...]:
+    """The shape of one decision: () for an action, (n_outputs,) for numbers."""
+    return (len(policy.outputs),) if policy.outputs else ()
+
+
 def kind_decided(policy: AgentPolicy) -> str:
     """What an agent decides, in one word: `actions` or `outputs`."""
     return "outputs" if policy.outputs else "actions"

@@ -90,7 +90,7 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
             format_count(len(policy.features), "feature"),
             format_count(len(list_decided(policy)), kind_decided(policy).removesuffix("s")),
             policy.numbers,
-            *([f"sums {policy.tree.arithmetic}"] if policy.tree.arithmetic else []),
+            *([f"sums {facts[sums]}"] if (sums := f"{policy.agent} sums") in facts else []),
         ]
     )
     console.line(policy.agent, f"{facts[f'{policy.agent} from']}: {size}")

@@ -107,7 +107,7 @@ class Episodes:
     alive: Bool  # [steps, batch, n_agents] who acts
     states: Sequence[Any]  # steps + 1 batches, the starts first
     values: Float64  # [n_measures, batch], in the order of the world's measures
-    returns: Float64  # [n_agents, batch] summed rewards
+    returns: Float64  # [n_agents, batch] all rewards together
     cut: Bool  # [batch] stopped at a length that nobody stated
 
 

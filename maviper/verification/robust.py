@@ -34,8 +34,7 @@ from verify.claims.views import Viewed
 from verify.claims.wording import OwnFormula
 from verify.decimals import exact, plain
 from verify.exact import MAX_NUMBER
-from verify.extent.changes import Ends, ends_of
-from verify.extent.radius import Radius, radius
+from verify.extent.radius import Ends, Radius, ends_of, radius
 from verify.question import DecisionQuestion, Question
 from verify.subjects import Game
 from verify.verdicts.opinions import by_zones

@@ -82,7 +82,7 @@ def ahead(agent: str, landmark: str, direction: tuple[Fraction, Fraction]) -> Fo
 
 
 def no_longer(matching: Sequence[tuple[AgentPolicy, str]], other: Sequence[tuple[AgentPolicy, str]]) -> Formula:
-    """The summed L1 length of one matching is at most that of another: some signs of the other's offsets give a sum
+    """The L1 length of one matching is at most that of another: some signs of the other's offsets give a sum
     that no signs of the one's exceed.
     """
 
@@ -296,7 +296,7 @@ class Aligned(DecisionClaim):
 
 @dataclass(frozen=True)
 class Assignment(DecisionClaim):
-    """That agents are engaged in a matching of least summed L1 distance; more than two have too many cases of signs."""
+    """That agents are engaged in a matching of the least L1 distance; more than two have too many cases of signs."""
 
     of = "assignment"
 

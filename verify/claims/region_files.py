@@ -47,7 +47,7 @@ def start_bounds(world: WorldSpec, velocities: Sequence[str]) -> dict[str, Inter
     for name in velocities:
         agent = next(entity for entity in world.agents if name.rpartition(".")[0] == entity.name)
         limits = [Fraction(agent.max_speed)] if agent.max_speed is not None else []
-        if world.damping:  # what a push adds, summed over all steps: f dt (1 + (1 - d) + (1 - d)^2 + ...)
+        if world.damping:  # what a push adds over all steps: f dt (1 + (1 - d) + (1 - d)^2 + ...)
             limits.append(Fraction(agent.force) * Fraction(world.dt) / Fraction(world.damping))
         if not limits or min(limits) > MAX_NUMBER:
             lacking = f"has a damping of only {world.damping}" if world.damping else "has no damping"

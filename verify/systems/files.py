@@ -16,8 +16,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL
 from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
-from verify.language.arithmetic import Typed
-from verify.language.units import PURE, Unit, format_unit, unit_of
+from verify.language.units import PURE, Typed, Unit, format_unit, unit_of
 from verify.systems.actors import agents_of, features_of
 from verify.systems.flows.reading import Around, flow_of
 from verify.systems.flows.sampling import Keeping

@@ -16,8 +16,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from codegen.deciding import read_by
 from codegen.floats import FLOAT64
-from codegen.ir import GOAL, AgentPolicy, FeatureSpec, Float64, Meaning, PolicyProfile
+from codegen.ir import GOAL, NO_FEATURE, AgentPolicy, FeatureSpec, Float64, Meaning, PolicyProfile
 from codegen.numbers import nearest_double, neighbour
 from codegen.observe import observe
 from verify.claims.region import Interval
@@ -74,12 +75,9 @@ class Observed:
 
 def list_observed(policy: AgentPolicy) -> list[Observed]:
     """The features that an agent's tree tests, alone or in a sum."""
-    count, places = len(policy.features), set[int]()
-    for tested in map(int, policy.tree.feature):
-        if tested >= count:
-            places.update(place for _, place in policy.tree.sums[tested - count].terms)
-        else:
-            places.add(tested)
+    tree, count = policy.tree, len(policy.features)
+    tested = [int(each) for each in tree.feature if each != NO_FEATURE]
+    places = {place for each in tested for _, place in read_by(tree, each, count)}
     return [Observed(policy, feature) for place, feature in enumerate(policy.features) if place in places]
 
 

@@ -33,8 +33,7 @@ from verify.claims.region_files import everywhere, read_region, region_toml, sta
 from verify.claims.wording import OwnFormula
 from verify.extent import found as where
 from verify.extent import violations
-from verify.extent.carving import GRID, obstacles
-from verify.extent.largest import largest
+from verify.extent.largest import GRID, largest, obstacles
 from verify.progress import listening
 from verify.question import Budgets, Question
 from verify.reports import report

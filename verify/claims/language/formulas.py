@@ -32,8 +32,6 @@ from verify.claims.language.terms import (
     strip_signs,
 )
 from verify.claims.views import UNLIKE
-from verify.language.arithmetic import Arithmetic, Typed
-from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
 from verify.language.parser import (
     ACTS,
     BARS,
@@ -50,7 +48,7 @@ from verify.language.parser import (
     Token,
     parse,
 )
-from verify.language.units import Unit
+from verify.language.units import BY_EQUALITY, Arithmetic, Modes, Typed, Unit, is_compared, resolve_modes
 
 LIMITS = Limits(characters=100_000, depth=41)  # 40 levels, and a predicate within
 EXTREMES = ("abs", "max", "min")
