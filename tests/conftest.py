@@ -193,10 +193,12 @@ def keep_libraries(patch):
     """A header is compiled once in a process, however often commands ask for it. Tests of builds do not keep any."""
     from codegen.agreement import compiled
 
+    load = compiled.CompiledC
+
     def kept(header, model, compiler, optimised=True):
         made_from = header, *compiler, optimised
         if made_from not in LIBRARIES:
-            LIBRARIES[made_from] = compiled.CompiledC(header, model, compiler, optimised)
+            LIBRARIES[made_from] = load(header, model, compiler, optimised)
         return LIBRARIES[made_from]
 
     patch.setattr(compiled, "CompiledC", kept)
