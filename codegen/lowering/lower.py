@@ -259,7 +259,7 @@ def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tab
     )
 
 
-def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tuple[Action, ...]) -> Node:
+def _node(tree: ir.Tree, node: int, features: Sequence[Feature], actions: Sequence[Action]) -> Node:
     if tree.feature[node] == ir.NO_FEATURE:
         leaf = actions[int(tree.action[node])]
         return Node(node, None, leaf, "", 0, 0, "", "", "", ir.NO_CHILD, ir.NO_CHILD)

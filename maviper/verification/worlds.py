@@ -96,8 +96,8 @@ class World(NamedTuple):
 def _spell_document(document: Table) -> str:
     """The tables as text: a line for each value of a table, in TOML."""
     top = "".join(f"{key} = {_spell(value)}\n" for key, value in document.items() if not isinstance(value, dict | list))
-    tables = [(key, value) for key, value in document.items() if isinstance(value, dict)]
-    below = "".join(_spell_table(key, cast("Table", value)) for key, value in tables)
+    tables = {key: cast("Table", value) for key, value in document.items() if isinstance(value, dict)}
+    below = "".join(_spell_table(key, value) for key, value in tables.items())
     claims = cast("list[Table]", document.get("property", []))
     return top + below + "".join(f"\n[[property]]\n{_spell_lines(each)}" for each in claims)
 
@@ -206,7 +206,7 @@ def errors_in(source: str, profile: PolicyProfile, where: str) -> dict[str, dict
 def _observing(profile: PolicyProfile, view: View, policy: AgentPolicy, errors: Errors) -> Table:
     """The tables of an agent, and of its copy."""
     observed: Table = {each.name: variable(profile, view, policy.agent, each.name) for each in policy.features}
-    given = {"actions": {each.name: {} for each in policy.actions}}
+    given: Table = {"actions": dict[str, object]((each.name, Table()) for each in policy.actions)}
     if not policy.actions:
         given = {"outputs": {each.name: _unit(each.unit) for each in policy.outputs}}
     tables: Table = {policy.agent: {"team": policy.team, "features": observed, **given}}

@@ -37,6 +37,7 @@ from verify.decimals import plain
 from verify.result import Verdict
 from verify.states.state import sample
 from verify.systems.claims import SystemClaim
+from verify.systems.files import statement_of
 from verify.systems.words import spell_formula
 
 
@@ -144,7 +145,9 @@ def test_a_file_says_what_the_game_shows():
     region = start_region(profile.world)
     for name in ("distinct_targets", "own_target", "no_double", "aligned", "assignment"):
         claim = find_claim(name, profile, None)
-        (_, source), (where,) = state_decisions(profile, [Posed(claim, region, None, by_file=False)])
+        world, (where,) = state_decisions(profile, [Posed(claim, region, None, by_file=False)])
+        source = world.source
+        assert world.statement == statement_of(source, "world.toml")  # its tables mean what its text says
         stated = StatedWorld.of_game(profile, VerifyOptions(names=(name,)))
         assert stated.beside["world.toml"] == source and where == "region start"
         assert tomllib.loads(source)["property"][0]["label"] == f"{name} of the defenders, region start"
