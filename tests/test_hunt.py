@@ -13,7 +13,7 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.policy_json import dumps
 from codegen.profiles import ensure
-from maviper.verification.join import question_files
+from maviper.verification.run import question_files
 from tests import hunt
 from tests.hunting import (
     driven,

@@ -12,7 +12,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.agreement.programs import run
 from codegen.equivalence.contracts import Contracts
 from codegen.errors import MissingToolError

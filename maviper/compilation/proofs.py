@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from codegen import ir
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.agreement.selfcheck import MAX_PARSED
 from codegen.equivalence import obligations
 from codegen.equivalence.obligations import Obligation

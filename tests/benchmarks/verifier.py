@@ -40,8 +40,8 @@ from tests.support.zone_cases import stated
 from verify.checker.decisions import walk as decisions
 from verify.checker.envelope import numbers
 from verify.claims.decisions import DistinctTargets, NoDouble, formula
-from verify.claims.uncertified.own import BUILT_IN
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
+from verify.claims.wording import BUILT_IN
 from verify.question import Question
 from verify.result import Verdict
 from verify.semantics import Semantics

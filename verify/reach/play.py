@@ -22,7 +22,7 @@ import numpy as np
 from codegen.ir import AgentPolicy, Bool, Float64, Int32, Int64, PolicyProfile, act
 from codegen.numbers import nearest_double
 from verify.checker.systems.reading import SystemReading
-from verify.claims.uncertified.values import Batch
+from verify.claims.values import Batch
 from verify.progress import tell
 from verify.reach.replay import Course
 from verify.systems.claims import SystemClaim

@@ -18,11 +18,12 @@ from itertools import product
 
 import numpy as np
 
+from codegen.deciding import name_outputs
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.ir import Int32, PolicyProfile, act, outputs
+from codegen.ir import Int32, PolicyProfile, act
 from codegen.numbers import nearest_number, neighbour
 from verify.claims.formula import Formula, holds
-from verify.claims.uncertified.values import Batch
+from verify.claims.values import Batch
 from verify.reach.play import Planes, Starts, observe_planes, random_starts, value
 from verify.reach.replay import Course, piece_of, replay_course, within
 from verify.reach.results import SystemCounterexample
@@ -75,11 +76,8 @@ def fails(statement: Statement, profile: PolicyProfile, formula: Formula, state:
         read = statement.acting.get(policy.agent)
         real = policy if read is None else read.real
         row = observe_state(statement.system, real, state)
-        if real.outputs:
-            given = outputs(real, row)[0].tolist()
-            names = [f"{real.agent}.{each.name}" for each in real.outputs]
-            point |= {name: Fraction(value) for name, value in zip(names, given, strict=True)}
-        else:
+        point |= (given := {name: Fraction(float(value[0])) for name, value in name_outputs(real, row).items()})
+        if not given:
             actions[real.agent] = taken = int(act(real, row)[0])
             settings = list_settings(statement, real.agent, real.actions[taken].name)
             point |= {name: form.at(state) for name, form in settings.items()}
@@ -127,10 +125,8 @@ def iterate_failing(
         read = statement.acting.get(policy.agent)
         real = policy if read is None else read.real
         rows = observe_planes(system, real, drawn)
-        if real.outputs:
-            given = outputs(real, rows).astype(np.float64)
-            point |= {f"{real.agent}.{each.name}": given[:, place] for place, each in enumerate(real.outputs)}
-        else:
+        point |= (given := {name: values.astype(np.float64) for name, values in name_outputs(real, rows).items()})
+        if not given:
             actions[real.agent] = taken = act(real, rows)
             for number, action in enumerate(real.actions):
                 for name, form in list_settings(statement, real.agent, action.name).items():

@@ -198,11 +198,11 @@ def _truth(formula: Formula, state: Known) -> bool | None:
     return None if None in told else not decides
 
 
-def _truth_below(formula: Linear, summed: Fraction | Range) -> bool | None:
+def _truth_below(formula: Linear, added: Fraction | Range) -> bool | None:
     """Returns True if a sum is below the bound of a formula, False if it is not; None where it is not known."""
-    if isinstance(summed, Fraction):
-        return summed < formula.bound if formula.strict else summed <= formula.bound
-    left = minus(exactly(formula.bound), summed)
+    if isinstance(added, Fraction):
+        return added < formula.bound if formula.strict else added <= formula.bound
+    left = minus(exactly(formula.bound), added)
     if left.low > 0 or (left.low == 0 and not formula.strict):
         return True
     return False if left.high < 0 or (left.high == 0 and formula.strict) else None

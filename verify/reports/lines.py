@@ -14,7 +14,7 @@ from codegen.intervals import percent
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
 from verify.claims.formula import agents, coordinates
-from verify.claims.uncertified.starts import START
+from verify.claims.region_files import START
 from verify.question import Question
 from verify.reports.kinds import telling
 from verify.reports.report import result_facts

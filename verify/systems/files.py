@@ -16,8 +16,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL
 from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
-from verify.language.arithmetic import Typed
-from verify.language.units import PURE, Unit, format_unit, unit_of
+from verify.language.units import PURE, Typed, Unit, format_unit, unit_of
 from verify.systems.actors import agents_of, features_of
 from verify.systems.flows.reading import Around, flow_of
 from verify.systems.flows.sampling import Keeping
@@ -71,7 +70,13 @@ def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingP
     """Reads a world file. `name`: of the file, for errors; `acting`: how proofs read those of its agents that test sums
     or give numbers, whose roundings become variables. InputError with the place of the first fault.
     """
-    document, where = parse(source, name, "not a readable file", ADVICE)
+    return state_world(*parse(source, name, "not a readable file", ADVICE), acting)
+
+
+def state_world(
+    document: Mapping[str, object], where: Place, acting: Mapping[str, Acting] = MappingProxyType({})
+) -> Statement:
+    """The statement of a file's tables, whose numbers are integers, fractions or texts. `where`: the file."""
     only(document, KEYS, where)
     constants = _constants(document, where)
     variables, units = _variables(table(document, "variables", where), constants, where)
@@ -117,7 +122,7 @@ def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingP
     observed = document.get("observed", False)
     if not isinstance(observed, bool):
         raise InputError("not true or false", where / "observed", "leave it out where variables are no features")
-    return Statement(system, agents, rules, names, stated, where, state, inputs, source, acting, observed)
+    return Statement(system, agents, rules, names, stated, where, state, inputs, document, acting, observed)
 
 
 def _flows(moved: Mapping[str, object]) -> bool:

@@ -11,8 +11,7 @@ from fractions import Fraction
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.wording import format_count
-from verify.language.arithmetic import Typed
-from verify.language.units import Unit, times
+from verify.language.units import Typed, Unit, times
 from verify.systems.cases import OTHERWISE, CaseRegion, case_regions
 from verify.systems.language.choices import ChosenMotion, call, ways
 from verify.systems.language.expressions import (

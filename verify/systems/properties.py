@@ -13,12 +13,12 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
+from verify.claims.files import Table, properties, read_each
 from verify.claims.formula import Formula, coordinates, negate
 from verify.claims.language.formulas import Vocabulary
-from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
 from verify.decimals import plain
-from verify.language.arithmetic import Typed
+from verify.language.units import Typed
 from verify.systems.claims import MAX_STEPS, SAYS, CurvedClaim, Denied, Pattern, SystemClaim
 from verify.systems.curves.following import name_next_values, without_next
 from verify.systems.curves.formulas import Curves, without_curves

@@ -66,7 +66,7 @@ class Statement:
     place: Place = field(default=Place("", ""), compare=False)  # of the file
     state: str = ""  # the attribute of the reference environment that holds the variables in order
     inputs: Mapping[str, Unit] = field(default_factory=dict[str, Unit], compare=False)  # what actions and outputs set
-    source: str = field(default="", compare=False)  # the text of the file
+    document: Mapping[str, object] = field(default_factory=dict[str, object], compare=False)  # the tables of the file
     acting: Mapping[str, Acting] = field(default_factory=dict[str, Acting], compare=False)  # who tests sums in it, read
     observed: bool = False  # whether variables are features, and decimals beside them floats
 

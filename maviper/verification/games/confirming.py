@@ -13,8 +13,8 @@ from enum import Enum, auto
 
 from codegen.ir import PolicyProfile
 from maviper.verification.games import playing
-from maviper.verification.games.episodes import Started
 from maviper.verification.games.searching import iterate_anywhere, iterate_near
+from maviper.verification.worlds import Started
 from maviper.worlds.stated.observing import ensure_observed
 from verify.reach.replay import Course, replay_course
 from verify.reach.results import SystemCounterexample

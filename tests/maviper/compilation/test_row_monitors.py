@@ -10,9 +10,9 @@ from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.errors import InputError
 from codegen.ir import outputs
 from codegen.lowering.lower import lower
-from codegen.lowering.parts import RaisedSum
+from codegen.lowering.model import RaisedSum
 from maviper import load
-from maviper.compilation import rows
+from maviper.compilation import covers
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.files import profiles
 from maviper.worlds.stated.certified import read_certificate
@@ -151,10 +151,10 @@ FAULTS = {
     "no margin": lambda patched: patched.setattr(RaisedSum, "_share", 0.0),
     "lowered in place of raised": lambda patched: patched.setattr(RaisedSum, "_share", -12 * 2.0**-53),
     "far too much": lambda patched: patched.setattr(RaisedSum, "_share", 2.0**-40),
-    "a sign": lambda patched: patched.setattr(rows, "float", lambda factor: -float(factor), raising=False),
-    "one term": lambda patched: patched.setattr(rows, "RaisedSum", lambda terms: RaisedSum(terms[:1])),
+    "a sign": lambda patched: patched.setattr(covers, "float", lambda factor: -float(factor), raising=False),
+    "one term": lambda patched: patched.setattr(covers, "RaisedSum", lambda terms: RaisedSum(terms[:1])),
     "a bound": lambda patched: patched.setattr(
-        rows, "end_of", lambda bound, strict: end_of(bound + Fraction(1, 1 << 40), strict)
+        covers, "end_of", lambda bound, strict: end_of(bound + Fraction(1, 1 << 40), strict)
     ),
 }
 
@@ -262,5 +262,5 @@ def test_what_floats_cannot_tell_is_refused_with_the_reason(halves, said, proofs
         for terms, constant in halves
     )
     with pytest.raises(InputError, match=f"compares angle and spin.*{said}"):
-        rows.ensure_wide([region], "here")
-    rows.ensure_wide([region[:1] if "one number" in said else ()], "here")
+        covers.ensure_wide([region], "here")
+    covers.ensure_wide([region[:1] if "one number" in said else ()], "here")

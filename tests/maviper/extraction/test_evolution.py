@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from codegen import ir, policy_json, profiles
-from codegen.boxes import size
+from codegen.deciding import size
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, OutputSpec
 from codegen.lowering.deploy import SummedTree, deploy_tree

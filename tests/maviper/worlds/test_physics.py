@@ -16,7 +16,7 @@ from maviper.worlds import find
 from maviper.worlds.matching import matching_world
 from tests.support.fork import ForkEnv, adversary, spread, tag
 from tests.support.games import crowded
-from verify.claims.verifiable import verifiable
+from verify.claims.claim import verifiable
 
 FORK = "physics=released"
 GAMES = {

@@ -11,7 +11,7 @@ from codegen import ir
 from codegen.floats import FLOAT32
 from codegen.sums import ARITHMETICS, DOUBLE_SUMS
 from tests.support import summed
-from verify.extent.changes import ends_of
+from verify.extent.radius import ends_of
 
 
 def given(policy, rows):

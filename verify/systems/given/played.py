@@ -15,7 +15,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import CONSTANT, AgentPolicy, PolicyProfile, Sum, apply
 from codegen.sums import clip_values
-from verify.systems.files import statement_of
+from verify.systems.files import state_world
 from verify.systems.given.agents import Acting, Rounded, acting
 from verify.systems.language.expressions import affine
 from verify.systems.observing import observe_state
@@ -38,7 +38,7 @@ def as_played(statement: Statement, profile: PolicyProfile) -> tuple[Statement, 
     if not read:
         return statement, profile
     agents = tuple(read[each.agent].policy if each.agent in read else each for each in profile.agents)
-    return statement_of(statement.source, statement.place.name, read), replace(profile, agents=agents, region=None)
+    return state_world(statement.document, statement.place, read), replace(profile, agents=agents, region=None)
 
 
 def with_copies(statement: Statement, profile: PolicyProfile) -> PolicyProfile:

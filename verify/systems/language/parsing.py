@@ -12,8 +12,6 @@ from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
 from codegen.errors import InputError
-from verify.language.arithmetic import Arithmetic, Typed
-from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
 from verify.language.parser import (
     BARS,
     NEXT,
@@ -28,7 +26,19 @@ from verify.language.parser import (
     Token,
     parse,
 )
-from verify.language.units import DEGREE, PURE, Unit, format_unit, times
+from verify.language.units import (
+    BY_EQUALITY,
+    DEGREE,
+    PURE,
+    Arithmetic,
+    Modes,
+    Typed,
+    Unit,
+    format_unit,
+    is_compared,
+    resolve_modes,
+    times,
+)
 from verify.systems.language.conditions import polytopes
 from verify.systems.language.expressions import (
     Call,
