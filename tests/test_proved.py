@@ -13,7 +13,8 @@ from maviper.cli import main
 from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
 from maviper.worlds.games.physical_deception import DEFENDERS
-from verify.checker.decisions.certificates import check_certificate, from_json
+from tests.support.altered import read_game
+from verify.checker.decisions.certificates import check_certificate
 from verify.claims.uncertified.starts import everywhere
 
 FOLDER = Path(__file__).parent.parent / "generated" / "proved_defenders"
@@ -32,7 +33,7 @@ def proved():
 
 
 def test_the_certificate_is_about_these_trees_in_the_whole_start_region(proved, capsys):
-    found = from_json(CERTIFICATE.read_bytes())
+    found = read_game(CERTIFICATE.read_bytes())
     assert check_certificate(found, proved) > 0
     assert found.claim.name == "distinct_targets" and found.claim.team == DEFENDERS
     assert (found.claim.margin, found.claim.radius * 10, found.semantics) == (0, 1, "machine")

@@ -28,7 +28,7 @@ from maviper.verification.observing import resolve_region
 from maviper.verification.outputs.compared import OutputsCompared, compare_outputs
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
-from verify.certificates.decisions import to_json
+from verify.certificates.games import to_json
 from verify.claims.observed import View
 from verify.claims.uncertified.views import Viewed, unread
 from verify.question import UNITS_A_NODE, Budgets

@@ -26,6 +26,7 @@ from maviper import load
 from maviper.worlds import PhysicalDeception
 from tests.support.episode_cases import arriving
 from tests.support.teams import team
+from verify.certificates.proofs import count_bytes
 from verify.checker.episodes.certificates import check_certificate
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
@@ -231,7 +232,7 @@ def certificate_table(depths, seeds, side):
             branches = check_certificate(certificate, profile)
             checking = time.perf_counter() - start
             closed, spent, searched = closed + branches, spent + checking, searched + proving
-            size = f"{certificate.size:9,} bytes {branches:8,} branches"
+            size = f"{count_bytes(certificate.proof):9,} bytes {branches:8,} branches"
             times = f"zones {decided:5.2f} s, found in {proving:5.2f} s, checked in {checking:5.2f} s"
             print(f"{where:34} {name:8} {size}   {times}", flush=True)
     each, finding = 1e6 * spent / closed, 1e6 * searched / closed

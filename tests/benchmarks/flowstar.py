@@ -28,7 +28,7 @@ import numpy as np
 from codegen.numbers import nearest_double
 from maviper.files.profiles import load
 from maviper.worlds.stated.certified import read_certificate
-from verify.checker.envelope import numbers
+from verify.checker.certificate import numbers
 from verify.checker.flows.programs import Stepping
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans

@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 ACCEPT = "verify.checker.accept"  # gives each proof about a system to what checks it
 PATHS = {
     "decisions": "verify.checker.decisions.certificates",
-    "episodes": "verify.checker.episodes.forever",
+    "episodes": "verify.checker.episodes.certificates",
     "systems, symbolic states": "verify.checker.systems.certificates",
     "systems, boxes and forms": "verify.checker.covers.forever",
     "continuous time": "verify.checker.flows.certificates",

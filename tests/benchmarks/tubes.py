@@ -22,7 +22,7 @@ from maviper.files.profiles import load
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.flowing import FlowRule
 from maviper.worlds.stated.systems import start
-from verify.checker.envelope import numbers
+from verify.checker.certificate import numbers
 from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.systems.observing import choose_actions
 

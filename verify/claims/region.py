@@ -23,6 +23,7 @@ class Region:
     differences: tuple[Difference, ...] = ()
     apart: tuple[Pair, ...] = ()
     name: str = field(default="", compare=False)
+    said: str = field(default="", compare=False)  # what a certificate that was read calls it; says nothing
 
     @property
     def goal_cases(self) -> tuple[str | None, ...]:

@@ -7,19 +7,23 @@ Does not: state the form of proofs (checker/README.md does).
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from fractions import Fraction
+
+import msgspec
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.episodes.certificates import PUSHED, READINGS, EpisodeCertificate
+from verify.checker.certificate import Certificate
+from verify.checker.decisions.certificates import GameHeader
+from verify.checker.episodes.certificates import PUSHED, READINGS, EpisodeCertificate, Parts
 from verify.checker.episodes.contact_reading import ContactReading
 from verify.checker.episodes.contacts import coincident
 from verify.checker.episodes.reading import EpisodeReading, Matching, OpenBranchError, ProofPart, matchings
+from verify.checker.episodes.unbounded import Edges
 from verify.checker.reading import RejectedError, region_formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import holds
-from verify.claims.region import Region
+from verify.claims.region import Region, goal_of
 from verify.episodes.proof import MAX_ANSWERS, EpisodeProver, TooLongError
 from verify.episodes.zones import points_of, starts
 from verify.question import Budgets, EpisodeQuestion
@@ -50,12 +54,20 @@ def build_certificate(
     for form in _list_forms(profile, claim):
         try:
             parts = _prove_parts(READINGS[form], question, proved, most)
-            return EpisodeCertificate(content_hash(profile), claim, region, start, parts, form=form)
+            return certify(question, form, start, Parts(parts))
         except OpenBranchError as error:
             opened = str(error)
         except RejectedError as error:
             raise NoCertificateError(str(error)) from None
     raise LeftOpenError(opened)
+
+
+def certify(
+    question: EpisodeQuestion, form: str, start: Mapping[str, Fraction], proof: Parts | Edges
+) -> EpisodeCertificate:
+    """The certificate of a claim with a proof. `start`: one of the region."""
+    header = GameHeader(form, content_hash(question.profile), start, question.semantics, question.region)
+    return Certificate(header, question.claim, proof)
 
 
 def _prove_parts(
@@ -72,8 +84,8 @@ def _prove_parts(
         own = _own(part, matchings(profile, claim))
         # a part that is too large keeps no other one from being searched: that may hold an open branch
         limit = max(left, most // len(needed))
-        proof, looked = _search_proof(reading(profile, claim, region, part.goal, part.followed, own), limit)
-        parts += [replace(part, proof=proof)] if proof is not None else []
+        proof, looked = _search_proof(reading(profile, claim, region, goal_of(part.goal), part.followed, own), limit)
+        parts += [msgspec.structs.replace(part, proof=proof)] if proof is not None else []
         left -= looked
     if len(parts) < len(needed):
         raise NoCertificateError(f"its proof takes more than {most:,} answers; a larger --max-zones allows more")
@@ -104,7 +116,7 @@ def _select_parts(question: EpisodeQuestion, proved: Sequence[ProofPart]) -> lis
     needed: dict[ProofPart, None] = {}
     allowed = matchings(question.profile, question.claim)
     for goal in question.goals:
-        about = [part for part in proved if part.goal in (None, goal)]
+        about = [part for part in proved if part.goal in ("", goal)]
         by_pair = {(part.agent, part.landmark): part for part in about}
         ways = [own for own in allowed if by_pair.keys() >= set(own)]
         pairs = ways[0] if ways else (("", ""),)

@@ -21,7 +21,7 @@ from codegen.dynamics import partners
 from codegen.ir import Float64
 from verify.checker.episodes.reading import ProofPart
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.region import tell_of_goal
+from verify.claims.region import goal_text, tell_of_goal
 from verify.claims.verifiable import read_by
 from verify.episodes.contacts import colliders, travels
 from verify.episodes.cuts import away, find_unmatched, too_near
@@ -297,7 +297,7 @@ class _Decider:
             self.given_up += search.given_up
         if ended and not kept:
             self.followed.append(agents)
-            self.shown[ProofPart(*task.part, self._goal_read(agents, goal), agents, b"")] = None
+            self.shown[ProofPart(*task.part, goal_text(self._goal_read(agents, goal)), agents, b"")] = None
             return None
         return self._leave_open(task, group, Zones.join(kept) if ended else None, search.touched > 0)
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from codegen.boxes import leaves_below
 from codegen.ir import PolicyProfile, Tree
+from verify.certificates.proofs import count_bytes
 from verify.claims.claim import Parameter
 from verify.claims.decisions import formula
 from verify.claims.region import goal_text
@@ -174,7 +175,7 @@ def _leaf(finding: LeafFinding) -> dict[str, Any]:
 
 def _certificate(evidence: DecisionEvidence) -> dict[str, Any]:
     assert evidence.certificate is not None
-    return {"bytes": evidence.certificate.size, "branches": evidence.branches, "checker": "accepted"}
+    return {"bytes": count_bytes(evidence.certificate.proof), "branches": evidence.branches, "checker": "accepted"}
 
 
 def _counterexample(profile: PolicyProfile, result: DecisionResult, example: Counterexample) -> dict[str, Any]:

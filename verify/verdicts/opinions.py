@@ -9,19 +9,28 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+import msgspec
+
+from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.certificates.decisions import may_name
+from verify.certificates.games import may_name
+from verify.checker.certificate import Certificate
 from verify.checker.decisions.certificates import (
     FORM,
     MET,
     MET_PARTED,
     PARTED,
-    Certificate,
+    DecisionCertificate,
+    DecisionHeader,
+    FormulaClaim,
+    GoalProofs,
     Premise,
     check_certificate,
     check_premise,
 )
 from verify.checker.reading import RejectedError
+from verify.claims.decisions import DecisionClaim
+from verify.claims.region import goal_text
 from verify.question import UNITS_A_NODE, DecisionQuestion
 from verify.result import Margin, Opinion, Verdict
 from verify.verdicts.margins import largest_margin
@@ -38,14 +47,14 @@ class Zoned:
     goal: str | None = None
     state: Mapping[str, Fraction] | None = None
     part: DecisionQuestion | None = None  # of the question, that fails in the state
-    certificate: Certificate | None = None
+    certificate: DecisionCertificate | None = None
     branches: int = 0  # that the certificate's proofs close
     beyond: str = ""  # why the question is beyond zones
 
 
 def by_zones(question: DecisionQuestion) -> Zoned:
     """The zone engine's opinion, within as many search nodes as the solver's units buy (UNITS_A_NODE)."""
-    claim, region = question.claim, question.region
+    claim = question.claim
     try:
         outcome = zones.decide(question.spending(max_nodes=max(1, question.budgets.solver_units // UNITS_A_NODE)))
     except zones.BeyondZonesError as error:
@@ -53,35 +62,54 @@ def by_zones(question: DecisionQuestion) -> Zoned:
     opinion = Opinion(ENGINE, outcome.verdict, outcome.nodes, "search nodes")
     if outcome.verdict is not Verdict.PROVED:
         return Zoned(opinion, outcome.goal, outcome.state, outcome.part)
-    named = claim if may_name(claim) else None
-    made = Certificate(
-        content_hash(question.origin),
-        named,
-        question.formula,
-        region,
-        question.semantics,
-        outcome.inhabitant,
-        outcome.proofs,
-        eps=claim.eps,
-        form=FORM if question.parts == (question,) else PARTED,
-        view=None if question.viewed is None else question.viewed.view,
-    )
+    made = certify(question, outcome, claim if may_name(claim) else None)
     try:
         return Zoned(opinion, certificate=made, branches=check_certificate(made, question.origin))
     except RejectedError as error:
         raise AssertionError(f"the checker refuses the zone engine's proof of {claim.name}: {error}") from error
 
 
-def with_premises(certificate: Certificate, question: DecisionQuestion, premises: Sequence[Premise]) -> Certificate:
+def certify(
+    question: DecisionQuestion,
+    outcome: zones.Outcome,
+    named: DecisionClaim | None = None,
+    pair: tuple[PolicyProfile, PolicyProfile] | None = None,
+) -> DecisionCertificate:
+    """The certificate of a proof. `pair`: two profiles that the question is about as one."""
+    origin = question.origin if pair is None else pair[0]
+    view = None if question.viewed is None else question.viewed.view
+    header = DecisionHeader(
+        certificate=FORM if question.parts == (question,) else PARTED,
+        profile=content_hash(origin),
+        inhabitant=outcome.inhabitant,
+        semantics=question.semantics,
+        region=question.region,
+        against="" if pair is None else content_hash(pair[1]),
+        view=view,
+        eps=question.claim.eps,
+    )
+    proofs = {goal_text(goal): proof for goal, proof in outcome.proofs.items()}
+    return Certificate(header, FormulaClaim(named, question.formula), GoalProofs(proofs))
+
+
+def with_premises(
+    certificate: DecisionCertificate, question: DecisionQuestion, premises: Sequence[Premise]
+) -> DecisionCertificate:
     """The certificate of a formula with the left sides of its implications, of which the checker accepts the states."""
-    if certificate.claim is not None:
+    header = certificate.header
+    if certificate.claim.property is not None:
         return certificate
     for premise in premises:
         try:
-            check_premise(premise, question.profile, certificate.region, certificate.semantics)
+            check_premise(premise, question.profile, header.region, header.semantics)
         except RejectedError as error:
             raise AssertionError(f"the checker refuses a state of {question.claim.name}: {error}") from error
-    return replace(certificate, form=MET if certificate.form == FORM else MET_PARTED, premises=tuple(premises))
+    form = MET if header.certificate == FORM else MET_PARTED
+    return replace(
+        certificate,
+        header=msgspec.structs.replace(header, certificate=form),
+        claim=msgspec.structs.replace(certificate.claim, premises=tuple(premises)),
+    )
 
 
 def largest_eps(question: DecisionQuestion) -> Margin:

@@ -19,7 +19,7 @@ from maviper.verification.bench import Bench, state_replays
 from maviper.verification.files.counterexamples import document
 from maviper.verification.files.places import zones_and_region
 from maviper.verification.procedures.procedure import Procedure
-from verify.certificates.decisions import to_json
+from verify.certificates.games import to_json
 from verify.claims.uncertified.own import spell_decisions
 from verify.claims.uncertified.starts import name_region
 from verify.question import DecisionQuestion

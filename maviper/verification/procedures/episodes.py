@@ -14,7 +14,7 @@ from maviper.verification.bench import Bench
 from maviper.verification.files import episodes as episode_files
 from maviper.verification.procedures.procedure import Procedure
 from maviper.verification.replays import rollouts
-from verify.certificates.episodes import to_json
+from verify.certificates.games import to_json
 from verify.question import EpisodeQuestion
 from verify.result import Verdict
 from verify.semantics import MACHINE

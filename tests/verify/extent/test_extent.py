@@ -314,7 +314,7 @@ def test_the_region_found_holds_though_features_are_off(profile):
     found = where.where(Question(Game(same), claim, region), Verdict.VIOLATED)
     assert found.complete and found.share.exact and found.share.value > plain.share.value
     result = decisions.verify(Question(Game(same), claim, found.part.region), {})
-    assert result.verdict is Verdict.PROVED and result.evidence.certificate.eps == claim.eps
+    assert result.verdict is Verdict.PROVED and result.evidence.certificate.header.eps == claim.eps
     assert found.part.exact > Fraction(1, 100)
 
 

@@ -9,7 +9,7 @@ from tests.support.altered import altered
 from tests.support.system_cases import balancing, double_integrator, form, pendulum, stays, switching
 from tests.verify.reach.random_systems import case
 from verify.certificates.proofs import encode_numbers
-from verify.checker.envelope import numbers
+from verify.checker.certificate import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import BITS
 from verify.checker.systems.walk import Proof, SystemQuestions

@@ -22,8 +22,8 @@ from tests.support.zone_cases import (
     random_region,
     stated,
 )
+from verify.checker.certificate import numbers
 from verify.checker.decisions import walk as decisions
-from verify.checker.envelope import numbers
 from verify.checker.thresholds import sides
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
@@ -181,7 +181,7 @@ def test_up_to_which_errors_a_claim_holds(profile):
     claim = DistinctTargets("defenders", eps=Fraction(1, 100))
     found = engine.verify(Question(Game(roles), claim, region), {})
     room = found.evidence.steady_up_to
-    assert found.verdict is Verdict.PROVED and found.evidence.certificate.eps == claim.eps
+    assert found.verdict is Verdict.PROVED and found.evidence.certificate.header.eps == claim.eps
     assert room.failed == room.proved + STEP and claim.eps < room.proved and room.questions <= MAX_QUESTIONS
     verdicts = [
         decide(Question(Game(roles), replace(claim, eps=eps), region)).verdict for eps in (room.proved, room.failed)

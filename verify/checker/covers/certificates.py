@@ -10,11 +10,11 @@ from __future__ import annotations
 from fractions import Fraction
 
 from codegen.ir import PolicyProfile
+from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import Watch
 from verify.checker.covers.forms.sweep import FormSweep
 from verify.checker.covers.rounding import floor
 from verify.checker.covers.sweep import Cells, CoverSweep
-from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import ensure_asked
 from verify.checker.systems.proofs import Cover, SystemCertificate

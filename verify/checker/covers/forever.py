@@ -18,10 +18,10 @@ from functools import partial
 import numpy as np
 
 from codegen.ir import Int64, PolicyProfile
+from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import BoxList, Watch
 from verify.checker.covers.invariants import MAX_SPAN, MAX_STEPS, InvariantSweep, RegionSweep, ensure_shown
 from verify.checker.covers.rounding import floor
-from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import close_branches, ensure_asked
 from verify.checker.systems.proofs import Invariant, InvariantPart, SystemCertificate

@@ -13,7 +13,7 @@ from codegen.ir import PolicyProfile
 from verify.checker.episodes.reading import AWAY, CLAIM, REGION, EpisodeReading, Gap, Place, ProofPart, Side, matchings
 from verify.checker.reading import LONGEST, RejectedError
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.region import Region
+from verify.claims.region import Region, goal_of
 
 GO_ON = 0  # the number of a branch below which the search goes on
 EVERY = -1  # no answer: below every answer the search goes on
@@ -34,13 +34,13 @@ def check(
     """The number of branches closed; RejectedError when the parts do not show the claim for all goals of the region."""
     proofs, allowed, closed = list(parts), matchings(profile, claim), 0
     for goal in region.goal_cases:
-        pairs = {(part.agent, part.landmark) for part, _ in proofs if part.goal in (None, goal)}
+        pairs = {(part.agent, part.landmark) for part, _ in proofs if part.goal in ("", goal)}
         whole_team = ("", "") in pairs
         if not whole_team and not any(pairs.issuperset(matching) for matching in allowed):
             raise RejectedError(f"goal {goal or 'none'}: the parts do not make up the claim")
     for part, proof in proofs:
         own = [((part.agent, part.landmark),)] if part.agent else allowed
-        closed += close(reading(profile, claim, region, part.goal, part.followed, own), proof)
+        closed += close(reading(profile, claim, region, goal_of(part.goal), part.followed, own), proof)
     return closed
 
 

@@ -15,8 +15,8 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
+from verify.checker.certificate import REMAKE, numbers
 from verify.checker.covers.rounding import floor
-from verify.checker.envelope import REMAKE, numbers
 from verify.checker.flows.levels import LevelSweep
 from verify.checker.flows.sweep import FlowSweep, Plan, SetWatch
 from verify.checker.reading import RejectedError

@@ -10,7 +10,7 @@ from __future__ import annotations
 from codegen.errors import InputError, escape_text
 from codegen.ir import ROOT, PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.envelope import REMAKE, ensure_about, numbers
+from verify.checker.certificate import REMAKE, ensure_about, numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import ensure_cases
 from verify.checker.systems.proofs import FollowedPart, SystemCertificate, Walks

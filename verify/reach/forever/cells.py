@@ -24,9 +24,9 @@ from verify.boxes.covering import set_anew
 from verify.boxes.model import Model
 from verify.boxes.sweep import Sweep
 from verify.certificates.proofs import encode_numbers
+from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import BoxList, together
 from verify.checker.covers.invariants import FollowedMotion, InvariantSweep
-from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import WHOLE, InvariantPart
 from verify.progress import tell

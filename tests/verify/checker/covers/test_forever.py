@@ -19,9 +19,9 @@ from verify.boxes.sweep import Sweep
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
+from verify.checker.certificate import body_hash
 from verify.checker.covers import forever, invariants
 from verify.checker.covers.invariants import InvariantSweep
-from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Cover, InvariantPart, Walks, from_json
 from verify.reach.forever.cells import CellSearch
