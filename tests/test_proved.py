@@ -14,7 +14,7 @@ from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
 from maviper.worlds.games.physical_deception import DEFENDERS
 from tests.support.altered import read_game
-from verify.checker.decisions.certificates import check_certificate
+from verify.checker.decisions import check_certificate
 from verify.claims.uncertified.starts import everywhere
 
 FOLDER = Path(__file__).parent.parent / "generated" / "proved_defenders"

@@ -24,7 +24,7 @@ from codegen.region import RegionSpec
 from codegen.targets import monitor
 from maviper.files import kinds, runs
 from verify.checker import certificate as certificates
-from verify.checker.decisions import certificates as decisions
+from verify.checker import decisions
 from verify.checker.episodes import certificates as episodes
 from verify.checker.episodes.unbounded import EdgeReading
 from verify.checker.episodes.unbounded import Edges as EdgesProof

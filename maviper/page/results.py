@@ -30,8 +30,8 @@ from maviper.page.page import contents_of, page
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.environment import StatedEnv
 from verify.checker import certificate as certificates
+from verify.checker import decisions
 from verify.checker.certificate import MAX_BYTES
-from verify.checker.decisions import certificates as decisions
 from verify.checker.episodes import certificates as episodes
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import agents

@@ -25,7 +25,7 @@ from codegen.sum_rules import ensure_plain
 from maviper.files import runs
 from maviper.verification.outputs.errors import OPTION, Changes, find_changes, read_errors
 from verify.certificates.games import to_json
-from verify.checker.decisions.certificates import DecisionCertificate
+from verify.checker.decisions import DecisionCertificate
 from verify.claims.formula import Acts
 from verify.claims.observed import View
 from verify.claims.region import Interval, Region

@@ -15,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 ACCEPT = "verify.checker.accept"  # gives each proof about a system to what checks it
 PATHS = {
-    "decisions": "verify.checker.decisions.certificates",
+    "decisions": "verify.checker.decisions",
     "episodes": "verify.checker.episodes.certificates",
     "systems, symbolic states": "verify.checker.systems.certificates",
     "systems, boxes and forms": "verify.checker.covers.forever",

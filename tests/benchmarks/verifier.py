@@ -44,8 +44,8 @@ from codegen.profiles import ensure
 from maviper.worlds import find
 from tests.benchmarks import direct
 from tests.support.zone_cases import stated
+from verify.checker import decisions
 from verify.checker.certificate import numbers
-from verify.checker.decisions import walk as decisions
 from verify.claims.decisions import DistinctTargets, NoDouble, formula
 from verify.claims.uncertified.own import BUILT_IN
 from verify.claims.uncertified.starts import start_region

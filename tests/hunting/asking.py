@@ -21,7 +21,7 @@ from tests.hunting.questions import Asked, of_twin
 from tests.hunting.reading import MACHINE, REAL
 from tests.support.altered import altered, read_game
 from verify.certificates.games import to_json
-from verify.checker.decisions.certificates import DecisionCertificate, check_certificate
+from verify.checker.decisions import DecisionCertificate, check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.uncertified.own import formula_document
 from verify.counterexamples import search

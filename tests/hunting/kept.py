@@ -23,8 +23,8 @@ from tests.hunting import episodes, forging, questions, systems
 from tests.support.altered import read_game
 from verify.certificates.games import to_json as game_text
 from verify.certificates.systems import to_json as system_text
+from verify.checker import decisions as decision_certificates
 from verify.checker.accept import accept
-from verify.checker.decisions import certificates as decision_certificates
 from verify.checker.episodes import certificates as episode_certificates
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed

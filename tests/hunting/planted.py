@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from verify.checker.decisions import certificates as checking
+from verify.checker import decisions as checking
 from verify.claims import decisions, verifiable
 from verify.counterexamples import search
 from verify.episodes import certificates as making

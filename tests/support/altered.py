@@ -4,9 +4,8 @@ import dataclasses
 
 import msgspec
 
-from verify.checker import certificate
+from verify.checker import certificate, decisions
 from verify.checker.certificate import Certificate
-from verify.checker.decisions import certificates as decisions
 from verify.checker.episodes import certificates as episodes
 from verify.checker.systems.proofs import PROOFS, SystemHeader
 

@@ -8,7 +8,7 @@ Does not: check what it writes.
 from typing import Any, get_args
 
 from verify.certificates.proofs import plain, state_claim, to_json
-from verify.checker.decisions.certificates import NAMED, NOISY, UNREAD
+from verify.checker.decisions import NAMED, NOISY, UNREAD
 from verify.claims.decisions import PLAIN, DecisionClaim
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import TRUE, Formula

@@ -14,11 +14,10 @@ import msgspec
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.certificate import Certificate
-from verify.checker.decisions.certificates import GameHeader
-from verify.checker.episodes.certificates import PUSHED, READINGS, EpisodeCertificate, Parts
-from verify.checker.episodes.contact_reading import ContactReading
-from verify.checker.episodes.contacts import coincident
-from verify.checker.episodes.reading import EpisodeReading, Matching, OpenBranchError, ProofPart, matchings
+from verify.checker.decisions import GameHeader
+from verify.checker.episodes.certificates import PUSHED, READINGS, EpisodeCertificate, Parts, ProofPart
+from verify.checker.episodes.contacts import ContactReading, coincident
+from verify.checker.episodes.reading import EpisodeReading, Matching, OpenBranchError, matchings
 from verify.checker.episodes.unbounded import Edges
 from verify.checker.reading import RejectedError, region_formula
 from verify.claims.episodes import EpisodeClaim

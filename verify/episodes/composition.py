@@ -19,7 +19,7 @@ import numpy as np
 from codegen import ir
 from codegen.dynamics import partners
 from codegen.ir import Float64
-from verify.checker.episodes.reading import ProofPart
+from verify.checker.episodes.certificates import ProofPart
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import goal_text, tell_of_goal
 from verify.claims.verifiable import read_by

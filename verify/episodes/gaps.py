@@ -7,7 +7,7 @@ Does not: bound pushes.
 
 from collections.abc import Iterator
 
-from verify.checker.episodes.contact_reading import CUT, ContactReading
+from verify.checker.episodes.contacts import CUT, ContactReading
 from verify.checker.episodes.reading import GRID, Box, Gap, Now
 
 CELL = GRID >> 5  # gaps of starts that may touch are told apart so far: each piece has a narrower push

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 from verify.certificates.proofs import varint
-from verify.checker.episodes.contact_reading import CUT, ContactReading
+from verify.checker.episodes.contacts import CUT, ContactReading
 from verify.checker.episodes.reading import (
     AWAY,
     CLAIM,

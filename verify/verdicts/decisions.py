@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from codegen.intervals import Share
 from codegen.wording import visible
-from verify.checker.decisions.certificates import DecisionCertificate, Premise
+from verify.checker.decisions import DecisionCertificate, Premise
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import TRUE, Condition, agents, conjunction, negate
 from verify.claims.region import goal_text

@@ -15,7 +15,7 @@ from fractions import Fraction
 from itertools import islice, pairwise
 
 from codegen.ir import PolicyProfile
-from verify.checker.decisions.certificates import DecisionCertificate, check_certificate
+from verify.checker.decisions import DecisionCertificate, check_certificate
 from verify.claims.pairs import alike, counterpart, ensure_comparable, pair_profiles
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula

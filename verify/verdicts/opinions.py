@@ -15,7 +15,7 @@ from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.certificates.games import may_name
 from verify.checker.certificate import Certificate
-from verify.checker.decisions.certificates import (
+from verify.checker.decisions import (
     FORM,
     MET,
     MET_PARTED,

@@ -2,7 +2,7 @@
 
 Does: asks goal by goal, first leaf by leaf (lemmas), then over the product of the trees; exact rational points.
 Assumes: every inequality of the question bounds a coordinate or a difference of two; else BeyondZonesError.
-Does not: replay points, or use a solver; its proofs are checked by checker/decisions/walk.py, which shares only
+Does not: replay points, or use a solver; its proofs are checked by checker/decisions.py, which shares only
   checker/thresholds.py with it.
 """
 

@@ -20,9 +20,8 @@ from maviper.files.profiles import find_profile
 from maviper.verification.files.reading import FollowedProof
 from maviper.verification.files.words import formula_words, region_words
 from verify.certificates.proofs import count_bytes
-from verify.checker import certificate
-from verify.checker.decisions import certificates as decisions
-from verify.checker.decisions.certificates import DecisionCertificate, FormulaClaim, GameHeader
+from verify.checker import certificate, decisions
+from verify.checker.decisions import DecisionCertificate, FormulaClaim, GameHeader
 from verify.checker.episodes import certificates as episodes
 from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError

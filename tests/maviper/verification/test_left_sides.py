@@ -17,7 +17,7 @@ from tests.support.altered import read_game
 from tests.support.pole import pole
 from verify.certificates.games import to_json
 from verify.checker.certificate import body_hash
-from verify.checker.decisions.certificates import FORM, MET
+from verify.checker.decisions import FORM, MET
 from verify.result import Verdict
 
 pytestmark = pytest.mark.solver

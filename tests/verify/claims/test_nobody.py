@@ -17,10 +17,9 @@ from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import team, towards
 from verify.certificates.games import to_json
-from verify.checker.decisions import certificates
+from verify.checker import decisions as certificates
 from verify.checker.episodes import certificates as episode_certificates
-from verify.checker.episodes.certificates import Parts
-from verify.checker.episodes.reading import ProofPart
+from verify.checker.episodes.certificates import Parts, ProofPart
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim, find_property
 from verify.claims.decisions import PLAIN, DistinctTargets, NoDouble, ensure_askable, formula

@@ -25,11 +25,11 @@ from tests.support.episode_certificates import certified, failures, stands
 from tests.support.strategies import grown_trees, with_trees
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.certificates.games import to_json
-from verify.checker.certificate import body_hash, numbers
+from verify.checker.certificate import body_hash
+from verify.checker.episodes import certificates as episodes
 from verify.checker.episodes import reading as episode_reading
-from verify.checker.episodes import walk as episodes
-from verify.checker.episodes.certificates import check_certificate
-from verify.checker.episodes.reading import CLAIM, EpisodeReading, ProofPart, matchings
+from verify.checker.episodes.certificates import ProofPart, check_certificate
+from verify.checker.episodes.reading import CLAIM, EpisodeReading, matchings
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
@@ -103,7 +103,7 @@ def test_the_checker_is_small_and_shares_nothing_with_the_engine():
         imported = {node.module for node in body if isinstance(node, ast.ImportFrom)}
         assert {name for name in imported if name.split(".")[0] in ("verify", "codegen")} <= trusted
     code = (
-        "import sys, verify.checker.episodes.walk;"
+        "import sys, verify.checker.episodes.certificates;"
         "ours = {n for n in sys.modules if n.split('.')[0] in ('verify', 'z3')};"
         "print(sorted(ours - {'verify', 'verify.checker', 'verify.claims', *sys.argv[1:]}))"
     )
@@ -426,7 +426,7 @@ def test_faults_of_the_search_are_refused(kind, profile):
                 continue
             caught += 1
             with pytest.raises(RejectedError):
-                episodes.check(played, claim, region, [(part, numbers(part.proof)) for part in parts])
+                episodes.check_parts(played, claim, region, parts)
     assert caught > 0
 
 
@@ -445,7 +445,7 @@ def test_a_search_without_slack_is_refused(kind, profile):
     parts = forged(kind, runner, claim, region)
     assert parts is not None and forged(EpisodeReading, runner, claim, region) is None
     with pytest.raises(RejectedError):
-        episodes.check(runner, claim, region, [(part, numbers(part.proof)) for part in parts])
+        episodes.check_parts(runner, claim, region, parts)
 
 
 # --- what is refused before a proof is read

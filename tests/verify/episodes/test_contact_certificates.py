@@ -17,10 +17,10 @@ from tests.support.strategies import with_trees
 from tests.support.teams import LEFT, RIGHT, STAY
 from verify.certificates.games import to_json
 from verify.checker.certificate import numbers
-from verify.checker.episodes import walk as episodes
-from verify.checker.episodes.certificates import PUSHED, check_certificate
-from verify.checker.episodes.contact_reading import ContactReading
-from verify.checker.episodes.reading import OpenBranchError, ProofPart
+from verify.checker.episodes import certificates as episodes
+from verify.checker.episodes.certificates import PUSHED, ProofPart, check_certificate
+from verify.checker.episodes.contacts import ContactReading
+from verify.checker.episodes.reading import OpenBranchError
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region

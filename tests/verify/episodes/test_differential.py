@@ -14,8 +14,7 @@ from tests.support.altered import altered, read_game
 from tests.support.contacts import played
 from tests.support.teams import RIGHT, STAY, tree
 from verify.certificates.games import to_json
-from verify.checker.episodes.certificates import FORM, check_certificate
-from verify.checker.episodes.reading import ProofPart
+from verify.checker.episodes.certificates import FORM, ProofPart, check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region

@@ -15,7 +15,7 @@ from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lowering.deploy import deploy_tree
 from tests.support.strategies import grown_trees, profiles
 from tests.support.teams import LEFT, RIGHT, STAY, team, towards, tree
-from verify.checker.decisions.certificates import check_certificate
+from verify.checker.decisions import check_certificate
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import Aligned, DistinctTargets
 from verify.claims.formula import below, conjunction, disjunction

@@ -18,7 +18,7 @@ from tests.support.altered import altered, read_game
 from tests.support.strategies import with_trees
 from tests.support.teams import DOWN, LEFT, STAY, UP, team, towards, tree
 from verify.certificates.games import to_json
-from verify.checker.decisions import certificates
+from verify.checker import decisions
 from verify.checker.reading import RejectedError
 from verify.claims.formula import And, Or
 from verify.claims.pairs import alike
@@ -325,7 +325,7 @@ def proved(profile):
 def test_a_certificate_is_read_back_and_accepted(proved):
     first, second, certificate = proved
     again = read_game(to_json(certificate))
-    assert again == certificate and certificates.check_certificate(again, first, second) > 0
+    assert again == certificate and decisions.check_certificate(again, first, second) > 0
     stated = json.loads(to_json(certificate))
     assert stated["against"] == policy_json.content_hash(second)
 
@@ -340,7 +340,7 @@ def test_a_certificate_is_about_both_profiles(proved):
     first, second, certificate = proved
     for profiles in ((first, None), (first, first), (second, second), (second, first)):
         with pytest.raises(InputError):
-            certificates.check_certificate(certificate, *profiles)
+            decisions.check_certificate(certificate, *profiles)
 
 
 def test_no_proof_shows_what_is_false(proved):
@@ -351,7 +351,7 @@ def test_no_proof_shows_what_is_false(proved):
     rng, refused = np.random.default_rng(4), 0
     for _ in range(150):
         with pytest.raises(RejectedError):
-            certificates.check_certificate(forged, first, second)
+            decisions.check_certificate(forged, first, second)
         refused += 1
         goal = list(certificate.proof.proofs)[int(rng.integers(len(certificate.proof.proofs)))]
         proof = bytearray(certificate.proof.proofs[goal])
@@ -372,9 +372,9 @@ def test_a_certificate_claims_nothing_but_that_agents_act_alike(proved):
     ]
     for stated in others:
         with pytest.raises((RejectedError, InputError)):
-            certificates.check_certificate(altered(certificate, formula=stated), first, second)
+            decisions.check_certificate(altered(certificate, formula=stated), first, second)
     with pytest.raises(RejectedError):
-        certificates.check_certificate(altered(certificate, eps=Fraction(1, 100)), first, second)
+        decisions.check_certificate(altered(certificate, eps=Fraction(1, 100)), first, second)
     fewer = alike(first, names_of(first)[:1])
     with pytest.raises(RejectedError):  # another claim needs another proof
-        certificates.check_certificate(altered(certificate, formula=fewer), first, second)
+        decisions.check_certificate(altered(certificate, formula=fewer), first, second)

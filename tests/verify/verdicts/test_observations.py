@@ -13,7 +13,7 @@ from tests.support.altered import altered, read_game
 from tests.support.observations import ACTIONS, NAMES, acts, blind, blind_tree, breaks, cells, doubled, representatives
 from tests.support.teams import tree
 from verify.certificates.games import to_json
-from verify.checker.decisions.certificates import check_certificate
+from verify.checker.decisions import check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.formula import Acts, below, conjunction, disjunction, negate
 from verify.claims.observed import Mirrored, View, view_from

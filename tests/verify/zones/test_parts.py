@@ -12,7 +12,7 @@ from maviper.worlds import find
 from tests.support.altered import altered, read_game
 from tests.support.teams import LEFT, STAY, UP, tree
 from verify.certificates.games import to_json
-from verify.checker.decisions.certificates import FORM, PARTED, check_certificate
+from verify.checker.decisions import FORM, PARTED, check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conjuncts
 from verify.claims.uncertified.own import OwnFormula

@@ -22,8 +22,8 @@ from tests.support.zone_cases import (
     random_region,
     stated,
 )
+from verify.checker import decisions
 from verify.checker.certificate import numbers
-from verify.checker.decisions import walk as decisions
 from verify.checker.thresholds import sides
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula

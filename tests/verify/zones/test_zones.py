@@ -24,8 +24,8 @@ from tests.support.zone_cases import (
     switching,
 )
 from verify.certificates.proofs import varint
+from verify.checker import decisions
 from verify.checker.certificate import numbers
-from verify.checker.decisions import walk as decisions
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import Linear, holds

@@ -24,7 +24,6 @@ from math import sqrt
 from typing import Any, NamedTuple, TypeAlias
 
 from codegen.ir import NO_FEATURE, EntitySpec, PolicyProfile, WorldSpec
-from verify.checker.certificate import Bytes, Members
 from verify.checker.reading import LONGEST, Flat, Reading, RejectedError, region_formula
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim, KeepsApart
 from verify.claims.formula import Linear, Or
@@ -114,20 +113,6 @@ def matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[Matching]:
     if not own and len(team) * len(landmarks) > MAX_PAIRS:
         raise RejectedError(f"the claim is about more than {MAX_PAIRS} pairs of an agent and a landmark")
     return [tuple(zip(team, each, strict=True)) for each in ([own] if own else permutations(landmarks, len(team)))]
-
-
-class ProofPart(Members, frozen=True):
-    """The statement of one proof: that an agent arrives at a landmark, or keeps apart from another entity; or (both
-    names are "") that the team is matched, or all pairs keep apart.
-
-    For one goal, or for all of them (goal is ""); `followed` agents act by their trees, others as they like.
-    """
-
-    agent: str
-    landmark: str
-    goal: str
-    followed: tuple[str, ...]
-    proof: Bytes
 
 
 class EpisodeReading:

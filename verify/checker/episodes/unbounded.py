@@ -27,8 +27,8 @@ from math import ceil
 from typing import Literal, NamedTuple
 
 from codegen.ir import EntitySpec, PolicyProfile
+from verify.checker import decisions
 from verify.checker.certificate import Bytes, Members, numbers
-from verify.checker.decisions import walk as decisions
 from verify.checker.episodes.reading import FARTHEST, compute_push, ensure_stated
 from verify.checker.reading import RejectedError
 from verify.claims.episodes import EpisodeClaim

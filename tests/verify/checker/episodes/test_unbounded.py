@@ -12,8 +12,8 @@ from tests.support.altered import altered, read_game
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
 from verify.certificates.games import to_json
 from verify.certificates.proofs import count_bytes
+from verify.checker import decisions
 from verify.checker.certificate import read
-from verify.checker.decisions import certificates as decisions
 from verify.checker.episodes.certificates import FORM, Parts, check_certificate
 from verify.checker.episodes.unbounded import RUNAWAY, SLACK, EdgeReading
 from verify.checker.reading import RejectedError

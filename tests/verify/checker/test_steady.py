@@ -16,11 +16,10 @@ from tests.support.certificates import changed_proof, changed_region, changed_tr
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import noisy, noisy_roles, random_region, stated
 from verify.certificates.games import to_json
+from verify.checker import decisions, thresholds
 from verify.checker import reading as bounds
-from verify.checker import thresholds
 from verify.checker.certificate import numbers
-from verify.checker.decisions import walk as decisions
-from verify.checker.decisions.certificates import check_certificate
+from verify.checker.decisions import check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import STEADY, DistinctTargets, OwnTarget, formula

@@ -1,16 +1,18 @@
-"""Certificates of claims about single decisions: the document with its proof, and whether it is accepted.
+"""Certificates of claims about single decisions: the members of their documents, and whether one is accepted.
 
-Does: reads the document; whether a certificate fits a profile and passes the checker.
+Does: says what the members are; whether a certificate fits a profile; walks the search that README.md specifies, and
+  adds exact numbers along the cycles of bounds that a proof names, so that each of its branches is closed again.
 Assumes: a profile that was read and checked; proofs of the form that README.md specifies, made by anyone.
-Does not: prove, or write (verify/certificates).
+Does not: search for cycles, import an engine, or write (verify/certificates).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, get_args
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 import msgspec
 
@@ -28,8 +30,18 @@ from verify.checker.certificate import (
     numbers,
     stated_as,
 )
-from verify.checker.decisions import walk as decisions
-from verify.checker.reading import RejectedError, region_formula
+from verify.checker.reading import (
+    LONGEST,
+    Bounds,
+    Choice,
+    Edge,
+    Flat,
+    Known,
+    Reading,
+    RejectedError,
+    SearchTree,
+    region_formula,
+)
 from verify.checker.thresholds import NO_ERROR, sides
 from verify.claims.claim import check_range
 from verify.claims.decisions import BY_NAME, KAPPA, PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady, formula
@@ -222,7 +234,7 @@ def check_certificate(
             continue
         try:
             asked = [for_goal(part, goal) for part in parts]
-            closed.append(decisions.check_all(profile, asked, region, goal, semantics, numbers(proof)))
+            closed.append(check_all(profile, asked, region, goal, semantics, numbers(proof)))
         except RejectedError as error:
             raise RejectedError(f"goal {goal or 'none'}: {error}") from None
     return sum(closed)
@@ -332,3 +344,173 @@ def ensure_known_names(
         raise InputError(what, ", ".join(map(escape_text, strange)), REMAKE)
     if set(header.inhabitant) != set(region.box) or (world.goals and not region.goals):
         raise InputError("the certificate's region and inhabitant do not fit together", "$.inhabitant", REMAKE)
+
+
+UNKNOWN: Known = None, 0  # no action, and no part of the claim is known to hold
+DENIED = -1  # in place of a tree's number: the denied claim was added, so no tree is left
+
+
+# Where the search stands: a tree, its node, and what is known of each agent. Agents before the tree's are at leaves,
+# those after it at their roots.
+Place: TypeAlias = tuple[int, int, tuple[Known, ...]]
+# A branch that must be closed: how many bounds of the path it keeps, what it adds to them, the choices that are still
+# to be made, the parts that were chosen, and its place.
+Branch: TypeAlias = tuple[int, Bounds, tuple[Choice, ...], tuple[Bounds, ...], Place]
+
+
+def check(
+    profile: PolicyProfile, claim: Formula, region: Region, goal: str | None, semantics: Semantics, proof: Iterator[int]
+) -> int:
+    """The number of branches closed; RejectedError when `proof` does not show the claim for this goal."""
+    return check_all(profile, (claim,), region, goal, semantics, proof)
+
+
+def check_all(
+    profile: PolicyProfile,
+    claims: Sequence[Formula],
+    region: Region,
+    goal: str | None,
+    semantics: Semantics,
+    proof: Iterator[int],
+) -> int:
+    """Checks several claims that must all hold, see `check`: `proof` is that of each, one after the other."""
+    closed = sum(_check_claim(profile, claim, region, goal, semantics, proof) for claim in claims)
+    if next(proof, None) is not None:
+        raise RejectedError("the proof continues after its last branch")
+    return closed
+
+
+def _check_claim(
+    profile: PolicyProfile, claim: Formula, region: Region, goal: str | None, semantics: Semantics, proof: Iterator[int]
+) -> int:
+    """The number of branches that the beginning of `proof` closes, which is the claim's own proof."""
+    team = [policy for policy in profile.agents if policy.agent in agents(claim)]
+    reading = Reading([policy.agent for policy in team], goal)
+    start = reading.flat(region_formula(region), True)
+    denied = cache(partial(reading.flat, claim, False))
+    denied((UNKNOWN,) * len(team))  # numbers the claim's bounds and parts
+    trees = [reading.tree(policy, semantics) for policy in team]
+    edges, known, closed = reading.edges(), list[list[Known]](), 0
+    try:
+        for agent, tree in enumerate(trees):
+            lemmas = Lemmas(reading, agent, tree, next(proof))
+            if lemmas.claimed:
+                closed += lemmas.close(start, edges, proof)
+            known.append(lemmas.find_known())
+        closed += Denial(denied, trees, known).close(start, edges, proof)
+    except (StopIteration, IndexError):
+        raise RejectedError("the proof ends early, or names a bound that its branch does not have") from None
+    return closed
+
+
+class DecisionWalk:
+    """A walk through trees, one after the other, in which the proof closes every branch."""
+
+    def __init__(self, trees: Sequence[SearchTree], known: Sequence[Sequence[Known]]) -> None:
+        self.trees, self.known = trees, known
+
+    def ends(self, leaf: int, known: tuple[Known, ...], proof: Iterator[int]) -> list[Flat]:
+        """Returns the conditions that must be impossible when all agents are at leaves; `leaf` is the last agent's."""
+        raise NotImplementedError
+
+    def is_settled(self, place: Place) -> bool:
+        """Returns True if a place needs no proof, because nothing that follows it can deny the claim."""
+        return False
+
+    def close(self, start: Flat, edges: Sequence[Edge], proof: Iterator[int]) -> int:
+        """Closes every branch that begins with `start`; the number of branches."""
+        closed, path = 0, list[int]()  # the numbers of the bounds of the branch at hand
+        root = 0, ROOT, tuple(known[ROOT] for known in self.known)
+        branches: list[Branch] = [] if start is None else [(0, start, (), (), root)]
+        while branches:
+            kept, (added, more), choices, chosen, place = branches.pop()
+            path[kept:] = added
+            if self.is_settled(place):
+                closed += 1
+            elif length := next(proof):
+                cycle = [edges[path[next(proof)]] for _ in range(length)]
+                if not negative(cycle):
+                    raise RejectedError(f"the bounds of branch {closed} do not contradict each other: {cycle[:9]}")
+                closed += 1
+            else:
+                choices += more
+                while choices and any(part in chosen for part in choices[0]):  # it holds already
+                    choices = choices[1:]
+                kept = len(path)
+                if choices:
+                    parts = reversed(choices[0])
+                    branches += [(kept, part, choices[1:], (*chosen, part), place) for part in parts]
+                elif place[0] != DENIED:
+                    branches += [(kept, flat, (), (), to) for flat, to in self.following(place, proof) if flat]
+                else:
+                    raise RejectedError(f"branch {closed} is left open: the claim may fail there")
+        return closed
+
+    def following(self, place: Place, proof: Iterator[int]) -> list[tuple[Flat, Place]]:
+        """Returns the next places, the last first: the sides of the next test, or the ends when none is left."""
+        tree, node, known = place
+        leaf = ROOT
+        while tree < len(self.trees):
+            sides, below = self.trees[tree][node], self.known[tree]
+            if not isinstance(sides, int):
+                before, after, ((under, left), (over, right)) = known[:tree], known[tree + 1 :], sides
+                return [
+                    (over, (tree, right, (*before, below[right], *after))),
+                    (under, (tree, left, (*before, below[left], *after))),
+                ]
+            leaf, tree, node = node, tree + 1, ROOT
+        return [(flat, (DENIED, ROOT, known)) for flat in reversed(self.ends(leaf, known, proof))]
+
+
+class Lemmas(DecisionWalk):
+    """The walk over one agent's tree, which shows at each leaf that some of the claim's parts hold there."""
+
+    def __init__(self, reading: Reading, agent: int, tree: SearchTree, claimed: int) -> None:
+        super().__init__([tree], [[UNKNOWN] * len(tree)])
+        self.reading, self.agent, self.tree, self.claimed = reading, agent, tree, claimed
+        self.holding = [-claimed] * len(tree)  # sets of parts, as bits: none (0), or all (-1) where nobody comes
+
+    def ends(self, leaf: int, known: tuple[Known, ...], proof: Iterator[int]) -> list[Flat]:
+        """The denials of all parts that the proof says to hold at the leaf."""
+        parts, action = next(proof), self.tree[leaf]
+        assert isinstance(action, int)
+        self.holding[leaf] &= parts
+        return self.reading.deny_parts(self.agent, action, parts)
+
+    def find_known(self) -> list[Known]:
+        """Of each node: the action if it is a leaf, and the parts that hold at all leaves below it."""
+        for node, split in reversed([*enumerate(self.tree)]):  # children come after their parents
+            if not isinstance(split, int):
+                (_, left), (_, right) = split
+                self.holding[node] = self.holding[left] & self.holding[right]
+        actions = [node if isinstance(node, int) else None for node in self.tree]
+        return list(zip(actions, self.holding, strict=True))
+
+
+class Denial(DecisionWalk):
+    """The walk over all trees, which shows that the denied claim is impossible."""
+
+    def __init__(
+        self, denied: Callable[..., Flat], trees: Sequence[SearchTree], known: Sequence[Sequence[Known]]
+    ) -> None:
+        super().__init__(trees, known)
+        self.denied = denied
+
+    def ends(self, leaf: int, known: tuple[Known, ...], proof: Iterator[int]) -> list[Flat]:
+        """The denied claim, given all actions."""
+        return [self.denied(known)]
+
+    def is_settled(self, place: Place) -> bool:
+        """Returns True if what is known of the agents already makes the denied claim false."""
+        tree, _, known = place
+        return tree != DENIED and self.denied(known) is None
+
+
+def negative(cycle: Sequence[Edge]) -> bool:
+    """Returns True if bounds form a cycle whose sum is negative, so that they cannot hold together."""
+    end, total = cycle[-1][1], 0
+    for upper, lower, weight in cycle:
+        if upper != end:
+            return False
+        end, total = lower, total + weight
+    return total < 0 and len(cycle) < LONGEST

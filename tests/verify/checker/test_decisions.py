@@ -19,10 +19,9 @@ from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import NAVIGATION, deception, near_roles, random_region, stated, switching
 from verify.certificates.games import to_json
 from verify.certificates.proofs import varint
-from verify.checker import reading
+from verify.checker import decisions, reading
 from verify.checker.certificate import numbers
-from verify.checker.decisions import walk as decisions
-from verify.checker.decisions.certificates import check_certificate
+from verify.checker.decisions import check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, OwnTarget, formula
