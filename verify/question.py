@@ -27,8 +27,7 @@ from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import Viewed
 from verify.claims.verifiable import read_by, verifiable
-from verify.kinds import Kind
-from verify.semantics import MACHINE
+from verify.kinds import MACHINE, Kind
 from verify.subjects import Game, Subject
 
 CONTROL_SEED = 0

@@ -32,7 +32,7 @@ from verify.checker.reading import RejectedError
 from verify.claims.language.parameters import Number
 from verify.claims.region import Region
 from verify.decimals import exact, plain
-from verify.semantics import MACHINE
+from verify.kinds import MACHINE
 
 
 @dataclass(frozen=True)

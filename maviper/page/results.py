@@ -38,8 +38,8 @@ from verify.claims.formula import agents
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import START, name_region
+from verify.kinds import MACHINE
 from verify.result import AnyResult, Verdict
-from verify.semantics import MACHINE
 
 
 def page_of(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> str:

@@ -41,8 +41,8 @@ from verify.claims.region import Region
 from verify.claims.uncertified.starts import START
 from verify.claims.uncertified.views import RANGES, SEEN, Viewed, carry_region, select_features, unread
 from verify.decimals import exact, plain
+from verify.kinds import MACHINE, SEMANTICS
 from verify.question import UNITS_A_NODE, AnyClaim, Budgets, Question
-from verify.semantics import MACHINE, SEMANTICS
 from verify.subjects import Game
 
 MAX_FILE_BYTES = 2**20

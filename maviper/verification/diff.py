@@ -31,10 +31,10 @@ from maviper.worlds.matching import ensure_places, matching_places
 from verify.certificates.games import to_json
 from verify.claims.observed import View
 from verify.claims.uncertified.views import Viewed, unread
+from verify.kinds import SEMANTICS
 from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report
 from verify.result import Verdict
-from verify.semantics import SEMANTICS
 from verify.states.shares import SAMPLE_SEED, SAMPLES, find_unbounded
 from verify.states.state import sample
 from verify.verdicts.differences import Difference, difference

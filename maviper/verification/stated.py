@@ -35,12 +35,12 @@ from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
 from verify.claims.uncertified.views import Viewed, select_features
+from verify.kinds import MACHINE
 from verify.progress import tell
 from verify.question import Question
 from verify.reach.results import SystemCounterexample
 from verify.reports import systems as report
 from verify.result import Cost, Result, Verdict
-from verify.semantics import MACHINE
 from verify.subjects import ClosedLoop
 from verify.systems.claims import CurvedClaim, SystemClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES

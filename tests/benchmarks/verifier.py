@@ -49,9 +49,9 @@ from verify.checker.certificate import numbers
 from verify.claims.decisions import DistinctTargets, NoDouble, formula
 from verify.claims.uncertified.own import BUILT_IN
 from verify.claims.uncertified.starts import start_region
+from verify.kinds import Semantics
 from verify.question import Question
 from verify.result import Verdict
-from verify.semantics import Semantics
 from verify.solver.decide import decide
 from verify.solver.encode import query
 from verify.solver.solve import ask
@@ -402,7 +402,7 @@ def command_seconds(*words):
 
 def checked(profile, asked, region, found):
     return sum(
-        decisions.check(profile, asked, region, goal, Semantics(), numbers(proof))
+        decisions.check(profile, (asked,), region, goal, Semantics(), numbers(proof))
         for goal, proof in found.proofs.items()
     )
 

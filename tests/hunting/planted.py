@@ -14,8 +14,8 @@ from verify.claims import decisions, verifiable
 from verify.counterexamples import search
 from verify.episodes import certificates as making
 from verify.episodes import unroll
+from verify.kinds import MACHINE
 from verify.question import DecisionQuestion
-from verify.semantics import MACHINE
 from verify.states import shares
 from verify.verdicts import decisions as judging
 

@@ -29,7 +29,7 @@ from maviper.worlds.games.particle import PHYSICS_NAMES
 from maviper.worlds.games.predator_prey import OBSERVATIONS
 from tests.benchmarks import compact
 from tests.support import pictures
-from verify.claims import predicates
+from verify.claims import decisions
 from verify.claims.formula import holds
 from verify.question import Budgets
 from verify.result import Verdict
@@ -315,8 +315,8 @@ def test_closes_at_and_engaged_are_as_the_page_shows_them():
 
     policy = loads((TEAM / "profile.json").read_bytes()).policy("agent_0")
     actions = {action.name: number for number, action in enumerate(policy.actions)}
-    closing = predicates.closing(policy, "landmark_0", Fraction(0))
-    near = predicates.at("agent_0", "landmark_0", Fraction(1, 10))
+    closing = decisions.closing(policy, "landmark_0", Fraction(0))
+    near = decisions.at("agent_0", "landmark_0", Fraction(1, 10))
     found = pictured()
     assert len({row[2:] for row in found}) == 3
     for _, (x, y), *said in found:

@@ -21,8 +21,8 @@ from codegen.targets import emit, monitor
 from maviper.compilation.monitors import lower_monitor
 from maviper.worlds.stated.certified import read_certificate
 from tests.support.monitors import built
+from verify.checker.certificate import read_formula
 from verify.claims.formula import Acts, And, Goal, Linear, Not, Or
-from verify.claims.formula_json import read_formula
 from verify.systems.system import Measure
 
 ROUNDS = 7

@@ -1,7 +1,7 @@
 """A certificate: a header, a claim and a proof; one reader for all forms, and what each proof is read by.
 
 Does: reads a document by the table of a room; refuses one that is damaged, of another version, edited, or about
-  something else; reads the numbers of a proof.
+  something else; reads the numbers of a proof, and formulas.
 Assumes: tables that say which members a form has (`Forms`), whose classes are those of the document.
 Does not: know what is claimed, whether a proof holds, or how certificates are written (verify/certificates).
 """
@@ -13,8 +13,7 @@ import binascii
 import hashlib
 import json
 from abc import ABCMeta
-from collections.abc import Callable, Generator, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
@@ -23,8 +22,10 @@ import msgspec
 
 from codegen.errors import InputError, escape_text
 from verify.checker.reading import RejectedError
+from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or
 from verify.exact import read_number
 
+DEEPEST = 100  # levels of a formula
 BITS = 64  # of the largest number in a proof about decisions or episodes
 MAX_BYTES = 1 << 30  # of a file
 REMAKE = "make it again with `maviper verify -o`"
@@ -104,18 +105,30 @@ def read(
             return followed(_read_bytes(msgspec.convert(value, list[str])))
         return read_number(value) if kind is Fraction else kind.read(value)
 
-    with _ensure_readable(where):
+    what = "the certificate does not hold what it should"
+    try:
         document = msgspec.json.decode(text, type=dict[str, Any])
-        first = next(iter(forms.proofs))
-        proof = forms.proofs.get(document.get("certificate", ""), forms.proofs[first])
-        parts: list[Any] = [forms.claim, proof]
-        named = [{name: document[name] for name in part.__struct_fields__ if name in document} for part in parts]
-        own = {name: document[name] for name in document if not any(name in each for each in named)}
-        own.pop("content_hash", None)
-        header = msgspec.convert(own, forms.header, dec_hook=convert)
-        claim, made = (msgspec.convert(*each, dec_hook=convert) for each in zip(named, parts, strict=True))
-        _ensure_whole(document, header.certificate if header.certificate in forms.proofs else first, where)
-        return Certificate(header, claim.read(header), made)
+        form, first, parts = document.get("certificate", ""), next(iter(forms.proofs)), list[Any]()
+        stated = document.pop("content_hash", None)
+        left = dict(document)
+        kinds: list[Any] = [forms.proofs.get(form, forms.proofs[first]), forms.claim]
+        for kind in kinds:
+            own = {name: left.pop(name) for name in kind.__struct_fields__ if name in left}
+            parts.append(msgspec.convert(own, kind, dec_hook=convert))
+        proof, claim, header = *parts, msgspec.convert(left, forms.header, dec_hook=convert)
+        if header.certificate not in forms.proofs:
+            said = f"{where}: '{escape_text(header.certificate[:40])}', not {first}"
+            raise InputError("a certificate of another version", said, REMAKE)
+        if body_hash(document) != stated:
+            raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
+        return Certificate(header, claim.read(header), proof)
+    except msgspec.ValidationError as error:  # with a cause: of a member that stands for something else
+        what = what if error.__cause__ else "not a certificate"
+        raise InputError(what, f"{where}: {escape_text(error)}", REMAKE) from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError("the certificate is truncated or not JSON", f"{where}: {error}", REMAKE) from None
+    except (ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError, RecursionError) as error:
+        raise InputError(what, f"{where}: {escape_text(error)}"[:200], REMAKE) from None
 
 
 # --- what is read, and refused
@@ -151,32 +164,6 @@ def ensure_about(stated: str, actual: str, what: str, option: str = "") -> None:
         )
 
 
-@contextmanager
-def _ensure_readable(where: str) -> Generator[None]:
-    """InputError for what goes wrong when a damaged certificate is read."""
-    try:
-        yield
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        what = "the certificate is truncated or not JSON"
-        if isinstance(error, msgspec.ValidationError):  # with a cause: of a member that stands for something else
-            what = "the certificate does not hold what it should" if error.__cause__ else "not a certificate"
-        raise InputError(what, f"{where}: {escape_text(error)}", REMAKE) from None
-    except (ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError, RecursionError) as error:
-        what = "the certificate does not hold what it should"
-        raise InputError(what, f"{where}: {escape_text(error)}"[:200], REMAKE) from None
-
-
-def _ensure_whole(document: dict[str, Any], form: str, where: str) -> None:
-    """InputError when a certificate is of another version, or was edited."""
-    stated = document["certificate"]
-    if stated != form:
-        raise InputError(
-            "a certificate of another version", f"{where}: '{escape_text(stated[:40])}', not {form}", REMAKE
-        )
-    if body_hash({name: document[name] for name in document if name != "content_hash"}) != document.get("content_hash"):
-        raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
-
-
 def body_hash(body: Mapping[str, Any]) -> str:
     """SHA-256 of a document without its hash."""
     return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
@@ -188,3 +175,26 @@ def _read_bytes(lines: list[str]) -> bytes:
         return base64.b64decode("".join(lines), validate=True)
     except binascii.Error as error:
         raise ValueError(f"a proof: {error}") from None
+
+
+def read_formula(document: Mapping[str, Any], depth: int = 0) -> Formula:
+    """The formula in plain data. ValueError for anything else."""
+    if depth > DEEPEST:
+        raise ValueError(f"$.formula: nested deeper than {DEEPEST}")
+    match document:
+        case {"sum": [*terms], **bound} if len(bound) == 1 and set(bound) <= {"most", "below"}:
+            kept = tuple((read_number(weight), str(name)) for weight, name in terms)
+            ((kind, value),) = bound.items()
+            return Linear(kept, read_number(value), kind == "below")
+        case {"agent": str(agent), "takes": int(action)} if len(document) == 2:
+            return Acts(agent, action)
+        case {"goal": str(landmark)} if len(document) == 1:
+            return Goal(landmark)
+        case {"not": part} if len(document) == 1:
+            return Not(read_formula(part, depth + 1))
+        case {"all": [*parts]} if len(document) == 1:
+            return And(tuple(read_formula(part, depth + 1) for part in parts))
+        case {"any": [*parts]} if len(document) == 1:
+            return Or(tuple(read_formula(part, depth + 1) for part in parts))
+        case _:
+            raise ValueError(f"$.formula: {str(document)[:80]}")

@@ -28,6 +28,7 @@ from verify.checker.certificate import (
     Members,
     ensure_about,
     numbers,
+    read_formula,
     stated_as,
 )
 from verify.checker.reading import (
@@ -46,14 +47,13 @@ from verify.checker.thresholds import NO_ERROR, sides
 from verify.claims.claim import check_range
 from verify.claims.decisions import BY_NAME, KAPPA, PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady, formula
 from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
-from verify.claims.formula_json import read_formula
 from verify.claims.observed import View, over, view_from
 from verify.claims.pairs import alike, ensure_comparable, pair_profiles
 from verify.claims.region import Region, goal_of, goal_text
 from verify.claims.relations import RELATIONS
 from verify.claims.verifiable import read_by, verifiable
 from verify.exact import read_number
-from verify.semantics import MACHINE, SEMANTICS, Semantics
+from verify.kinds import MACHINE, SEMANTICS, Semantics
 
 FORM = "maviper-certificate-1"
 PARTED = "maviper-certificate-2"  # its proofs are those of the conjuncts, one after the other
@@ -118,10 +118,6 @@ def _read_property(document: object) -> DecisionClaim | None:
     return claim
 
 
-def _read_view(document: object) -> View:
-    return view_from(msgspec.convert(document, dict[str, list[str]]))
-
-
 def _read_error(document: object) -> Fraction:
     """By how much features may be off. ValueError for nothing: then it is not stated."""
     if (eps := read_number(document)) <= 0:
@@ -140,7 +136,7 @@ else:
     StatedFormula = stated_as(read_formula, *get_args(Formula))
     StatedProperty = stated_as(_read_property, DecisionClaim, type(None))
     StatedError = stated_as(_read_error, Fraction)
-    StatedView = stated_as(_read_view, View)
+    StatedView = stated_as(lambda each: view_from(msgspec.convert(each, dict[str, list[str]])), View)
 
 
 # --- certificates
@@ -234,7 +230,7 @@ def check_certificate(
             continue
         try:
             asked = [for_goal(part, goal) for part in parts]
-            closed.append(check_all(profile, asked, region, goal, semantics, numbers(proof)))
+            closed.append(check(profile, asked, region, goal, semantics, numbers(proof)))
         except RejectedError as error:
             raise RejectedError(f"goal {goal or 'none'}: {error}") from None
     return sum(closed)
@@ -266,16 +262,12 @@ def check_premise(premise: Premise, profile: PolicyProfile, region: Region, sema
         raise RejectedError("the state of a left side is not one of the region's")
     if not holds(region_formula(region), state, {}):
         raise RejectedError("the state of a left side does not lie in the region")
-    if semantics == MACHINE and not all(map(_is_float64, state.values())):
+    if semantics == MACHINE and any(abs(each) >= LARGEST or Fraction(float(each)) != each for each in state.values()):
         raise RejectedError("the state of a left side is not one of float64 numbers")
     at = state if goal is None else {**state, **{f"{GOAL}.{axis}": state[f"{goal}.{axis}"] for axis in "xy"}}
     actions = {agent: _act(profile.policy(agent), at, semantics) for agent in agents(formula)}
     if not holds(for_goal(formula, goal), at, actions):
         raise RejectedError("the state of a left side does not meet it")
-
-
-def _is_float64(value: Fraction) -> bool:
-    return abs(value) < LARGEST and Fraction(float(value)) == value
 
 
 def _act(policy: AgentPolicy, at: Mapping[str, Fraction], semantics: str) -> int:
@@ -325,16 +317,15 @@ def ensure_known_names(
     """InputError when a certificate, or the team of its claim, speaks of what the profile does not have."""
     region, world = header.region, profile.world
     entities = [entity.name for entity in world.agents + world.landmarks]
-    used = {*region.box, *(name for each in stated for name in coordinates(each))}
-    used |= {name for a, b, _ in region.differences for name in (a, b)}
     bounded = {name for name in region.box if not name.startswith(f"{GOAL}.")}  # the goal's place is its landmark's
-    compared = {f"{name}.{axis}" for a, b, _ in region.apart for name in (a, b) for axis in "xy"}
-    compared |= {name for a, b, _ in region.differences for name in (a, b)}
+    differing, apart = ({name for a, b, _ in each for name in (a, b)} for each in (region.differences, region.apart))
+    compared = differing | {f"{name}.{axis}" for name in apart for axis in "xy"}
+    used = {*region.box, *differing, *(name for each in stated for name in coordinates(each))}
     strange = [
         *sorted(set(region.box) - bounded),
         *sorted(compared - bounded),
         *sorted(used - set(world.coordinates())),
-        *sorted({name for a, b, _ in region.apart for name in (a, b)} - set(entities)),
+        *sorted(apart - set(entities)),
         *sorted(set(region.goals) - set(world.goals)),
         *sorted({name for each in stated for name in agents(each)} - {policy.agent for policy in profile.agents}),
         *([f"the profile has no team {team}"] if team is not None and not profile.team(team) else []),
@@ -359,13 +350,6 @@ Branch: TypeAlias = tuple[int, Bounds, tuple[Choice, ...], tuple[Bounds, ...], P
 
 
 def check(
-    profile: PolicyProfile, claim: Formula, region: Region, goal: str | None, semantics: Semantics, proof: Iterator[int]
-) -> int:
-    """The number of branches closed; RejectedError when `proof` does not show the claim for this goal."""
-    return check_all(profile, (claim,), region, goal, semantics, proof)
-
-
-def check_all(
     profile: PolicyProfile,
     claims: Sequence[Formula],
     region: Region,
@@ -373,7 +357,9 @@ def check_all(
     semantics: Semantics,
     proof: Iterator[int],
 ) -> int:
-    """Checks several claims that must all hold, see `check`: `proof` is that of each, one after the other."""
+    """The number of branches closed; RejectedError when `proof`, that of each claim, one after the other, does not show
+    that all of them hold for this goal.
+    """
     closed = sum(_check_claim(profile, claim, region, goal, semantics, proof) for claim in claims)
     if next(proof, None) is not None:
         raise RejectedError("the proof continues after its last branch")

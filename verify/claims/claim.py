@@ -13,8 +13,7 @@ from typing import ClassVar
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile
 from verify.exact import MAX_NUMBER
-from verify.kinds import Kind
-from verify.semantics import MACHINE
+from verify.kinds import MACHINE, Kind
 
 Parameter = Fraction | int | str | tuple[str, ...]
 Rounded = tuple[tuple[str, str], ...]  # numbers as they are written, and the floats that they are read as

@@ -25,8 +25,8 @@ from verify.claims.uncertified.values import worth
 from verify.counterexamples.lines import Line, along, around, beyond, interval, line_between
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.counterexamples.uniqueness import Uniqueness, unique
+from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
-from verify.semantics import MACHINE, REAL
 from verify.states.acting import Step
 from verify.states.real import Value, value_of, write_value
 from verify.states.state import State, error_name, inside, leaves_at, shortfall, violates_by

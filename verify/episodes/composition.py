@@ -21,7 +21,7 @@ from codegen.dynamics import partners
 from codegen.ir import Float64
 from verify.checker.episodes.certificates import ProofPart
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.region import goal_text, tell_of_goal
+from verify.claims.region import goal_text
 from verify.claims.verifiable import read_by
 from verify.episodes.contacts import colliders, travels
 from verify.episodes.cuts import away, find_unmatched, too_near
@@ -33,6 +33,7 @@ from verify.result import Verdict
 from verify.states.episodes import at_rest, find_matchings, find_met_ways, first_failing, name_pairs, play, playable
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, sample
+from verify.unanswered import tell_of_goal
 from verify.zones.tables import BeyondZonesError
 
 MATCHING_SAMPLES = 2_000

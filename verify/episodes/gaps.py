@@ -1,7 +1,7 @@
 """Where a proof about episodes tells the starts of two apart that may touch.
 
 Does: chooses the cuts of a gap of starts: to what its zone allows, to where the two are apart for sure, into cells.
-Assumes: a cut of the checker's reading (checker/episodes/contact_reading.py) keeps all starts, so any choice is sound.
+Assumes: a cut of the checker's reading (checker/episodes/contacts.py) keeps all starts, so any choice is sound.
 Does not: bound pushes.
 """
 

@@ -16,9 +16,9 @@ from verify.claims.formula import negate
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
 from verify.extent.union import DEFAULT_PARTS, union
+from verify.kinds import MACHINE
 from verify.progress import tell
 from verify.question import Budgets, DecisionQuestion
-from verify.semantics import MACHINE
 from verify.zones.engine import Tests, ZoneQuery
 from verify.zones.search import Branch
 from verify.zones.tables import EPSILON, Problem

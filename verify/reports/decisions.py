@@ -24,11 +24,11 @@ from verify.claims.uncertified.views import describe_view
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.decimals import plain
 from verify.decimals import text as decimal
+from verify.kinds import MACHINE, REAL
 from verify.reports import trusted
 from verify.reports.drawing import MARK, VIEW, around, label_place
 from verify.reports.telling import POSITIONS, SHARES, Telling
 from verify.result import Margin, Verdict
-from verify.semantics import MACHINE, REAL
 from verify.solver.leaves import LeafFinding
 from verify.states import shares
 from verify.states.real import write_value, write_values

@@ -19,11 +19,11 @@ from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.own import region_document
 from verify.claims.uncertified.starts import name_region
 from verify.decimals import plain
+from verify.kinds import MACHINE
 from verify.reports import trusted
 from verify.reports.drawing import VIEW
 from verify.reports.telling import POSITIONS, SHARES, Telling
 from verify.result import Verdict
-from verify.semantics import MACHINE
 from verify.states.episodes import Episode, Way
 from verify.verdicts.episodes import EpisodeEvidence, EpisodeResult
 

@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from verify.claims.formula import TRUE
-from verify.claims.region import tell_of_goal
 from verify.question import Case, DecisionQuestion
 from verify.result import Verdict
 from verify.solver.budget import beyond_any
 from verify.solver.encode import Query, query, region_only
 from verify.solver.solve import Answer, ask
+from verify.unanswered import tell_of_goal
 
 
 @dataclass(frozen=True)

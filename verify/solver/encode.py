@@ -21,8 +21,8 @@ from codegen.ir import AgentPolicy, FeatureSpec, PolicyProfile
 from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, negate, normal, substitute_actions
 from verify.claims.region import Region
 from verify.claims.uncertified.values import tighten_formula
+from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
-from verify.semantics import MACHINE, REAL
 from verify.solver.budget import beyond_budget
 from verify.solver.halflines import HalfLine, half_line, last_double
 from verify.solver.terms import (

@@ -20,8 +20,8 @@ from codegen.ir import Bool, Float64, Int32, PolicyProfile, act
 from codegen.observe import observe
 from verify.claims.formula import holds, negate, normal
 from verify.claims.uncertified.values import Batch
+from verify.kinds import MACHINE
 from verify.question import DecisionQuestion
-from verify.semantics import MACHINE
 from verify.states.noise import together, ways
 from verify.states.real import Value
 from verify.states.shares import SAMPLES, violating

@@ -21,9 +21,9 @@ from verify.claims.region import goal_text
 from verify.claims.uncertified.own import OwnFormula
 from verify.counterexamples.explanation import Explanation, explain_counterexample
 from verify.counterexamples.search import Counterexample, confirm_point, explain, near, violating_samples
+from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
 from verify.result import SETTLED, Control, Cost, Evidence, Margin, Opinion, Result, Verdict
-from verify.semantics import MACHINE, REAL
 from verify.solver import solve
 from verify.solver.decide import SolverDecision, about_nothing, decide
 from verify.solver.leaves import LeafFinding, leaf_findings

@@ -21,9 +21,9 @@ from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
 from verify.counterexamples.search import MAX_PLACES, confirm_point
 from verify.extent.violations import ExactShare, Failing, exact_share, measure_union, violations
+from verify.kinds import MACHINE
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
-from verify.semantics import MACHINE
 from verify.solver import decide as solver
 from verify.states.shares import explain_unstated
 from verify.states.state import State, exact_point, inside, leaf_at, nearest

@@ -14,9 +14,9 @@ from functools import cache
 from typing import TypeAlias
 
 from verify.claims.formula import Formula, agents
-from verify.claims.region import tell_of_goal
 from verify.question import DecisionQuestion
 from verify.result import Verdict
+from verify.unanswered import tell_of_goal
 from verify.zones.compiled import CompiledSearch, affordable, price, search
 from verify.zones.search import Branch, BudgetError, Resolve, ZoneSearch
 from verify.zones.tables import (

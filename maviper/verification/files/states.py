@@ -41,9 +41,9 @@ from verify.claims.region_files import read_region, region_toml
 from verify.claims.uncertified.own import OwnFormula, formula_document
 from verify.claims.uncertified.starts import find_observed_velocities, name_region
 from verify.exact import read_number
+from verify.kinds import MACHINE
 from verify.question import Question
 from verify.result import AnyResult
-from verify.semantics import MACHINE
 from verify.states.failures import failures
 from verify.states.state import State, violates
 from verify.subjects import Game

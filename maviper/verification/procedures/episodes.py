@@ -15,9 +15,9 @@ from maviper.verification.files import episodes as episode_files
 from maviper.verification.procedures.procedure import Procedure
 from maviper.verification.replays import rollouts
 from verify.certificates.games import to_json
+from verify.kinds import MACHINE
 from verify.question import EpisodeQuestion
 from verify.result import Verdict
-from verify.semantics import MACHINE
 from verify.verdicts import episodes
 from verify.verdicts.episodes import EpisodeResult
 

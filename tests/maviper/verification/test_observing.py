@@ -21,8 +21,8 @@ from verify.checker import thresholds
 from verify.claims.formula import Linear, holds
 from verify.claims.language.compared import last_of
 from verify.claims.observed import View, over
+from verify.kinds import SEMANTICS
 from verify.result import Verdict
-from verify.semantics import SEMANTICS
 from verify.solver import encode
 from verify.solver.halflines import HalfLine
 

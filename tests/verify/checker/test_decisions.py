@@ -29,9 +29,9 @@ from verify.claims.formula import FALSE, TRUE, Goal, Not, disjunction, negate
 from verify.claims.region import Region
 from verify.claims.uncertified.own import BUILT_IN
 from verify.claims.uncertified.starts import start_region
+from verify.kinds import MACHINE, REAL, Semantics
 from verify.question import Question
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL, Semantics
 from verify.solver.decide import decide
 from verify.subjects import Game
 from verify.zones import engine as zones
@@ -77,9 +77,9 @@ def test_the_checker_is_small_and_shares_nothing_with_the_engines():
             "codegen.ir",
             "verify.checker.reading",
             "verify.claims.formula",
-            "verify.claims.region",
+            "verify.claims.claim",
             "verify.checker.thresholds",
-            "verify.semantics",
+            "verify.kinds",
         }
         assert ours <= trusted, ours
 
@@ -263,7 +263,9 @@ def test_proofs_of_other_claims_are_refused(roles):
         with pytest.raises(RejectedError):
             check_certificate(altered(made, proofs=dict.fromkeys(made.proof.proofs, proof)), pair)
     with pytest.raises(RejectedError):
-        decisions.check(pair, negate(made.claim.formula), made.header.region, "landmark_0", Semantics(), numbers(b""))
+        decisions.check(
+            pair, (negate(made.claim.formula),), made.header.region, "landmark_0", Semantics(), numbers(b"")
+        )
     for longer in (b"\0", b"\1\0"):
         with pytest.raises(RejectedError, match="continues"):
             check_certificate(
@@ -364,7 +366,7 @@ def test_bugs_of_the_engine_are_caught(profile, name, monkeypatch):
         refused = 0
         for goal, proof in found.proofs.items():
             try:
-                decisions.check(pair, asked, region, goal, Semantics(), numbers(proof))
+                decisions.check(pair, (asked,), region, goal, Semantics(), numbers(proof))
             except RejectedError:
                 refused += 1
         caught += refused
@@ -392,7 +394,7 @@ def test_bugs_never_lead_to_an_accepted_false_proof(profile, monkeypatch):
                 for proof in found.proofs.values():
                     if truth is not Verdict.PROVED:
                         with pytest.raises(RejectedError):
-                            decisions.check(pair, asked, region, goal, Semantics(), numbers(proof))
+                            decisions.check(pair, (asked,), region, goal, Semantics(), numbers(proof))
 
 
 def test_three_agents_with_velocities(profile):
@@ -476,8 +478,8 @@ def test_goals_that_nothing_names_are_one_question(roles, monkeypatch):
     assert zones.decide(question).nodes == sum(one.nodes for one in alone.values()) - (len(alone) - 1)
     single = [altered(made, region=question.for_one_goal(goal).region, proofs=alone[goal].proofs) for goal in alone]
     branches, read = sum(check_certificate(one, pair) for one in single), list[object]()
-    real = decisions.check_all
-    monkeypatch.setattr(decisions, "check_all", lambda *asked: read.append(asked) or real(*asked))
+    real = decisions.check
+    monkeypatch.setattr(decisions, "check", lambda *asked: read.append(asked) or real(*asked))
     assert check_certificate(made, pair) == branches and len(read) == 1
     other = made.header.region.goals[1]
     with pytest.raises(RejectedError, match=f"goal {other}"):

@@ -28,9 +28,9 @@ from verify.claims.formula import FALSE, TRUE, Linear
 from verify.claims.region import Region
 from verify.claims.uncertified.own import BUILT_IN
 from verify.claims.uncertified.starts import start_region
+from verify.kinds import Semantics
 from verify.question import Budgets, Question
 from verify.result import Verdict
-from verify.semantics import Semantics
 from verify.solver.decide import decide
 from verify.subjects import Game
 from verify.verdicts import opinions
@@ -276,7 +276,7 @@ def test_bugs_of_the_engine_are_caught(profile, bug, monkeypatch):
         refused = 0
         for goal, proof in found.proofs.items():
             try:
-                decisions.check(pair, asked, region, goal, Semantics(eps=eps), numbers(proof))
+                decisions.check(pair, (asked,), region, goal, Semantics(eps=eps), numbers(proof))
             except RejectedError:
                 refused += 1
         caught += refused

@@ -42,7 +42,6 @@ def test_packages_of_the_trusted_base_are_empty():
     rooms = (
         "checker",
         "checker.covers",
-        "checker.decisions",
         "checker.episodes",
         "checker.flows",
         "checker.systems",

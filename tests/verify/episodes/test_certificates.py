@@ -85,18 +85,21 @@ def proved(arrivers):
 
 # --- the checker
 
+EPISODE_MODULES = ("certificates", "contacts", "reading", "unbounded")
+CLAIM_MODULES = ("claim", "decisions", "episodes", "formula", "observed", "pairs", "region", "relations", "verifiable")
+
 
 def test_the_checker_is_small_and_shares_nothing_with_the_engine():
-    assert len(Path(episodes.__file__).read_text().splitlines()) <= 140
-    ours = ("episodes", "episodes.reading", "episodes.walk", "reading", "thresholds")
-    claims = ("claim", "episodes", "formula", "observed", "region")
+    assert len(Path(episodes.__file__).read_text().splitlines()) <= 260
+    ours = ("certificate", "decisions", "episodes", "reading", "thresholds")
     trusted = {
+        "codegen.errors",
         "codegen.ir",
+        "codegen.policy_json",
         "verify.exact",
         "verify.kinds",
-        "verify.semantics",
-        *(f"verify.checker.{name}" for name in ours),
-        *(f"verify.claims.{name}" for name in claims),
+        *(f"verify.checker.{name}" for name in (*ours, *(f"episodes.{name}" for name in EPISODE_MODULES))),
+        *(f"verify.claims.{name}" for name in CLAIM_MODULES),
     }
     for module in (episodes, episode_reading):
         body = ast.parse(Path(module.__file__).read_text()).body  # what is only imported for types stands below `if`

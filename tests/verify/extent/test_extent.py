@@ -36,12 +36,12 @@ from verify.extent import found as where
 from verify.extent import violations
 from verify.extent.carving import GRID, obstacles
 from verify.extent.largest import largest
+from verify.kinds import MACHINE, REAL
 from verify.progress import listening
 from verify.question import Budgets, Question
 from verify.reports import report
 from verify.reports import where as where_report
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL
 from verify.solver.decide import decide
 from verify.states import shares
 from verify.states.state import sample

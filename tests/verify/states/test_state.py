@@ -16,8 +16,8 @@ from verify.claims.formula import Linear
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere, start_region
+from verify.kinds import MACHINE, REAL
 from verify.question import Question
-from verify.semantics import MACHINE, REAL
 from verify.states import state as states
 from verify.states.state import State
 from verify.subjects import Game

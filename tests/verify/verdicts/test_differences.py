@@ -23,9 +23,9 @@ from verify.checker.reading import RejectedError
 from verify.claims.formula import And, Or
 from verify.claims.pairs import alike
 from verify.claims.uncertified.starts import everywhere
+from verify.kinds import MACHINE
 from verify.question import Budgets
 from verify.result import Verdict
-from verify.semantics import MACHINE
 from verify.states.state import sample
 from verify.verdicts.differences import difference, differing_leaves, example
 

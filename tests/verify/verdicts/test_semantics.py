@@ -16,9 +16,9 @@ from verify.claims.formula import Acts, below, conjunction, disjunction
 from verify.claims.region import Region
 from verify.claims.uncertified.own import BUILT_IN, OwnFormula
 from verify.claims.uncertified.starts import start_region
+from verify.kinds import MACHINE, REAL
 from verify.question import Question, from_start
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL
 from verify.solver.decide import decide
 from verify.solver.encode import half_line
 from verify.solver.encode import query as query_of

@@ -20,11 +20,11 @@ from verify.claims.uncertified.own import AliveLeaves, OwnFormula
 from verify.claims.uncertified.starts import start_region
 from verify.episodes import composition
 from verify.extent.found import BEYOND, where
+from verify.kinds import REAL, Semantics
 from verify.question import Question, from_start
 from verify.repair.search import repair
 from verify.reports import report
 from verify.result import Verdict
-from verify.semantics import REAL, Semantics
 from verify.solver.decide import decide
 from verify.states.real import comparable, measure_feature
 from verify.states.state import violates

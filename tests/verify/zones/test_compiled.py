@@ -18,9 +18,9 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import formula
 from verify.claims.uncertified.starts import start_region
 from verify.extent import violations
+from verify.kinds import MACHINE, REAL
 from verify.question import Budgets, Question
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL
 from verify.subjects import Game
 from verify.zones import compiled as zone_compiled
 from verify.zones import engine

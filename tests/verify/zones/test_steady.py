@@ -33,10 +33,10 @@ from verify.claims.uncertified.own import BUILT_IN
 from verify.claims.uncertified.starts import start_region
 from verify.counterexamples import search
 from verify.decimals import text
+from verify.kinds import MACHINE, REAL, Semantics
 from verify.question import Budgets, Question, from_start
 from verify.reports import report
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL, Semantics
 from verify.solver.decide import decide
 from verify.states import noise
 from verify.states.state import sample, violates
@@ -61,7 +61,9 @@ def agree(profile, claim, region, semantics=MACHINE, seed=0):
         assert not stands(profile, claim, found.state, found.goal, machine)
     if found.verdict is Verdict.PROVED:
         for goal, proof in found.proofs.items():
-            assert decisions.check(profile, asked, region, goal, Semantics(semantics, claim.eps), numbers(proof)) >= 0
+            assert (
+                decisions.check(profile, (asked,), region, goal, Semantics(semantics, claim.eps), numbers(proof)) >= 0
+            )
         for state in grid_points(np.random.default_rng(seed), region, 10):
             assert all(stands(profile, claim, state, goal, machine) for goal in everyone(region))
     return found.verdict

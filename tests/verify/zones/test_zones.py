@@ -31,9 +31,9 @@ from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import Linear, holds
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import start_region
+from verify.kinds import MACHINE, REAL, Semantics
 from verify.question import Question, from_start, shuffle_leaves
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL, Semantics
 from verify.solver import encode
 from verify.solver.decide import decide
 from verify.subjects import Game
@@ -54,7 +54,7 @@ def agree(profile, claim, region, semantics, seed):
     if found.verdict is Verdict.PROVED:
         assert exactly_inside(region, found.inhabitant)
         for goal, proof in found.proofs.items():
-            assert decisions.check(profile, asked, region, goal, Semantics(semantics), numbers(proof)) >= 0
+            assert decisions.check(profile, (asked,), region, goal, Semantics(semantics), numbers(proof)) >= 0
         for state in grid_points(np.random.default_rng(seed), region, 20):
             for goal in everyone(region):
                 at = state | {f"goal.{axis}": state.get(f"{goal}.{axis}", Fraction(0)) for axis in "xy"}

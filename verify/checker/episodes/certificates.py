@@ -40,8 +40,7 @@ from verify.checker.reading import LONGEST, RejectedError, region_formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import holds
 from verify.claims.region import Region, goal_of
-from verify.kinds import ALWAYS
-from verify.semantics import MACHINE
+from verify.kinds import ALWAYS, MACHINE
 
 FORM = "maviper-episode-certificate-1"
 PUSHED = "maviper-episode-certificate-3"

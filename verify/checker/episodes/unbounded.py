@@ -1,7 +1,7 @@
 """Proofs of claims about episodes of any length: edges that agents never cross.
 
 Does: says what agents must not do near an edge, and whether proofs of that show a claim.
-Assumes: nothing beyond checker/reading.py, decisions/walk.py and thresholds.py; belongs to the trusted base.
+Assumes: nothing beyond checker/reading.py, decisions.py and thresholds.py; belongs to the trusted base.
 Does not: look for edges (verify/episodes/edges.py).
 
 Why edges hold. Along an axis an agent is at x with velocity v. Unless it is pushed, it comes to rest at z = x + k v,
@@ -35,7 +35,7 @@ from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import Acts, Formula, Not, conjunction
 from verify.claims.region import Interval, Region, goal_of
 from verify.claims.verifiable import verifiable
-from verify.semantics import MACHINE, Semantics
+from verify.kinds import MACHINE, Semantics
 
 Side = tuple[str, bool, str | None]  # of an edge: coordinate; whether it is the upper one; goal
 SLACK = Fraction(1, 1 << 30)  # what float64 may lose, length units
@@ -220,7 +220,7 @@ def check(profile: PolicyProfile, claim: EpisodeClaim, region: Region, proof: Ed
         assert formula is not None
         read, danger = numbers(proofs[coordinate, upper, goal]), reading.danger(edges, coordinate, upper)
         try:
-            closed += decisions.check(profile, formula, danger, goal, Semantics(MACHINE), read)
+            closed += decisions.check(profile, (formula,), danger, goal, Semantics(MACHINE), read)
         except RejectedError as error:
             edge = "upper" if upper else "lower"
             raise RejectedError(f"the {edge} edge of {coordinate}, goal {goal or 'none'}: {error}") from None

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from msgspec import field
 
 from verify.checker import certificate
-from verify.checker.certificate import Bytes, Certificate, Forms, Header, Members
+from verify.checker.certificate import Bytes, Certificate, Forms, Header, Members, read_formula
 from verify.claims.formula import Linear
-from verify.claims.formula_json import read_formula
 from verify.exact import read_number
 from verify.systems.claims import Pattern, SystemClaim, SystemPremise
 from verify.systems.system import Affine, HalfSpace, Polytope
