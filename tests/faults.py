@@ -37,9 +37,9 @@ from verify.episodes import composition, unroll
 from verify.episodes import zones as batch
 from verify.question import Question, from_start
 from verify.result import Verdict
-from verify.solver import decide as deciding
 from verify.solver import encode
-from verify.solver.decide import decide
+from verify.solver import solve as deciding
+from verify.solver.solve import decide
 from verify.states.state import State, violates
 from verify.subjects import Game
 

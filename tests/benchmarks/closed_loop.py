@@ -35,7 +35,7 @@ from verify.episodes.certificates import build_certificate
 from verify.episodes.composition import decide
 from verify.question import Budgets, Question
 from verify.result import Verdict
-from verify.solver.halflines import half_line
+from verify.solver.terms import half_line
 from verify.states.episodes import find_matchings
 from verify.subjects import Game
 

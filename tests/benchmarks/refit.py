@@ -35,8 +35,7 @@ from verify.claims.catalogue import find_property
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question, from_start
 from verify.repair.search import repair
-from verify.states.failures import failures
-from verify.states.shares import SAMPLES, violating
+from verify.states.shares import SAMPLES, failures, violating
 from verify.states.state import sample
 from verify.subjects import Game
 

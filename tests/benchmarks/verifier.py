@@ -52,13 +52,12 @@ from verify.claims.uncertified.starts import start_region
 from verify.kinds import Semantics
 from verify.question import Question
 from verify.result import Verdict
-from verify.solver.decide import decide
 from verify.solver.encode import query
-from verify.solver.solve import ask
+from verify.solver.solve import ask, decide
 from verify.subjects import Game
 from verify.verdicts.opinions import by_zones
-from verify.zones import compiled
 from verify.zones import engine as zones
+from verify.zones import search
 
 SAMPLES = 100_000
 LEFT, RIGHT, DOWN, UP = 1, 2, 3, 4
@@ -228,7 +227,7 @@ def main():
     if options.json:
         print(json.dumps({"figures": figures}))
         return
-    print(f"zone search: {'compiled' if compiled.AVAILABLE else 'Python (the extension is not built)'}")
+    print(f"zone search: {'compiled' if search.AVAILABLE else 'Python (the extension is not built)'}")
     for row in rows:
         print(row)
     for figure in figures:

@@ -25,7 +25,7 @@ from verify.question import Question
 from verify.states.shares import SAMPLE_SEED, measure
 from verify.subjects import Game
 from verify.verdicts import decisions
-from verify.zones import compiled
+from verify.zones import search
 
 DEMO = Path(__file__).parents[2] / "generated" / "physical_deception" / "extracted" / "profile.json"
 TARGETS = {
@@ -78,7 +78,7 @@ def main():
         ]
         print(json.dumps({"figures": figures, "teams": rows}))
         return
-    print(f"zone search: {'compiled' if compiled.AVAILABLE else 'Python (the extension is not built)'}")
+    print(f"zone search: {'compiled' if search.AVAILABLE else 'Python (the extension is not built)'}")
     for name, facts in rows.items():
         print(name)
         for key, value in facts.items():

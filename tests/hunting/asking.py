@@ -29,8 +29,7 @@ from verify.counterexamples.explanation import Explanation
 from verify.counterexamples.uniqueness import Unique
 from verify.kinds import Kind
 from verify.result import Verdict
-from verify.solver.decide import decide
-from verify.solver.solve import Answer
+from verify.solver.solve import Answer, decide
 from verify.states.state import State
 from verify.verdicts.decisions import Result, verify
 from verify.verdicts.opinions import Zoned, by_zones

@@ -21,8 +21,7 @@ from verify.counterexamples.search import SLACKS, shrink, violating_samples
 from verify.kinds import REAL
 from verify.question import DecisionQuestion
 from verify.solver.encode import Query, elsewhere, there
-from verify.solver.pinning import pin_model
-from verify.solver.solve import Answer, ask
+from verify.solver.solve import Answer, ask, pin_model
 from verify.states.real import write_values
 from verify.states.state import State, exact_point, inside, leaves_at, nearest, violates
 from verify.unanswered import tell_of_goal

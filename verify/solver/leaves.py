@@ -20,8 +20,7 @@ from verify.kinds import REAL
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
 from verify.solver.encode import Query, reaching
-from verify.solver.pinning import pin_model
-from verify.solver.solve import ask
+from verify.solver.solve import ask, pin_model
 from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import State, exact_point, find_leaves, inside, leaf_at, nearest, sample, state_at
 from verify.subjects import Game

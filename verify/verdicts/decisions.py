@@ -25,14 +25,12 @@ from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
 from verify.result import SETTLED, Control, Cost, Evidence, Margin, Opinion, Result, Verdict
 from verify.solver import solve
-from verify.solver.decide import SolverDecision, about_nothing, decide
 from verify.solver.leaves import LeafFinding, leaf_findings
-from verify.solver.solve import Answer
+from verify.solver.solve import Answer, SolverDecision, about_nothing, decide
 from verify.states.acting import Replay
 from verify.states.shares import SAMPLE_SEED, Shares, measure
 from verify.states.state import State
-from verify.verdicts.margins import room
-from verify.verdicts.opinions import Zoned, agreeing, by_zones, largest_eps, with_premises
+from verify.verdicts.opinions import Zoned, agreeing, by_zones, largest_eps, room, with_premises
 
 if TYPE_CHECKING:
     from verify.extent.found import Where

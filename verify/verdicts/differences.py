@@ -24,7 +24,7 @@ from verify.extent.violations import ExactShare, Failing, exact_share, measure_u
 from verify.kinds import MACHINE
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
-from verify.solver import decide as solver
+from verify.solver import solve as solver
 from verify.states.shares import explain_unstated
 from verify.states.state import State, exact_point, inside, leaf_at, nearest
 from verify.subjects import Game

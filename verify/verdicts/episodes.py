@@ -26,7 +26,7 @@ from verify.claims.catalogue import describe_left_out, opponents_words
 from verify.claims.episodes import EpisodeClaim
 from verify.counterexamples.episode_explanation import EpisodeExplanation, explain_episode
 from verify.counterexamples.search import simplest
-from verify.episodes import certificates, edges
+from verify.episodes import certificates, unbounded
 from verify.episodes.certificates import LeftOpenError, NoCertificateError
 from verify.episodes.composition import ZonesDecision, decide
 from verify.episodes.contacts import MAX_DRIFT
@@ -191,7 +191,7 @@ def _judge_question(question: EpisodeQuestion, samples: int | None = None) -> _J
 
 def _by_edges(question: EpisodeQuestion, violating: Share) -> _Judged:
     """The verdict by edges that agents never cross; each agent that has some is followed alone."""
-    outcome = edges.decide(question)
+    outcome = unbounded.decide(question)
     decision = ZonesDecision(outcome.verdict, outcome.zones, outcome.reason)
     certificate = outcome.certificate
     if certificate is None:

@@ -44,7 +44,7 @@ from verify.exact import read_number
 from verify.kinds import MACHINE
 from verify.question import Question
 from verify.result import AnyResult
-from verify.states.failures import failures
+from verify.states.shares import failures
 from verify.states.state import State, violates
 from verify.subjects import Game
 

@@ -24,7 +24,7 @@ from verify.claims.observed import View, over
 from verify.kinds import SEMANTICS
 from verify.result import Verdict
 from verify.solver import encode
-from verify.solver.halflines import HalfLine
+from verify.solver.terms import HalfLine
 
 CLAIMS = {
     "angle < {end} implies acts(pole) == left": "PROVED",

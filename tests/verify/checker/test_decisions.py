@@ -32,7 +32,7 @@ from verify.claims.uncertified.starts import start_region
 from verify.kinds import MACHINE, REAL, Semantics
 from verify.question import Question
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.zones import engine as zones
 from verify.zones import search, tables

@@ -31,7 +31,7 @@ from verify.claims.uncertified.starts import start_region
 from verify.kinds import Semantics
 from verify.question import Budgets, Question
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.verdicts import opinions
 from verify.zones import engine as zones

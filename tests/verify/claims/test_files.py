@@ -18,7 +18,7 @@ from verify.claims.region_files import read_region
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
 

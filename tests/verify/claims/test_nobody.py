@@ -35,7 +35,7 @@ from verify.episodes import composition
 from verify.question import Question, from_start
 from verify.repair import search
 from verify.solver import leaves
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.states.episodes import at_rest, playable
 from verify.states.state import State, violates
 from verify.subjects import Game

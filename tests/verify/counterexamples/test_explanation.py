@@ -20,8 +20,7 @@ from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import start_region
 from verify.claims.uncertified.values import tighten_formula, worth
 from verify.counterexamples import uniqueness
-from verify.counterexamples.explanation import explain_counterexample
-from verify.counterexamples.lines import along, around, line_between
+from verify.counterexamples.explanation import along, around, explain_counterexample, line_between
 from verify.counterexamples.search import explain, violating_samples
 from verify.counterexamples.uniqueness import Unique, unique
 from verify.question import Budgets, Question, from_start

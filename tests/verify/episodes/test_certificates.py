@@ -34,9 +34,8 @@ from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import everywhere, start_region
-from verify.episodes.certificates import LeftOpenError, NoCertificateError, build_certificate
+from verify.episodes.certificates import EpisodeProver, LeftOpenError, NoCertificateError, build_certificate
 from verify.episodes.composition import ZonesDecision, decide
-from verify.episodes.proof import EpisodeProver
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.states.episodes import at_rest, play

@@ -24,7 +24,7 @@ from verify.checker.episodes.reading import OpenBranchError
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.episodes.proof import EpisodeProver, TooLongError
+from verify.episodes.certificates import EpisodeProver, TooLongError
 from verify.question import Question
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes

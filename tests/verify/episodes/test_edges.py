@@ -14,7 +14,7 @@ from verify.claims.episodes import KeepsApart, StaysIn
 from verify.claims.files import read_properties
 from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.starts import everywhere
-from verify.episodes.edges import decide
+from verify.episodes.unbounded import decide
 from verify.question import Question
 from verify.result import Verdict
 from verify.states.episodes import play

@@ -42,12 +42,12 @@ from verify.question import Budgets, Question
 from verify.reports import report
 from verify.reports import where as where_report
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.states import shares
 from verify.states.state import sample
 from verify.subjects import Game
 from verify.verdicts import decisions
-from verify.zones.compiled import SLOWER
+from verify.zones.search import SLOWER
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 CLAIM = DistinctTargets("defenders")

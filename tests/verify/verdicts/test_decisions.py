@@ -24,7 +24,7 @@ from verify.claims.uncertified.own import PROPERTIES
 from verify.claims.uncertified.starts import start_region
 from verify.question import Budgets, Question, from_start, shuffle_leaves
 from verify.result import Opinion, Verdict
-from verify.solver.decide import SolverDecision, decide
+from verify.solver.solve import SolverDecision, decide
 from verify.states import shares
 from verify.states.state import State, inside, sample, violates
 from verify.subjects import Game

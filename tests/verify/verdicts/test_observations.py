@@ -23,7 +23,7 @@ from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import Viewed, carry_region
 from verify.question import Question
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.verdicts.opinions import by_zones
 

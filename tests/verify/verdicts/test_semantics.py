@@ -19,14 +19,13 @@ from verify.claims.uncertified.starts import start_region
 from verify.kinds import MACHINE, REAL
 from verify.question import Question, from_start
 from verify.result import Verdict
-from verify.solver.decide import decide
 from verify.solver.encode import half_line
 from verify.solver.encode import query as query_of
-from verify.solver.solve import smt_lib
+from verify.solver.solve import decide, smt_lib
 from verify.states.state import inside, violates
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
-from verify.verdicts.margins import MAX_QUESTIONS, STEP, largest_margin
+from verify.verdicts.opinions import MAX_QUESTIONS, STEP, largest_margin
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 

@@ -25,7 +25,7 @@ from verify.question import Question, from_start
 from verify.repair.search import repair
 from verify.reports import report
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.states.real import comparable, measure_feature
 from verify.states.state import violates
 from verify.subjects import Game

@@ -22,10 +22,9 @@ from verify.kinds import MACHINE, REAL
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.subjects import Game
-from verify.zones import compiled as zone_compiled
 from verify.zones import engine
-from verify.zones.compiled import CompiledSearch
-from verify.zones.search import BudgetError, ZoneSearch
+from verify.zones import search as zone_compiled
+from verify.zones.search import BudgetError, CompiledSearch, ZoneSearch
 from verify.zones.tables import Flat, Problem
 
 pytestmark = pytest.mark.compile

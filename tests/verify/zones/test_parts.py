@@ -18,13 +18,12 @@ from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conj
 from verify.claims.uncertified.own import OwnFormula
 from verify.question import from_start
 from verify.result import Verdict
-from verify.solver.decide import decide
 from verify.solver.encode import query
-from verify.solver.solve import ask
+from verify.solver.solve import ask, decide
 from verify.verdicts.decisions import verify
 from verify.verdicts.opinions import by_zones
 from verify.zones import engine
-from verify.zones.compiled import SLOWER
+from verify.zones.search import SLOWER
 
 COUNT = 5
 

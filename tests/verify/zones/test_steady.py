@@ -37,13 +37,13 @@ from verify.kinds import MACHINE, REAL, Semantics
 from verify.question import Budgets, Question, from_start
 from verify.reports import report
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.states import noise
 from verify.states.state import sample, violates
 from verify.subjects import Game
 from verify.verdicts import decisions as engine
 from verify.verdicts import opinions
-from verify.verdicts.margins import MAX_QUESTIONS, STEP
+from verify.verdicts.opinions import MAX_QUESTIONS, STEP
 from verify.zones import engine as zones
 from verify.zones import tables
 

@@ -35,7 +35,7 @@ from verify.kinds import MACHINE, REAL, Semantics
 from verify.question import Question, from_start, shuffle_leaves
 from verify.result import Verdict
 from verify.solver import encode
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.zones import engine as zones
 

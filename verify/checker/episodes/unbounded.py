@@ -2,7 +2,7 @@
 
 Does: says what agents must not do near an edge, and whether proofs of that show a claim.
 Assumes: nothing beyond checker/reading.py, decisions.py and thresholds.py; belongs to the trusted base.
-Does not: look for edges (verify/episodes/edges.py).
+Does not: look for edges (verify/episodes/unbounded.py).
 
 Why edges hold. Along an axis an agent is at x with velocity v. Unless it is pushed, it comes to rest at z = x + k v,
 where k = dt / damping: a step keeps z. A push by q adds k q to z. Let x and z be at most the edge. A step that does not

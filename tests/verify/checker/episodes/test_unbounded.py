@@ -19,8 +19,8 @@ from verify.checker.episodes.unbounded import RUNAWAY, SLACK, EdgeReading
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.uncertified.starts import everywhere
-from verify.episodes import edges
-from verify.episodes.edges import decide, nest_proofs
+from verify.episodes import unbounded
+from verify.episodes.unbounded import decide, nest_proofs
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.states.episodes import play
@@ -121,7 +121,7 @@ def test_who_may_leave_is_named(homers):
 
 def test_those_whom_a_tree_reads(profile, monkeypatch):
     """Who runs after another one has edges where that one has: together, and never alone."""
-    monkeypatch.setattr(edges, "FARTHEST_EDGE", F(8))  # sooner too far
+    monkeypatch.setattr(unbounded, "FARTHEST_EDGE", F(8))  # sooner too far
     number = [feature.name for feature in profile.policy("agent_0").features].index("agent_1_dx")
     chasing = tree((number, -0.25, 1, 2), LEFT, (number, 0.25, 3, 4), STAY, RIGHT)
     chased = team(profile, chasing, homing(1))
