@@ -32,7 +32,7 @@ from verify.claims import decisions as properties
 from verify.claims.decisions import DistinctTargets, OwnTarget
 from verify.claims.files import read_properties
 from verify.claims.formula import FALSE, TRUE, negate
-from verify.claims.uncertified.starts import start_region
+from verify.claims.wording.starts import start_region
 from verify.episodes import composition, unroll
 from verify.episodes import zones as batch
 from verify.question import Question, from_start

@@ -15,7 +15,7 @@ from maviper.episodes.play import tree_policies
 from maviper.worlds.games.physical_deception import DEFENDERS
 from tests.support.altered import read_game
 from verify.checker.decisions import check_certificate
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 
 FOLDER = Path(__file__).parent.parent / "generated" / "proved_defenders"
 CERTIFICATE = FOLDER / "certificate-1-distinct_targets.json"

@@ -23,10 +23,10 @@ from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import Formula, agents, conjuncts, for_goal, names_goal
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import Viewed
 from verify.claims.verifiable import read_by, verifiable
+from verify.claims.wording.own import OwnFormula
+from verify.claims.wording.starts import everywhere
+from verify.claims.wording.views import Viewed
 from verify.kinds import MACHINE, Kind
 from verify.subjects import Game, Subject
 

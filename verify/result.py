@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from verify.claims.region import Region
-    from verify.claims.uncertified.views import Viewed
+    from verify.claims.wording.views import Viewed
     from verify.states.state import State
 
 

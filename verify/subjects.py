@@ -14,7 +14,7 @@ from codegen.sum_rules import VERIFIER, ensure_plain
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
-    from verify.claims.uncertified.views import Viewed
+    from verify.claims.wording.views import Viewed
     from verify.systems.system import System
 
 

@@ -95,7 +95,7 @@ def _decide_claims(
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import pose_questions, verify_questions
-    from verify.claims.uncertified.own import spell_rounded
+    from verify.claims.wording.own import spell_rounded
     from verify.progress import listening
 
     asking = VerifyOptions.of(options).ensure_usable()

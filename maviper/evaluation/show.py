@@ -22,7 +22,7 @@ from codegen.numbers import neighbour
 from codegen.observe import observe
 from codegen.sums import among
 from codegen.wording import NO_UNIT, describe_sum, format_count, number
-from verify.claims.uncertified.starts import positions
+from verify.claims.wording.starts import positions
 from verify.states.acting import Step, path
 from verify.states.state import State
 

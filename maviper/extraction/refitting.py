@@ -30,7 +30,7 @@ from maviper.verification.replays import states_of
 from maviper.worlds import ParticleWorld, World
 from maviper.worlds.matching import plays
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.question import Question
 from verify.states.shares import SAMPLE_SEED, SAMPLES, fails, find_unbounded, violating
 from verify.states.state import observe_state, sample

@@ -14,7 +14,7 @@ from codegen.sum_rules import ensure_plain
 from maviper.files import kinds, runs
 from verify.claims.region import Region
 from verify.claims.region_files import read_region
-from verify.claims.uncertified.starts import everywhere, find_observed_velocities
+from verify.claims.wording.starts import everywhere, find_observed_velocities
 
 READER = "this command"
 VERSION = "0.2.0"  # pyproject.toml and CITATION.cff say the same

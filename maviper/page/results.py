@@ -36,8 +36,8 @@ from verify.checker.episodes import certificates as episodes
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import agents
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import START, name_region
+from verify.claims.wording.own import OwnFormula
+from verify.claims.wording.starts import START, name_region
 from verify.kinds import MACHINE
 from verify.result import AnyResult, Verdict
 

@@ -38,8 +38,8 @@ from verify.claims.language import parameters
 from verify.claims.language.parameters import Form
 from verify.claims.observed import View
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import START
-from verify.claims.uncertified.views import RANGES, SEEN, Viewed, carry_region, select_features, unread
+from verify.claims.wording.starts import START
+from verify.claims.wording.views import RANGES, SEEN, Viewed, carry_region, select_features, unread
 from verify.decimals import exact, plain
 from verify.kinds import MACHINE, SEMANTICS
 from verify.question import UNITS_A_NODE, AnyClaim, Budgets, Question

@@ -30,7 +30,7 @@ from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
 from verify.certificates.games import to_json
 from verify.claims.observed import View
-from verify.claims.uncertified.views import Viewed, unread
+from verify.claims.wording.views import Viewed, unread
 from verify.kinds import SEMANTICS
 from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report

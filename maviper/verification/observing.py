@@ -16,8 +16,8 @@ from verify.checker.thresholds import sides
 from verify.claims.formula import Formula
 from verify.claims.language.compared import Compared, read_as_compared
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import START
-from verify.claims.uncertified.views import RANGES, SEEN, UNLIKE, Viewed, build_seen_region, find_numbers
+from verify.claims.wording.starts import START
+from verify.claims.wording.views import RANGES, SEEN, UNLIKE, Viewed, build_seen_region, find_numbers
 
 
 def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Formula]:

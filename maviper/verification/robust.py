@@ -29,8 +29,8 @@ from verify.checker.decisions import DecisionCertificate
 from verify.claims.formula import Acts
 from verify.claims.observed import View
 from verify.claims.region import Interval, Region
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.views import Viewed
+from verify.claims.wording.own import OwnFormula
+from verify.claims.wording.views import Viewed
 from verify.exact import MAX_NUMBER
 from verify.extent.radius import Radius, radius
 from verify.question import DecisionQuestion, Question

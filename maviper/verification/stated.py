@@ -34,7 +34,7 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
-from verify.claims.uncertified.views import Viewed, select_features
+from verify.claims.wording.views import Viewed, select_features
 from verify.kinds import MACHINE
 from verify.progress import tell
 from verify.question import Question

@@ -30,7 +30,7 @@ from verify.certificates.proofs import count_bytes
 from verify.checker.episodes.certificates import check_certificate
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.episodes.certificates import build_certificate
 from verify.episodes.composition import decide
 from verify.question import Budgets, Question

@@ -32,7 +32,7 @@ from maviper.verification.files.states import document_of
 from maviper.verification.repair import collect_states
 from maviper.worlds.matching import matching_world
 from verify.claims.catalogue import find_property
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.question import Question, from_start
 from verify.repair.search import repair
 from verify.states.shares import SAMPLES, failures, violating

@@ -47,8 +47,8 @@ from tests.support.zone_cases import stated
 from verify.checker import decisions
 from verify.checker.certificate import numbers
 from verify.claims.decisions import DistinctTargets, NoDouble, formula
-from verify.claims.uncertified.own import BUILT_IN
-from verify.claims.uncertified.starts import start_region
+from verify.claims.wording.own import BUILT_IN
+from verify.claims.wording.starts import start_region
 from verify.kinds import Semantics
 from verify.question import Question
 from verify.result import Verdict

@@ -18,7 +18,7 @@ from maviper import load
 from tests.benchmarks.verifier import Played, deception_team, seconds
 from verify.claims.catalogue import find_property
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.extent import violations
 from verify.extent.largest import largest
 from verify.question import Question

@@ -23,7 +23,7 @@ from tests.support.altered import altered, read_game
 from verify.certificates.games import to_json
 from verify.checker.decisions import DecisionCertificate, check_certificate
 from verify.checker.reading import RejectedError
-from verify.claims.uncertified.own import formula_document
+from verify.claims.wording.own import formula_document
 from verify.counterexamples import search
 from verify.counterexamples.explanation import Explanation
 from verify.counterexamples.uniqueness import Unique

@@ -31,7 +31,7 @@ from verify.checker.accept import accept
 from verify.checker.systems.proofs import from_json
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml
-from verify.claims.uncertified.starts import start_region
+from verify.claims.wording.starts import start_region
 from verify.decimals import plain
 
 SAMPLES, PLAYED = 2_000, 12

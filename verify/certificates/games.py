@@ -15,7 +15,7 @@ from verify.claims.formula import TRUE, Formula
 from verify.claims.observed import View
 from verify.claims.region import Region
 from verify.claims.relations import RELATIONS
-from verify.claims.uncertified.own import formula_document, region_document, view_document
+from verify.claims.wording.own import formula_document, region_document, view_document
 from verify.kinds import ALWAYS
 
 __all__ = ["may_name", "to_json"]

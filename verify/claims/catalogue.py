@@ -19,9 +19,9 @@ from verify.claims.decisions import PLAIN, STEADY, DecisionClaim, ensure_askable
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.language.parameters import Form, of_form
 from verify.claims.relations import RELATIONS
-from verify.claims.uncertified.episodes import ACCOUNTS, account_of
-from verify.claims.uncertified.own import BUILT_IN, PROPERTIES, WITH_ERRORS, WORDS
 from verify.claims.verifiable import check_landmarks, ensure_landmark_each, ensure_landmarks
+from verify.claims.wording.episodes import ACCOUNTS, account_of
+from verify.claims.wording.own import BUILT_IN, PROPERTIES, WITH_ERRORS, WORDS
 
 Claim = DecisionClaim | EpisodeClaim
 ZONES = "zones"  # given like a parameter of claims about episodes, though it is a budget: how many may be visited

@@ -5,7 +5,7 @@ Does: states each as a formula over world states and actions, and in words; says
   between a team and the landmarks.
 Assumes: landmarks and agents are those of the profile's world; action effects are unit directions.
 Does not: find claims by name (catalogue.py), read files (files.py), decide, or say whether a matching exists
-  (uncertified/matched.py).
+  (wording/matched.py).
 
 With u(a) the direction of the chosen action, agent i closes on target k iff u(a_i) . (l_k - p_i) > margin; it is at k
 iff their L-infinity distance is at most the radius; engaged is either. Lengths are in the world's unit.

@@ -21,9 +21,9 @@ from verify.claims.language.parameters import Form, of_form
 from verify.claims.language.tables import properties, read_each
 from verify.claims.region import Region
 from verify.claims.region_files import is_list, is_table, region_of
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere, find_observed_velocities, positions
-from verify.claims.uncertified.views import find_numbers
+from verify.claims.wording.own import OwnFormula
+from verify.claims.wording.starts import everywhere, find_observed_velocities, positions
+from verify.claims.wording.views import find_numbers
 from verify.decimals import number
 from verify.kinds import ALWAYS
 from verify.toml_places import Place, parse

@@ -13,7 +13,7 @@ from typing import TypeGuard
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import WorldSpec
 from verify.claims.region import Difference, Interval, Pair, Region
-from verify.claims.uncertified.starts import positions, start_bounds
+from verify.claims.wording.starts import positions, start_bounds
 from verify.decimals import number, text
 from verify.toml_places import Place, parse
 

@@ -35,7 +35,7 @@ from verify.claims.formula import (
     substitute_actions,
 )
 from verify.claims.region import Region
-from verify.claims.uncertified.values import worth
+from verify.claims.wording.values import worth
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.counterexamples.uniqueness import Uniqueness, unique
 from verify.kinds import MACHINE, REAL

@@ -25,8 +25,8 @@ from codegen.ir import Bool, Float64
 from verify.checker.episodes.certificates import ProofPart
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import goal_text
-from verify.claims.uncertified.matched import has_matching
 from verify.claims.verifiable import read_by
+from verify.claims.wording.matched import has_matching
 from verify.episodes.contacts import Pair, colliders, travels
 from verify.episodes.unroll import Cut, EpisodeSearch, Group, build_group, ensure_exact, strides
 from verify.episodes.zones import (

@@ -19,9 +19,9 @@ from verify.checker.episodes.certificates import UNBOUNDED, EpisodeCertificate
 from verify.checker.episodes.unbounded import SLACK, EdgeReading, Edges, Side, ensure_shown
 from verify.checker.reading import RejectedError
 from verify.claims.region import Interval, goal_text
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.own import OwnFormula
 from verify.claims.verifiable import read_by
+from verify.claims.wording.episodes import account_of
+from verify.claims.wording.own import OwnFormula
 from verify.episodes.certificates import certify, inhabitant
 from verify.question import EpisodeQuestion, Question
 from verify.result import Verdict

@@ -12,7 +12,7 @@ from fractions import Fraction
 from codegen.intervals import Share
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.extent.largest import candidates, largest
 from verify.extent.violations import ExactShare, Failing, exact_part, exact_share, violations
 from verify.question import DecisionQuestion

@@ -14,7 +14,7 @@ from math import factorial, lcm, prod
 
 from verify.claims.formula import negate
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
+from verify.claims.wording.own import OwnFormula
 from verify.extent.union import DEFAULT_PARTS, union
 from verify.kinds import MACHINE
 from verify.progress import tell

@@ -16,7 +16,7 @@ import numpy as np
 
 from codegen.ir import Bool, Float64, Int64, PolicyProfile, act
 from codegen.numbers import nearest_double
-from verify.claims.uncertified.values import Batch
+from verify.claims.wording.values import Batch
 from verify.reach.play.samples import observe_planes
 from verify.systems.claims import SystemClaim
 from verify.systems.language.choices import vectorise

@@ -15,9 +15,9 @@ from verify.checker.episodes.unbounded import Edges
 from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.episodes import PLAYED
 from verify.claims.region import goal_text
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.own import region_document
-from verify.claims.uncertified.starts import name_region
+from verify.claims.wording.episodes import account_of
+from verify.claims.wording.own import region_document
+from verify.claims.wording.starts import name_region
 from verify.decimals import plain
 from verify.kinds import MACHINE
 from verify.reports import trusted

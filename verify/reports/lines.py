@@ -14,7 +14,7 @@ from codegen.intervals import percent
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
 from verify.claims.formula import agents, coordinates
-from verify.claims.uncertified.starts import START
+from verify.claims.wording.starts import START
 from verify.kinds import REAL
 from verify.question import Question
 from verify.reports.kinds import telling

@@ -19,7 +19,7 @@ from codegen.wording import format_count, visible
 from verify.certificates.proofs import count_bytes
 from verify.certificates.proofs import plain as as_plain
 from verify.checker.systems.proofs import Cover, FlowSets, Invariant, SystemProof, Walks
-from verify.claims.uncertified.own import spell_rounded
+from verify.claims.wording.own import spell_rounded
 from verify.decimals import plain
 from verify.language.units import unit_of
 from verify.reports import flows, trusted

@@ -36,7 +36,7 @@ from verify.claims.formula import (
     substitute_actions,
 )
 from verify.claims.region import Region
-from verify.claims.uncertified.values import tighten_formula
+from verify.claims.wording.values import tighten_formula
 from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
 from verify.solver.terms import (

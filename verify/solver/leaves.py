@@ -15,7 +15,7 @@ import numpy as np
 from codegen import ir
 from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.region import Region
-from verify.claims.uncertified.own import AliveLeaves
+from verify.claims.wording.own import AliveLeaves
 from verify.kinds import REAL
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict

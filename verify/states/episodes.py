@@ -20,8 +20,8 @@ from codegen.ir import Bool, Float64, PolicyProfile
 from verify.claims.decisions import matchings
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Region
-from verify.claims.uncertified.episodes import ORIGIN, Gaps, Pairs, account_of
 from verify.claims.verifiable import verifiable
+from verify.claims.wording.episodes import ORIGIN, Gaps, Pairs, account_of
 from verify.question import EpisodeQuestion
 from verify.states.state import State, choose_actions, inside
 

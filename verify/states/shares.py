@@ -37,9 +37,9 @@ from verify.claims.formula import (
 )
 from verify.claims.formula import coordinates as spoken_of
 from verify.claims.region import Interval, Region
-from verify.claims.uncertified.matched import preventable
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.values import Batch
+from verify.claims.wording.matched import preventable
+from verify.claims.wording.starts import everywhere
+from verify.claims.wording.values import Batch
 from verify.kinds import MACHINE
 from verify.question import DecisionQuestion
 from verify.states import noise

@@ -18,7 +18,7 @@ from verify.checker.decisions import DecisionCertificate, Premise
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import TRUE, Condition, agents, conjunction, negate
 from verify.claims.region import goal_text
-from verify.claims.uncertified.own import OwnFormula
+from verify.claims.wording.own import OwnFormula
 from verify.counterexamples.explanation import Explanation, explain_counterexample
 from verify.counterexamples.search import Counterexample, confirm_point, explain, near, violating_samples
 from verify.kinds import MACHINE, REAL

@@ -18,7 +18,7 @@ from codegen.ir import PolicyProfile
 from verify.checker.decisions import DecisionCertificate, check_certificate
 from verify.claims.pairs import alike, counterpart, ensure_comparable, pair_profiles
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
+from verify.claims.wording.own import OwnFormula
 from verify.counterexamples.search import MAX_PLACES, confirm_point
 from verify.extent.violations import ExactShare, Failing, exact_share, measure_union, violations
 from verify.kinds import MACHINE

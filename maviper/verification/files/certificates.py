@@ -29,8 +29,8 @@ from verify.claims.catalogue import describe_left_out, opponents_words, select_s
 from verify.claims.claim import Parameter
 from verify.claims.formula import And, Or, agents
 from verify.claims.observed import over
-from verify.claims.uncertified.starts import is_start
-from verify.claims.uncertified.views import describe_view
+from verify.claims.wording.starts import is_start
+from verify.claims.wording.views import describe_view
 from verify.decimals import plain
 
 AGAINST_FILE = "against.json"  # the second profile, beside a certificate about two

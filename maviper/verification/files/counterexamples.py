@@ -29,8 +29,8 @@ from verify.claims.decisions import OWN, PLAIN, formula
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
 from verify.claims.observed import over, view_from
 from verify.claims.region import goal_of, goal_text
-from verify.claims.uncertified.own import BUILT_IN, formula_document, view_document
-from verify.claims.uncertified.starts import positions
+from verify.claims.wording.own import BUILT_IN, formula_document, view_document
+from verify.claims.wording.starts import positions
 from verify.counterexamples.search import Counterexample
 from verify.exact import MAX_NUMBER, read_number
 from verify.kinds import MACHINE, REAL

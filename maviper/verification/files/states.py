@@ -38,8 +38,8 @@ from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.formula import Formula, Linear, atoms
 from verify.claims.region import Region, goal_of, goal_text
 from verify.claims.region_files import read_region, region_toml
-from verify.claims.uncertified.own import OwnFormula, formula_document
-from verify.claims.uncertified.starts import find_observed_velocities, name_region
+from verify.claims.wording.own import OwnFormula, formula_document
+from verify.claims.wording.starts import find_observed_velocities, name_region
 from verify.exact import read_number
 from verify.kinds import MACHINE
 from verify.question import Question

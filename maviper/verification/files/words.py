@@ -12,7 +12,7 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or
 from verify.claims.region import Interval, Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.decimals import plain
 
 MOST = 300  # characters of a formula or a region that are shown

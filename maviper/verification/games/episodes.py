@@ -34,7 +34,7 @@ from maviper.worlds.stated.observing import (
 from verify.checker.episodes.reading import matchings
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Interval, Region
-from verify.claims.uncertified.episodes import account_of
+from verify.claims.wording.episodes import account_of
 from verify.decimals import plain
 from verify.decimals import text as number_text
 from verify.states.episodes import at_rest, playable

@@ -16,7 +16,7 @@ import numpy as np
 
 from codegen.ir import GOAL, Bool, Float64, PolicyProfile
 from maviper.worlds.stated.observing import bound_region, ensure_observed, list_observed, place_in, with_noise
-from verify.claims.uncertified.values import Batch
+from verify.claims.wording.values import Batch
 from verify.reach.replay import Course
 from verify.states.episodes import play
 from verify.systems.claims import SystemClaim

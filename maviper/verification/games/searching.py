@@ -25,7 +25,7 @@ from maviper.worlds.stated.observing import (
     with_noise,
 )
 from verify.claims.region import Interval
-from verify.claims.uncertified.values import Batch
+from verify.claims.wording.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.statement import Statement
 from verify.systems.system import State, Variable

@@ -20,8 +20,8 @@ from maviper.verification.files.counterexamples import document
 from maviper.verification.files.places import zones_and_region
 from maviper.verification.procedures.procedure import Procedure
 from verify.certificates.games import to_json
-from verify.claims.uncertified.own import spell_decisions
-from verify.claims.uncertified.starts import name_region
+from verify.claims.wording.own import spell_decisions
+from verify.claims.wording.starts import name_region
 from verify.question import DecisionQuestion
 from verify.result import Verdict
 from verify.solver.encode import Query, query, reaching

@@ -16,7 +16,7 @@ from maviper.compilation.compile import compile_profile
 from maviper.verification.join import verify_claims
 from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.question import Question
 from verify.result import Verdict
 from verify.subjects import Game

@@ -20,7 +20,7 @@ from tests.support.pole import pole
 from tests.support.small import small_profile
 from tests.support.verifying import run
 from verify.claims.observed import View
-from verify.claims.uncertified.views import Viewed
+from verify.claims.wording.views import Viewed
 
 SEEN = ((-0.5, -0.25, 0.5, 1.5), (0.0, 0.0, 2.0, 2.0))
 

@@ -35,8 +35,8 @@ from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import FALSE, TRUE, Acts, conjunction, disjunction, holds
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml
-from verify.claims.uncertified.own import formula_document
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.own import formula_document
+from verify.claims.wording.starts import everywhere
 from verify.question import Question, from_start
 from verify.states.shares import failures, violating
 from verify.states.state import State, inside, sample, violates

@@ -22,7 +22,7 @@ from tests.support.game_sums import team
 from tests.support.generated import FOLDER
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml
-from verify.claims.uncertified.starts import start_region
+from verify.claims.wording.starts import start_region
 from verify.result import SETTLED, Verdict
 
 RADII = {"reaches": Fraction(1, 2), "covers": Fraction(1), "keeps_apart": Fraction(1, 4), "stays_in": Fraction(1)}

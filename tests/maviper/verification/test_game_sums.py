@@ -32,8 +32,8 @@ from verify.claims.decisions import formula
 from verify.claims.formula import Linear, holds
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml
-from verify.claims.uncertified.starts import start_region
-from verify.claims.uncertified.values import Batch
+from verify.claims.wording.starts import start_region
+from verify.claims.wording.values import Batch
 from verify.decimals import plain
 from verify.result import Verdict
 from verify.states.state import sample

@@ -17,7 +17,7 @@ from maviper.verification.run import pose_questions, verify_questions
 from tests.support.small import small_profile
 from verify.claims import catalogue
 from verify.claims.claim import TeamClaim
-from verify.claims.uncertified.own import region_document
+from verify.claims.wording.own import region_document
 from verify.reports import kinds
 from verify.reports.lines import as_lines
 from verify.reports.telling import Telling

@@ -17,7 +17,7 @@ from maviper.worlds import WORLDS, find
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.verifying import run
 from verify.claims.catalogue import find_claim
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.question import Question
 from verify.reports import report
 from verify.subjects import Game

@@ -26,8 +26,8 @@ from verify.claims.decisions import STEADY, DistinctTargets, OwnTarget, formula
 from verify.claims.files import read_properties
 from verify.claims.formula import FALSE, TRUE, Linear
 from verify.claims.region import Region
-from verify.claims.uncertified.own import BUILT_IN
-from verify.claims.uncertified.starts import start_region
+from verify.claims.wording.own import BUILT_IN
+from verify.claims.wording.starts import start_region
 from verify.kinds import Semantics
 from verify.question import Budgets, Question
 from verify.result import Verdict

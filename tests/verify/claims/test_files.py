@@ -15,7 +15,7 @@ from verify.claims.episodes import Covers, Reaches
 from verify.claims.files import read_properties
 from verify.claims.formula import TRUE
 from verify.claims.region_files import read_region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.question import Question
 from verify.result import Verdict
 from verify.solver.solve import decide

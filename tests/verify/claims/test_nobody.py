@@ -27,10 +27,10 @@ from verify.claims.episodes import EPISODE_CLAIMS, Covers, KeepsApart
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.own import BUILT_IN, AliveLeaves, OwnFormula
-from verify.claims.uncertified.starts import everywhere
 from verify.claims.verifiable import verifiable
+from verify.claims.wording.episodes import account_of
+from verify.claims.wording.own import BUILT_IN, AliveLeaves, OwnFormula
+from verify.claims.wording.starts import everywhere
 from verify.episodes import composition
 from verify.question import Question, from_start
 from verify.repair import search

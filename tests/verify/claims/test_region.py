@@ -16,8 +16,8 @@ from maviper.worlds import find
 from tests.support.strategies import WORLD
 from verify.claims.region import Region
 from verify.claims.region_files import read_region, region_toml
-from verify.claims.uncertified.matched import has_matching
-from verify.claims.uncertified.starts import positions, start_region
+from verify.claims.wording.matched import has_matching
+from verify.claims.wording.starts import positions, start_region
 from verify.decimals import exact, plain, text
 from verify.exact import read_number
 from verify.states.state import contains, inside, sample

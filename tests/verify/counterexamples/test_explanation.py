@@ -16,9 +16,9 @@ from verify.checker.thresholds import sides
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, conjunction, disjunction, holds
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import start_region
-from verify.claims.uncertified.values import tighten_formula, worth
+from verify.claims.wording.own import OwnFormula
+from verify.claims.wording.starts import start_region
+from verify.claims.wording.values import tighten_formula, worth
 from verify.counterexamples import uniqueness
 from verify.counterexamples.explanation import along, around, explain_counterexample, line_between
 from verify.counterexamples.search import explain, violating_samples

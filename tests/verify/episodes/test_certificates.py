@@ -33,7 +33,7 @@ from verify.checker.episodes.reading import CLAIM, EpisodeReading, matchings
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere, start_region
+from verify.claims.wording.starts import everywhere, start_region
 from verify.episodes.certificates import EpisodeProver, LeftOpenError, NoCertificateError, build_certificate
 from verify.episodes.composition import ZonesDecision, decide
 from verify.question import Budgets, Question

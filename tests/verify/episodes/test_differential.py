@@ -18,7 +18,7 @@ from verify.checker.episodes.certificates import FORM, ProofPart, check_certific
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.episodes.certificates import NoCertificateError, build_certificate
 from verify.episodes.composition import decide
 from verify.question import Budgets, Question

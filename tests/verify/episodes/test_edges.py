@@ -12,8 +12,8 @@ from verify.checker.episodes.certificates import check_certificate
 from verify.claims.catalogue import find_claim, in_general, usual
 from verify.claims.episodes import KeepsApart, StaysIn
 from verify.claims.files import read_properties
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.episodes import account_of
+from verify.claims.wording.starts import everywhere
 from verify.episodes.unbounded import decide
 from verify.question import Question
 from verify.result import Verdict

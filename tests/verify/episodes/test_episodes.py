@@ -19,8 +19,8 @@ from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.episodes import Covers
 from verify.claims.region import Region
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.starts import everywhere, start_region
+from verify.claims.wording.episodes import account_of
+from verify.claims.wording.starts import everywhere, start_region
 from verify.episodes.composition import _Arrive, _Decider, _Task, _Violated, decide
 from verify.episodes.zones import starts
 from verify.question import Budgets, Question

@@ -30,8 +30,8 @@ from verify.claims.decisions import DistinctTargets, engages, formula
 from verify.claims.formula import And, Goal, Linear, Not, Or, holds
 from verify.claims.region import Region
 from verify.claims.region_files import read_region, region_toml
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere, start_region
+from verify.claims.wording.own import OwnFormula
+from verify.claims.wording.starts import everywhere, start_region
 from verify.extent import found as where
 from verify.extent import violations
 from verify.extent.carving import GRID, obstacles

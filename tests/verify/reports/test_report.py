@@ -22,9 +22,9 @@ from verify.claims.decisions import DistinctTargets
 from verify.claims.files import read_properties
 from verify.claims.formula import Acts, Linear, Not, disjunction
 from verify.claims.observed import View
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import Viewed
+from verify.claims.wording.own import OwnFormula
+from verify.claims.wording.starts import everywhere
+from verify.claims.wording.views import Viewed
 from verify.question import Question
 from verify.reports import report
 from verify.reports.code import code_of

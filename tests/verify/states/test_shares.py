@@ -18,9 +18,9 @@ from verify.claims.decisions import formula, matchings
 from verify.claims.files import read_properties
 from verify.claims.formula import holds, substitute_actions
 from verify.claims.observed import View
-from verify.claims.uncertified.matched import has_matching, preventable
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import Viewed
+from verify.claims.wording.matched import has_matching, preventable
+from verify.claims.wording.starts import everywhere
+from verify.claims.wording.views import Viewed
 from verify.question import Question, from_start
 from verify.states import shares
 from verify.states.shares import SAMPLE_SEED, conflicts, extent_words, of_start

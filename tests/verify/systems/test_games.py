@@ -14,7 +14,7 @@ from tests.support.teams import STAY, team, tree
 from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.episodes.composition import decide as decided_by_zones
 from verify.question import Budgets, Question
 from verify.reach.forever.cells import Approach

@@ -22,7 +22,7 @@ from verify.checker import decisions
 from verify.checker.reading import RejectedError
 from verify.claims.formula import And, Or
 from verify.claims.pairs import alike
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.kinds import MACHINE
 from verify.question import Budgets
 from verify.result import Verdict

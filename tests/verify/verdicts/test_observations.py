@@ -18,9 +18,9 @@ from verify.checker.reading import RejectedError
 from verify.claims.formula import Acts, below, conjunction, disjunction, negate
 from verify.claims.observed import Mirrored, View, view_from
 from verify.claims.relations import DECREASING, INCREASING, Agree, Differ, Ignores, Monotone, Symmetric
-from verify.claims.uncertified.own import OwnFormula, view_document
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import Viewed, carry_region
+from verify.claims.wording.own import OwnFormula, view_document
+from verify.claims.wording.starts import everywhere
+from verify.claims.wording.views import Viewed, carry_region
 from verify.question import Question
 from verify.result import Verdict
 from verify.solver.solve import decide

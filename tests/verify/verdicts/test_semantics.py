@@ -14,8 +14,8 @@ from verify.claims.catalogue import EPS, find_property
 from verify.claims.decisions import PLAIN, Aligned, NoDouble
 from verify.claims.formula import Acts, below, conjunction, disjunction
 from verify.claims.region import Region
-from verify.claims.uncertified.own import BUILT_IN, OwnFormula
-from verify.claims.uncertified.starts import start_region
+from verify.claims.wording.own import BUILT_IN, OwnFormula
+from verify.claims.wording.starts import start_region
 from verify.kinds import MACHINE, REAL
 from verify.question import Question, from_start
 from verify.result import Verdict

@@ -17,7 +17,7 @@ from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import start_region
+from verify.claims.wording.starts import start_region
 from verify.question import Question, from_start
 from verify.result import Verdict
 from verify.solver.encode import query as query_of

@@ -16,8 +16,8 @@ from verify.checker.reading import Reading, RejectedError
 from verify.claims.catalogue import find_episode_claim, find_property
 from verify.claims.formula import Acts, Not
 from verify.claims.region import Region
-from verify.claims.uncertified.own import AliveLeaves, OwnFormula
-from verify.claims.uncertified.starts import start_region
+from verify.claims.wording.own import AliveLeaves, OwnFormula
+from verify.claims.wording.starts import start_region
 from verify.episodes import composition
 from verify.extent.found import BEYOND, where
 from verify.kinds import REAL, Semantics

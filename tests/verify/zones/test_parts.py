@@ -15,7 +15,7 @@ from verify.certificates.games import to_json
 from verify.checker.decisions import FORM, PARTED, check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conjuncts
-from verify.claims.uncertified.own import OwnFormula
+from verify.claims.wording.own import OwnFormula
 from verify.question import from_start
 from verify.result import Verdict
 from verify.solver.encode import query

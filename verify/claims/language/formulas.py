@@ -21,7 +21,7 @@ from verify.claims.formula import FALSE, TRUE, Acts, Condition, Formula, Goal, c
 from verify.claims.language.compared import spell_unlike
 from verify.claims.language.sums import CoordinateSum, compare_sums, constant, coordinate, distance, largest
 from verify.claims.language.trees import find_single_name, list_conditions, spell, strip_signs
-from verify.claims.uncertified.views import UNLIKE
+from verify.claims.wording.views import UNLIKE
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
 from verify.language.parser import (

@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen.ir import Int32, PolicyProfile, act, outputs
 from verify.claims.formula import Formula
-from verify.claims.uncertified.values import Batch
+from verify.claims.wording.values import Batch
 from verify.reach.play.samples import Planes, Starts, observe_planes, random_starts, value
 from verify.systems.claims import SystemClaim
 from verify.systems.given.played import list_settings

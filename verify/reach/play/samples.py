@@ -18,7 +18,7 @@ import numpy as np
 from codegen.ir import AgentPolicy, Bool, Float64, Int32, Int64, PolicyProfile, act
 from codegen.numbers import nearest_double
 from verify.checker.systems.reading import SystemReading
-from verify.claims.uncertified.values import Batch
+from verify.claims.wording.values import Batch
 from verify.progress import tell
 from verify.reach.play.boxes import Boxes
 from verify.reach.play.cases import Cases, has_cases

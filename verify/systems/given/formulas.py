@@ -19,7 +19,7 @@ from codegen.numbers import nearest_number, neighbour
 from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, below, conjunction, disjunction, negate
 from verify.claims.language.compared import Compared, read_as_compared
 from verify.claims.language.formulas import StatedFormula, Vocabulary, read_statement
-from verify.claims.uncertified.views import UNLIKE
+from verify.claims.wording.views import UNLIKE
 from verify.systems.language.expressions import affine
 from verify.systems.statement import Agent, Statement
 from verify.systems.system import Affine, Measure

@@ -18,7 +18,7 @@ from verify.checker.episodes.certificates import FORM, Parts, check_certificate
 from verify.checker.episodes.unbounded import RUNAWAY, SLACK, EdgeReading
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 from verify.episodes import unbounded
 from verify.episodes.unbounded import decide, nest_proofs
 from verify.question import Budgets, Question

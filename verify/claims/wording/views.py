@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 from codegen.ir import PolicyProfile
 from verify.claims.observed import View, copy_of, ensure_several, of_several, over, variable
 from verify.claims.region import Interval, Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.wording.starts import everywhere
 
 SEEN, RANGES = "seen", "ranges"  # regions of a view: what episodes showed, and what the features' ranges are
 UNLIKE: Final = ""  # in place of float32 and float64: both
