@@ -222,10 +222,9 @@ def check_certificate(
     closed, semantics = list[int](), Semantics(header.semantics, header.eps)
     parts = conjuncts(claim.formula) if header.certificate in (PARTED, MET_PARTED) else (claim.formula,)
     for_any_goal = not _names_goal(claim.formula, profile)
-    first = proofs[goal_text(goals[0])]
     for goal in goals:
         proof = proofs[goal_text(goal)]
-        if for_any_goal and closed and proof == first:
+        if for_any_goal and closed and proof == proofs[goal_text(goals[0])]:
             closed.append(closed[0])  # the same question, and the same proof
             continue
         try:
