@@ -148,10 +148,10 @@ def test_a_proof_that_a_feature_is_ignored_shows_no_other_claim():
         Monotone("team", agent="agent", feature="angle"),
     ):
         with pytest.raises((RejectedError, InputError)):
-            check_certificate(replace(certificate, claim=claim), profile)
+            check_certificate(altered(certificate, property=claim), profile)
         viewed = asked(profile, claim)
         with pytest.raises((RejectedError, InputError)):
-            check_certificate(replace(certificate, claim=claim, view=viewed.viewed.view), profile)
+            check_certificate(altered(certificate, property=claim, view=viewed.viewed.view), profile)
     other = blind({"agent": tree((0, 0.5, 1, 2), 0, 2)}, {"agent": NAMES[:2]})
     with pytest.raises(RejectedError):
         check_certificate(replace(certificate, profile=content_hash(other)), other)
@@ -185,7 +185,7 @@ def test_a_proof_about_some_mirrored_features_is_none_about_others():
     assert check_certificate(certificate, profile) > 0
     for features in ((), ("spin",), ("angle", "spin")):
         with pytest.raises(RejectedError, match="the view is not the one"):
-            check_certificate(replace(certificate, claim=replace(claim, features=features)), profile)
+            check_certificate(altered(certificate, property=replace(claim, features=features)), profile)
 
 
 def odd_tree(seed):
