@@ -42,12 +42,12 @@ from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
 from verify.claims.views import Viewed, select_features
 from verify.decimals import plain
+from verify.kinds import MACHINE
 from verify.progress import tell
 from verify.question import Question
 from verify.reach.results import SystemCounterexample
 from verify.reports import systems as report
 from verify.result import Cost, Result, Verdict
-from verify.semantics import MACHINE
 from verify.subjects import ClosedLoop
 from verify.systems.claims import CurvedClaim, SystemClaim, SystemPremise
 from verify.systems.curves.formulas import with_comparisons
@@ -57,14 +57,7 @@ from verify.systems.given.played import as_played
 from verify.systems.pieces import list_curved
 from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
-from verify.verdicts.systems import (
-    BOXES,
-    ENCLOSED,
-    Attempt,
-    SystemEvidence,
-    SystemResult,
-    verify_system,
-)
+from verify.verdicts.systems import BOXES, ENCLOSED, Attempt, SystemEvidence, SystemResult, verify_system
 
 BENT = "the claim holds or fails within what the enclosures of its products and functions leave open"
 ERRING = "the claim holds or fails within what the errors of next values leave open"

@@ -15,11 +15,11 @@ from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
 from verify.claims.formula import agents, coordinates
 from verify.claims.region_files import START
+from verify.kinds import REAL
 from verify.question import Question
 from verify.reports.kinds import telling
 from verify.reports.report import result_facts
 from verify.result import AnyResult, Verdict
-from verify.semantics import REAL
 from verify.states import shares
 
 

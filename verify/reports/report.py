@@ -17,11 +17,11 @@ from codegen.lowering.render import render
 from codegen.policy_json import content_hash
 from codegen.wording import visible
 from verify.checker.thresholds import AT_ONCE
+from verify.kinds import MACHINE, REAL
 from verify.reports import trusted
 from verify.reports.drawing import draw_picture
 from verify.reports.kinds import by_telling, telling
 from verify.result import AnyResult
-from verify.semantics import MACHINE, REAL
 from verify.states import shares
 
 NO_PAGE = "no page plays them: agents compare float64 numbers"

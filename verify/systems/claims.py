@@ -36,8 +36,7 @@ from verify.claims.formula import (
     disjunction,
     negate,
 )
-from verify.kinds import Kind
-from verify.semantics import MACHINE
+from verify.kinds import MACHINE, Kind
 from verify.systems.affine import Affine, Box, Interval
 from verify.systems.system import HalfSpace, Polytope, State
 
