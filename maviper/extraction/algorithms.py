@@ -15,8 +15,12 @@ from codegen.wording import format_count
 from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import lawful_expert
-from maviper.extraction import dagger, fitted_q, rgmdt
-from maviper.extraction.bundles import (
+from maviper.extraction import baselines, dagger, released
+from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running, profile_of
+from maviper.extraction.journal import MEASURING, NOTHING_KEPT, WHOLE, Journal, Part, Underway
+from maviper.extraction.selection import refine
+from maviper.extraction.selection.selection import Selection
+from maviper.extraction.settings import (
     AGENT,
     BEST_RESPONSE,
     EQUAL,
@@ -25,21 +29,15 @@ from maviper.extraction.bundles import (
     IVIPER,
     NO_VOTES,
     REGRET,
+    RELEASED,
     RESPONSE,
     RGMDT,
+    SUMMED,
     TEAM,
     VIPER,
+    Settings,
     group_agents,
 )
-from maviper.extraction.examples import NO_EXAMPLES, Examples
-from maviper.extraction.extraction import QUIETLY, Extraction, Running
-from maviper.extraction.journal import NOTHING_KEPT, Journal
-from maviper.extraction.outcome import profile_of
-from maviper.extraction.released import released
-from maviper.extraction.selection import refine
-from maviper.extraction.selection.progress import MEASURING, WHOLE, Part, Underway
-from maviper.extraction.selection.selection import Selection
-from maviper.extraction.settings import RELEASED, SUMMED, Settings
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World
 
@@ -200,9 +198,9 @@ def _quietly(asked: Extraction, agents: list[int]) -> Iterates:
 def _rounds(settings: Settings) -> Callable[[Extraction, list[int], Selection], int]:
     """Returns the function that makes the iterates."""
     if settings.algorithm == FITTED_Q:
-        return fitted_q.fitted_q
+        return baselines.fitted_q
     if settings.algorithm == RGMDT:
-        return rgmdt.rgmdt
+        return baselines.rgmdt
     if settings.preset != RELEASED:
         return dagger.dagger
     return {IMITATION: released.imitation, IVIPER: released.viper, VIPER: released.viper}.get(

@@ -20,7 +20,14 @@ from maviper.episodes.likeness import likeness
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.wrapped import critic_of
-from maviper.extraction.bundles import (
+from maviper.extraction.dataset import Dataset, Met, collect, resample
+from maviper.extraction.extraction import Extraction, counts_of
+from maviper.extraction.growth.growing import Growth, Labelled, Part, lawful, pool_points
+from maviper.extraction.growth.weights import Replies, iviper_weights, maviper_weights
+from maviper.extraction.journal import NOTHING_KEPT, Arrays, pack_trees, unpack_trees
+from maviper.extraction.selection.arena import merge_leaves
+from maviper.extraction.selection.selection import Selection
+from maviper.extraction.settings import (
     AGENT,
     ALL,
     EQUAL,
@@ -31,19 +38,9 @@ from maviper.extraction.bundles import (
     REGRET,
     RESPONSE,
     TEAM,
+    Settings,
     group_agents,
 )
-from maviper.extraction.dataset import Dataset, Met, collect, resample
-from maviper.extraction.examples import counts_of
-from maviper.extraction.extraction import Extraction
-from maviper.extraction.growth.growing import Growth, Part, pool_points
-from maviper.extraction.growth.lawful import Labelled, lawful
-from maviper.extraction.growth.replies import Replies
-from maviper.extraction.growth.weights import iviper_weights, maviper_weights
-from maviper.extraction.journal import NOTHING_KEPT, Arrays, pack_trees, unpack_trees
-from maviper.extraction.selection.selection import Selection
-from maviper.extraction.selection.stack import merge_leaves
-from maviper.extraction.settings import Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
 

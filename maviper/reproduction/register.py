@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from codegen.errors import InputError, UnknownNameError, escape_text
-from maviper.extraction.bundles import ALGORITHMS, RGMDT, VARIANTS
+from maviper.extraction.settings import ALGORITHMS, RGMDT, VARIANTS
 from maviper.files import runs
 from maviper.reproduction.cells.table import COLUMNS
 

@@ -19,8 +19,7 @@ import numpy as np
 
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import IMITATION, IVIPER, IVIPER_RESAMPLING, MAVIPER, NO_PREDICTION
-from maviper.extraction.settings import Settings
+from maviper.extraction.settings import IMITATION, IVIPER, IVIPER_RESAMPLING, MAVIPER, NO_PREDICTION, Settings
 from maviper.worlds import find
 from tests.support.optimum import optimum, rules_of, worth
 

@@ -22,8 +22,7 @@ from maviper.experts.finding import find_expert
 from maviper.experts.measured import Measured
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.growth.replies import LEAST_GAIN, Replies
-from maviper.extraction.growth.weights import joint_actions, maviper_weights
+from maviper.extraction.growth.weights import LEAST_GAIN, Replies, joint_actions, maviper_weights
 from maviper.extraction.settings import Settings
 
 EPISODES = range(9_200_000, 9_200_030)

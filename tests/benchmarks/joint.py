@@ -27,8 +27,7 @@ from maviper.episodes import measures
 from maviper.evaluation.held_out import read_measure
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import RUNGS
-from maviper.extraction.settings import Settings
+from maviper.extraction.settings import RUNGS, Settings
 from maviper.files import runs
 from maviper.files.jobs import side_by_side
 from maviper.files.profiles import version

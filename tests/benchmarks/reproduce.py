@@ -20,7 +20,7 @@ from pathlib import Path
 from statistics import median
 
 from maviper.console import Console
-from maviper.extraction.bundles import RGMDT
+from maviper.extraction.settings import RGMDT
 from maviper.reproduction.cells import costs
 from maviper.reproduction.cells.cell import DONE, EXPLOITABILITY, EXTRACTION, Source, Task
 from maviper.reproduction.cells.making import make_cell

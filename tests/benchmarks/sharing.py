@@ -21,11 +21,10 @@ from maviper.episodes.measures import ROLLOUT_SEEDS
 from maviper.episodes.trees import agent_policies, reopen_tree
 from maviper.experts.expert import Expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.extraction import Extraction
+from maviper.extraction.extraction import Extraction, profile_of
+from maviper.extraction.growth.sums import as_summed, with_sum
 from maviper.extraction.journal import NOTHING_KEPT, Journal
-from maviper.extraction.outcome import profile_of
 from maviper.extraction.selection import refine
-from maviper.extraction.selection.tilting import as_summed, with_sum
 from maviper.extraction.settings import Settings
 from maviper.worlds import World
 from tests.benchmarks.settled import Settled

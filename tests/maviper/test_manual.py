@@ -19,7 +19,7 @@ from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.experts import cards, store
-from maviper.extraction.bundles import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
+from maviper.extraction.settings import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
 from maviper.options.refusals import option_of
 from maviper.verification.starters import list_properties
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of

@@ -21,9 +21,8 @@ import numpy as np
 
 from codegen.ir import NO_FEATURE, Float32, Float64, GrownTree
 from codegen.lowering.deploy import SummedTree
-from maviper.extraction.selection.arena import Arena
-from maviper.extraction.selection.stack import reaching
-from maviper.extraction.selection.tilting import columns_of
+from maviper.extraction.growth.sums import columns_of
+from maviper.extraction.selection.arena import Arena, reaching
 from maviper.worlds.world import bounds
 
 PAIRS = 16  # directions of a round, each of them played forwards and backwards

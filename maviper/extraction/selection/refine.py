@@ -1,10 +1,10 @@
 """Refinement by return (ours): small changes to a team's trees, kept where the team plays better for them.
 
-Does: proposes other actions at leaves, other tests at splits (of sums too, where they are asked for: tilting.py), new
-  splits, smaller trees, and team-mates' trees of other
-  iterates; races them in play; keeps the winner when its gain is beyond chance. So agents adapt to the final trees of
-  their team-mates. Where actions have masks, every tree is made lawful before it plays. Trees that give numbers are
-  moved by an evolution strategy instead (evolution.py); others that may test sums, with the second half of episodes.
+Does: proposes other actions at leaves, other tests at splits (of sums too, where they are asked for: growth/sums.py),
+  new splits, smaller trees, and team-mates' trees of other iterates; races them in play; keeps the winner when its gain
+  is beyond chance. So agents adapt to the final trees of their team-mates. Where actions have masks, every tree is made
+  lawful before it plays. Trees that give numbers are moved by an evolution strategy instead (evolution.py); others that
+  may test sums, with the second half of episodes.
 Assumes: opponents, and team-mates outside the arena, at their experts.
 Does not: look at labels or critics, but for the claims that the team was given counterexamples of.
 """
@@ -22,15 +22,20 @@ from codegen.legality import Mask
 from codegen.lowering.deploy import SummedTree
 from maviper.episodes import measures
 from maviper.episodes.measures import estimate, score
-from maviper.extraction.examples import NO_EXAMPLES, Examples
-from maviper.extraction.extraction import QUIETLY, Extraction, Running
-from maviper.extraction.growth.lawful import Labelled, lawful
-from maviper.extraction.journal import Arrays, pack_trees, unpack_trees
+from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running
+from maviper.extraction.growth.growing import Labelled, lawful
+from maviper.extraction.growth.sums import as_summed, columns_of, tilt_tests, with_own_sums
+from maviper.extraction.journal import REFINING, Arrays, OnProgress, Progress, count_leaves, pack_trees, unpack_trees
 from maviper.extraction.selection import evolution
-from maviper.extraction.selection.arena import Arena, Candidate
-from maviper.extraction.selection.progress import REFINING, OnProgress, Progress, count_leaves
-from maviper.extraction.selection.stack import merge_leaves, reaching, with_leaf, with_new_split, with_split
-from maviper.extraction.selection.tilting import as_summed, columns_of, tilt_tests, with_own_sums
+from maviper.extraction.selection.arena import (
+    Arena,
+    Candidate,
+    merge_leaves,
+    reaching,
+    with_leaf,
+    with_new_split,
+    with_split,
+)
 from maviper.extraction.settings import SUMS, Settings
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World

@@ -16,8 +16,7 @@ from maviper.episodes import measures
 from maviper.experts import store
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert
-from maviper.extraction.bundles import BUNDLES, RGMDT, VARIANTS
-from maviper.extraction.settings import EXACT, Settings
+from maviper.extraction.settings import BUNDLES, EXACT, RGMDT, VARIANTS, Settings
 from maviper.files.profiles import version
 from maviper.worlds import World, find
 

@@ -15,18 +15,21 @@ from itertools import product
 
 import numpy as np
 
-from maviper.extraction.bundles import (
+from maviper.extraction.settings import (
+    EXACT,
     EXPLORING,
     FITTED_Q,
+    HISTOGRAM,
     IMITATION,
     IVIPER,
     IVIPER_RESAMPLING,
     MAVIPER,
     NO_PREDICTION,
+    PAPER,
+    RELEASED,
     RGMDT,
     VIPER,
 )
-from maviper.extraction.settings import EXACT, HISTOGRAM, PAPER, RELEASED
 from maviper.reproduction.cells.cell import EXTRACTION, Cell, Task
 
 FILE = "costs.toml"

@@ -16,7 +16,7 @@ from maviper.episodes import measures
 from maviper.episodes.play import play, points
 from maviper.evaluation.importances import importances
 from maviper.experts.expert import Expert
-from maviper.extraction.selection.progress import Progress
+from maviper.extraction.journal import Progress
 from maviper.reproduction.cells.cell import Cell
 from maviper.verification.ask import VerifyOptions, questions
 from maviper.worlds import World

@@ -19,10 +19,9 @@ from maviper.episodes.play import Controller
 from maviper.episodes.trees import among
 from maviper.experts.expert import Expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import VIPER
-from maviper.extraction.extraction import Running
-from maviper.extraction.outcome import profile_of
-from maviper.extraction.selection.progress import Progress
+from maviper.extraction.extraction import Running, profile_of
+from maviper.extraction.journal import Progress
+from maviper.extraction.settings import VIPER
 from maviper.files import runs
 from maviper.reproduction.cells import facts
 from maviper.reproduction.cells.cell import (

@@ -13,19 +13,23 @@ from pathlib import Path
 from codegen.errors import InputError, UnknownNameError
 from maviper.experts import store
 from maviper.experts.finding import find_expert
-from maviper.extraction.bundles import (
+from maviper.extraction.settings import (
     ALGORITHMS,
+    EXACT,
     EXPLORING,
     FITTED_Q,
+    HISTOGRAM,
     IMITATION,
     IVIPER,
     IVIPER_RESAMPLING,
     MAVIPER,
     NO_PREDICTION,
+    PAPER,
+    PRESETS,
+    RELEASED,
     RGMDT,
     RUNGS,
 )
-from maviper.extraction.settings import EXACT, HISTOGRAM, PAPER, PRESETS, RELEASED
 from maviper.files import runs
 from maviper.files.kinds import EXPERT as EXPERT_FILE
 from maviper.files.kinds import kind_of

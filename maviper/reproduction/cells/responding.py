@@ -18,9 +18,8 @@ from maviper.episodes.play import Controller
 from maviper.episodes.trees import among
 from maviper.evaluation.exploitability import CHOSEN_ON as CHOICE
 from maviper.evaluation.exploitability import exploitability
-from maviper.evaluation.responders import Learning
 from maviper.experts.expert import Expert
-from maviper.extraction.exploiting import Effort, Frozen, responders
+from maviper.extraction.exploiting import Effort, Frozen, Learning, responders
 from maviper.reproduction.cells.cell import ID_LETTERS, Cell
 from maviper.worlds import Measure, World
 from maviper.worlds.world import RETURN

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from maviper.experts.finding import find_expert
-from maviper.extraction.bundles import RUNGS
+from maviper.extraction.settings import RUNGS
 from maviper.reproduction.statistics import holm
 from maviper.worlds import find
 from tests.benchmarks import joint

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from maviper.experts.finding import find_expert
-from maviper.extraction.bundles import AGENT
+from maviper.extraction.settings import AGENT
 from tests.benchmarks import compact, roles
 
 REGISTER, DIGEST = roles.read_register()

@@ -11,7 +11,7 @@ from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.growth.best_first import BestFirstTree, gini, thrift
-from maviper.extraction.growth.histogram import Bins
+from maviper.extraction.growth.joint import Bins
 from maviper.extraction.settings import Settings
 
 

@@ -13,13 +13,12 @@ from maviper.episodes.play import points, rollout
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import check, extract
-from maviper.extraction.bundles import BEST_RESPONSE, OUR_RUNGS, PARTS
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.growing import Growth
-from maviper.extraction.growth.replies import LEAST_GAIN, Replies, Reply
+from maviper.extraction.growth.weights import LEAST_GAIN, Replies, Reply
 from maviper.extraction.journal import Journal
 from maviper.extraction.selection.arena import MATCHED, halving_by_member
-from maviper.extraction.settings import Settings
+from maviper.extraction.settings import BEST_RESPONSE, OUR_RUNGS, PARTS, Settings
 from tests.support.optimum import optimum, rules_of, worth
 
 SMALL = {"iterations": 3, "rollouts": 12, "selection_episodes": 40, "max_depth": 2, "refinement": 0, "patience": 9}

@@ -15,8 +15,11 @@ from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.experts.measured import Measured
 from maviper.experts.scripted import build_script
+from maviper.extraction import released
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import (
+from maviper.extraction.extraction import Running
+from maviper.extraction.journal import NOTHING_KEPT, Journal
+from maviper.extraction.settings import (
     AGENT,
     ALGORITHMS,
     ALL,
@@ -38,13 +41,10 @@ from maviper.extraction.bundles import (
     UNIFORM,
     VIPER,
     WEIGHTS,
+    Settings,
     bundle,
     group_agents,
 )
-from maviper.extraction.extraction import Running
-from maviper.extraction.journal import NOTHING_KEPT, Journal
-from maviper.extraction.released import released
-from maviper.extraction.settings import Settings
 from maviper.worlds import find
 
 SMALL = {"iterations": 3, "rollouts": 6, "selection_episodes": 12, "max_depth": 3, "refinement": 0}

@@ -15,12 +15,11 @@ from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.extraction import Extraction
+from maviper.extraction.growth.sums import with_own_sums
 from maviper.extraction.journal import Journal
 from maviper.extraction.selection import evolution, refine
-from maviper.extraction.selection.arena import Arena
+from maviper.extraction.selection.arena import Arena, SummedStack, reaching
 from maviper.extraction.selection.evolution import Moves
-from maviper.extraction.selection.stack import SummedStack, reaching
-from maviper.extraction.selection.tilting import with_own_sums
 from maviper.extraction.settings import Settings
 from tests.benchmarks import oblique
 

@@ -10,10 +10,9 @@ from maviper.evaluation import held_out
 from maviper.experts import store
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import TEAM
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.growing import Growth, pool_points
-from maviper.extraction.settings import Settings
+from maviper.extraction.settings import TEAM, Settings
 from maviper.worlds import find
 
 SMALL = {"iterations": 2, "rollouts": 8, "selection_episodes": 6, "max_depth": 3, "share": TEAM}

@@ -15,9 +15,9 @@ from maviper.episodes.trees import reopen_tree
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
+from maviper.extraction.growth.sums import DIGITS, TERMS, as_summed, columns_of, tilt_tests, with_sum
 from maviper.extraction.selection import evolution, refine
-from maviper.extraction.selection.stack import merge_leaves, with_leaf
-from maviper.extraction.selection.tilting import DIGITS, TERMS, as_summed, columns_of, tilt_tests, with_sum
+from maviper.extraction.selection.arena import merge_leaves, with_leaf
 from maviper.extraction.settings import Settings
 
 N = 5  # features

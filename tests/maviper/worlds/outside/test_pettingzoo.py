@@ -21,8 +21,8 @@ from maviper.episodes import measures
 from maviper.episodes.play import Policies, rollout
 from maviper.evaluation import held_out
 from maviper.experts.expert import AS_GIVEN
+from maviper.extraction import released
 from maviper.extraction.algorithms import extract
-from maviper.extraction.released import released
 from maviper.extraction.selection import refine
 from maviper.extraction.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import find, find_built_in

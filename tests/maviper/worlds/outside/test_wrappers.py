@@ -7,9 +7,9 @@ from pettingzoo.classic.tictactoe import tictactoe
 
 from codegen.errors import InputError
 from maviper.cli import main
-from maviper.episodes.facing import Facing
 from maviper.episodes.play import rollout
 from maviper.evaluation.crossplay import Uniform
+from maviper.extraction.exploiting import Facing
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.flattening import as_numbers, names_of, vector, vector_space
