@@ -91,7 +91,7 @@ def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions])
     from pathlib import Path
 
     from maviper.console import Console
-    from maviper.experts.training.run import train_expert
+    from maviper.experts.training.train import train_expert
 
     return train_expert(world, Path(output), Console(quiet=True), **asked)
 

@@ -324,17 +324,17 @@ def world():
 
 @pytest.fixture(scope="session")
 def expert():
-    from maviper.experts import store
+    from maviper.experts import network
 
-    return store.load("physical-deception")[0]
+    return network.load("physical-deception")[0]
 
 
 @pytest.fixture(scope="session")
 def clone():
     """A network that imitated the script: fixed roles, which small trees learn, and unlearn, at once."""
-    from maviper.experts import store
+    from maviper.experts import network
 
-    return store.load("physical-deception@clone")[0]
+    return network.load("physical-deception@clone")[0]
 
 
 @pytest.fixture(scope="session")

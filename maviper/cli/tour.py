@@ -15,7 +15,7 @@ from maviper.compilation.compile import Compiled
 from maviper.console import Console
 from maviper.evaluation.comparison import sizes
 from maviper.evaluation.held_out import EVALUATION_EPISODES, read_measure
-from maviper.experts import store
+from maviper.experts import network
 from maviper.experts.cards import how_learned
 from maviper.extraction.run import Found, extract_live
 from maviper.extraction.settings import Settings
@@ -62,7 +62,7 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
 
 
 def _extract_trees(seed: int, console: Console) -> tuple[ir.PolicyProfile, World]:
-    expert, world = store.load(WORLD)
+    expert, world = network.load(WORLD)
     asked = {"max_depth": MAX_DEPTH, "iterations": ITERATIONS, "rollouts": ROLLOUTS, "seed": seed}
     settings = Settings.of({**asked, "selection_episodes": SELECTION_EPISODES, "refinement": REFINEMENT})
     console.line("expert", f"{expert.card['algorithm'].upper()}, which learned by {how_learned(expert.card)}")

@@ -31,8 +31,7 @@ def train(context: click.Context, world: str, output: Path, **options: Unpack[Tr
     expert.
     """
     from maviper.experts.cards import how_learned
-    from maviper.experts.training.run import train_expert
-    from maviper.experts.training.train import EXPERT_FILE
+    from maviper.experts.training.train import EXPERT_FILE, train_expert
 
     console = console_of(context)
     card = train_expert(world, output, console, **options)

@@ -26,7 +26,7 @@ def worlds_list() -> int:
 
     Options are shown with their defaults. EXPERT@SEED is the expert of one training seed.
     """
-    from maviper.experts.store import SHIPPED
+    from maviper.experts.network import SHIPPED
     from maviper.worlds import WORLDS, find, options_of
 
     for name in WORLDS:

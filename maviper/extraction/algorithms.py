@@ -14,7 +14,7 @@ from codegen.ir import GrownTree
 from codegen.wording import format_count
 from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
-from maviper.experts.wrapped import lawful_expert
+from maviper.experts.finding import lawful_expert
 from maviper.extraction import baselines, dagger, released
 from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running, profile_of
 from maviper.extraction.journal import MEASURING, NOTHING_KEPT, WHOLE, Journal, Part, Underway

@@ -30,7 +30,7 @@ from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float32, Float64, GrownT
 from maviper.episodes.play import Controller, Episodes, rollout
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.expert import Expert
-from maviper.experts.wrapped import critic_of
+from maviper.experts.finding import critic_of
 from maviper.extraction.dataset import Dataset, Met, collect
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.growth.best_first import BestFirstTree

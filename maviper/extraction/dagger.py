@@ -19,7 +19,7 @@ from codegen.ir import Float32, Float64, GrownTree
 from maviper.episodes.likeness import likeness
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
-from maviper.experts.wrapped import critic_of
+from maviper.experts.finding import critic_of
 from maviper.extraction.dataset import Dataset, Met, collect, resample
 from maviper.extraction.extraction import Extraction, counts_of
 from maviper.extraction.growth.growing import Growth, Labelled, Part, lawful, pool_points

@@ -26,7 +26,7 @@ from maviper.episodes.play import Controller
 from maviper.episodes.trees import among
 from maviper.evaluation.held_out import evaluate_trees
 from maviper.experts.expert import AS_GIVEN, Expert
-from maviper.experts.wrapped import critic_of, reward_weighed_by
+from maviper.experts.finding import critic_of, reward_weighed_by
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.journal import NOTHING_KEPT, WHOLE, Journal, OnProgress, OnUnderway, Part
 from maviper.extraction.selection.arena import stack_trees

@@ -32,9 +32,8 @@ from maviper.episodes.play import TALLY, points, rollout
 from maviper.evaluation.held_out import format_cut, read_measure, stop_of
 from maviper.experts.cards import how_learned
 from maviper.experts.expert import Expert, labels
-from maviper.experts.finding import find_expert, seeing
+from maviper.experts.finding import critic_of, find_expert, seeing
 from maviper.experts.foreign.layers import LOG_PROBABILITIES
-from maviper.experts.wrapped import critic_of
 from maviper.extraction import refitting
 from maviper.extraction.algorithms import check, extract
 from maviper.extraction.dataset import Dataset

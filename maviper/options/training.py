@@ -1,7 +1,7 @@
 """The options of `maviper train` and of `maviper.train`.
 
 Does: says each option once: its name, type, default, heading and help; None: as the recipe says.
-Assumes: `maviper.experts.training.run` reads them.
+Assumes: `maviper.experts.training.train` reads them.
 Does not: check values beyond their types.
 """
 

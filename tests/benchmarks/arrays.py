@@ -21,7 +21,7 @@ import numpy as np
 from codegen.agreement import readback
 from codegen.targets import emit
 from maviper import load
-from maviper.experts import store
+from maviper.experts import network
 
 PROFILE = Path(__file__).parents[2] / "generated" / "physical_deception" / "profile.json"
 TARGETS = {"jax": (1.0, 10.0), "torch": (1.0, 10.0)}  # of the ratio: reach, stretch
@@ -95,7 +95,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    team, expert, rng = load(PROFILE), store.load("physical-deception")[0], np.random.default_rng(0)
+    team, expert, rng = load(PROFILE), network.load("physical-deception")[0], np.random.default_rng(0)
     shapes = {policy.agent: (options.batch, len(policy.features)) for policy in team.agents}
     rows = {agent: rng.uniform(-2, 2, shape).astype(np.float32) for agent, shape in shapes.items()}
     figures = []

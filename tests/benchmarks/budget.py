@@ -16,7 +16,7 @@ import time
 import numpy as np
 
 from maviper.evaluation.held_out import read_measure
-from maviper.experts import store
+from maviper.experts import network
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.files.jobs import side_by_side
@@ -27,7 +27,7 @@ NEAR = 0.02
 
 def one(name, given):
     """Seconds of an extraction, and each team's primary measure."""
-    expert, world = store.load(name)
+    expert, world = network.load(name)
     started = time.perf_counter()
     profile = extract(world, expert, Settings.of(given))
     seconds = time.perf_counter() - started
@@ -44,7 +44,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     seeds, iterations = options.seeds or (10 if options.full else 2), 100 if options.full else 30
-    _, world = store.load(options.expert)
+    _, world = network.load(options.expert)
     whole = {"iterations": iterations, "patience": 1_000, "selection": "uniform", "refinement": 0}
     kinds = [(f"protocol, {iterations} iterations", whole), *((f"budget {n:,}", {"budget": n}) for n in BUDGETS)]
     tasks = [(options.expert, {**given, "seed": seed}) for _, given in kinds for seed in range(seeds)]

@@ -32,8 +32,7 @@ from maviper.evaluation import held_out
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import from_sb3
 from maviper.experts.foreign.layers import MEANS
-from maviper.experts.foreign.sb3 import NONE
-from maviper.experts.foreign.state_dicts import from_torch
+from maviper.experts.foreign.libraries import NONE, from_torch
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import World, find

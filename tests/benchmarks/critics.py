@@ -16,10 +16,9 @@ from scipy.stats import spearmanr
 
 from maviper.episodes.play import play, points
 from maviper.evaluation.held_out import read_measure
-from maviper.experts import store
-from maviper.experts.expert import labels
+from maviper.experts import network
+from maviper.experts.expert import Measured, labels
 from maviper.experts.finding import find_expert
-from maviper.experts.measured import Measured
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.weights import LEAST_GAIN, Replies, joint_actions, maviper_weights
@@ -29,7 +28,7 @@ EPISODES = range(9_200_000, 9_200_030)
 
 
 def compare(name, seeds):
-    expert, world = store.load(name)
+    expert, world = network.load(name)
     shaping = expert.card["settings"]["shaping"]
     critics = {"learned": expert, "measured": Measured(world, expert), "measured, shaped": None}
     critics["measured, shaped"] = Measured(world, expert, shaping=shaping)

@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from maviper.episodes import measures
-from maviper.experts import store
+from maviper.experts import network
 from maviper.experts.scripted import build_script
 from maviper.files import runs
 from maviper.reproduction import figures as drawing
@@ -63,7 +63,7 @@ USABLE_TARGETS = (120, 20)
 
 
 def card_of(name):
-    stem = store.SHIPPED[name].removesuffix(".safetensors")
+    stem = network.SHIPPED[name].removesuffix(".safetensors")
     return json.loads((resources.files("maviper.experts.shipped") / f"{stem}.json").read_text())
 
 
@@ -72,7 +72,7 @@ def figure(name, value, reach, stretch, better):
 
 
 def of_expert(name):
-    expert, world = store.load(name)
+    expert, world = network.load(name)
     among = measures.evaluate(world, [expert] * len(world.agents), SEEDS)
     for measure in world.measures:
         found = among[measure]
@@ -105,7 +105,7 @@ def touches(name, world, expert):
 
 def curve(name, seed, changed):
     """[(seconds, steps, team -> value on the panel)] of a short training. `changed`: settings, by name."""
-    from maviper.experts.recipes import Request
+    from maviper.experts.cards import Request
     from maviper.experts.training import mappo, train
     from tests.benchmarks import panel
 
@@ -117,7 +117,7 @@ def curve(name, seed, changed):
             begun = time.process_time()
             trainer.advance()
             spent += time.process_time() - begun
-        subject = {"learner": store.build_expert(world, trainer.tensors(), {"world": name})}
+        subject = {"learner": network.build_expert(world, trainer.tensors(), {"world": name})}
         reached = panel.judged(world, subject, members, CURVE_EPISODES)
         values = {team: float(np.mean(list(reached[team, "learner"].values()))) for team in world.teams}
         found.append((spent, trainer.steps, values))
@@ -182,7 +182,7 @@ def main() -> None:
     if options.draw:
         runs.write(PICTURE, drawn(json.loads(runs.read(KEPT, MAX_KEPT_BYTES))))
         return
-    names = [name for name in store.SHIPPED if options.all or "@" not in name]
+    names = [name for name in network.SHIPPED if options.all or "@" not in name]
     own = (found for name in names for found in of_expert(name))
     figures = list(curves(options.worlds, options.seed, changed, options.keep) if options.curve else own)
     if options.json:

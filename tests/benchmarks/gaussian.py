@@ -27,8 +27,8 @@ from maviper.episodes import measures
 from maviper.episodes.play import Controller, choose_actions, play, tree_policies
 from maviper.evaluation import held_out
 from maviper.evaluation.crossplay import Uniform
-from maviper.experts import store
-from maviper.experts.recipes import Request
+from maviper.experts import network
+from maviper.experts.cards import Request
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import ParticleWorld, World, find
@@ -132,7 +132,7 @@ def _returns_in_mpe2(world: ParticleWorld, players: Sequence[Controller], seeds:
 def measured(name: str, folder: Path, asked: Asked) -> list[Row]:
     """A row for each way and team: as the record has it of this expert, or measured and kept there."""
     world = find(GAMES[name].world, giving=True)
-    expert, _ = store.load(str(folder), world)
+    expert, _ = network.load(str(folder), world)
     leaves, rows = asked.leaves or GAMES[name].leaves, list[Row]()
     missing: list[str] = []
     for way in asked.ways or (OF_SPREAD if name == "spread" else USUAL):

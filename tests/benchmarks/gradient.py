@@ -17,7 +17,7 @@ from torch.nn.functional import one_hot
 from codegen import ir
 from codegen.profiles import ensure
 from maviper.episodes.trees import agent_policies
-from maviper.experts.recipes import Request, settings
+from maviper.experts.cards import Request, settings
 from maviper.experts.training import mappo
 from maviper.experts.training.nets import FORBIDDEN, Adam, Stacked
 from maviper.files.profiles import version

@@ -14,9 +14,9 @@ import numpy as np
 import maviper
 from codegen import ir
 from codegen.ir import PolicyProfile
-from maviper.experts import store
-from maviper.experts.recipes import Request
-from maviper.experts.wrapped import Unweighted
+from maviper.experts import network
+from maviper.experts.cards import Request
+from maviper.experts.finding import Unweighted
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
@@ -151,7 +151,7 @@ def vmas(
     world = find(name)
     with tempfile.TemporaryDirectory() as folder:
         train(world, Path(folder), Request(overrides=trained, critic=False))
-        expert, _ = store.load(folder, world)
+        expert, _ = network.load(folder, world)
     profile = extract(world, Unweighted(expert), Settings.of(settings, world))
     code, rng = Code(profile), np.random.default_rng(0)
 

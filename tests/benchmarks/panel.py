@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from maviper.episodes import measures
-from maviper.experts import store
+from maviper.experts import network
 from maviper.experts.demand import demand
 from maviper.experts.scripted import build_script
 from maviper.files import runs
@@ -67,9 +67,9 @@ def panel(name):
     """Member -> controller of all agents: the scripts, and every shipped seed."""
     world = find(name)
     members = {"scripted": build_script(world)}
-    for each, seeds in ((store.CLONES, "clone"), (store.LEARNED, "reward")):
+    for each, seeds in ((network.CLONES, "clone"), (network.LEARNED, "reward")):
         stem, numbers, _ = each.get(name, ("", (), 0))
-        members |= {f"{seeds} {seed}": store.load_shipped(store.file_of(stem, seed)) for seed in numbers}
+        members |= {f"{seeds} {seed}": network.load_shipped(network.file_of(stem, seed)) for seed in numbers}
     return world, members
 
 
@@ -94,7 +94,7 @@ def navigation(world):
 
 def figures(name, also, episodes):
     world, members = panel(name)
-    subjects = {**members, **{path: store.load(path)[0] for path in also}}
+    subjects = {**members, **{path: network.load(path)[0] for path in also}}
     if ADVERSARIES in world.teams:
         subjects[RANDOM_LANDMARK] = RandomLandmark(world)
     for (team, subject), against in judged(world, subjects, members, episodes).items():
@@ -117,9 +117,9 @@ def figures(name, also, episodes):
 def demands(name, episodes, write):
     """What the team of each shipped expert must agree on."""
     world = find(name)
-    for table in (store.CLONES, store.LEARNED):
+    for table in (network.CLONES, network.LEARNED):
         stem, seeds, _ = table.get(name, ("", (), 0))
-        experts = {seed: store.load_shipped(store.file_of(stem, seed)) for seed in seeds}
+        experts = {seed: network.load_shipped(network.file_of(stem, seed)) for seed in seeds}
         for seed in seeds:
             found = demand(world, experts, seed, range(FIRST, FIRST + episodes))
             if write:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from codegen.ir import Float32
-from maviper.experts.wrapped import Wrapped
+from maviper.experts.finding import Wrapped
 from maviper.worlds import World
 
 

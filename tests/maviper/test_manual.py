@@ -18,7 +18,7 @@ from codegen.targets import TARGETS, emit
 from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.experts import cards, store
+from maviper.experts import cards, network
 from maviper.extraction.settings import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
 from maviper.options.refusals import option_of
 from maviper.verification.starters import list_properties
@@ -212,16 +212,16 @@ def test_velocity_adds_what_the_page_says():
 
 @pytest.mark.parametrize(
     ("kind", "heading", "trained"),
-    [("@clone", "## Clones of scripts", store.CLONES), ("", "## Shipped experts", store.LEARNED)],
+    [("@clone", "## Clones of scripts", network.CLONES), ("", "## Shipped experts", network.LEARNED)],
 )
 def test_the_shipped_experts_and_what_their_cards_say(kind, heading, trained):
     page = manual.page("experts")
     named, measured, learned = [], [], []
     for world, (_, seeds, best) in trained.items():
         named.append([f"`{world}{kind}`", ", ".join(map(str, seeds)), str(best)])
-        taught = cards.count_steps(store.load(f"{world}{kind}")[0].card)
+        taught = cards.count_steps(network.load(f"{world}{kind}")[0].card)
         learned.append([f"`{world}{kind}`", *(f"{steps:,}" for steps in taught.values())])
-        card = store.load(f"{world}{kind}")[0].card["measured"]
+        card = network.load(f"{world}{kind}")[0].card["measured"]
         for measure in find(world).measures:
             label = f"{measure.label} against scripts"
             label = label if label in card else measure.label

@@ -18,9 +18,8 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from codegen.ir import Bool, Float32, Float64
-from maviper.experts.expert import AS_GIVEN, Expert
-from maviper.experts.measured import MEASURED
-from maviper.experts.wrapped import critic_of
+from maviper.experts.expert import AS_GIVEN, MEASURED, Expert
+from maviper.experts.finding import critic_of
 from maviper.extraction.dataset import Dataset
 from maviper.worlds import World
 from maviper.worlds.world import Int, legal_in

@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from maviper.episodes import measures
-from maviper.experts import store
+from maviper.experts import network
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert
 from maviper.extraction.settings import BUNDLES, EXACT, RGMDT, VARIANTS, Settings
@@ -77,7 +77,7 @@ def _read(source: Source) -> tuple[Expert, World]:
     if not source.data:
         return find_expert(source.text)
     world = find(source.world)
-    return store.decode(source.data, source.text, world), world
+    return network.decode(source.data, source.text, world), world
 
 
 def settings_of(cell: Cell, world: World) -> Settings:

@@ -13,7 +13,7 @@ import pytest
 from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli import exits, main
-from maviper.experts.training import run as commands
+from maviper.experts.training import train as commands
 from maviper.extraction import run
 from maviper.files import runs
 from tests.support.small import small_profile

@@ -11,8 +11,7 @@ from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
 from maviper.episodes.play import points, rollout
 from maviper.evaluation import held_out
-from maviper.experts.expert import AS_GIVEN, labels
-from maviper.experts.measured import Measured
+from maviper.experts.expert import AS_GIVEN, Measured, labels
 from maviper.experts.scripted import build_script
 from maviper.extraction import baselines, released
 from maviper.extraction.algorithms import extract
@@ -121,10 +120,10 @@ def test_ivipers_weight_is_v_minus_the_worst_own_action(world, expert):
 
 def test_a_cooperative_game_averages_over_all_others():
     """Navigation, written out: E over both others' actions of Q at the expert's minus the least Q over own actions."""
-    from maviper.experts import store
+    from maviper.experts import network
 
     world = find("cooperative-navigation")
-    expert = store.load("cooperative-navigation")[0]
+    expert = network.load("cooperative-navigation")[0]
     state = world.start(4, np.random.default_rng(0))
     observations = world.observe(state)
     wanted = labels(expert, observations, state)
@@ -142,10 +141,10 @@ def test_a_cooperative_game_averages_over_all_others():
 
 def test_the_released_weight_in_a_cooperative_game_has_nobody_to_average_over():
     """All others are of the team: Q at the experts' joint action less the least Q of any joint action."""
-    from maviper.experts import store
+    from maviper.experts import network
 
     world = find("cooperative-navigation")
-    expert = store.load("cooperative-navigation")[0]
+    expert = network.load("cooperative-navigation")[0]
     state = world.start(4, np.random.default_rng(0))
     observations = world.observe(state)
     wanted = labels(expert, observations, state)

@@ -12,8 +12,8 @@ from codegen import policy_json
 from codegen.errors import InputError, UnknownNameError
 from maviper.cli import main
 from maviper.evaluation import held_out
+from maviper.experts.expert import Measured
 from maviper.experts.finding import find_expert
-from maviper.experts.measured import Measured
 from maviper.experts.scripted import build_script
 from maviper.extraction import released
 from maviper.extraction.algorithms import extract

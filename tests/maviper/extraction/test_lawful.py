@@ -13,7 +13,7 @@ from maviper.episodes.play import rollout
 from maviper.episodes.trees import agent_policies, among
 from maviper.evaluation import held_out
 from maviper.evaluation.crossplay import Uniform
-from maviper.experts.wrapped import Unweighted, lawful_expert
+from maviper.experts.finding import Unweighted, lawful_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.extraction import Running
 from maviper.extraction.growth.growing import Labelled, lawful

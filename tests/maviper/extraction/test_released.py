@@ -11,8 +11,7 @@ from codegen.errors import InputError
 from maviper.cli import main
 from maviper.episodes import measures
 from maviper.evaluation import held_out
-from maviper.experts.expert import labels
-from maviper.experts.measured import Measured
+from maviper.experts.expert import Measured, labels
 from maviper.experts.scripted import build_script
 from maviper.extraction import released
 from maviper.extraction.algorithms import extract

@@ -8,8 +8,7 @@ from codegen.errors import InputError
 from codegen.lowering.deploy import deploy_tree
 from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.experts.finding import find_expert
-from maviper.experts.wrapped import Unweighted
+from maviper.experts.finding import Unweighted, find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.baselines import _Points
 from maviper.extraction.extraction import Extraction

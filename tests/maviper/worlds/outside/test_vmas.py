@@ -146,7 +146,7 @@ class Centred:
 @needed
 @pytest.mark.parametrize("share", ["", "team"])
 def test_trees_are_extracted_and_the_profile_plays_the_scenario(monkeypatch, share):
-    from maviper.experts.wrapped import Unweighted
+    from maviper.experts.finding import Unweighted
 
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 10)
     world = find(BALANCE)

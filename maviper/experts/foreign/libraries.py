@@ -1,8 +1,12 @@
-"""PPO, A2C, DQN, SAC, TD3 and DDPG of stable-baselines3 as experts, from the zip that `model.save` writes.
+"""Experts of other libraries, by `sb3:FILE.zip` or `torch:FILE.pt,net=actor,activation=tanh,outputs=logits`.
 
-Does: reads the weights and the plain part of the zip's JSON; infers the network; refuses what it cannot be sure of.
-Assumes: the zip's layout since stable-baselines3 1.8: `data` (JSON) and `policy.pth` (a state dict).
-Does not: decode or open the pickled entries of that JSON, whatever they hold; need the library.
+Does: parts such a text; reads PPO, A2C, DQN, SAC, TD3 and DDPG of stable-baselines3 from the zip that `model.save`
+  writes, its weights and the plain part of its JSON, and infers the network; reads plain torch state dicts, CleanRL's
+  among them, with the architecture that the user states.
+Assumes: the zip's layout since stable-baselines3 1.8: `data` (JSON) and `policy.pth` (a state dict); for state dicts an
+  `nn.Sequential` of linear layers with one activation after each but the last.
+Does not: decode or open the pickled entries of that JSON, whatever they hold; need the library; guess what a state dict
+  does not hold: activations, and what its outputs mean.
 """
 
 import hashlib
@@ -11,14 +15,14 @@ import json
 import re
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
-from codegen.errors import InputError
-from maviper.experts.foreign.archives import part
+from codegen.errors import InputError, UnknownNameError
 from maviper.experts.foreign.layers import (
     ACTIVATIONS,
     LOGITS,
@@ -29,7 +33,7 @@ from maviper.experts.foreign.layers import (
     Normalization,
     Q,
 )
-from maviper.experts.foreign.weights import MAX_BYTES, Tensors, layers, read, single
+from maviper.experts.foreign.weights import MAX_BYTES, Tensors, layers, of_torch, part, read, single
 from maviper.files import runs
 from maviper.worlds import World
 from maviper.worlds.outside.sources import is_mapping
@@ -206,3 +210,94 @@ def _normalization(
         advice = "state its statistics: normalization=FILE.json, or normalization=none where it changed rewards only"
         raise InputError("the policy was trained in VecNormalize", where, advice)
     return None
+
+
+SAFETENSORS = ".safetensors"
+
+
+def from_torch(
+    weights: str | Path | Mapping[str, Any],
+    world: World,
+    net: str,
+    activation: str,
+    outputs: str,
+    normalization: Normalization | None = None,
+) -> LayersExpert:
+    """The expert in a state dict, or in a file of one (torch's or safetensors); every agent of `world` plays by it.
+
+    `net`: the name before the layers' numbers (CleanRL: `actor` of PPO, `network` of DQN); `activation`: relu, tanh,
+    elu, leakyrelu or sigmoid; `outputs`: logits or q. InputError where that does not describe what is there.
+    """
+    if isinstance(weights, Mapping):
+        tensors, where, digest = of_torch(weights, "state dict"), "state dict", ""
+    else:
+        path = Path(weights)
+        data = runs.read(path, MAX_BYTES)
+        where, digest = str(path), hashlib.sha256(data).hexdigest()
+        tensors = read(data, where, path.suffix == SAFETENSORS)
+    known = dict.fromkeys(name.rsplit(".", 2)[0] for name in tensors if name.count(".") >= 2)
+    if net not in known:
+        raise UnknownNameError("network", net, known, where)
+    linear_layers = layers(tensors, net, where)
+    if not linear_layers:
+        raise InputError("there are no layers under that name", f"{where}: {net}", "name what comes before `.0.weight`")
+    return LayersExpert(
+        world, linear_layers, activation, outputs, normalization, {"algorithm": "torch state dict"}, digest
+    )
+
+
+NORMALIZATION = "normalization"
+# kind -> what reads it, options that it must have, options that it may have
+KINDS: Mapping[str, tuple[Callable[..., LayersExpert], tuple[str, ...], tuple[str, ...]]] = {
+    "sb3": (from_sb3, (), ("activation", NORMALIZATION)),
+    "torch": (from_torch, ("net", "activation", "outputs"), (NORMALIZATION,)),
+}
+MAX_STATISTICS = 2**20
+
+
+class Statistics(msgspec.Struct, forbid_unknown_fields=True):
+    """A JSON file of normalisation statistics; the defaults are VecNormalize's."""
+
+    mean: list[float]
+    var: list[float]
+    clip: float = 10.0
+    epsilon: float = 1e-8
+
+
+def is_file(text: str) -> bool:
+    """Returns True if a text names an expert in another library's file."""
+    return text.partition(":")[0] in KINDS
+
+
+def from_name(text: str, world: World | None) -> LayersExpert:
+    """The expert that a text names; InputError where the text or the file is wrong, or the world is not said."""
+    kind, _, rest = text.partition(":")
+    make, needed, optional = KINDS[kind]
+    file, *choices = re.split(rf",(?=(?:{'|'.join((*needed, *optional))}|\w+)=)", rest)
+    options: dict[str, Any] = {}
+    for choice in choices:
+        key, _, value = choice.partition("=")
+        if key not in (*needed, *optional):
+            raise UnknownNameError(f"option of {kind}:", key, (*needed, *optional), text)
+        options[key] = value
+    missing = [key for key in needed if key not in options]
+    if missing:
+        example = f"{kind}:{file},net=actor,activation=tanh,outputs=logits"
+        raise InputError(f"the file cannot say its {', '.join(missing)}", text, f"state it: {example}")
+    if world is None:
+        raise InputError("the file does not say which game it plays", text, "name it: --world gymnasium:CartPole-v1")
+    if options.get(NORMALIZATION, NONE) != NONE:
+        options[NORMALIZATION] = statistics(Path(options[NORMALIZATION]))
+    elif kind != "sb3":
+        options.pop(NORMALIZATION, None)
+    return make(file, world, **options)
+
+
+def statistics(path: Path) -> Normalization:
+    """The normalisation that a JSON file states: `mean`, `var`, and `clip` and `epsilon` where they are unusual."""
+    try:
+        parsed = msgspec.json.decode(runs.read(path, MAX_STATISTICS), type=Statistics)
+    except msgspec.DecodeError as error:
+        advice = 'write {"mean": [...], "var": [...]}, with clip and epsilon where they are not 10 and 1e-8'
+        raise InputError("not a file of normalisation statistics", f"{path}: {error}"[:200], advice) from None
+    return Normalization(parsed.mean, parsed.var, parsed.clip, parsed.epsilon)  # type: ignore[arg-type]
