@@ -20,7 +20,7 @@ from codegen import process
 from maviper import claims, options
 from maviper import errors as errors
 from maviper.importing.verbs import from_file, from_onnx, from_sklearn
-from maviper.options.profiles import TARGETS
+from maviper.options.verbs import TARGETS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -279,7 +279,7 @@ SAMPLED = {
     ),
     "DRAWN": ("verify.extent.largest",),
     "ON_POLICY_EPISODES": ("maviper.episodes.trees", "maviper.verification.diff"),
-    "EVALUATION_EPISODES": ("maviper.evaluation.held_out", "maviper.cli.tour"),
+    "EVALUATION_EPISODES": ("maviper.evaluation.held_out", "maviper.tour"),
 }
 
 

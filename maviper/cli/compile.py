@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Unpack
 import click
 
 from codegen.errors import ExitCode
-from maviper.cli.group import Verb
-from maviper.cli.options import PROFILE, console_of, names, option, options_of, output
+from maviper.cli.options import PROFILE, Verb, console_of, names, option, options_of, output
 from maviper.options import CompileOptions
-from maviper.options.profiles import TARGETS, WRITTEN
+from maviper.options.verbs import TARGETS, WRITTEN
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
@@ -65,7 +64,7 @@ def compile_verb(
                becomes part of the code's contract
     """
     from codegen.policy_json import content_hash
-    from maviper.cli.agreement import say_agreement, say_contracts, say_proofs
+    from maviper.cli.results import say_agreement, say_contracts, say_proofs
     from maviper.compilation.run import compile_and_prove
     from maviper.files import outputs, runs
     from maviper.files.profiles import load

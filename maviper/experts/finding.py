@@ -22,10 +22,9 @@ from maviper.experts.expert import AS_GIVEN, Expert, Measured
 from maviper.experts.foreign import libraries
 from maviper.experts.scripted import build_script, is_script
 from maviper.worlds import WORLDS, ParticleWorld, World, find, find_built_in
-from maviper.worlds.outside.acting import refuse_numbers
 from maviper.worlds.outside.making import import_maker
-from maviper.worlds.outside.silence import output_aside
-from maviper.worlds.outside.sources import Source, fault, is_named_by_user, parse_source
+from maviper.worlds.outside.sources import Source, fault, is_named_by_user, output_aside, parse_source
+from maviper.worlds.outside.spaces import refuse_numbers
 from maviper.worlds.world import FEATURES, Int, bounds, legal_in, plain_name
 
 

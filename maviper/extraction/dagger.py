@@ -16,7 +16,7 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64, GrownTree
-from maviper.episodes.likeness import likeness
+from maviper.episodes.measures import likeness
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.finding import critic_of

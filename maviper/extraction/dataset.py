@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import Bool, Float32, Float64
-from maviper.episodes.likeness import likeness
+from maviper.episodes.measures import likeness
 from maviper.episodes.play import Controller, points, rollout
 from maviper.experts.expert import Expert, labels
 from maviper.worlds import World

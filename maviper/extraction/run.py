@@ -60,7 +60,7 @@ from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, is_re
 from maviper.options import ExtractOptions, complete_options
 from maviper.worlds import ParticleWorld, World, find_built_in
 from maviper.worlds.games.features import DERIVED, SEPARATOR
-from maviper.worlds.naming import with_names
+from maviper.worlds.matching import with_names
 from maviper.worlds.world import Int
 
 EPISODES, HELD_OUT = 200, 50

@@ -19,7 +19,7 @@ from maviper.episodes import measures
 from maviper.evaluation import held_out
 from maviper.extraction.journal import MEASURING, REFINING, SELECTING
 from maviper.options import ExtractOptions, table_of
-from maviper.options.refusals import DEPTH, RELEASED, ensure_together, option_of
+from maviper.options.extraction import DEPTH, RELEASED, ensure_together, option_of
 from maviper.worlds import World
 from maviper.worlds.outside.playing import START_EPISODES
 

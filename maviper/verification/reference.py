@@ -13,8 +13,7 @@ from typing import Any
 
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile, act
-from maviper.worlds.stated.deviation import deviation
-from maviper.worlds.stated.reference import Reference, is_known
+from maviper.worlds.stated.deviation import Reference, deviation, is_known
 from verify.claims.formula import holds
 from verify.reports import flows
 from verify.systems.claims import SystemClaim

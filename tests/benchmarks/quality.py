@@ -17,7 +17,7 @@ import time
 
 import numpy as np
 
-from maviper.cli import tour as demo
+from maviper import tour as demo
 from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
 from maviper.experts.finding import find_expert

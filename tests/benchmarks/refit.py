@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from maviper.cli import tour as demo
+from maviper import tour as demo
 from maviper.console import Console
 from maviper.evaluation import comparison
 from maviper.evaluation.players import EXPERT, Player

@@ -20,8 +20,7 @@ import numpy as np
 from codegen.numbers import nearest_double
 from maviper.files.profiles import load
 from maviper.worlds.stated.certified import read_certificate
-from maviper.worlds.stated.flowing import FlowRule
-from maviper.worlds.stated.systems import start
+from maviper.worlds.stated.systems import FlowRule, start
 from verify.checker.envelope import numbers
 from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.systems.observing import choose_actions

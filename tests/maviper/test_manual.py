@@ -20,7 +20,7 @@ from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.experts import cards, network
 from maviper.extraction.settings import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
-from maviper.options.refusals import option_of
+from maviper.options.extraction import option_of
 from maviper.verification.starters import list_properties
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
 from maviper.worlds.games.coordination import RULES

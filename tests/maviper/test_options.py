@@ -34,7 +34,7 @@ from maviper.options import (
     complete_options,
     table_of,
 )
-from maviper.options.refusals import (
+from maviper.options.extraction import (
     FITTED_Q,
     PART_NAMES,
     REFUSALS,

@@ -33,9 +33,18 @@ from maviper.extraction.settings import (
 from maviper.files import runs
 from maviper.files.kinds import EXPERT as EXPERT_FILE
 from maviper.files.kinds import kind_of
-from maviper.reproduction.cells import responding
-from maviper.reproduction.cells.cell import BLOCKS, CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
-from maviper.reproduction.cells.costs import estimate
+from maviper.reproduction.cells import making
+from maviper.reproduction.cells.cell import (
+    BLOCKS,
+    CROSSPLAY,
+    EXPERT,
+    EXPLOITABILITY,
+    EXTRACTION,
+    Cell,
+    Source,
+    Task,
+    estimate,
+)
 from maviper.worlds import WORLDS, options_of
 
 DECEPTION, NAVIGATION, PREY = "physical-deception", "cooperative-navigation", "predator-prey"
@@ -293,9 +302,9 @@ def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]
     alike = [each for each in _crossplays(made, depths) if each.cell.game == DECEPTION and each.cell.preset == PAPER]
     if not alike:
         return []
-    effort = {QUICK: responding.UNTRAINED, FULL: responding.MORE}.get(asked.tier, responding.USUAL)
-    if effort["steps"] and responding.explain_untrainable():
-        left_out.append(("networks that respond", responding.explain_untrainable()))
+    effort = {QUICK: making.UNTRAINED, FULL: making.MORE}.get(asked.tier, making.USUAL)
+    if effort["steps"] and making.explain_untrainable():
+        left_out.append(("networks that respond", making.explain_untrainable()))
         effort = {**effort, "steps": 0}
     return [
         replace(task, cell=replace(task.cell, kind=EXPLOITABILITY, algorithm=name), effort=effort)

@@ -128,7 +128,7 @@ def test_commands_without_runs_are_run_again(capsys, monkeypatch, tmp_path):
         ("repair", "maviper.verification.repair.repair", [tmp_path / "profile.json", "-o", place]),
         ("compile", "maviper.compilation.run.compile_profile", [tmp_path / "profile.json", "-o", place]),
         ("show", "maviper.evaluation.show.rules", [tmp_path / "profile.json"]),
-        ("demo", "maviper.cli.tour.extract_live", ["-o", place]),
+        ("demo", "maviper.tour.extract_live", ["-o", place]),
     ):
         with monkeypatch.context() as patched:
             patched.setattr(stops, interrupted)

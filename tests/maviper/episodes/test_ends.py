@@ -12,7 +12,7 @@ from codegen import ir
 from maviper.episodes import measures
 from maviper.episodes.play import Policies, points, rollout, tree_policies
 from maviper.evaluation import held_out, run
-from maviper.evaluation.fidelity import fidelity
+from maviper.evaluation.comparison import fidelity
 from maviper.experts.expert import AS_GIVEN, labels
 from maviper.extraction import baselines, released
 from maviper.extraction import released as released_grow

@@ -514,7 +514,7 @@ def test_the_function_checks_what_it_is_given(world, expert):
 
 def test_fidelity_counts_what_is_equal(world, expert, profile):
 
-    from maviper.evaluation.fidelity import fidelity
+    from maviper.evaluation.comparison import fidelity
 
     episodes = on_policy(profile, world)
     found = fidelity(profile, world, episodes)

@@ -8,11 +8,11 @@ import pytest
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.experts import network
-from maviper.reproduction.cells import costs
+from maviper.reproduction.cells import cell
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
 from maviper.reproduction.cells.plan import Asked, experts_of, plan_cells, shard
-from maviper.reproduction.cells.store import Store
+from maviper.reproduction.cells.table import Store
 from maviper.reproduction.run import describe_plan
 from maviper.worlds import find
 
@@ -176,11 +176,11 @@ def test_every_game_of_the_plan_is_a_world():
 
 def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, monkeypatch):
     plan, store_ = plan_cells(Asked("quick"), ""), Store(tmp_path)
-    monkeypatch.setattr(costs, "load_costs", lambda: {"expert physical-deception": {"0": 1.0}})
+    monkeypatch.setattr(cell, "load_costs", lambda: {"expert physical-deception": {"0": 1.0}})
     assert "11 cells were not measured" in "\n".join(describe_plan(plan, store_))
     like = "extraction physical-deception maviper-no-prediction paper histogram"
-    monkeypatch.setattr(costs, "load_costs", lambda: {like: {"4": 1.0}})
-    assert [task.cell.algorithm for task in plan.tasks if not costs.is_guessed(task.cell)] == ["maviper-no-prediction"]
+    monkeypatch.setattr(cell, "load_costs", lambda: {like: {"4": 1.0}})
+    assert [task.cell.algorithm for task in plan.tasks if not cell.is_guessed(task.cell)] == ["maviper-no-prediction"]
 
 
 def test_an_expert_of_a_world_with_options_is_one_name():

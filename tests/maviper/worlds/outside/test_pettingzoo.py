@@ -28,11 +28,11 @@ from maviper.extraction.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import find, find_built_in
 from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import matching_world, not_ours
-from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld
 from maviper.worlds.outside.playing import EnvStates
 from maviper.worlds.outside.sources import is_named_by_user, parse_source
+from maviper.worlds.outside.spaces import legal_names
 from maviper.worlds.seeds import TRAINING, fold_seed
 from maviper.worlds.world import world_name
 

@@ -1,17 +1,26 @@
 """The one-minute tour: the whole chain on the shipped expert, every step with the outcome that is expected of it.
 
-Does: extracts, refutes a claim, repairs the trees, proves the claim, has the proof checked, compiles, writes reports.
-Assumes: nothing outside the package; without a C compiler that part is skipped and said.
-Does not: do anything that the other commands cannot do.
+Does: extracts, refutes a claim, repairs the trees, proves the claim, has the proof checked, compiles, writes reports;
+  makes all files that it hands out, as name -> text: extracted team, violation, repair, certificate, code, a page for
+  its user, a manifest.
+Assumes: nothing outside the package; without a C compiler that part is skipped and said. The extracted profile's own
+  seed, so that a committed one gives the same files again.
+Does not: do anything that the commands cannot do.
 """
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from codegen import ir
 from codegen.errors import ExitCode
+from codegen.form import layout
+from codegen.lowering.render import render
+from codegen.policy_json import content_hash, dumps
 from codegen.wording import format_count
-from maviper.compilation.compile import Compiled
+from maviper.compilation.compile import Compiled, compile_profile
 from maviper.console import Console
 from maviper.evaluation.comparison import sizes
 from maviper.evaluation.held_out import EVALUATION_EPISODES, read_measure
@@ -19,10 +28,12 @@ from maviper.experts import network
 from maviper.experts.cards import how_learned
 from maviper.extraction.run import Found, extract_live
 from maviper.extraction.settings import Settings
-from maviper.files import outputs, runs
-from maviper.tour import handout
+from maviper.files import outputs, profiles, runs
+from maviper.page.page import FILE, page_of
+from maviper.verification import join, run
+from maviper.verification.ask import VerifyOptions, questions
 from maviper.verification.files.certificates import check_file
-from maviper.verification.repair import Repaired
+from maviper.verification.repair import Repaired, repair_profile, request
 from maviper.verification.run import Verified
 from maviper.worlds import World
 from maviper.worlds.games.physical_deception import DEFENDERS
@@ -32,25 +43,115 @@ from verify.result import Verdict
 if TYPE_CHECKING:
     from verify.verdicts.decisions import DecisionResult
 
+
+MANIFEST = "manifest.json"
+EXTRACTED = "extracted"  # the folder of the team before its repair, inside the tour's
+_REPORTS = (runs.PROFILE_FILE, "report.html", "report.json", "report.txt", FILE)
+_CODE = (".h", ".py", "_reader.py", ".json", ".agreement.json")
+NAMES = (  # of all files but those that are numbered, of which others may have some of their own
+    *(MANIFEST, "README.md", "example.c", "repair.json", *(f"physical_deception{ending}" for ending in _CODE)),
+    *(*_REPORTS, *(f"{EXTRACTED}/{name}" for name in _REPORTS)),
+)
+REPAIRED_DEPTH, EPISODES = 6, 1_000
+TOOLS = ("mpe2", "numpy", "scikit-learn", "z3-solver")
+
+
+@dataclass(frozen=True)
+class Toured:
+    """The stages of the tour. `code` is that of the repaired team; of the extracted one where no repair was found."""
+
+    before: run.Verified
+    repair: Repaired
+    code: Compiled
+
+    @property
+    def profile(self) -> ir.PolicyProfile:
+        """The team that is handed out."""
+        return self.repair.after or self.before.profile
+
+
+def verify_trees(profile: ir.PolicyProfile) -> run.Verified:
+    """Verifies the usual claim in the start region, as `maviper verify` does."""
+    options = VerifyOptions().ensure_usable()
+    return run.verify_questions(profile, questions(profile, runs.PROFILE_FILE, options), options)
+
+
+def repair_trees(profile: ir.PolicyProfile) -> Repaired:
+    """Repairs the trees as `maviper repair --max-depth 6` does."""
+    claim = "distinct_targets"
+    asked = request(claim, {"max_depth": REPAIRED_DEPTH, "episodes": EPISODES})
+    return repair_profile(profile, claim, "start", asked)
+
+
+def compile_trees(before: run.Verified, repair: Repaired) -> Toured:
+    """The stages with their code."""
+    return Toured(before, repair, compile_profile(repair.after or before.profile))
+
+
+def handout(made: Toured) -> dict[str, str | bytes]:
+    """All files, name -> text; the manifest names the hash of every other one."""
+    model, profile = made.code.build.model, made.profile
+    files: dict[str, str | bytes] = {runs.PROFILE_FILE: dumps(profile), **made.repair.files, **made.code.files}
+    before = made.before
+    files |= {f"{EXTRACTED}/{name}": text for name, text in before.files.items() if name not in before.states}
+    files[f"{EXTRACTED}/{FILE}"] = page_of(before.profile, before.results)
+    files[FILE] = page_of(profile, made.repair.results or before.results)
+    example = render("c/example.c.j2", model=model)
+    files["example.c"] = example
+    evaluation = dict(profile.provenance.evaluation)
+    files["README.md"] = render(
+        "report/policy.md.j2", model=model, verdicts=_verdicts(made), evaluation=evaluation, example=example
+    )
+    files[MANIFEST] = manifest(profile, files)
+    return files
+
+
+def _verdicts(made: Toured) -> list[dict[str, Any]]:
+    """Returns what is known of the team before and after."""
+    before = f"{EXTRACTED}/{runs.PROFILE_FILE}"
+    stages = ((before, made.before.results), (runs.PROFILE_FILE, made.repair.results))
+    return [
+        {
+            "profile": profile,
+            "property": result.claim.name,
+            "region": result.region.name,
+            "verdict": result.verdict.value,
+        }
+        for profile, results in stages
+        for result in results
+    ]
+
+
+def manifest(profile: ir.PolicyProfile, files: Mapping[str, str | bytes]) -> str:
+    """Hashes of profile, expert and files, and the versions of the tools that took part."""
+    facts = {
+        "profile": content_hash(profile),
+        "expert": profile.provenance.expert,
+        "versions": {"maviper": profiles.version()} | {name: metadata.version(name) for name in TOOLS},
+        "sha256": join.digests(files),
+    }
+    return layout(facts) + "\n"
+
+
 WORLD = "physical-deception"
 SEED = 0
 ITERATIONS, ROLLOUTS, SELECTION_EPISODES, REFINEMENT, MAX_DEPTH = 10, 50, 50, 60_000, 4
 LEAST_RATIO = 0.80  # of the expert's defender success
 
 
-def run(folder: Path, console: Console, seed: int | None) -> int:
+def run_tour(folder: Path, console: Console, seed: int | None) -> int:
     """Runs the tour into `folder`; returns 0 when every step gave its expected outcome."""
     runs.room(folder)
-    outputs.ensure_listed(folder, dict.fromkeys(handout.NAMES, ""), handout.MANIFEST)  # before the work, not after it
+    outputs.ensure_listed(folder, dict.fromkeys(NAMES, ""), MANIFEST)  # before the work, not after it
     profile, world = _extract_trees(SEED if seed is None else seed, console)
     with console.busy("verifying", "a claim about the defenders in every state of the start region"):
-        before = handout.verify_trees(profile)
+        before = verify_trees(profile)
     _say_violation(before, folder, console)
     with console.busy("repairing", "the leaves from which the claim can fail"):
-        repair = handout.repair_trees(profile)
+        repair = repair_trees(profile)
     with console.busy("compiling", "the trees, and replaying the code"):
-        made = handout.compile_trees(before, repair)
-    outputs.write_listed(folder, handout.handout(made), handout.MANIFEST)
+        made = compile_trees(before, repair)
+    outputs.write_listed(folder, handout(made), MANIFEST)
     _say_repair(repair, world, folder, console)
     _say_code(made.code, folder, console)
     console.line("report", str(folder / "report.html"))
@@ -88,7 +189,7 @@ def _say_violation(before: Verified, folder: Path, console: Console) -> None:
         near = " and ".join(view.engaged_with) or "no landmark"
         console.line("", f"{view.agent} goes {view.action}, towards or at {near}")
     replayed = " and ".join(name for name in counterexample.replayed if name != "reference")
-    console.line("", f"replayed by {replayed}: {folder / handout.EXTRACTED / 'report.html'}")
+    console.line("", f"replayed by {replayed}: {folder / EXTRACTED / 'report.html'}")
 
 
 def _say_repair(repair: Repaired, world: World, folder: Path, console: Console) -> None:
@@ -117,7 +218,7 @@ def _say_code(compiled: Compiled, folder: Path, console: Console) -> None:
         console.line("SKIPPED", reason)
 
 
-def _find_surprises(made: handout.Toured, world: World) -> list[str]:
+def _find_surprises(made: Toured, world: World) -> list[str]:
     """What came out otherwise than it should."""
     reasons: list[str] = []
     if [result.verdict for result in made.before.results] != [Verdict.VIOLATED]:
