@@ -28,7 +28,6 @@ from maviper.extraction.settings import (
     IMITATION,
     IVIPER,
     NO_VOTES,
-    REGRET,
     RELEASED,
     RESPONSE,
     RGMDT,
@@ -89,9 +88,6 @@ def check(world: World, settings: Settings, examples: Examples) -> None:
     if len(examples) and learns:
         what = f"{settings.algorithm} learns from {learns}, not from labelled states"
         raise InputError(what, "--counterexamples", "choose another --algorithm, or leave them out")
-    if len(examples) and settings.weights == REGRET:
-        what = "--weights regret needs what each action costs in a state, and counterexamples have an action alone"
-        raise InputError(what, "--counterexamples", "choose --weights own or equal, or leave them out")
 
 
 def _check_masks(world: World, settings: Settings) -> None:

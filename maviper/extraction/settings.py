@@ -40,8 +40,7 @@ ROLLOUTS_BY, SELECTION_BY = (EXPERTS, AGENT, TEAM, ALL), (AGENT, MEMBER, TEAM, A
 EXPERT, RESPONSE = "expert", "response"  # what a tree is taught: the expert's action, or the best reply to its mates
 LABELS = (EXPERT, RESPONSE)
 OWN, AVERAGED, EQUAL = "own", "averaged", "equal"
-REGRET = "regret"  # no weights: trees are grown on what each action costs in a state
-WEIGHTS = (OWN, AVERAGED, EQUAL, REGRET)
+WEIGHTS = (OWN, AVERAGED, EQUAL)
 N_LESS_1, NO_VOTES = "N-1", "0"
 UNIFORM, RETURN, RACE = "uniform", "return", "race"
 CHOSEN_BY = {UNIFORM: ALL, RETURN: TEAM, RACE: TEAM}  # unless an algorithm says otherwise
@@ -193,7 +192,7 @@ class Settings:
     # What an algorithm's name stands for; "": as it says.
     labels: str = ""  # what trees are taught: the expert's actions, or the best replies to their mates' trees
     rollouts_by: str = ""  # whose trees play together among experts while data are collected; or `experts` alone
-    weights: str = ""  # others at expert actions, averaged over the others' actions, every state alike, or regrets
+    weights: str = ""  # others at expert actions, averaged over the others' actions, or every state alike
     least_right: str = ""  # right predictions that a point needs in joint growth: a number, or a share of the N
     selection_by: str = ""  # for whom one iterate is chosen
     share: str = NOTHING  # who shares a tree: nobody, or the agents of a team

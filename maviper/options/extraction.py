@@ -76,7 +76,7 @@ class ExtractOptions(TypedDict, total=False):
         Option(
             None,
             PARTS,
-            "What states weigh: own, averaged (over what others could do) or equal; regret: what each action costs.",
+            "What states weigh: own, averaged (over what others could do) or equal.",
             "NAME",
         ),
     ]
@@ -273,20 +273,6 @@ REFUSALS = (
         "a reply is to what mates do, so it is not averaged over what others could do",
         "choose --weights own or equal",
         ("averaged",),
-    ),
-    Refusal(
-        ("weights",),
-        {"labels": ("expert",)},
-        "a regret is what an action costs beside the best reply",
-        "choose --labels response, which is --algorithm best-response",
-        ("regret",),
-    ),
-    Refusal(
-        ("splits",),
-        {"weights": ("regret",)},
-        "sums are fitted to labels, and regrets are none",
-        "choose --splits exact, histogram or differences",
-        ("sums",),
     ),
     Refusal(("explore",), {"algorithm": AllBut([FITTED_Q])}, "only fitted-q explores", "leave it out"),
     Refusal(

@@ -10,8 +10,7 @@ Does not: make vectors.
 
 The purity of a leaf is a function of the sum S of its vectors. Clusters take |S|: the loss of a cluster is the summed
 cosine distance of its vectors to their centre, each weighted by its length, which is sum |v| - |S|. Labels take
-|S|^2 over the weight in the leaf: its loss to the whole weight is the weighted Gini impurity, as in CART. Regrets, as
-vectors of what each action costs with the sign turned, take max S: its loss is what the leaf's best action costs.
+|S|^2 over the weight in the leaf: its loss to the whole weight is the weighted Gini impurity, as in CART.
 
 Numbers are learned in parts of their ranges, so that each counts alike. For constants, the purity of a leaf is the
 squared sum of its labels over their count: its loss to the sum of all squares is their variance times their count.
@@ -36,7 +35,6 @@ from maviper.extraction.settings import CONSTANT, LINEAR
 from maviper.worlds.world import Int, bounds
 
 LEAST_GAIN = 1e-9  # of the purity of single points: below it a gain is rounding
-NEXT = 1e-4  # what clusters of regrets count beside what is saved
 Purity = Callable[[Float64], Float64]  # of summed vectors [..., n_actions], [...]
 
 
@@ -48,13 +46,6 @@ def cohesion(total: Float64) -> Float64:
 def gini(total: Float64) -> Float64:
     """The purity of labels; 0 without weight."""
     return np.square(total).sum(axis=-1) / np.maximum(total.sum(axis=-1), np.finfo(np.float64).tiny)
-
-
-def thrift(total: Float64) -> Float64:
-    """The purity of regrets. Where both sides of a split keep the leaf's action nothing is saved, yet splits below may
-    save: of such splits the one counts that clusters the regrets best, by so little that a saving goes before it.
-    """
-    return total.max(axis=-1) + NEXT * cohesion(total)
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, FeatureSpec, Float32, Float64, GrownTree
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, FeatureSpec, Float32, GrownTree
 from codegen.legality import LEGAL, Mask
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.growth.best_first import KINDS, BestFirstTree, Leaves, gini, grow_tree, testing, thrift
+from maviper.extraction.growth.best_first import KINDS, BestFirstTree, Leaves, gini, grow_tree, testing
 from maviper.extraction.growth.joint import Bins, CartTree, Codes, Growing, HistogramTree, grow_jointly, grow_shared
 from maviper.extraction.growth.sums import Labels, Numbers, optimise_tests
 from maviper.extraction.settings import DIFFERENCES, EXACT, SUMS, Settings
@@ -39,12 +39,11 @@ class Part(NamedTuple):
     labels: Any  # [n], or [n, n_outputs]
     counts: Int  # [n] how often its data set holds each point
     alive: Bool  # [n] whether the agent takes part, and the point is of its data
-    regrets: Float64 | None = None  # [n, n_actions] what each action costs, where that decides in place of labels
 
 
 def _part(data: Dataset, agent: int, counts: Int) -> Part:
     labels = np.ascontiguousarray(data.labels[:, agent])
-    return Part(agent, data.observations[agent], labels, counts, data.alive[:, agent], data.regrets.get(agent))
+    return Part(agent, data.observations[agent], labels, counts, data.alive[:, agent])
 
 
 def pool_points(data: Dataset, members: Sequence[int], counts: Mapping[int, Int] | Sequence[Int]) -> Part:
@@ -52,10 +51,8 @@ def pool_points(data: Dataset, members: Sequence[int], counts: Mapping[int, Int]
     obs = np.stack([data.observations[agent] for agent in members], axis=1)
     columns = np.stack([counts[agent] for agent in members], axis=1)
     labels = data.labels[:, members].reshape(-1, *data.labels.shape[2:])
-    costs: Any = np.stack([data.regrets[agent] for agent in members], axis=1) if data.regrets else None
-    costs = None if costs is None else costs.reshape(-1, costs.shape[2])
     alive = data.alive[:, members].ravel()
-    return Part(members[0], obs.reshape(-1, obs.shape[2]), labels, columns.ravel(), alive, costs)
+    return Part(members[0], obs.reshape(-1, obs.shape[2]), labels, columns.ravel(), alive)
 
 
 def _pairs(features: Sequence[FeatureSpec]) -> list[tuple[int, int]]:
@@ -83,8 +80,7 @@ class Growth:
         least_right: int,
         kept: list[float] | None = None,
     ) -> list[GrownTree]:
-        """TrainJointTrees for agents over shared points; with a budget of leaves, or where what actions cost is known,
-        each tree best first by itself.
+        """TrainJointTrees for agents over shared points; with a budget of leaves, each tree best first by itself.
 
         `counts`, `seeds`: by agent. A point counts at a level when at least `least_right` members are predicted right,
         or take no part in it. `kept`: as in `grow_jointly`. Members that share a tree get the same one.
@@ -94,7 +90,7 @@ class Growth:
         parts = (
             [pool_points(data, members, counts)] if shared else [_part(data, agent, counts[agent]) for agent in members]
         )
-        if self.settings.max_leaves or self.outputs or data.regrets:
+        if self.settings.max_leaves or self.outputs:
             assert not least_right, "growth with votes goes level by level"
             if kept is not None:
                 kept += [1.0] * len(members)
@@ -134,12 +130,9 @@ class Growth:
             leaves = kind(part.obs[rows], part.labels[rows], self.outputs[part.agent])
             summed_tree = grow_tree(leaves, part.counts[rows], codes, bins, settings.max_depth, settings.leaves)
             return self._testing(part, summed_tree, leaves)
-        if part.regrets is None:
-            purity, vectors = gini, np.zeros((len(rows), self.n_actions[part.agent]))
-            vectors[np.arange(len(rows)), part.labels[rows]] = part.counts[rows]
-        else:
-            purity, vectors = thrift, -part.regrets[rows] * part.counts[rows, None]
-        tree = BestFirstTree(codes, vectors, bins, settings.max_depth, purity).deciding(settings.leaves)
+        vectors = np.zeros((len(rows), self.n_actions[part.agent]))
+        vectors[np.arange(len(rows)), part.labels[rows]] = part.counts[rows]
+        tree = BestFirstTree(codes, vectors, bins, settings.max_depth, gini).deciding(settings.leaves)
         return self._testing(part, tree)
 
     def _testing(self, part: Part, tree: GrownTree, leaves: Leaves | None = None) -> GrownTree:

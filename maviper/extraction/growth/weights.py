@@ -1,7 +1,7 @@
 """What an expert's Q says of a state: how much it matters to act as the expert does there, and the best reply to mates.
 
-Does: the paper's weights of MAVIPER and IVIPER, for centralized critics and for value networks; labels, weights and
-  regrets of an agent whose mates act as their trees do, as in iterated best response, less what Q also promises beside
+Does: the paper's weights of MAVIPER and IVIPER, for centralized critics and for value networks; labels and
+  weights of an agent whose mates act as their trees do, as in iterated best response, less what Q also promises beside
   experts. Q is kept from round to round, and asked again only where a mate acts otherwise than before.
 Assumes: the expert acts greedily, so that V is Q at the expert's joint action, and is its own best reply where all
   mates act as their experts: whatever a learned Q promises for another action there is an error of Q, and is taken off
@@ -169,32 +169,10 @@ LEAST_GAIN = 0.2  # of what is at stake in a state: below it another action is t
 
 
 class Reply(NamedTuple):
-    """The labels and gains that one agent is taught at every point."""
+    """What one agent is taught at every point."""
 
     labels: Int  # [n]
-    gains: Float64  # [n, n_actions] Q of each own action over that of the expert's, beside what the others do
-    margin: Float64  # [n] by which another action has to be better to be the label
-    legal: Bool  # [n, n_actions]
-
-    @property
-    def worth(self) -> Float64:
-        """The worth of taking the label, [n]: its gain less that of the worst legal action, at least 0."""
-        return np.maximum(0.0, _of(self.gains, self.labels) - self._least)
-
-    @property
-    def regrets(self) -> Float64:
-        """The cost of each action beside the label, [n, n_actions]: the gain that is lost, and the margin; at least 0.
-        An illegal action costs as much as the worst legal one.
-        """
-        gains = np.where(self.legal, self.gains, self._least[:, None])
-        regrets = np.maximum(0.0, (_of(self.gains, self.labels) + self.margin)[:, None] - gains)
-        np.put_along_axis(regrets, self.labels[:, None], 0.0, axis=1)
-        return regrets
-
-    @property
-    def _least(self) -> Float64:
-        """The gain of the worst legal action, [n]."""
-        return -_best(-self.gains, self.legal)
+    worth: Float64  # [n] of taking the label: its gain less that of the worst legal action, at least 0
 
 
 class Replies:
@@ -216,7 +194,7 @@ class Replies:
         margin = LEAST_GAIN * (_best(q, legal) + _best(-q, legal))
         replied = np.where(legal, gains, -np.inf).argmax(axis=1)
         labels = cast("Int", np.where(_best(gains, legal) > margin, replied, expert))
-        return Reply(labels, gains, margin, legal)
+        return Reply(labels, np.maximum(0.0, _of(gains, labels) + _best(-gains, legal)))
 
     def _values(self, acting: Int, data: Dataset, state: Any) -> Float64:
         """Q of each own action beside what the others do, [n, n_actions]."""

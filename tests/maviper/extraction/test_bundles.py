@@ -29,11 +29,8 @@ from maviper.extraction.settings import (
     JOINT,
     KNOWN,
     MEMBER,
-    NO_VOTES,
     PARTS,
     RACE,
-    REGRET,
-    RESPONSE,
     ROLLOUTS_BY,
     RUNGS,
     SELECTION_BY,
@@ -280,6 +277,5 @@ def test_unknown_values(name, value, known):
     with pytest.raises(UnknownNameError, match="did you mean"):
         Settings.of({name: value})
     for each in known:
-        more = {"labels": RESPONSE, "least_right": NO_VOTES} if each == REGRET else {}
-        more |= {"selection": RACE if each == MEMBER else UNIFORM}
+        more = {"selection": RACE if each == MEMBER else UNIFORM}
         assert getattr(Settings.of({name: each, **more}), name) == each
