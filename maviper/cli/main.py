@@ -8,9 +8,8 @@ Does not: turn exceptions into exit codes (exits.py) or lay out help texts (opti
 import click
 
 from maviper.cli import exits
-from maviper.cli.compile import compile_verb
 from maviper.cli.look import evaluate, exploit, play, show, worlds
-from maviper.cli.make import extract, import_verb, train
+from maviper.cli.make import compile_verb, extract, import_verb, train
 from maviper.cli.options import Verbs
 from maviper.cli.prove import check, diff, repair, replay, robust
 from maviper.cli.start import demo, guide, reproduce, schema

@@ -22,10 +22,9 @@ from maviper.files import runs
 from maviper.files.profiles import load
 from maviper.reproduction import figures, register
 from maviper.reproduction.cells.cell import EXPLOITABILITY, EXTRACTION
-from maviper.reproduction.cells.table import CELLS
+from maviper.reproduction.cells.table import CELLS, Row
 from maviper.reproduction.figures import Point, name_algorithm
 from maviper.reproduction.recipes import IMPURITY, Part, Place, Source
-from maviper.reproduction.results import Row
 from maviper.reproduction.sections import (
     COMPARED,
     MAIN_DEPTH,

@@ -24,9 +24,9 @@ from maviper.evaluation.crossplay import DRAWS
 from maviper.files import runs
 from maviper.reproduction import report, verdicts
 from maviper.reproduction.cells.cell import EXPERT
+from maviper.reproduction.cells.table import Results, Row
 from maviper.reproduction.recipes import IMPURITY, Book, Number
 from maviper.reproduction.register import Register, read
-from maviper.reproduction.results import Results, Row
 from maviper.reproduction.statistics import DRAW_SEED, Estimate
 from tests.benchmarks import compact
 

@@ -13,7 +13,7 @@ import pytest
 
 from codegen.errors import InputError
 from maviper.reproduction import report
-from maviper.reproduction.results import COLUMNS, read
+from maviper.reproduction.cells.table import COLUMNS, read
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import DECEPTION, NAVIGATION, Maker
 
