@@ -102,14 +102,14 @@ def test_training_goes_on_with_resume_alone(capsys, monkeypatch, tmp_path):
         return ["-q", "train", "physical-deception", *more, "-o", place]
 
     monkeypatch.setattr(commands, "schedule", lambda *_: "")  # this and the settings need torch
-    monkeypatch.setattr(commands.training, "settings_of", lambda *_: None)
+    monkeypatch.setattr(commands, "settings_of", lambda *_: None)
     with monkeypatch.context() as patched:
         patched.setattr(commands, "find", interrupted)
         assert told(capsys, *asked(tmp_path / "run")) == exits.AGAIN
         patched.setattr(commands, "_one", interrupted)
         assert told(capsys, *asked(tmp_path / "run")) == exits.AGAIN
     with monkeypatch.context() as patched:
-        patched.setattr(commands.training, "train", begins)
+        patched.setattr(commands, "train", begins)
         assert told(capsys, *asked(tmp_path / "run")) == exits.RESUME
         assert told(capsys, *asked(tmp_path / "runs", "--seeds", "2")) == exits.RESUME
 
