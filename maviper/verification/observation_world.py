@@ -18,8 +18,7 @@ from verify.claims.observed import View, over, variable
 from verify.claims.region import Interval, Region
 from verify.decimals import text as number_text
 from verify.language.units import unit_of
-from verify.systems.given import robust
-from verify.systems.given.robust import copy_called
+from verify.systems.properties import ROBUST, copy_called, errors_of
 from verify.systems.values import ADVICE, NAME, only, text
 from verify.toml_places import parse
 
@@ -58,14 +57,12 @@ def errors_in(source: str, profile: PolicyProfile, where: str) -> dict[str, dict
     agents = {policy.agent: policy for policy in profile.agents if policy.outputs}
     stated: dict[str, dict[str, Fraction]] = {}
     for described, place in properties(document, file):
-        if described.get("name") != robust.NAME:
+        if described.get("name") != ROBUST:
             continue
         agent = text(described.get("agent", ""), place / "agent")
         only({agent: None}, agents, place / "agent", "agent that gives numbers")
         largest = stated.setdefault(agent, {})
-        for name, most in robust.errors_of(
-            described, {each.name: each for each in agents[agent].features}, place
-        ).items():
+        for name, most in errors_of(described, {each.name: each for each in agents[agent].features}, place).items():
             largest[name] = max(most, largest.get(name, most))
     return stated
 

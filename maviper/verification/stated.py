@@ -43,10 +43,10 @@ from verify.result import Cost, Result, Verdict
 from verify.semantics import MACHINE
 from verify.subjects import ClosedLoop
 from verify.systems.claims import CurvedClaim, SystemClaim
+from verify.systems.enclosures import list_curved
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.files import statement_of
-from verify.systems.given.played import as_played
-from verify.systems.pieces import list_curved
+from verify.systems.observing import as_played
 from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
 from verify.verdicts.systems import (

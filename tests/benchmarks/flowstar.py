@@ -34,7 +34,7 @@ from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans
 from verify.checker.flows.steps import FlowStep, build_frames
 from verify.checker.flows.sweep import FlowSweep, Plan
-from verify.systems.language.expressions import Call, Name, Number, Power, Product, Quotient, Sum
+from verify.systems.expressions import Call, Name, Number, Power, Product, Quotient, Sum
 
 PLACE = Path(__file__).parents[2] / "generated" / "arch"
 NAMES = ("pendulum", "tora_remain", "nav", "unicycle", "attitude", "double_pendulum_less", "airplane", "quad")

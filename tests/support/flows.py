@@ -8,8 +8,8 @@ from tests.support.system_cases import policy, team
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans
 from verify.checker.flows.tapes import Program
+from verify.systems.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.files import statement_of
-from verify.systems.language.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.properties import claims_of
 
 PENDULUM = """

@@ -19,7 +19,7 @@ from codegen.numbers import nearest_double
 from verify.claims.uncertified.values import Batch
 from verify.reach.play.samples import observe_planes
 from verify.systems.claims import SystemClaim
-from verify.systems.language.choices import vectorise
+from verify.systems.expressions import ARRAYS, function
 from verify.systems.system import FlowCase, HalfSpace, Interval, System
 
 PARTS = 8  # of a period
@@ -68,8 +68,10 @@ class FlowPlay:
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
         assert system.flow is not None
         self._profile, self._system, self._claim, self._flow = profile, system, claim, system.flow
-        self._rates = [{name: vectorise(rate) for name, rate in each.rates.items()} for each in system.flow.each]
-        self._jumps = [{name: vectorise(value) for name, value in each.jumps.items()} for each in system.flow.each]
+        self._rates = [{name: function(rate, ARRAYS) for name, rate in each.rates.items()} for each in system.flow.each]
+        self._jumps = [
+            {name: function(value, ARRAYS) for name, value in each.jumps.items()} for each in system.flow.each
+        ]
         zero = Fraction(0), Fraction(0)
         self._ends = [
             {name: _floats(each.error.get(name, zero)) for name in system.flow.errors} for each in system.flow.each

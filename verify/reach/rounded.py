@@ -14,8 +14,7 @@ from codegen.ir import PolicyProfile
 from verify.reach.replay import Course, piece_of, replay_course, within
 from verify.reach.results import SystemCounterexample
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import list_roundings, with_roundings
-from verify.systems.observing import choose_actions
+from verify.systems.observing import choose_actions, list_roundings, with_roundings
 from verify.systems.statement import Statement
 
 

@@ -29,8 +29,8 @@ from verify.result import Result, Verdict
 from verify.subjects import ClosedLoop, Subject
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.language.expressions import Number
-from verify.systems.pieces import list_curved
+from verify.systems.enclosures import list_curved
+from verify.systems.expressions import Number
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Interval, Polytope, System
 

@@ -1,18 +1,26 @@
-"""What agents observe in an exact state of a stated system, and what they do there.
+"""What agents observe, do and round in an exact state of a stated system; file and profile as proofs read them.
 
-Does: observations; joint actions.
+Does: observations; joint actions; reads the file again with what its agents compute, where they test sums or give
+  numbers; says which roundings the real agents make in a state.
 Assumes: a system that has the features of the profile.
-Does not: move states.
+Does not: move states, or decide claims.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 
-from codegen.ir import AgentPolicy, Floats, PolicyProfile, act
+from codegen.errors import InputError
+from codegen.ir import CONSTANT, AgentPolicy, Floats, PolicyProfile, Sum, act, apply
 from codegen.numbers import nearest_number
-from verify.systems.system import Feature, Measure, State, System
+from codegen.sums import clip_values
+from verify.systems.expressions import affine
+from verify.systems.files import statement_of
+from verify.systems.lowered import Acting, Rounded, acting
+from verify.systems.statement import Statement
+from verify.systems.system import Affine, Feature, Measure, State, System
 
 
 def measure_feature(feature: Feature, state: State) -> Fraction:
@@ -41,3 +49,104 @@ def observe_state(system: System, policy: AgentPolicy, state: State) -> Floats:
 def choose_actions(system: System, profile: PolicyProfile, state: State) -> Mapping[str, int]:
     """The number of the action that each agent takes in a state."""
     return {policy.agent: int(act(policy, observe_state(system, policy, state))[0]) for policy in profile.agents}
+
+
+def as_played(statement: Statement, profile: PolicyProfile) -> tuple[Statement, PolicyProfile]:
+    """Both as proofs read them; as they are where no agent tests sums or gives numbers. InputError for agents whose
+    sums are not affine in the state.
+    """
+    profile = with_copies(statement, profile)
+    ranges = {each.name: each.range for each in statement.system.variables}
+    features = statement.system.features
+    read = {
+        policy.agent: acting(policy, features[policy.agent], ranges)
+        for policy in profile.agents
+        if policy.tree.arithmetic
+    }
+    if not read:
+        return statement, profile
+    agents = tuple(read[each.agent].policy if each.agent in read else each for each in profile.agents)
+    return statement_of(statement.source, statement.place.name, read), replace(profile, agents=agents, region=None)
+
+
+def with_copies(statement: Statement, profile: PolicyProfile) -> PolicyProfile:
+    """The profile with the agents of a file that act by the tree of another one, as policies of their own. InputError
+    where it has such an agent itself.
+    """
+    own = {policy.agent: policy for policy in profile.agents}
+    copied = [each for each in statement.agents if each.like in own]
+    for each in copied:
+        if each.name in own:
+            what = f"the profile has a tree for {each.name}, which the file lets act like {each.like}"
+            raise InputError(what, statement.system.name, f"remove `like` from [agents.{each.name}]")
+    copies = tuple(replace(own[each.like], agent=each.name, team=each.team) for each in copied)
+    return replace(profile, agents=(*profile.agents, *copies)) if copies else profile
+
+
+def list_settings(statement: Statement, agent: str, action: str) -> dict[str, Affine]:
+    """Returns the values to which an action of an agent that chooses sets its inputs, by name. Those that are not
+    affine are left out, as no formula names them.
+    """
+    (stated,) = (each for each in statement.agents if each.name == agent)
+    forms = {name: affine(each) for name, each in stated.actions[action].items()}
+    return {name: form for name, form in forms.items() if form is not None}
+
+
+def list_roundings(statement: Statement) -> list[str]:
+    """The variables that roundings are."""
+    return [each.variable for one in statement.acting.values() for each in one.roundings]
+
+
+def with_roundings(statement: Statement, state: State) -> dict[str, Fraction]:
+    """A state with the roundings that the real agents make there, exactly, if it lies in the ranges; its other
+    variables are kept.
+    """
+    extended = dict(state)
+    added = set(list_roundings(statement))
+    if any(
+        not one.range[0] <= state[one.name] <= one.range[1]
+        for one in statement.system.variables
+        if one.name not in added
+    ):
+        return extended
+    for each in statement.acting.values():
+        extended |= _roundings(statement.system, each, state)
+    return extended
+
+
+def _roundings(system: System, acting: Acting, state: State) -> dict[str, Fraction]:
+    real = acting.real
+    row = observe_state(system, real, state)
+    vector = int(real.tree.action[apply(real.tree, row)[0]]) if real.outputs else 0
+    roundings: dict[str, Fraction] = {}
+    for each in acting.roundings:
+        chosen = each.sums[0 if each.output is None else vector]
+        if each.output is not None and all(place == CONSTANT for _, place in chosen.terms):
+            roundings[each.variable] = each.bound
+            continue
+        exact = _exact(real, chosen, system.features[real.agent], state)
+        rounding = _rounding(real, each, chosen, row, exact)
+        assert abs(rounding) <= each.bound, f"{each.variable}: {rounding} beyond {each.bound}"
+        roundings[each.variable] = each.bound + rounding
+    return roundings
+
+
+def _rounding(real: AgentPolicy, rounded: Rounded, chosen: Sum, row: np.ndarray, exact: Fraction) -> Fraction:
+    """By how much a sum is above its exact value; or what its last rounding adds."""
+    if len(chosen.terms) == 1 and chosen.terms[0][0] == 1 and rounded.output is None:
+        return Fraction(float(row[0, chosen.terms[0][1]])) - exact  # a feature
+    value = chosen.value(row, real.tree.arithmetic)
+    if not rounded.given:
+        return Fraction(float(value[0])) - exact
+    assert rounded.output is not None
+    spec = real.outputs[rounded.output]
+    cut = clip_values(value, spec.low, spec.high)
+    return Fraction(float(cut.astype(real.tree.gives)[0])) - Fraction(float(cut[0]))
+
+
+def _exact(real: AgentPolicy, each: Sum, features: Mapping[str, Feature], state: State) -> Fraction:
+    """The exact value of a sum in a state."""
+    total = Fraction(0)
+    for weight, place in each.terms:
+        total += Fraction(weight) * (1 if place == CONSTANT else features[real.features[place].name].form.at(state))
+    return total

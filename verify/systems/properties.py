@@ -1,49 +1,61 @@
 """Claims about a system, from the `[[property]]` tables of a world file or of a file of their own.
 
-Does: reads names, regions, steps and formulas.
-Assumes: the names of a statement, and the profile whose actions formulas speak of.
+Does: reads names, regions, steps and formulas; numbers beside a feature as the agents compare them; `out(AGENT).OUTPUT`
+  as the input that it is, and each comparison with an input as one for each action; `robust`, that an output changes
+  little where observations are a little off, as a formula about an agent and its copy, which observes with errors.
+Assumes: the names of a statement, and the profile whose actions formulas speak of; a copy acts like its agent and
+  observes each feature as it is plus a variable of its own, `COPY.FEATURE`.
 Does not: decide. Formulas are parsed, never evaluated.
 """
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
-from codegen.errors import InputError
+from codegen.errors import InputError, UnknownNameError
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
-from verify.claims.formula import Formula, coordinates, negate
-from verify.claims.language.formulas import Vocabulary
+from codegen.numbers import nearest_number, neighbour
+from verify.claims.formula import (
+    Acts,
+    And,
+    Formula,
+    Linear,
+    Not,
+    Or,
+    below,
+    conjunction,
+    coordinates,
+    disjunction,
+    negate,
+)
+from verify.claims.language.compared import Compared, read_as_compared
+from verify.claims.language.formulas import StatedFormula, Vocabulary, read_statement
 from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
-from verify.decimals import plain
+from verify.claims.uncertified.views import UNLIKE
+from verify.decimals import number, plain
 from verify.language.arithmetic import Typed
 from verify.systems.claims import MAX_STEPS, SAYS, CurvedClaim, Denied, Pattern, SystemClaim
-from verify.systems.curves.following import name_next_values, without_next
-from verify.systems.curves.formulas import Curves, without_curves
+from verify.systems.curves import Curves, name_next_values, without_curves, without_next
+from verify.systems.enclosures import list_curved
+from verify.systems.expressions import Number, affine, names
 from verify.systems.files import region_of, region_parts
-from verify.systems.given import robust
-from verify.systems.given.formulas import (
-    ensure_choosing,
-    find_numbers,
-    name_inputs,
-    of_actions,
-    read_observed,
-    spell_inputs,
-)
-from verify.systems.language.expressions import Number, names
-from verify.systems.language.parsing import Names
-from verify.systems.pieces import list_curved
-from verify.systems.regions import box_of, is_empty
-from verify.systems.statement import Statement
-from verify.systems.system import Polytope
+from verify.systems.parsing import Names
+from verify.systems.statement import Agent, Statement
+from verify.systems.system import Affine, Measure, Polytope, box_of, is_empty
 from verify.systems.values import ADVICE, as_list, as_table, count, flat, only, text
 from verify.systems.values import table as table_of
 from verify.toml_places import Place, parse
 
 PATTERNS = {pattern.value: pattern for pattern in Pattern}
 PLAYED = 200  # steps in which counterexamples of `always` are looked for
+ROBUST, OF_ROBUST = "robust", ("agent", "output", "eps", "most")
 KEYS = (
     "name",
     "label",
@@ -55,10 +67,11 @@ KEYS = (
     "cuts",
     "assuming",
     "invariant",
-    *robust.KEYS,
+    *OF_ROBUST,
 )
 FOR_EVER = ("assuming", "invariant")  # parameters of claims for ever
 MAX_CUTS = 1_000  # of a range
+OFF = "_off"  # ends the name of a copy that observes with errors
 
 
 def ensure_claims(statement: Statement, where: str) -> int:
@@ -106,14 +119,14 @@ def _claim(
     stated, regions = _regions(table, "region", statement, where)
     words = " or ".join(_words(each, place) for each in stated)
     name = text(table.get("name", Pattern.DECIDES.value), where / "name")
-    only({name: None}, (*PATTERNS, robust.NAME), where, "property")
-    if name == robust.NAME:
+    only({name: None}, (*PATTERNS, ROBUST), where, "property")
+    if name == ROBUST:
         return _robust(
             table, SystemClaim(Pattern.DECIDES, regions, label=label, region=words), statement, acting, where
         )
     pattern = PATTERNS[name]
     strange = ("formula", "cuts") if pattern is not Pattern.DECIDES else ("steps", "by", "at_samples", *FOR_EVER)
-    for key in (*strange, *robust.KEYS):
+    for key in (*strange, *OF_ROBUST):
         if key in table:
             raise InputError(f"{name} has no {key}", where / key, "remove it")
     if pattern is Pattern.DECIDES:
@@ -140,8 +153,8 @@ def _robust(
     where: Place,
 ) -> SystemClaim:
     """A claim that an output changes little where observations are a little off, as a formula about two agents."""
-    only(table, ("name", "label", "region", *robust.KEYS), where)
-    found = robust.robust_of(table, statement, where)
+    only(table, ("name", "label", "region", *OF_ROBUST), where)
+    found = robust_of(table, statement, where)
     regions = tuple((*each, *found.errors) for each in begun.regions) or (found.errors,)
     words = f"with {begun.region and f'{begun.region} and '}{found.words}"
     label = begun.label or f"robust: {found.formula}"
@@ -315,7 +328,7 @@ def _times(table: Mapping[str, object], statement: Statement, where: Place) -> b
 def _read_formula(table: Mapping[str, object], where: Place) -> str:
     """Reads the formula that is claimed of variables and actions."""
     if "formula" not in table:
-        raise InputError("a property needs a name or a formula", where, f"names: {', '.join((*PATTERNS, robust.NAME))}")
+        raise InputError("a property needs a name or a formula", where, f"names: {', '.join((*PATTERNS, ROBUST))}")
     return text(table["formula"], where / "formula")
 
 
@@ -343,3 +356,196 @@ def _beyond(region: object, statement: Statement, where: Place) -> dict[str, str
         elif (least, most) != (low, high):
             words[one.name] = f" (of the ranges [{plain(least)}, {plain(most)}])"
     return words
+
+
+# --- an output that changes little
+
+
+class Robust(NamedTuple):
+    """The claim |out(x + e) - out(x)| <= most, wherever each |e| is at most its `eps`."""
+
+    formula: str
+    errors: Polytope  # over the copy's variables
+    words: str
+
+
+def copy_called(agent: str) -> str:
+    """Returns the name of the copy of an agent that observes with errors."""
+    return agent + OFF
+
+
+def errors_of(table: Mapping[str, object], features: Mapping[str, object], where: Place) -> dict[str, Fraction]:
+    """The largest error of each feature that `eps` allows: one number for all of `features`, or a table."""
+    if "eps" not in table:
+        raise InputError(f"{ROBUST} needs the largest error of a feature", where, "write eps = 0.01")
+    given, place = table["eps"], where / "eps"
+    if is_table(given):
+        stated = as_table(given, place)
+        only(stated, features, place, "feature")
+        errors = {name: number(value, place / name) for name, value in stated.items()}
+    else:
+        errors = dict.fromkeys(features, number(given, place))
+    for name, most in errors.items():
+        if most < 0:
+            raise InputError(f"the error of {name} is below 0", place, "write the largest absolute value")
+    return errors
+
+
+def robust_of(table: Mapping[str, object], statement: Statement, where: Place) -> Robust:
+    """A claim of a property table. InputError with the place of what is wrong."""
+    agent = text(table.get("agent", ""), where / "agent")
+    copy = copy_called(agent)
+    agents = {each.name: each for each in statement.agents}
+    doubled = [each.like for each in statement.agents if each.name == copy_called(each.like)]
+    if agent not in doubled:
+        raise UnknownNameError("agent with a copy", agent, doubled, where / "agent")
+    output = text(table.get("output", ""), where / "output")
+    if output not in agents[agent].outputs:
+        raise UnknownNameError("output", output, agents[agent].outputs, where / "output")
+    if "most" not in table:
+        raise InputError(f"{ROBUST} needs the largest change of the output", where, "write most = 0.2")
+    most = number(table["most"], where / "most")
+    added = set(statement.acting[agent].features) if agent in statement.acting else set[str]()
+    features = {name: each for name, each in statement.system.features[agent].items() if name not in added}
+    errors = errors_of(table, features, where)
+    _ensure_copied(statement, agent, features, errors, where)
+    bounds = {f"{copy}.{name}": (-size, size) for name, size in errors.items()}
+    for name in statement.names.known:
+        if name.startswith(f"{copy}."):
+            bounds.setdefault(name, (Fraction(0), Fraction(0)))
+    told = ", ".join(f"{name} off by up to {plain(size)}" for name, size in errors.items())
+    formula = f"|out({copy}).{output} - out({agent}).{output}| <= {plain(most)}"
+    return Robust(formula, box_of(bounds), told)
+
+
+def _ensure_copied(
+    statement: Statement, agent: str, names: Iterable[str], errors: Mapping[str, Fraction], where: Place
+) -> None:
+    """InputError where a copy observes anything but the features `names` of its own, those of `errors` with them."""
+    features, copy = statement.system.features, copy_called(agent)
+    known = {each.name: each.range for each in statement.system.variables}
+    for name in names:
+        variable, size = f"{copy}.{name}", errors.get(name)
+        own, off = features[agent][name], features[copy][name]
+        erring = [own.form.plus(Affine.of({variable: Fraction(1)}))] if variable in known else []
+        allowed = erring if size is not None else [own.form, *erring]  # an error that is not named is bounded to 0
+        if off.form not in allowed or off.measure is not own.measure or off.bounds != own.bounds:
+            if size is None:
+                advice = "observe the same, or name it in eps"
+                raise InputError(f"{copy} does not observe {name} as {agent} does", where, advice)
+            advice = f'state it: {name} = "... + {variable}", with {variable} among the variables'
+            raise InputError(f"{copy} does not observe {name} with an error {variable}", where, advice)
+        if size is not None and not known[variable][0] <= -size <= size <= known[variable][1]:
+            raise InputError(f"errors up to {plain(size)} are not within the range of {variable}", where / "eps")
+
+
+# --- what agents compare and give
+
+
+def find_numbers(statement: Statement, policies: Iterable[AgentPolicy]) -> dict[str, str]:
+    """Returns what the agents that observe a variable compare: float32 or float64; UNLIKE where some compare either."""
+    by_variable: dict[str, str] = {}
+    for policy in policies:
+        read = statement.acting.get(policy.agent)
+        numbers = policy.numbers if read is None else read.real.numbers
+        for feature in statement.system.features[policy.agent].values():
+            name = next((name for name, _ in feature.form.terms), "")
+            if feature.measure is Measure.VALUE and feature.form == Affine.of({name: Fraction(1)}):
+                by_variable[name] = UNLIKE if by_variable.get(name, numbers) != numbers else numbers
+    return by_variable
+
+
+def read_observed(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> StatedFormula:
+    """Reads a text of which the vocabulary knows the features. InputError as of `read_statement`."""
+    known = {
+        name: compare_variable(name, numbers) for name, numbers in vocabulary.observed.items() if numbers != UNLIKE
+    }
+    stated = read_statement(text, vocabulary, where)
+    return stated.read_by(partial(read_as_compared, known=known)) if known else stated
+
+
+def compare_variable(name: str, numbers: str) -> Compared:
+    """Returns the comparison of a variable by agents, whose exact value is rounded once, to the nearest float."""
+
+    def cut(threshold: float) -> tuple[Formula, Formula]:
+        end = (Fraction(threshold) + Fraction(float(neighbour(threshold, inf, numbers)))) / 2
+        at_most = Linear(((Fraction(1), name),), end, nearest_number(end, numbers) > threshold)
+        return at_most, negate(at_most)
+
+    return Compared(numbers, cut)
+
+
+GIVEN = re.compile(r"\bout\(\s*([A-Za-z][A-Za-z0-9_]*)\s*\)\s*\.\s*([A-Za-z_][A-Za-z0-9_]*)")
+
+CHOSEN = re.compile(r"\bacts\(\s*'?([A-Za-z][A-Za-z0-9_-]*)'?\s*\)")
+
+
+def name_inputs(text: str) -> str:
+    """The text with `out(AGENT).OUTPUT` as `AGENT.OUTPUT`, of the same length, so that places in it stay."""
+    return GIVEN.sub(lambda match: f"{match[1]}.{match[2]}".ljust(len(match[0])), text)
+
+
+def spell_inputs(text: str, statement: Statement) -> str:
+    """The text with `AGENT.OUTPUT` as `out(AGENT).OUTPUT`."""
+    for agent in statement.agents:
+        for output in agent.outputs:
+            text = re.sub(rf"\b{re.escape(agent.name)}\.{re.escape(output)}\b", f"out({agent.name}).{output}", text)
+    return text
+
+
+def ensure_choosing(text: str, statement: Statement, where: Place) -> None:
+    """InputError where a text asks for the action of an agent that gives numbers."""
+    giving = {each.name: each.outputs for each in statement.agents if each.outputs}
+    for match in CHOSEN.finditer(text):
+        if match[1] in giving:
+            what = f"{match[1]} gives numbers, and takes no action"
+            advice = " or ".join(f"out({match[1]}).{output}" for output in giving[match[1]])
+            raise InputError(what, where.of_offset(text, match.start()), f"compare {advice}")
+
+
+def of_actions(formula: Formula, statement: Statement, acting: Mapping[str, AgentPolicy], where: Place) -> Formula:
+    """The formula without inputs. InputError for an input that some action sets to what is not affine."""
+    if isinstance(formula, Linear):
+        return _put_settings(formula, statement, acting, where)
+    if isinstance(formula, And):
+        return conjunction(*(of_actions(part, statement, acting, where) for part in formula.parts))
+    if isinstance(formula, Or):
+        return disjunction(*(of_actions(part, statement, acting, where) for part in formula.parts))
+    return Not(of_actions(formula.part, statement, acting, where)) if isinstance(formula, Not) else formula
+
+
+def _put_settings(formula: Linear, statement: Statement, acting: Mapping[str, AgentPolicy], where: Place) -> Formula:
+    """One comparison: whatever the action is, the comparison of what it sets."""
+    agent = next((each for _, name in formula.terms for each in statement.agents if name in each.inputs), None)
+    if agent is None:
+        return formula
+    own = {name: weight for weight, name in formula.terms if name in agent.inputs}
+    parts: list[Formula] = []
+    for place, action in enumerate(acting[agent.name].actions):
+        form = Affine.of({name: weight for weight, name in formula.terms if name not in own}, -formula.bound)
+        for name, weight in own.items():
+            added = affine(agent.actions[action.name][name])
+            if added is None:
+                what = f"{name} is not affine in the state where {agent.name} does {action.name}"
+                raise InputError(what, where, "compare what is affine")
+            form = form.plus(added, Fraction(weight))
+        kept = below(dict(form.terms), -form.constant, formula.strict)
+        inner = of_actions(kept, statement, acting, where)
+        beyond = [each for name in own for each in _cut_off(statement, agent, action.name, name)]
+        parts.append(disjunction(Not(Acts(agent.name, place)), *beyond, inner))
+    return conjunction(*parts)
+
+
+def _cut_off(statement: Statement, agent: Agent, action: str, name: str) -> Iterator[Formula]:
+    """The states in which an action would set an output beyond its bounds: no real agent takes it there."""
+    form = affine(agent.actions[action][name])
+    if agent.name not in statement.acting or form is None or not form.terms:
+        return
+    real = statement.acting[agent.name].real
+    spec = next((each for each in real.outputs if f"{agent.name}.{each.name}" == name), None)
+    if spec is None:  # what an action sets is not cut
+        return
+    if spec.high is not None:
+        yield below({each: -weight for each, weight in form.terms}, form.constant - Fraction(spec.high), strict=True)
+    if spec.low is not None:
+        yield below(dict(form.terms), Fraction(spec.low) - form.constant, strict=True)

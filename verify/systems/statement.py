@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from verify.language.units import Unit
-from verify.systems.given.agents import Acting
-from verify.systems.language.expressions import Expression
-from verify.systems.language.parsing import Names
+from verify.systems.expressions import Expression
+from verify.systems.lowered import Acting
+from verify.systems.parsing import Names
 from verify.systems.system import Box, Interval, Polytope, System
 from verify.toml_places import Place
 

@@ -42,9 +42,8 @@ from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
-from verify.systems.given.formulas import name_inputs
-from verify.systems.given.played import as_played
-from verify.systems.properties import claims_in, claims_of
+from verify.systems.observing import as_played
+from verify.systems.properties import claims_in, claims_of, name_inputs
 from verify.systems.statement import Statement
 
 PROPERTY_FILE = "properties.toml"  # beside certificates, where claims were asked from a file of their own

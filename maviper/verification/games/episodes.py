@@ -38,8 +38,7 @@ from verify.claims.uncertified.episodes import account_of
 from verify.decimals import plain
 from verify.decimals import text as number_text
 from verify.states.episodes import at_rest, playable
-from verify.systems.regions import box_of, is_empty
-from verify.systems.system import Affine, HalfSpace, Polytope
+from verify.systems.system import Affine, HalfSpace, Polytope, box_of, is_empty
 
 HEAD = "# A game in exact numbers: each next value and each observation is off by what rounding may do to it.\n"
 ZERO = Fraction(0)

@@ -32,8 +32,8 @@ from verify.decimals import plain
 from verify.question import Question
 from verify.result import Verdict
 from verify.systems.claims import SystemClaim, SystemPremise
-from verify.systems.curves.formulas import with_comparisons
-from verify.systems.given.formulas import find_numbers
+from verify.systems.curves import with_comparisons
+from verify.systems.properties import find_numbers
 from verify.verdicts.systems import SystemEvidence, SystemResult
 
 NEVER = "no state meets the condition: {words}"

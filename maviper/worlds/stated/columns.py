@@ -18,8 +18,8 @@ import numpy as np
 
 from codegen.ir import Bool, Float64
 from maviper.worlds.stated.systems import MovingRule
-from verify.systems.language.expressions import (
-    IN_FLOATS,
+from verify.systems.expressions import (
+    SINGLE,
     Call,
     Expression,
     Name,
@@ -100,6 +100,6 @@ def _evaluate_each(expression: Power | Call, state: Columns, known: dict[Express
         case Call(function, argument, bounds):
             inner = _column(argument, state, known)
             if bounds is None:
-                return np.array([IN_FLOATS[function](number) for number in inner.tolist()])
+                return np.array([SINGLE.functions[function](number) for number in inner.tolist()])
             low, high = map(float, bounds)
             return np.array([min(max(number, low), high) for number in inner.tolist()])

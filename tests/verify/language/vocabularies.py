@@ -9,8 +9,8 @@ from verify.claims.language.formulas import Vocabulary, formula_of
 from verify.claims.uncertified.own import formula_document
 from verify.language.arithmetic import Typed
 from verify.language.units import format_unit, unit_of
-from verify.systems.language.expressions import Call, Name, Number, Power
-from verify.systems.language.parsing import Names, expression_of, half_spaces
+from verify.systems.expressions import Call, Name, Number, Power
+from verify.systems.parsing import Names, expression_of, half_spaces
 
 EFFECTS = {"stay": (0.0, 0.0), "left": (-1.0, 0.0), "right": (1.0, 0.0), "up": (0.0, 1.0)}
 LEAF = Tree(*(np.array([number]) for number in (NO_FEATURE, 0, NO_CHILD, NO_CHILD, 0)))

@@ -16,8 +16,7 @@ from verify.checker.covers.rounding import ceiling, floor
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import has_cases, hull_of
 from verify.systems.claims import SystemClaim
-from verify.systems.regions import find_gap
-from verify.systems.system import Box, System
+from verify.systems.system import Box, System, find_gap
 
 
 class StatedStates:

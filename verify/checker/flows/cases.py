@@ -18,7 +18,7 @@ from verify.checker.covers.boxes import BoxList
 from verify.checker.covers.cuts import RegionCut, linear
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import ensure_complete, ensure_starts, hull_of, is_mode_value, tests_of
-from verify.systems.language.expressions import Expression, Name, Number
+from verify.systems.expressions import Expression, Name, Number
 from verify.systems.system import Flow, Piece, System, Variable
 
 STILL = Number(Fraction(0))

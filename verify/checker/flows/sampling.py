@@ -17,7 +17,7 @@ from dataclasses import replace
 from codegen.ir import AgentPolicy
 from verify.checker.covers.boxes import BoxList, join_by_cell, together
 from verify.checker.covers.trees import TreeCuts
-from verify.systems.language.expressions import Name, Product
+from verify.systems.expressions import Name, Product
 from verify.systems.system import Flow, Interval, System
 
 PACE = "pace of the period"  # an input; no text can write it

@@ -31,7 +31,7 @@ from verify.checker.flows.spans import Spans
 from verify.checker.flows.steps import EXACT, FlowStep, build_frames
 from verify.checker.reading import RejectedError
 from verify.systems.claims import SystemClaim
-from verify.systems.language.expressions import Name
+from verify.systems.expressions import Name
 from verify.systems.system import Flow, System
 
 MAX_PARTS = 1 << 18  # of the start

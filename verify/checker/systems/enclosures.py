@@ -36,7 +36,7 @@ from verify.checker.systems.functions import (
     up,
 )
 from verify.systems.claims import CurveOverCell
-from verify.systems.language.expressions import (
+from verify.systems.expressions import (
     Call,
     Expression,
     Name,
@@ -51,9 +51,8 @@ from verify.systems.language.expressions import (
     terms,
     total,
 )
-from verify.systems.regions import find_gap
 from verify.systems.statement import Rule, Statement
-from verify.systems.system import Affine, Box, Interval, Piece
+from verify.systems.system import Affine, Box, Interval, Piece, find_gap
 
 MAX_PARTS = 20_000  # of a box, for one bound
 NONE: frozenset[str] = frozenset()

@@ -17,7 +17,7 @@ from verify.claims.formula import Formula
 from verify.claims.uncertified.values import Batch
 from verify.reach.play.samples import Planes, Starts, observe_planes, random_starts, value
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import list_settings
+from verify.systems.observing import list_settings
 from verify.systems.statement import Statement
 from verify.systems.system import State
 

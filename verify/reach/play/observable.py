@@ -20,8 +20,7 @@ from verify.claims.formula import Formula, holds
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import list_roundings, list_settings
-from verify.systems.observing import observe_state
+from verify.systems.observing import list_roundings, list_settings, observe_state
 from verify.systems.statement import Statement
 from verify.systems.system import State
 

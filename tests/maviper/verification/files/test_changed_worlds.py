@@ -13,8 +13,8 @@ from codegen.errors import ExitCode, MaviperError
 from maviper.cli.main import run as command
 from maviper.verification.files.certificates import check_file
 from tests.support.stated import BRAKES, profile
+from verify.systems.expressions import function
 from verify.systems.files import statement_of
-from verify.systems.language.expressions import value
 
 WORLD = """
 name = "cart"
@@ -113,9 +113,9 @@ def meaning(statement):
             found += [(agent, name, each.measure, each.bounds, each.form.at(state)) for name, each in features.items()]
         for rule in statement.rules:
             if all(low <= state[name] <= high for name, (low, high) in rule.where.items()):
-                moved = {name: round(value(each, floats), 12) for name, each in rule.move.items()}
+                moved = {name: round(function(each)(floats), 12) for name, each in rule.move.items()}
                 acted = {
-                    (choice, name): round(value(each, floats), 12)
+                    (choice, name): round(function(each)(floats), 12)
                     for choice, added in rule.effect.items()
                     for name, each in added.items()
                 }

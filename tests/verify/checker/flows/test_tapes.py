@@ -12,7 +12,7 @@ from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans
 from verify.checker.flows.tapes import Program, Tape
 from verify.language.units import PURE
-from verify.systems.language.parsing import Names, expression_of
+from verify.systems.parsing import Names, expression_of
 from verify.systems.system import Flow
 
 NAMES = Names({"x": PURE, "y": PURE, "u": PURE})

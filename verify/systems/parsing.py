@@ -1,20 +1,23 @@
-"""Expressions, conditions and features of a world file, read from texts with their units.
+"""Expressions, conditions, features and values of modes in a world file, read from texts with their units.
 
-Does: names, + - * / **, pi and functions as expressions; comparisons as half spaces.
+Does: names, + - * / **, pi and functions as expressions; conditions as unions of polytopes; what a rule sets a mode to;
+  choices, each as a name, and the rule of each way to choose.
 Assumes: the names that a text may use are given with their units. Units that do not fit are refused.
-Does not: parse (verify.language), or evaluate.
+Does not: parse (verify/language), evaluate, or say whether polytopes overlap or are empty (motion.py).
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
+from math import prod
 from typing import NamedTuple, TypeVar
 
 from codegen.errors import InputError
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
 from verify.language.parser import (
+    ACTS,
     BARS,
     NEXT,
     PRIME,
@@ -24,13 +27,13 @@ from verify.language.parser import (
     Limits,
     NameNode,
     Node,
+    Prefixed,
     Source,
     Token,
     parse,
 )
 from verify.language.units import DEGREE, PURE, Unit, format_unit, times
-from verify.systems.language.conditions import polytopes
-from verify.systems.language.expressions import (
+from verify.systems.expressions import (
     Call,
     Expression,
     Name,
@@ -43,6 +46,8 @@ from verify.systems.language.expressions import (
     affine,
     degree,
     extent,
+    names,
+    substitute,
 )
 from verify.systems.system import Affine, HalfSpace, Polytope
 from verify.toml_places import Place
@@ -363,3 +368,159 @@ class _Expressions(Arithmetic[Expression]):
             if is_so:
                 raise self.source.wrong(what, token.place, "simplify the expression")
         return expression
+
+
+MAX_POLYTOPES = 1_000
+Compare = Callable[[Node, Token, Node], Affine]  # one side less the other, as an affine form
+COMPARING = "write comparisons, and join them by and, or, not"
+OPPOSITE = Fraction(-1)
+
+
+def polytopes(source: Source, node: Node, less: Compare) -> list[Polytope]:
+    """Polytopes of which a state lies in one just where the condition of a tree holds."""
+    match node:
+        case Joined(_, Level.OR, first, rest):
+            union = [each for part in (first, *(other for _, other in rest)) for each in polytopes(source, part, less)]
+        case Joined(_, Level.AND, first, rest):
+            union = _every([polytopes(source, part, less) for part in (first, *(other for _, other in rest))])
+        case Prefixed(_, signs, inside) if "not" in signs:
+            union = polytopes(source, inside, less)
+            union = outside(union) if len(signs) % 2 else union
+        case Joined(_, Level.RELATION, first, rest):
+            sides = [first, *(other for _, other in rest)]
+            signs = [sign for sign, _ in rest]
+            union = _every(
+                [_compare_to_zero(source, less(*each), each[1]) for each in zip(sides, signs, sides[1:], strict=False)]
+            )
+        case _:
+            raise source.wrong("not a condition", node.token.place, COMPARING)
+    if len(union) > MAX_POLYTOPES:
+        raise source.wrong("too many alternatives", node.token.place, "split the case")
+    return union
+
+
+def outside(regions: Sequence[Polytope]) -> list[Polytope]:
+    """Polytopes of which a state lies in one just where it lies in none of some."""
+    return _every([[(_opposite(half),) for half in region] for region in regions])
+
+
+def _every(parts: Sequence[Sequence[Polytope]]) -> list[Polytope]:
+    union: list[Polytope] = [()]
+    for part in parts:
+        union = [(*one, *other) for one, other in product(union, part)]
+        if len(union) > MAX_POLYTOPES:
+            return union
+    return union
+
+
+def _opposite(half: HalfSpace) -> HalfSpace:
+    return HalfSpace(Affine().plus(half.form, OPPOSITE), not half.strict)
+
+
+def _compare_to_zero(source: Source, less: Affine, sign: Token) -> list[Polytope]:
+    """`less` compared with 0."""
+    more = Affine().plus(less, OPPOSITE)
+    match sign.text:
+        case "<=" | "<":
+            return [(HalfSpace(less, sign.text == "<"),)]
+        case ">=" | ">":
+            return [(HalfSpace(more, sign.text == ">"),)]
+        case "==":
+            return [(HalfSpace(less), HalfSpace(more))]
+        case "!=":
+            return [(HalfSpace(less, True),), (HalfSpace(more, True),)]
+        case _:
+            raise source.wrong("not a comparison", sign.place, COMPARING)
+
+
+Actions = Mapping[str, Sequence[str]]  # of each agent
+OF_MODES = "write one of its modes, its name to keep it, acts(AGENT), or choice(.., ..) of these"
+
+
+def input_of(agent: str, variable: str) -> str:
+    """The name of the input by which an agent's action is a mode of a variable. No text can write it."""
+    return f"{agent}.acts as {variable}"
+
+
+def mode_of(text: str, variable: str, names: Names, actions: Actions, where: Place) -> Expression:
+    """Reads the value of a mode from a text. InputError for anything else."""
+    return read_with(text, names, where, lambda reader, tree: _value(reader.source, tree, variable, names, actions))
+
+
+def _value(source: Source, node: Node, variable: str, names: Names, actions: Actions) -> Expression:
+    known = names.modes[variable]
+    match node:
+        case NameNode(token) if token.text in known:
+            return Number(Fraction(known.index(token.text)))
+        case NameNode(token) if token.text in names.modes:
+            if tuple(names.modes[token.text]) != tuple(known):
+                raise source.wrong(f"{token.text} has other modes than {variable}", token.place, OF_MODES)
+            return Name(token.text)
+        case NameNode(token):
+            raise source.unknown(f"mode of {variable}", token, known)
+        case CallNode(token, (NameNode(agent),)) if token.text == ACTS:
+            if agent.text not in actions:
+                raise source.unknown("agent", agent, actions)
+            strange = [action for action in actions[agent.text] if action not in known]
+            if strange:
+                what = f"{agent.text} has the action {strange[0]}, which is no mode of {variable}"
+                raise source.wrong(what, token.place, f"add it to the modes of {variable}")
+            return Name(input_of(agent.text, variable))
+        case CallNode(token, given) if token.text == CHOICE and len(given) > 1 and names.choices is not None:
+            values = [_value(source, each, variable, names, actions) for each in given]
+            texts = arguments(source.text[token.place + len(CHOICE) :])
+            name = f"{CHOICE} {len(names.choices) + 1}"
+            names.choices[name] = tuple(map(Option, values, texts))
+            return Name(name)
+        case _:
+            raise source.wrong("no mode", node.token.place, OF_MODES)
+
+
+MAX_WAYS = 256  # to choose in one rule
+
+
+class ChosenMotion(NamedTuple):
+    """The next value of each variable for some choices, and what these are in the words of the file."""
+
+    next: Mapping[str, Expression]
+    words: Mapping[str, str]
+
+
+def call(called: dict[str, str], choices: Mapping[str, Choice], name: str) -> None:
+    """Calls the choices that were read last by the name that they stand under; a second one gets a number too."""
+    fresh = [each for each in choices if each not in called]
+    for number, each in enumerate(fresh, 1):
+        called[each] = name if number == 1 and name not in called.values() else f"{name} {number}"
+
+
+def ways(
+    stated: Mapping[str, Expression], choices: Mapping[str, Choice], called: Mapping[str, str], where: Place
+) -> Iterator[ChosenMotion]:
+    """The next values for each way to choose. InputError for too many."""
+    used = _find_used(stated.values(), choices)
+    count = prod(len(choices[name]) for name in used)
+    if count > MAX_WAYS:
+        raise InputError(f"{count:,} ways to choose, of at most {MAX_WAYS}", where, "choose between fewer values")
+    for options in product(*(choices[name] for name in used)):
+        taken = dict(zip(used, options, strict=True))
+        words = {called[name]: option.written for name, option in taken.items()}
+        yield ChosenMotion({name: _replace_choices(each, taken) for name, each in stated.items()}, words)
+
+
+def _find_used(stated: Iterable[Expression], choices: Mapping[str, Choice]) -> list[str]:
+    """The choices that expressions hold, those within others included, in the order in which they were read."""
+    used: set[str] = set()
+    pending = [name for each in stated for name in names(each) if name in choices]
+    while pending:
+        name = pending.pop()
+        if name not in used:
+            used.add(name)
+            pending += [other for option in choices[name] for other in names(option.value) if other in choices]
+    return [name for name in choices if name in used]
+
+
+def _replace_choices(expression: Expression, taken: Mapping[str, Option]) -> Expression:
+    """The expression with what is taken in place of choices."""
+    while names(expression) & taken.keys():
+        expression = substitute(expression, {name: option.value for name, option in taken.items()})
+    return expression
