@@ -19,7 +19,7 @@ from codegen.numbers import nearest_double
 from verify.claims.uncertified.values import Batch
 from verify.reach.play.samples import observe_planes
 from verify.systems.claims import SystemClaim
-from verify.systems.expressions import ARRAYS, function
+from verify.systems.observing import ARRAYS, function
 from verify.systems.system import FlowCase, HalfSpace, Interval, System
 
 PARTS = 8  # of a period

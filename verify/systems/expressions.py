@@ -1,24 +1,18 @@
 """Expressions over the variables of a state, in exact numbers: affine forms, sums, products, quotients, functions.
 
 Does: the data; intervals and boxes; which names stand in an expression; puts expressions in place of names; the affine
-  form of one that is affine; its value in floats, of one state or of many.
+  form of one that is affine.
 Assumes: constants of a file are numbers already.
 Does not: read text (parsing.py) or enclose what is not affine (enclosures.py).
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from operator import itemgetter
-from typing import Any, NamedTuple, TypeAlias
-
-import numpy as np
-
-from codegen.numbers import nearest_double
+from typing import TypeAlias
 
 State = Mapping[str, Fraction]
 Interval = tuple[Fraction, Fraction]
@@ -52,7 +46,6 @@ class Affine:
 
 
 ONE, ZERO = Fraction(1), Fraction(0)
-ROUNDED = 1e-12  # what rounding may take from a number that is 0
 
 
 @dataclass(frozen=True)
@@ -237,63 +230,3 @@ def of_affine(form: Affine) -> Expression:
     """An affine form as an expression."""
     made: list[Expression] = [Product(Number(factor), Name(name)) for name, factor in form.terms]
     return total([*made, Number(form.constant)] if form.constant or not made else made)
-
-
-class Floats(NamedTuple):
-    """A way to compute in float64: how a constant becomes a number, the clip of a number to bounds, and functions."""
-
-    constant: Callable[[Fraction], Any]
-    clip: Callable[[Any, Any, Any], Any]
-    functions: Mapping[str, Callable[[Any], Any]]
-
-
-def _root(number: float) -> float:
-    """The square root, 0 of what rounding has put below 0."""
-    return math.sqrt(0.0 if -ROUNDED < number < 0 else number)
-
-
-SINGLE = Floats(
-    float,
-    lambda value, low, high: min(max(value, low), high),
-    {"sin": math.sin, "cos": math.cos, "tan": math.tan, "exp": math.exp, "sqrt": _root},
-)
-ARRAYS = Floats(
-    lambda value: np.asarray(nearest_double(value)),
-    np.clip,
-    {"sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "sqrt": np.sqrt},
-)
-
-
-def function(expression: Expression, by: Floats = SINGLE) -> Callable[[Mapping[str, Any]], Any]:
-    """Its value in a state, in float64, operation by operation as it is written.
-
-    The function raises ZeroDivisionError, OverflowError and ValueError as Python has them; with ARRAYS it takes many
-    states at a time, and what is not defined is NaN or infinite.
-    """
-    match expression:
-        case Number(value):
-            number = by.constant(value)
-            return lambda state: number
-        case Pi():
-            pi = by.constant(Fraction(math.pi))
-            return lambda state: pi
-        case Name(name):
-            return itemgetter(name)
-        case Power(base, exponent):
-            under = function(base, by)
-            return lambda state: under(state) ** exponent
-        case Call(_, argument, (least, most)):
-            inner, low, high = function(argument, by), by.constant(least), by.constant(most)
-            return lambda state: by.clip(inner(state), low, high)
-        case Call(called, argument, _):
-            inner, named = function(argument, by), by.functions[called]
-            return lambda state: named(inner(state))
-        case Sum(left, right):
-            one, other = function(left, by), function(right, by)
-            return lambda state: one(state) + other(state)
-        case Product(left, right):
-            one, other = function(left, by), function(right, by)
-            return lambda state: one(state) * other(state)
-        case Quotient(left, right):
-            one, other = function(left, by), function(right, by)
-            return lambda state: one(state) / other(state)

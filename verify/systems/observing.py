@@ -1,26 +1,33 @@
 """What agents observe, do and round in an exact state of a stated system; file and profile as proofs read them.
 
-Does: observations; joint actions; reads the file again with what its agents compute, where they test sums or give
-  numbers; says which roundings the real agents make in a state.
+Does: observations; joint actions; the value of an expression in floats, of one state or of many; reads the file again
+  with what its agents compute, where they test sums or give numbers; says which roundings the real agents make in a
+  state.
 Assumes: a system that has the features of the profile.
 Does not: move states, or decide claims.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from operator import itemgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from codegen import ir
 from codegen.errors import InputError
-from codegen.ir import CONSTANT, AgentPolicy, Floats, PolicyProfile, Sum, act, apply
-from codegen.numbers import nearest_number
+from codegen.ir import CONSTANT, AgentPolicy, Floats, PolicyProfile, act, apply
+from codegen.numbers import nearest_double, nearest_number
 from codegen.sums import clip_values
-from verify.systems.expressions import affine
+from verify.systems.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum, affine
 from verify.systems.files import statement_of
 from verify.systems.lowered import Acting, Rounded, acting
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Feature, Measure, State, System
+
+ROUNDED = 1e-12  # what rounding may take from a number that is 0
 
 
 def measure_feature(feature: Feature, state: State) -> Fraction:
@@ -131,7 +138,7 @@ def _roundings(system: System, acting: Acting, state: State) -> dict[str, Fracti
     return roundings
 
 
-def _rounding(real: AgentPolicy, rounded: Rounded, chosen: Sum, row: np.ndarray, exact: Fraction) -> Fraction:
+def _rounding(real: AgentPolicy, rounded: Rounded, chosen: ir.Sum, row: np.ndarray, exact: Fraction) -> Fraction:
     """By how much a sum is above its exact value; or what its last rounding adds."""
     if len(chosen.terms) == 1 and chosen.terms[0][0] == 1 and rounded.output is None:
         return Fraction(float(row[0, chosen.terms[0][1]])) - exact  # a feature
@@ -144,9 +151,80 @@ def _rounding(real: AgentPolicy, rounded: Rounded, chosen: Sum, row: np.ndarray,
     return Fraction(float(cut.astype(real.tree.gives)[0])) - Fraction(float(cut[0]))
 
 
-def _exact(real: AgentPolicy, each: Sum, features: Mapping[str, Feature], state: State) -> Fraction:
+def _exact(real: AgentPolicy, each: ir.Sum, features: Mapping[str, Feature], state: State) -> Fraction:
     """The exact value of a sum in a state."""
     total = Fraction(0)
     for weight, place in each.terms:
         total += Fraction(weight) * (1 if place == CONSTANT else features[real.features[place].name].form.at(state))
     return total
+
+
+# --- expressions in floats
+
+
+class Computing(NamedTuple):
+    """A way to compute in float64: how a constant becomes a number, the clip of a number to bounds, and functions."""
+
+    constant: Callable[[Fraction], Any]
+    clip: Callable[[Any, Any, Any], Any]
+    functions: Mapping[str, Callable[[Any], Any]]
+
+
+def _root(number: float) -> float:
+    """The square root, 0 of what rounding has put below 0."""
+    return math.sqrt(0.0 if -ROUNDED < number < 0 else number)
+
+
+def _clip(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)
+
+
+def _array(value: Fraction) -> ir.Float64:
+    return np.asarray(nearest_double(value))
+
+
+SINGLE = Computing(
+    float,
+    _clip,
+    {"sin": math.sin, "cos": math.cos, "tan": math.tan, "exp": math.exp, "sqrt": _root},
+)
+ARRAYS = Computing(
+    _array,
+    np.clip,
+    {"sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "sqrt": np.sqrt},
+)
+
+
+def function(expression: Expression, by: Computing = SINGLE) -> Callable[[Mapping[str, Any]], Any]:
+    """Its value in a state, in float64, operation by operation as it is written.
+
+    The function raises ZeroDivisionError, OverflowError and ValueError as Python has them; with ARRAYS it takes many
+    states at a time, and what is not defined is NaN or infinite.
+    """
+    match expression:
+        case Number(value):
+            number = by.constant(value)
+            return lambda state: number
+        case Pi():
+            pi = by.constant(Fraction(math.pi))
+            return lambda state: pi
+        case Name(name):
+            return itemgetter(name)
+        case Power(base, exponent):
+            under = function(base, by)
+            return lambda state: under(state) ** exponent
+        case Call(_, argument, (least, most)):
+            inner, low, high = function(argument, by), by.constant(least), by.constant(most)
+            return lambda state: by.clip(inner(state), low, high)
+        case Call(called, argument, _):
+            inner, named = function(argument, by), by.functions[called]
+            return lambda state: named(inner(state))
+        case Sum(left, right):
+            one, other = function(left, by), function(right, by)
+            return lambda state: one(state) + other(state)
+        case Product(left, right):
+            one, other = function(left, by), function(right, by)
+            return lambda state: one(state) * other(state)
+        case Quotient(left, right):
+            one, other = function(left, by), function(right, by)
+            return lambda state: one(state) / other(state)

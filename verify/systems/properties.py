@@ -1,8 +1,9 @@
 """Claims about a system, from the `[[property]]` tables of a world file or of a file of their own.
 
-Does: reads names, regions, steps and formulas; numbers beside a feature as the agents compare them; `out(AGENT).OUTPUT`
-  as the input that it is, and each comparison with an input as one for each action; `robust`, that an output changes
-  little where observations are a little off, as a formula about an agent and its copy, which observes with errors.
+Does: reads names, regions, steps and formulas; spells a claim from its data alone; numbers beside a feature as the
+  agents compare them; `out(AGENT).OUTPUT` as the input that it is, and each comparison with an input as one for each
+  action; `robust`, that an output changes little where observations are a little off, as a formula about an agent and
+  its copy, which observes with errors.
 Assumes: the names of a statement, and the profile whose actions formulas speak of; a copy acts like its agent and
   observes each feature as it is plus a variable of its own, `COPY.FEATURE`.
 Does not: decide. Formulas are parsed, never evaluated.
@@ -25,6 +26,7 @@ from verify.claims.formula import (
     Acts,
     And,
     Formula,
+    Goal,
     Linear,
     Not,
     Or,
@@ -39,16 +41,16 @@ from verify.claims.language.formulas import StatedFormula, Vocabulary, read_stat
 from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
 from verify.claims.uncertified.views import UNLIKE
-from verify.decimals import number, plain
+from verify.decimals import MAX_PLACES, number, plain
 from verify.language.arithmetic import Typed
-from verify.systems.claims import MAX_STEPS, SAYS, CurvedClaim, Denied, Pattern, SystemClaim
+from verify.systems.claims import MAX_STEPS, SAYS, CurvedClaim, Denied, Pattern, SystemClaim, atom
 from verify.systems.curves import Curves, name_next_values, without_curves, without_next
 from verify.systems.enclosures import list_curved
-from verify.systems.expressions import Number, affine, names
+from verify.systems.expressions import Affine, Interval, Number, affine, names
 from verify.systems.files import region_of, region_parts
 from verify.systems.parsing import Names
 from verify.systems.statement import Agent, Statement
-from verify.systems.system import Affine, Measure, Polytope, box_of, is_empty
+from verify.systems.system import HalfSpace, Measure, Polytope, box_of, is_empty
 from verify.systems.values import ADVICE, as_list, as_table, count, flat, only, text
 from verify.systems.values import table as table_of
 from verify.toml_places import Place, parse
@@ -549,3 +551,66 @@ def _cut_off(statement: Statement, agent: Agent, action: str, name: str) -> Iter
         yield below({each: -weight for each, weight in form.terms}, form.constant - Fraction(spec.high), strict=True)
     if spec.low is not None:
         yield below(dict(form.terms), Fraction(spec.low) - form.constant, strict=True)
+
+
+# --- a claim in words from its data alone
+
+
+EVERY_FLOAT = 1_074  # places of a float64 at most: formulas take no fractions of numbers that large
+
+
+def spell_claim(claim: SystemClaim, actions: Mapping[str, Sequence[str]], ranges: Mapping[str, Interval]) -> str:
+    """The claim in words that are made from its data alone, as a file's own words may say anything. `actions`: of each
+    agent, by number. `ranges`: of the system's variables, which bound what a claim about decisions says.
+    """
+    regions = " or ".join(_conditions(region) for region in claim.regions)
+    if not claim.about_decisions:
+        return replace(claim, region=regions).sentence
+    named = coordinates(claim.formula).union(*(coordinates(atom(half)) for region in claim.regions for half in region))
+    bounds = ", ".join(
+        f"{name} in [{plain(low)}, {plain(high)}]" for name, (low, high) in ranges.items() if name in named
+    )
+    where = "of the ranges" + (f" ({bounds})" if bounds else "") + (f" with {regions}" if regions else "")
+    return f"in every state {where}, {spell_formula(claim.formula, actions)}"
+
+
+def _conditions(region: Polytope) -> str:
+    return " and ".join(map(_condition, region)) or "any state"
+
+
+def _condition(half: HalfSpace, places: int = MAX_PLACES) -> str:
+    """An inequality whose first factor is 1. `places`: of decimals at most, what needs more is a fraction."""
+    lead = half.form.terms[0][1] if half.form.terms else Fraction(1)
+    form = Affine().plus(half.form, 1 / lead)
+    sign = f"{'<' if lead > 0 else '>'}{'' if half.strict else '='}"
+    return f"{_sum(form.terms, places)} {sign} {plain(-form.constant, places)}"
+
+
+def _sum(terms: Sequence[tuple[str, Fraction]], places: int) -> str:
+    text = ""
+    for name, factor in terms:
+        times = name if abs(factor) == 1 else f"{plain(abs(factor), places)}*{name}"
+        sign = "-" if factor < 0 else "+"
+        text += f" {sign} {times}" if text else times if factor > 0 else f"-{times}"
+    return text or "0"
+
+
+def spell_formula(formula: Formula, actions: Mapping[str, Sequence[str]]) -> str:
+    """A formula in the language of property files. `actions`: of each agent, by number."""
+    match formula:
+        case Linear(terms, bound, strict):
+            half = HalfSpace(Affine.of({name: factor for factor, name in terms}, -bound), strict)
+            return _condition(half, EVERY_FLOAT)
+        case Acts(agent, action):
+            return f"acts({agent}) == {actions[agent][action]}"
+        case Not(part):
+            return f"not {spell_formula(part, actions)}"
+        case And(()) | Or(()):
+            return "true" if isinstance(formula, And) else "false"
+        case And(parts) | Or(parts):
+            joined = f" {'and' if isinstance(formula, And) else 'or'} ".join(
+                spell_formula(part, actions) for part in parts
+            )
+            return f"({joined})"
+        case Goal(landmark):
+            return f"goal == {landmark}"

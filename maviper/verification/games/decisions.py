@@ -30,7 +30,7 @@ from verify.claims.formula import for_goal, names_goal
 from verify.claims.region import Interval, Region
 from verify.claims.verifiable import verifiable
 from verify.decimals import text as number_text
-from verify.systems.claims import spell_formula
+from verify.systems.properties import spell_formula
 
 HEAD = "# World states of a game: coordinates, and by how much what agents observe of them is off by rounding.\n"
 

@@ -18,18 +18,8 @@ import numpy as np
 
 from codegen.ir import Bool, Float64
 from maviper.worlds.stated.systems import MovingRule
-from verify.systems.expressions import (
-    SINGLE,
-    Call,
-    Expression,
-    Name,
-    Number,
-    Pi,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-)
+from verify.systems.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
+from verify.systems.observing import SINGLE
 
 if TYPE_CHECKING:
     from verify.systems.statement import Rule

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from codegen.ir import Float64
-from verify.systems.expressions import function
+from verify.systems.observing import function
 from verify.systems.system import Flow, FlowCase
 
 PARTS = 8  # of a period in play

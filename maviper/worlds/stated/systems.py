@@ -18,8 +18,8 @@ from codegen.errors import InputError
 from maviper.files import kinds, runs
 from maviper.worlds.outside.sources import SYSTEM, is_named_by_user
 from maviper.worlds.stated.flowing import FlowRule, flow_rules
-from verify.systems.expressions import function
 from verify.systems.files import MAX_BYTES, statement_of
+from verify.systems.observing import function
 from verify.systems.system import Interval
 
 if TYPE_CHECKING:

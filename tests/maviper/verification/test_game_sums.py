@@ -37,7 +37,8 @@ from verify.claims.uncertified.values import Batch
 from verify.decimals import plain
 from verify.result import Verdict
 from verify.states.state import sample
-from verify.systems.claims import SystemClaim, spell_formula
+from verify.systems.claims import SystemClaim
+from verify.systems.properties import spell_formula
 
 
 def asked(profile, name, region, tmp_path):

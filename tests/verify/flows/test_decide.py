@@ -21,7 +21,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern
-from verify.systems.expressions import ARRAYS, function
+from verify.systems.observing import ARRAYS, function
 
 
 def asked(text, profile, claim, **changes):

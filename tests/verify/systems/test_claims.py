@@ -7,7 +7,8 @@ import pytest
 
 from codegen.errors import InputError
 from verify.claims.formula import FALSE, TRUE, Acts, And, Not, Or, below, holds
-from verify.systems.claims import Pattern, SystemClaim, spell_claim
+from verify.systems.claims import Pattern, SystemClaim
+from verify.systems.properties import spell_claim
 from verify.systems.system import Affine, HalfSpace
 
 

@@ -12,8 +12,8 @@ from codegen.errors import InputError
 from tests.support.systems import CURVED, MOUNTAIN
 from verify.progress import listening
 from verify.systems.enclosures import Enclosing
-from verify.systems.expressions import function
 from verify.systems.files import statement_of
+from verify.systems.observing import function
 from verify.systems.parsing import Names, expression_of
 
 NAMES = Names({"x": (), "y": ()})

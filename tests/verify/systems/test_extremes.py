@@ -8,8 +8,9 @@ import pytest
 from codegen.errors import InputError
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.language.units import PURE, unit_of
-from verify.systems.expressions import Number, function
+from verify.systems.expressions import Number
 from verify.systems.files import statement_of
+from verify.systems.observing import function
 from verify.systems.parsing import Names, expression_of
 
 NAMES = Names({"x": PURE, "y": PURE, "v": unit_of("m", "")})

@@ -20,8 +20,8 @@ from verify.checker.systems.enclosures import ensure_enclosed
 from verify.checker.systems.functions import FUNCTIONS, ONE, Range, UnboundedError
 from verify.language.units import PURE, unit_of
 from verify.systems.enclosures import LINES, PI, UndefinedError, _root
-from verify.systems.expressions import function
 from verify.systems.files import statement_of
+from verify.systems.observing import function
 from verify.systems.parsing import Names, expression_of
 
 mpmath = pytest.importorskip("mpmath")

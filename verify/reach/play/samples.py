@@ -24,7 +24,8 @@ from verify.reach.play.boxes import Boxes
 from verify.reach.play.cases import Cases, has_cases
 from verify.reach.replay import Course
 from verify.systems.claims import SystemClaim
-from verify.systems.expressions import ARRAYS, Expression, function
+from verify.systems.expressions import Expression
+from verify.systems.observing import ARRAYS, function
 from verify.systems.statement import Rule
 from verify.systems.system import Affine, Feature, Interval, Measure, Piece, System
 

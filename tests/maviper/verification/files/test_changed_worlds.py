@@ -13,8 +13,8 @@ from codegen.errors import ExitCode, MaviperError
 from maviper.cli.main import run as command
 from maviper.verification.files.certificates import check_file
 from tests.support.stated import BRAKES, profile
-from verify.systems.expressions import function
 from verify.systems.files import statement_of
+from verify.systems.observing import function
 
 WORLD = """
 name = "cart"
