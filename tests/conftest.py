@@ -270,7 +270,7 @@ SAMPLED = {
         "verify.solver.leaves",
         "verify.states.failures",
         "verify.counterexamples.search",
-        "verify.extent.found",
+        "verify.extent.largest",
         "verify.repair.search",
         "verify.verdicts.episodes",
         "maviper.verification.diff",

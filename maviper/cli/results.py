@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from maviper.console import Console
-from verify.reports.lines import as_lines
+from verify.reports.report import as_lines
 from verify.result import AnyResult, Verdict
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from verify.claims.language.tables import properties
 from verify.claims.observed import View, over, variable
 from verify.claims.region import Interval, Region
 from verify.decimals import text as number_text
-from verify.language.units import unit_of
+from verify.language.arithmetic import unit_of
 from verify.systems.properties import ROBUST, copy_called, errors_of
 from verify.systems.values import ADVICE, NAME, only, text
 from verify.toml_places import parse

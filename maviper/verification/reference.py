@@ -16,7 +16,7 @@ from codegen.ir import PolicyProfile, act
 from maviper.worlds.stated.deviation import deviation
 from maviper.worlds.stated.reference import Reference, is_known
 from verify.claims.formula import holds
-from verify.reports import flows
+from verify.reports import systems
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import observe_state
 from verify.systems.statement import Statement
@@ -37,7 +37,7 @@ def measure_reference(statement: Statement, run: bool) -> dict[str, Any]:
         what = f"the statement is not that of {name}: {beyond}"
         raise InputError(what, measurement.worst, "widen the error of the variable, narrow its range, or mend the rule")
     off = {variable: list(bounds) for variable, bounds in measurement.off.items()}
-    reach = ", ".join(f"{variable} {flows.upwards(max(map(abs, bounds)), 2)}" for variable, bounds in off.items())
+    reach = ", ".join(f"{variable} {systems.upwards(max(map(abs, bounds)), 2)}" for variable, bounds in off.items())
     said = f"{name}: {measurement.steps} steps were measured, off by at most {reach}"
     return {"name": name, "steps": measurement.steps, "anywhere": measurement.placed, "off": off, "said": [said]}
 

@@ -32,7 +32,7 @@ from verify.claims.region import Interval, Region
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.views import Viewed
 from verify.exact import MAX_NUMBER
-from verify.extent.radius import Radius, radius
+from verify.extent.changes import Radius, radius
 from verify.question import DecisionQuestion, Question
 from verify.subjects import Game
 from verify.verdicts.opinions import by_zones

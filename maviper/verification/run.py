@@ -29,7 +29,7 @@ from maviper.verification.join import (
     where_files,
 )
 from verify.reports import report
-from verify.reports.trajectories import tables
+from verify.reports.courses import tables
 from verify.result import AnyResult
 
 if TYPE_CHECKING:

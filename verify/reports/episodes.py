@@ -17,9 +17,8 @@ from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.own import region_document
 from verify.claims.uncertified.starts import name_region
 from verify.decimals import plain
-from verify.reports import trusted
 from verify.reports.drawing import VIEW
-from verify.reports.telling import POSITIONS, SHARES, Telling
+from verify.reports.telling import EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE, POSITIONS, SHARES, Telling
 from verify.result import Verdict
 from verify.semantics import MACHINE
 from verify.states.episodes import Episode, Way
@@ -192,4 +191,4 @@ def _courses(profile: PolicyProfile, episode: Episode, ours: Sequence[str]) -> d
     }
 
 
-TELLING = Telling(facts, limits, (trusted.EPISODES_WITH_CERTIFICATE, trusted.EPISODES_WITHOUT_CERTIFICATE))
+TELLING = Telling(facts, limits, (EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE))

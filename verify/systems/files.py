@@ -17,8 +17,7 @@ from codegen.ir import GOAL, NAME
 from codegen.wording import format_count
 from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
-from verify.language.arithmetic import Typed
-from verify.language.units import PURE, Unit, format_unit, unit_of
+from verify.language.arithmetic import PURE, Typed, Unit, format_unit, unit_of
 from verify.systems.enclosures import pieces
 from verify.systems.expressions import Call, Expression, Number, affine
 from verify.systems.flows import Around, Keeping, flow_of

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
 from verify.claims.region_files import is_list, is_table
-from verify.language.units import PURE, Unit, times, unit_of
+from verify.language.arithmetic import PURE, Unit, times, unit_of
 from verify.systems.expressions import Call, Expression, Name, Number, Sum, affine, parts
 from verify.systems.expressions import names as names_in
 from verify.systems.motion import CaseRegion, ensure_few, read_lets, read_pieces, regions_of, setting_modes

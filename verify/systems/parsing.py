@@ -14,25 +14,27 @@ from math import prod
 from typing import NamedTuple, TypeVar
 
 from codegen.errors import InputError
-from verify.language.arithmetic import Arithmetic, Typed
-from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
+from verify.language.arithmetic import DEGREE, PURE, Arithmetic, Typed, Unit, format_unit, times
 from verify.language.parser import (
     ACTS,
     BARS,
+    BY_EQUALITY,
     NEXT,
     PRIME,
     CallNode,
     Joined,
     Level,
     Limits,
+    Modes,
     NameNode,
     Node,
     Prefixed,
     Source,
     Token,
+    is_compared,
     parse,
+    resolve_modes,
 )
-from verify.language.units import DEGREE, PURE, Unit, format_unit, times
 from verify.systems.expressions import (
     Call,
     Expression,

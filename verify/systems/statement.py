@@ -8,7 +8,7 @@ Does not: read files or play.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from verify.language.units import Unit
+from verify.language.arithmetic import Unit
 from verify.systems.expressions import Expression
 from verify.systems.lowered import Acting
 from verify.systems.parsing import Names

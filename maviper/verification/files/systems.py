@@ -37,7 +37,7 @@ from verify.reach.replay import Course, is_start, replay_course
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
 from verify.reports import systems as report
-from verify.reports.trajectories import counterexample
+from verify.reports.courses import counterexample
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim

@@ -32,10 +32,9 @@ from verify.claims.region import Region
 from verify.claims.region_files import read_region, region_toml
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere, start_region
-from verify.extent import found as where
+from verify.extent import largest as where
 from verify.extent import violations
-from verify.extent.carving import GRID, obstacles
-from verify.extent.largest import largest
+from verify.extent.largest import GRID, largest, obstacles
 from verify.progress import listening
 from verify.question import Budgets, Question
 from verify.reports import report

@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.observations import acts, blind_tree, distance
 from tests.support.teams import tree
-from verify.extent.radius import radius
+from verify.extent.changes import radius
 
 
 @pytest.mark.parametrize("seed", range(40))

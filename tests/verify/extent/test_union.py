@@ -5,7 +5,7 @@ from itertools import permutations, product
 import numpy as np
 import pytest
 
-from verify.extent.union import union
+from verify.extent.violations import union
 from verify.zones.tables import EPSILON, Problem
 
 SIDE = 4  # zones lie in a cube of this side, all their bounds integers

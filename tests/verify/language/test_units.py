@@ -3,7 +3,7 @@
 import pytest
 
 from codegen.errors import InputError
-from verify.language.units import PURE, format_unit, times, unit_of
+from verify.language.arithmetic import PURE, format_unit, times, unit_of
 
 
 @pytest.mark.parametrize(

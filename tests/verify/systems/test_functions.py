@@ -18,7 +18,7 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems import functions
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.checker.systems.functions import FUNCTIONS, ONE, Range, UnboundedError
-from verify.language.units import PURE, unit_of
+from verify.language.arithmetic import PURE, unit_of
 from verify.systems.enclosures import LINES, PI, UndefinedError, _root
 from verify.systems.files import statement_of
 from verify.systems.observing import function

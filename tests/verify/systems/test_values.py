@@ -6,7 +6,7 @@ import pytest
 
 from codegen.errors import InputError, UnknownNameError
 from tests.support.systems import CART
-from verify.language.units import unit_of
+from verify.language.arithmetic import unit_of
 from verify.systems import values
 from verify.systems.files import statement_of
 from verify.toml_places import parse

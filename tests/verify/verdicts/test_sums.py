@@ -19,7 +19,7 @@ from verify.claims.region import Region
 from verify.claims.uncertified.own import AliveLeaves, OwnFormula
 from verify.claims.uncertified.starts import start_region
 from verify.episodes import composition
-from verify.extent.found import BEYOND, where
+from verify.extent.largest import BEYOND, where
 from verify.question import Question, from_start
 from verify.repair.search import repair
 from verify.reports import report

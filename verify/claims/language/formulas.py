@@ -22,25 +22,27 @@ from verify.claims.language.compared import spell_unlike
 from verify.claims.language.sums import CoordinateSum, compare_sums, constant, coordinate, distance, largest
 from verify.claims.language.trees import find_single_name, list_conditions, spell, strip_signs
 from verify.claims.uncertified.views import UNLIKE
-from verify.language.arithmetic import Arithmetic, Typed
-from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
+from verify.language.arithmetic import Arithmetic, Typed, Unit
 from verify.language.parser import (
     ACTS,
     BARS,
+    BY_EQUALITY,
     CallNode,
     Joined,
     Level,
     Limits,
     Listed,
+    Modes,
     NameNode,
     Node,
     NumberNode,
     Prefixed,
     Source,
     Token,
+    is_compared,
     parse,
+    resolve_modes,
 )
-from verify.language.units import Unit
 
 LIMITS = Limits(characters=100_000, depth=41)  # 40 levels, and a predicate within
 EXTREMES = ("abs", "max", "min")

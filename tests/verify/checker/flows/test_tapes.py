@@ -11,7 +11,7 @@ from verify.checker.flows.programs import AROUND, ON_THE_WAY, Stepping, StepProg
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans
 from verify.checker.flows.tapes import Program, Tape
-from verify.language.units import PURE
+from verify.language.arithmetic import PURE
 from verify.systems.parsing import Names, expression_of
 from verify.systems.system import Flow
 

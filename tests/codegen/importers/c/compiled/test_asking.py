@@ -15,7 +15,7 @@ from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.reading import NOT_COMPARED
 from codegen.importers.symbolic import feature
 from tests.codegen.importers.origins import label_of
-from verify.reports.trusted import readers
+from verify.reports.telling import readers
 
 pytestmark = [pytest.mark.compile, pytest.mark.skipif(find_compiler() is None, reason="no C compiler")]
 HEAD = "#include <stdint.h>\n#include <stdbool.h>\n#include <math.h>\n"
