@@ -34,7 +34,7 @@ STARTS: dict[str, str] = {
     "codegen/importers/c/compiled/tokens.py": "the C preprocessor, of a file that is imported",
     "codegen/importers/c/compiled/builds.py": "C that was accepted and written again, with limits",
     "codegen/importers/running/asking.py": "Python, of a source that passed the gate",
-    "maviper/compilation/frama_c.py": "Frama-C, of code that this very run has generated",
+    "maviper/compilation/proofs.py": "Frama-C, of code that this very run has generated",
     "maviper/worlds/outside/processes.py": "copies of an environment that the user names on the command line",
 }
 

@@ -11,8 +11,7 @@ from maviper.console import Console
 
 if TYPE_CHECKING:
     from maviper.compilation.compile import Compiled
-    from maviper.compilation.frama_c import Proven
-    from maviper.compilation.proofs import Proofs
+    from maviper.compilation.proofs import Proofs, Proven
 
 
 def say_agreement(compiled: "Compiled", console: Console) -> None:

@@ -23,7 +23,7 @@ from codegen.equivalence.contracts import contracts_of
 from codegen.lowering.lower import lower
 from codegen.policy_json import content_hash
 from maviper import load
-from maviper.compilation.frama_c import prove_contracts
+from maviper.compilation.proofs import prove_contracts
 
 GENERATED = Path(__file__).parents[2] / "generated"
 RECORD = GENERATED / "contracts"

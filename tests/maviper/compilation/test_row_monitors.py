@@ -12,7 +12,7 @@ from codegen.ir import outputs
 from codegen.lowering.lower import lower
 from codegen.lowering.parts import RaisedSum
 from maviper import load
-from maviper.compilation import rows
+from maviper.compilation import covers
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.files import profiles
 from maviper.worlds.stated.certified import read_certificate
@@ -147,14 +147,18 @@ def test_it_is_never_too_generous_and_no_narrower_than_it_says(name, proofs):
     assert judge(proof, proof.near(150, 1)) > 50
 
 
+def turned(terms):
+    return RaisedSum(tuple((at, -factor) for at, factor in terms))
+
+
 FAULTS = {
     "no margin": lambda patched: patched.setattr(RaisedSum, "_share", 0.0),
     "lowered in place of raised": lambda patched: patched.setattr(RaisedSum, "_share", -12 * 2.0**-53),
     "far too much": lambda patched: patched.setattr(RaisedSum, "_share", 2.0**-40),
-    "a sign": lambda patched: patched.setattr(rows, "float", lambda factor: -float(factor), raising=False),
-    "one term": lambda patched: patched.setattr(rows, "RaisedSum", lambda terms: RaisedSum(terms[:1])),
+    "a sign": lambda patched: patched.setattr(covers, "RaisedSum", turned),
+    "one term": lambda patched: patched.setattr(covers, "RaisedSum", lambda terms: RaisedSum(terms[:1])),
     "a bound": lambda patched: patched.setattr(
-        rows, "end_of", lambda bound, strict: end_of(bound + Fraction(1, 1 << 40), strict)
+        covers, "end_of", lambda bound, strict: end_of(bound + Fraction(1, 1 << 40), strict)
     ),
 }
 
@@ -262,5 +266,5 @@ def test_what_floats_cannot_tell_is_refused_with_the_reason(halves, said, proofs
         for terms, constant in halves
     )
     with pytest.raises(InputError, match=f"compares angle and spin.*{said}"):
-        rows.ensure_wide([region], "here")
-    rows.ensure_wide([region[:1] if "one number" in said else ()], "here")
+        covers.ensure_wide([region], "here")
+    covers.ensure_wide([region[:1] if "one number" in said else ()], "here")
