@@ -1,6 +1,6 @@
 """World files: variables, agents, features, start and motion of a user's own system, in TOML.
 
-Does: reads one; checks names, units, shapes and numbers.
+Does: reads one; checks names, units, shapes and numbers; lowers what agents compute to what proofs read.
 Assumes: nothing about the text, which may come from anywhere.
 Does not: run anything that a file holds: expressions are parsed, never evaluated.
 """
@@ -9,7 +9,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from types import MappingProxyType
 
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
@@ -20,11 +19,11 @@ from verify.claims.region_files import is_list, is_table
 from verify.language.arithmetic import PURE, Typed, Unit, format_unit, unit_of
 from verify.systems.enclosures import pieces
 from verify.systems.expressions import Call, Expression, Number, affine
-from verify.systems.flows import Around, Keeping, flow_of
+from verify.systems.flows import Keeping, flow_of
 from verify.systems.lowered import Acting
-from verify.systems.motion import rules_of
+from verify.systems.motion import Around, StepReader
 from verify.systems.parsing import Names, feature_of, half_spaces
-from verify.systems.statement import Agent, Rule, Statement
+from verify.systems.statement import Agent, Motion, Statement, rules_of
 from verify.systems.system import Box, Feature, Flow, HalfSpace, Measure, Polytope, System, Variable, box_of, is_empty
 from verify.systems.values import (
     ADVICE,
@@ -65,57 +64,91 @@ STEP = "step"  # what texts call the number of a step
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingProxyType({})) -> Statement:
-    """Reads a world file. `name`: of the file, for errors; `acting`: how proofs read those of its agents that test sums
-    or give numbers, whose roundings become variables. InputError with the place of the first fault.
-    """
+def statement_of(source: str, name: str) -> Statement:
+    """Reads a world file. `name`: of the file, for errors. InputError with the place of the first fault."""
     document, where = parse(source, name, "not a readable file", ADVICE)
     only(document, KEYS, where)
     constants = _constants(document, where)
     variables, units = _variables(table(document, "variables", where), constants, where)
     clock = _clock(document, variables, constants)
-    variables, units = (*variables, *clock), units | {each.name: PURE for each in clock}
+    counted = [each.name for each in clock]
+    variables, units = (*variables, *clock), units | dict.fromkeys(counted, PURE)
     modes = {each.name: each.modes for each in variables if each.modes}
     names = Names(units, constants.meant, modes)
     described = table(document, "agents", where)
-    agents, inputs = agents_of(described, names, where / "agents", acting)
+    agents, inputs = agents_of(described, names, where / "agents")
     features = features_of(described, names, where / "agents")
-    features = {
-        agent: {**own, **(acting[agent].features if agent in acting else {})} for agent, own in features.items()
-    }
-    rules: tuple[Rule, ...] = ()
+    motions: tuple[Motion, ...] = ()
     flow: Flow | None = None
-    steps, late = 0, Keeping()
+    steps, late, place = 0, Keeping(), where / "dynamics"
     if "dynamics" in document:
         steps = count(document.get("steps"), where / "steps", MAX_STEPS)
-        moved = as_table(document["dynamics"], where / "dynamics")
+        moved = as_table(document["dynamics"], place)
         unset = {name for each in agents for name in each.inputs - inputs.keys()}
         still = dict.fromkeys(unset, Typed[Expression](Number(Fraction(0)), None))
-        known = Names(units | inputs, {**constants.meant, **still}, modes)
+        around = Around(variables, agents, Names(units | inputs, {**constants.meant, **still}, modes), counted)
         if _flows(moved):
-            _ensure_numbers([*_giving(agents), *acting], "a flow", where / "dynamics" / "flow")
+            _ensure_numbers(_giving(agents), "a flow", place / "flow")
             if "reference" in document:
                 what = "a flow is not compared with an environment"
                 raise InputError(what, where / "reference", "remove the reference; worlds check integrates the flow")
-            counted = [each.name for each in clock]
-            around = Around(variables, agents, features, known, counted)
-            flow, late = flow_of(moved, around, where / "dynamics")
+            flow, late = flow_of(moved, around, features, place)
         else:
-            rules = rules_of(moved, variables, agents, known, where / "dynamics", [each.name for each in clock])
+            motions = tuple(StepReader(around).read(moved, place))
+    rules = rules_of(motions, agents, variables)
     start = _start(table(document, "start", where), variables, names, where / "start", clock)
     called, reference, state = (text(document.get(key, ""), where / key) for key in ("name", "reference", "state"))
     if reference:
         _ensure_numbers(_giving(agents), "an environment", where / "reference")
-        _ensure_numbers((*modes, *(each.name for each in clock)), "an environment", where / "reference")
-    rules, variables, start = with_roundings(rules, variables, start, acting)
-    made = pieces(rules, variables, where / "dynamics")
+        _ensure_numbers((*modes, *counted), "an environment", where / "reference")
+    made = pieces(rules, variables, place)
     variables, start = (*variables, *late.variables), (*start, *late.start)
     system = System(called or "system", variables, features, start, made, steps, reference, flow)
     stated = {key: value for key, value in document.items() if key == "property"}
     observed = document.get("observed", False)
     if not isinstance(observed, bool):
         raise InputError("not true or false", where / "observed", "leave it out where variables are no features")
-    return Statement(system, agents, rules, names, stated, where, state, inputs, source, acting, observed)
+    return Statement(system, agents, motions, rules, names, stated, where, state, inputs, {}, observed)
+
+
+def lower(statement: Statement, acting: Mapping[str, Acting]) -> Statement:
+    """The statement as proofs read it: those of its agents that test sums or give numbers take the actions of `acting`,
+    and their roundings are variables. Each is anywhere within its bounds, anew in each step; as the bounds hold within
+    the ranges, nothing is stated beyond them. InputError for a flow, and for too many pieces.
+    """
+    system, place = statement.system, statement.place / "dynamics"
+    if system.flow is not None:
+        _ensure_numbers([*_giving(statement.agents), *acting], "a flow", place / "flow")
+    agents = tuple(
+        replace(each, actions=acting[each.name].settings) if each.outputs and each.name in acting else each
+        for each in statement.agents
+    )
+    rules = rules_of(statement.motions, agents, system.variables)
+    bounds = {each.variable: each.range for one in acting.values() for each in one.roundings}
+    if bounds:
+        ranges = {each.name: each.range for each in system.variables}
+        anew: dict[str, Expression] = dict.fromkeys(bounds, Number(Fraction(0)))  # and an error, which is all of it
+        rules = tuple(
+            replace(
+                rule,
+                where={name: _intersect_ranges(ends, rule.where.get(name, ends)) for name, ends in ranges.items()},
+                move={**rule.move, **anew},
+                error={**rule.error, **bounds},
+            )
+            for rule in rules
+        )
+    variables = (*system.variables, *(Variable(name, "1", ends) for name, ends in bounds.items()))
+    system = replace(
+        system,
+        variables=variables,
+        features={
+            agent: {**own, **acting[agent].features} if agent in acting else own
+            for agent, own in system.features.items()
+        },
+        start=(*system.start, *box_of(bounds)),
+        pieces=pieces(rules, variables, place),
+    )
+    return replace(statement, system=system, agents=agents, rules=rules, acting=acting)
 
 
 def _flows(moved: Mapping[str, object]) -> bool:
@@ -126,30 +159,6 @@ def _flows(moved: Mapping[str, object]) -> bool:
 
 def _giving(agents: Sequence[Agent]) -> list[str]:
     return [f"{agent.name}.{output}" for agent in agents for output in agent.outputs]
-
-
-def with_roundings(
-    rules: tuple[Rule, ...], variables: tuple[Variable, ...], start: Polytope, acting: Mapping[str, Acting]
-) -> tuple[tuple[Rule, ...], tuple[Variable, ...], Polytope]:
-    """Rules, variables and start with the roundings of agents: each is anywhere within its bounds, anew in each step.
-    As the bounds hold within the ranges, nothing is stated beyond them.
-    """
-    bounds = {each.variable: each.range for one in acting.values() for each in one.roundings}
-    if not bounds:
-        return rules, variables, start
-    ranges = {each.name: each.range for each in variables}
-    anew: dict[str, Expression] = dict.fromkeys(bounds, Number(Fraction(0)))  # and an error, which is all of it
-    kept = tuple(
-        replace(
-            rule,
-            where={name: _intersect_ranges(ends, rule.where.get(name, ends)) for name, ends in ranges.items()},
-            move={**rule.move, **anew},
-            error={**rule.error, **bounds},
-        )
-        for rule in rules
-    )
-    added = tuple(Variable(name, "1", ends) for name, ends in bounds.items())
-    return kept, (*variables, *added), (*start, *box_of(bounds))
 
 
 def _intersect_ranges(one: Interval, other: Interval) -> Interval:
@@ -301,10 +310,8 @@ ZERO = Number(Fraction(0))
 FUNCTIONS = {measure.value: measure for measure in (Measure.SIGN, Measure.POSITIVE)}
 
 
-def agents_of(
-    given: Mapping[str, object], names: Names, where: Place, acting: Mapping[str, Acting] = MappingProxyType({})
-) -> tuple[tuple[Agent, ...], dict[str, Unit]]:
-    """The agents, and the units of their inputs by name. `acting`: how proofs read those that give numbers."""
+def agents_of(given: Mapping[str, object], names: Names, where: Place) -> tuple[tuple[Agent, ...], dict[str, Unit]]:
+    """The agents, and the units of their inputs by name."""
     if not 1 <= len(given) <= MAX_AGENTS:
         raise InputError(f"{format_count(len(given), 'agent')}, of 1 to {MAX_AGENTS}", where, ADVICE)
     agents: list[Agent] = []
@@ -314,10 +321,7 @@ def agents_of(
         described = as_table(value, place)
         only(described, OF_AGENTS, place)
         outputs = _outputs(name, described, inputs, place) if "outputs" in described else ()
-        if outputs:
-            actions = acting[name].settings if name in acting else {GIVEN: dict.fromkeys(outputs, ZERO)}
-        else:
-            actions = _actions(name, described, names, inputs, place)
+        actions = {GIVEN: dict.fromkeys(outputs, ZERO)} if outputs else _actions(name, described, names, inputs, place)
         team = _as_label(text(described.get("team", name), place / "team"), place / "team")
         reward = as_typed(described.get("reward", 0), names, place / "reward").value
         called = tuple(each.partition(".")[2] for each in outputs)

@@ -9,43 +9,31 @@ Does not: integrate, or show that some case holds every state (verify/checker/fl
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import NamedTuple
 
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError
 from verify.claims.region_files import is_list, is_table
-from verify.language.arithmetic import PURE, Unit, times, unit_of
-from verify.systems.expressions import Call, Expression, Name, Number, Sum, affine, parts
+from verify.language.arithmetic import Unit, times, unit_of
+from verify.systems.expressions import Call, Expression, Name, Number, affine, parts
 from verify.systems.expressions import names as names_in
-from verify.systems.motion import CaseRegion, ensure_few, read_lets, read_pieces, regions_of, setting_modes
-from verify.systems.parsing import Choice, Names, call, fitting, mode_of, ways
-from verify.systems.statement import Agent
+from verify.systems.motion import Around, CaseRegion, MotionReader, ensure_few
+from verify.systems.parsing import Choices, Names, fitting
+from verify.systems.statement import Agent, set_modes
 from verify.systems.system import Affine, Feature, Flow, FlowCase, HalfSpace, Interval, Polytope, Variable
-from verify.systems.values import ADVICE, as_constant, as_list, as_typed, count, error_of, flat, only, table, text
+from verify.systems.values import ADVICE, as_constant, as_list, as_typed, count, error_of, only
 from verify.toml_places import Place
 
-MOVES = ("flow", "next", "let", "error")  # what pieces may state
-KEYS = (*MOVES, "period", "piece")
+KEYS = ("flow", "next", "let", "error", "period", "piece")
 STEPWISE = ("A", "B", "c", "cuts")  # of systems that move in steps
 STILL = Number(Fraction(0))  # the derivative of what changes at samples only
 SMOOTH = ("sin", "cos", "tan", "exp", "sqrt")  # functions that have derivatives of all orders where they are defined
 
 
-class Around(NamedTuple):
-    """The statements of a file beside its flow. `names`: variables, inputs and constants; `counters`: variables that go
-    up by 1 at a sample, of which a file says nothing.
-    """
-
-    variables: Sequence[Variable]
-    agents: Sequence[Agent]
-    features: Mapping[str, Mapping[str, Feature]]
-    names: Names
-    counters: Sequence[str]
-
-
-def flow_of(given: Mapping[str, object], around: Around, where: Place) -> tuple[Flow, Keeping]:
+def flow_of(
+    given: Mapping[str, object], around: Around, features: Mapping[str, Mapping[str, Feature]], where: Place
+) -> tuple[Flow, Keeping]:
     """The flow of a file, and what its delays keep. InputError with the place of the first fault."""
     for key in STEPWISE:
         if key in given:
@@ -57,97 +45,62 @@ def flow_of(given: Mapping[str, object], around: Around, where: Place) -> tuple[
     if "period" not in given:
         raise InputError("a flow needs the period of its samples", where, TIME)
     sampling = sampling_of(given["period"], around.names, where / "period")
-    late = keeping(sampling.delays, around.variables, around.features, where / "period")
-    around = around._replace(agents=setting_modes(around.agents, around.variables))
+    late = keeping(sampling.delays, around.variables, features, where / "period")
     reader = _FlowReader(around, late)
-    cases = tuple(_cases(given, reader, where))
+    cases = tuple(case for piece in reader.pieces(given, where) for case in reader.cases(*piece))
     first = cases[0]
     alone = not first.where and not first.when and len(cases) == 1
-    held, of = _hold_inputs(around.agents, where), () if alone else cases
+    held, of = _hold_inputs(set_modes(around.agents, around.variables), where), () if alone else cases
     samples = sampling.jitter, late.seen, late.kept
     return Flow(sampling.length, first.rates, held, first.error, first.jumps, *samples, of), late
 
 
-def _cases(given: Mapping[str, object], reader: _FlowReader, where: Place) -> Iterator[FlowCase]:
-    """Yields each case as it is stated, once for each way to choose."""
-    for stated, own, place in read_pieces(given, MOVES, reader.regions, where):
-        yield from reader.cases(stated, own, place)
-
-
-class _FlowReader:
+class _FlowReader(MotionReader):
     """Reads derivatives and jumps."""
 
-    def __init__(self, around: Around, late: Keeping) -> None:
-        self._variables, self._agents, self._names = around.variables, around.agents, around.names
-        self._late, counters = late, around.counters
-        self._counted = {name: Sum(Name(name), Number(Fraction(1))) for name in counters}
-        numbers = [each.name for each in self._variables if not each.modes and each.name not in counters]
-        self._units = {name: self._names.known[name] for name in numbers}
-        self._modes = [each.name for each in self._variables if each.modes]
-        still = [*self._modes, *counters, *(each.name for each in late.variables)]
-        self._still: dict[str, Expression] = dict.fromkeys(still, STILL)
+    moves = ("flow", "next", "let", "error")
 
-    def regions(self, tables: Sequence[Mapping[str, object]], where: Place) -> list[list[CaseRegion]]:
-        """The states of each piece at a sample."""
-        return regions_of(tables, self._variables, self._names, where)
+    def __init__(self, around: Around, late: Keeping) -> None:
+        super().__init__(around)
+        self._late, self.bounded = late, self.all_units
+        self.units = {name: unit for name, unit in self.units.items() if name not in self.names.modes}
+        still = [*(name for name in self.all_units if name not in self.units), *(each.name for each in late.variables)]
+        self._still: dict[str, Expression] = dict.fromkeys(still, STILL)
 
     def cases(self, given: Mapping[str, object], regions: Sequence[CaseRegion], where: Place) -> list[FlowCase]:
         """Reads the cases that a table states for some regions, once for each way to choose."""
-        choices: dict[str, Choice] = {}
-        called: dict[str, str] = {}
-        known = Names(self._names.known, read_lets(given, self._names, choices, called, where), self._names.modes)
-        stated = flat(table(given, "flow", where), where / "flow")
-        _ensure_variables(stated, self._units, where / "flow")
+        choices = Choices()
+        choosing = self.read_lets(given, choices, where)
+        known = replace(choosing, choices=None)
+        stated = self.entries(given, "flow", where, self.units)
         second = unit_of("s", where)
-        rates = {
-            name: _rate(stated, name, times(unit, second, -1), known, where / "flow")
-            for name, unit in self._units.items()
-        }
+        rates_in = {name: times(unit, second, -1) for name, unit in self.units.items()}
+        rates = {name: _rate(stated, name, unit, known, where / "flow") for name, unit in rates_in.items()}
         for name, rate in rates.items():
-            if names_in(rate) & choices.keys():
+            if any(each in choices for each in names_in(rate)):
                 raise InputError("a derivative is not chosen", where / "flow" / name, "choose in [dynamics.next]")
-        errors = _errors(given, self._units, known, where)
-        jumping = flat(table(given, "next", where), where / "next")
-        _ensure_variables(jumping, {**self._units, **dict.fromkeys(self._modes, PURE)}, where / "next")
-        choosing = Names(known.known, known.meant, known.modes, choices)
+        errors = self.read_errors(given, rates_in, known, where)
         jumps: dict[str, Expression] = {}
-        for name, value in jumping.items():
-            jumps[name] = self._jump(name, value, choosing, where / "next" / name)
-            call(called, choices, name)
+        for name, value in self.entries(given, "next", where, (*self.units, *self.names.modes)).items():
+            jumps[name] = self.read_next(name, value, choosing, where / "next" / name)
+            choices.call(name)
         cases: list[FlowCase] = []
-        for chosen in ways(jumps, choices, called, where):
+        for chosen in choices.ways(jumps, where):
             for name, jump in chosen.next.items():
                 _ensure_smooth(jump, where / "next" / name)
-            jumped = {**chosen.next, **self._counted, **self._late.jumps}
+            jumped = {**chosen.next, **self.around.counted, **self._late.jumps}
             cases += (FlowCase(box, when, rates | self._still, errors, jumped, chosen.words) for box, when in regions)
             ensure_few(cases, where)
         return cases
-
-    def _jump(self, name: str, value: object, names: Names, where: Place) -> Expression:
-        if name in self._modes:
-            actions = {agent.name: tuple(agent.actions) for agent in self._agents}
-            return mode_of(text(value, where), name, names, actions, where)
-        return fitting(as_typed(value, names, where), self._units[name], where)
-
-
-def _ensure_variables(given: Mapping[str, object], units: Mapping[str, Unit], where: Place) -> None:
-    for name in given:
-        if name not in units:
-            raise UnknownNameError("variable", name, units, where)
 
 
 def _rate(stated: Mapping[str, object], name: str, unit: Unit, names: Names, where: Place) -> Expression:
     """A derivative, in the unit of its variable per second."""
     if name not in stated:
         raise InputError(f"nothing says how {name} moves", where, f"write {name} = 0 if it stays")
-    return _smooth(stated[name], unit, names, where / name)
-
-
-def _smooth(value: object, unit: Unit, names: Names, where: Place) -> Expression:
-    """An expression of a unit that has derivatives of all orders."""
-    expression = fitting(as_typed(value, names, where), unit, where)
-    _ensure_smooth(expression, where)
-    return expression
+    rate = fitting(as_typed(stated[name], names, where / name), unit, where / name)
+    _ensure_smooth(rate, where / name)
+    return rate
 
 
 def _ensure_smooth(expression: Expression, where: Place) -> None:
@@ -158,17 +111,6 @@ def _ensure_smooth(expression: Expression, where: Place) -> None:
             what = f"{part.function} beside a flow cannot be enclosed: it has a corner"
             raise InputError(what, where, f"write sums, products, quotients, powers, {', '.join(SMOOTH)}")
         pending += parts(part)
-
-
-def _errors(given: Mapping[str, object], units: Mapping[str, Unit], names: Names, where: Place) -> dict[str, Interval]:
-    """By how much a derivative may be off at any time: a number e for [-e, e], or an interval."""
-    stated = flat(table(given, "error", where), where / "error")
-    _ensure_variables(stated, units, where / "error")
-    errors: dict[str, Interval] = {}
-    for name, value in stated.items():
-        place = where / "error" / name
-        errors[name] = error_of(value, times(units[name], unit_of("s", place), -1), names, place)
-    return {name: bounds for name, bounds in errors.items() if bounds != (0, 0)}
 
 
 def _hold_inputs(agents: Sequence[Agent], where: Place) -> dict[tuple[str, str], Mapping[str, Fraction]]:

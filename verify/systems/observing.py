@@ -22,7 +22,7 @@ from codegen.ir import CONSTANT, AgentPolicy, Floats, PolicyProfile, act, apply
 from codegen.numbers import nearest_double, nearest_number
 from codegen.sums import clip_values
 from verify.systems.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum, affine
-from verify.systems.files import statement_of
+from verify.systems.files import lower
 from verify.systems.lowered import Acting, Rounded, acting
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Feature, Measure, State, System
@@ -73,7 +73,7 @@ def as_played(statement: Statement, profile: PolicyProfile) -> tuple[Statement, 
     if not read:
         return statement, profile
     agents = tuple(read[each.agent].policy if each.agent in read else each for each in profile.agents)
-    return statement_of(statement.source, statement.place.name, read), replace(profile, agents=agents, region=None)
+    return lower(statement, read), replace(profile, agents=agents, region=None)
 
 
 def with_copies(statement: Statement, profile: PolicyProfile) -> PolicyProfile:

@@ -65,6 +65,7 @@ ABOVE, BELOW = (Fraction(0), Fraction(LARGEST)), (-Fraction(LARGEST), Fraction(0
 EQUALS = "equals"
 CHOICE = "choice"
 MAX_CHOICE = 64  # values of one choice
+MAX_WAYS = 256  # to choose in one rule
 SPECIAL = "#\\'\""  # a comment would hide what follows it; texts and line ends are no part of expressions
 MINUS = Number(Fraction(-1))
 IN_RADIANS = Product(Number(Fraction(1, 180)), Pi())  # of a degree
@@ -82,20 +83,90 @@ class Option(NamedTuple):
     written: str
 
 
-Choice = tuple[Option, ...]
+class ChosenMotion(NamedTuple):
+    """The next value of each variable for some choices, and what these are in the words of the file."""
+
+    next: Mapping[str, Expression]
+    words: Mapping[str, str]
+
+
+class Choices:
+    """The choices that the texts of a table hold: a name stands for each in expressions."""
+
+    def __init__(self) -> None:
+        self._made: dict[str, tuple[Option, ...]] = {}
+        self._called: dict[str, str] = {}  # each, in the words of the file
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._made
+
+    def add(self, values: Iterable[Expression], text: str) -> str:
+        """The name that stands for a further choice, whose values are written in `text` from its parenthesis on."""
+        name = f"{CHOICE} {len(self._made) + 1}"
+        self._made[name] = tuple(map(Option, values, _arguments(text)))
+        return name
+
+    def call(self, name: str) -> None:
+        """Calls the choices that were read last by the name that they stand under; a second one gets a number too."""
+        fresh = [each for each in self._made if each not in self._called]
+        for number, each in enumerate(fresh, 1):
+            self._called[each] = name if number == 1 and name not in self._called.values() else f"{name} {number}"
+
+    def ways(self, stated: Mapping[str, Expression], where: Place) -> Iterator[ChosenMotion]:
+        """The next values for each way to choose. InputError for too many."""
+        used = self._find_used(stated.values())
+        count = prod(len(self._made[name]) for name in used)
+        if count > MAX_WAYS:
+            raise InputError(f"{count:,} ways to choose, of at most {MAX_WAYS}", where, "choose between fewer values")
+        for options in product(*(self._made[name] for name in used)):
+            taken = dict(zip(used, options, strict=True))
+            words = {self._called[name]: option.written for name, option in taken.items()}
+            yield ChosenMotion({name: _replace_choices(each, taken) for name, each in stated.items()}, words)
+
+    def _find_used(self, stated: Iterable[Expression]) -> list[str]:
+        """The choices that expressions hold, those within others included, in the order in which they were read."""
+        used: set[str] = set()
+        pending = [name for each in stated for name in names(each) if name in self._made]
+        while pending:
+            name = pending.pop()
+            if name not in used:
+                used.add(name)
+                pending += [
+                    other for option in self._made[name] for other in names(option.value) if other in self._made
+                ]
+        return [name for name in self._made if name in used]
+
+
+def _replace_choices(expression: Expression, taken: Mapping[str, Option]) -> Expression:
+    """The expression with what is taken in place of choices."""
+    while names(expression) & taken.keys():
+        expression = substitute(expression, {name: option.value for name, option in taken.items()})
+    return expression
+
+
+def _arguments(text: str) -> list[str]:
+    """The arguments of a call as they are written, from its parenthesis on."""
+    cuts, depth = list[int](), 0
+    for place, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if (letter, depth) in (("(", 1), (",", 1), (")", 0)):
+            cuts.append(place)
+        if (letter, depth) == (")", 0):
+            break
+    given = [text[one + 1 : other].strip() for one, other in pairwise(cuts)]
+    return [each for each in given if each]
 
 
 @dataclass(frozen=True)
 class Names:
     """The names that a text may use: `known` are variables and inputs, `meant` constants and what `let` names; `modes`
-    those of variables that have some. `choices`: where texts may hold choices, those that were read, by the name that
-    stands for each in an expression.
+    those of variables that have some. `choices`: where texts may hold choices, those that were read.
     """
 
     known: Mapping[str, Unit]
     meant: Mapping[str, Typed[Expression]] = field(default_factory=dict[str, Typed[Expression]])
     modes: Modes = field(default_factory=dict[str, tuple[str, ...]])
-    choices: dict[str, Choice] | None = None
+    choices: Choices | None = None
 
 
 def expression_of(text: str, names: Names, where: Place | str) -> Typed[Expression]:
@@ -147,19 +218,6 @@ def half_spaces(text: str, names: Names, where: Place | str) -> Polytope:
 def conditions(text: str, names: Names, where: Place | str) -> list[Polytope]:
     """The polytopes of a condition, of which a state lies in one just where it holds."""
     return read_with(text, names, where, lambda reader, tree: reader.polytopes(tree))
-
-
-def arguments(text: str) -> list[str]:
-    """The arguments of a call as they are written, from its parenthesis on."""
-    cuts, depth = list[int](), 0
-    for place, letter in enumerate(text):
-        depth += (letter == "(") - (letter == ")")
-        if (letter, depth) in (("(", 1), (",", 1), (")", 0)):
-            cuts.append(place)
-        if (letter, depth) == (")", 0):
-            break
-    given = [text[one + 1 : other].strip() for one, other in pairwise(cuts)]
-    return [each for each in given if each]
 
 
 def read_with(text: str, names: Names, where: Place | str, read: "Callable[[_Expressions, Node], Read]") -> Read:
@@ -303,10 +361,7 @@ class _Expressions(Arithmetic[Expression]):
         unit = first.unit
         for other in others:
             unit = self.same(Typed(first.value, unit), other, call.token)
-        texts = arguments(self.source.text[place + len(CHOICE) :])
-        name = f"{CHOICE} {len(made) + 1}"
-        made[name] = tuple(Option(one.value, text) for one, text in zip(given, texts, strict=True))
-        return Typed(Name(name), unit)
+        return Typed(Name(made.add((one.value for one in given), self.source.text[place + len(CHOICE) :])), unit)
 
     def polytopes(self, tree: Node) -> list[Polytope]:
         """The polytopes of a condition."""
@@ -470,59 +525,6 @@ def _value(source: Source, node: Node, variable: str, names: Names, actions: Act
             return Name(input_of(agent.text, variable))
         case CallNode(token, given) if token.text == CHOICE and len(given) > 1 and names.choices is not None:
             values = [_value(source, each, variable, names, actions) for each in given]
-            texts = arguments(source.text[token.place + len(CHOICE) :])
-            name = f"{CHOICE} {len(names.choices) + 1}"
-            names.choices[name] = tuple(map(Option, values, texts))
-            return Name(name)
+            return Name(names.choices.add(values, source.text[token.place + len(CHOICE) :]))
         case _:
             raise source.wrong("no mode", node.token.place, OF_MODES)
-
-
-MAX_WAYS = 256  # to choose in one rule
-
-
-class ChosenMotion(NamedTuple):
-    """The next value of each variable for some choices, and what these are in the words of the file."""
-
-    next: Mapping[str, Expression]
-    words: Mapping[str, str]
-
-
-def call(called: dict[str, str], choices: Mapping[str, Choice], name: str) -> None:
-    """Calls the choices that were read last by the name that they stand under; a second one gets a number too."""
-    fresh = [each for each in choices if each not in called]
-    for number, each in enumerate(fresh, 1):
-        called[each] = name if number == 1 and name not in called.values() else f"{name} {number}"
-
-
-def ways(
-    stated: Mapping[str, Expression], choices: Mapping[str, Choice], called: Mapping[str, str], where: Place
-) -> Iterator[ChosenMotion]:
-    """The next values for each way to choose. InputError for too many."""
-    used = _find_used(stated.values(), choices)
-    count = prod(len(choices[name]) for name in used)
-    if count > MAX_WAYS:
-        raise InputError(f"{count:,} ways to choose, of at most {MAX_WAYS}", where, "choose between fewer values")
-    for options in product(*(choices[name] for name in used)):
-        taken = dict(zip(used, options, strict=True))
-        words = {called[name]: option.written for name, option in taken.items()}
-        yield ChosenMotion({name: _replace_choices(each, taken) for name, each in stated.items()}, words)
-
-
-def _find_used(stated: Iterable[Expression], choices: Mapping[str, Choice]) -> list[str]:
-    """The choices that expressions hold, those within others included, in the order in which they were read."""
-    used: set[str] = set()
-    pending = [name for each in stated for name in names(each) if name in choices]
-    while pending:
-        name = pending.pop()
-        if name not in used:
-            used.add(name)
-            pending += [other for option in choices[name] for other in names(option.value) if other in choices]
-    return [name for name in choices if name in used]
-
-
-def _replace_choices(expression: Expression, taken: Mapping[str, Option]) -> Expression:
-    """The expression with what is taken in place of choices."""
-    while names(expression) & taken.keys():
-        expression = substitute(expression, {name: option.value for name, option in taken.items()})
-    return expression

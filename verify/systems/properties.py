@@ -48,7 +48,6 @@ from verify.systems.curves import Curves, name_next_values, without_curves, with
 from verify.systems.enclosures import list_curved
 from verify.systems.expressions import Affine, Interval, Number, affine, names
 from verify.systems.files import region_of, region_parts
-from verify.systems.parsing import Names
 from verify.systems.statement import Agent, Statement
 from verify.systems.system import HalfSpace, Measure, Polytope, box_of, is_empty
 from verify.systems.values import ADVICE, as_list, as_table, count, flat, only, text
@@ -78,260 +77,237 @@ OFF = "_off"  # ends the name of a copy that observes with errors
 
 def ensure_claims(statement: Statement, where: str) -> int:
     """Counts the claims of a world file. InputError with the place of the first fault."""
-    place = replace(statement.place, name=where)
-    return len(_claims(statement.properties, place, statement, _build_agents(statement))) if statement.properties else 0
-
-
-def _build_agents(statement: Statement) -> dict[str, AgentPolicy]:
-    """The agents of a file, with all of their actions and a tree that nobody asks."""
-    leaf = Tree(*(np.array([number]) for number in (NO_FEATURE, 0, NO_CHILD, NO_CHILD, 0)))
-    return {
+    leaf = Tree(*(np.array([number]) for number in (NO_FEATURE, 0, NO_CHILD, NO_CHILD, 0)))  # that nobody asks
+    acting = {
         agent.name: AgentPolicy(
             agent.name, agent.team, (), tuple(ActionSpec(name, None) for name in agent.actions), leaf
         )
         for agent in statement.agents
     }
+    place = replace(statement.place, name=where)
+    return len(_ClaimReader(statement, acting).read(statement.properties, place)) if statement.properties else 0
 
 
 def claims_of(statement: Statement, profile: PolicyProfile, where: str) -> tuple[SystemClaim, ...]:
     """The claims of a world file. InputError with the places of all that is wrong."""
-    acting = {policy.agent: policy for policy in profile.agents}
-    return _claims(statement.properties, replace(statement.place, name=where), statement, acting)
+    return _ClaimReader.of(statement, profile).read(statement.properties, replace(statement.place, name=where))
 
 
 def claims_in(source: str, statement: Statement, profile: PolicyProfile, where: str) -> tuple[SystemClaim, ...]:
     """The claims of a property file, likewise."""
     document, place = parse(source, where, "not a readable property file", ADVICE)
     only(document, ("property",), place)
-    return _claims(document, place, statement, {policy.agent: policy for policy in profile.agents})
-
-
-def _claims(
-    document: Table, file: Place, statement: Statement, acting: Mapping[str, AgentPolicy]
-) -> tuple[SystemClaim, ...]:
-    return tuple(read_each(properties(document, file), lambda table, place: _claim(table, statement, acting, place)))
-
-
-def _claim(
-    table: Mapping[str, object], statement: Statement, acting: Mapping[str, AgentPolicy], where: Place
-) -> SystemClaim:
-    only(table, KEYS, where)
-    label = text(table.get("label", ""), where / "label")
-    place = where / "region"
-    stated, regions = _regions(table, "region", statement, where)
-    words = " or ".join(_words(each, place) for each in stated)
-    name = text(table.get("name", Pattern.DECIDES.value), where / "name")
-    only({name: None}, (*PATTERNS, ROBUST), where, "property")
-    if name == ROBUST:
-        return _robust(
-            table, SystemClaim(Pattern.DECIDES, regions, label=label, region=words), statement, acting, where
-        )
-    pattern = PATTERNS[name]
-    strange = ("formula", "cuts") if pattern is not Pattern.DECIDES else ("steps", "by", "at_samples", *FOR_EVER)
-    for key in (*strange, *OF_ROBUST):
-        if key in table:
-            raise InputError(f"{name} has no {key}", where / key, "remove it")
-    if pattern is Pattern.DECIDES:
-        words = " or ".join(_words(each, place, _beyond(each, statement, where)) for each in stated)
-        region = f"with {words}" if words else ""
-        return _decides(table, SystemClaim(pattern, regions, label=label, region=region), statement, acting, where)
-    if not regions:
-        raise InputError(f"{name} needs a region", where, "write region = { box = { x = [0, 1] } }")
-    if not statement.moves:
-        what = f"{name} is about episodes, and the file does not say how the state moves"
-        raise InputError(what, where, "add [dynamics.next], or write a formula")
-    steps, by = _steps(table, pattern, statement, where)
-    claim = SystemClaim(
-        pattern, regions, steps, by, at_samples=_times(table, statement, where), label=label, region=words
-    )
-    return _for_ever(claim, table, statement, where)
-
-
-def _robust(
-    table: Mapping[str, object],
-    begun: SystemClaim,
-    statement: Statement,
-    acting: Mapping[str, AgentPolicy],
-    where: Place,
-) -> SystemClaim:
-    """A claim that an output changes little where observations are a little off, as a formula about two agents."""
-    only(table, ("name", "label", "region", *OF_ROBUST), where)
-    found = robust_of(table, statement, where)
-    regions = tuple((*each, *found.errors) for each in begun.regions) or (found.errors,)
-    words = f"with {begun.region and f'{begun.region} and '}{found.words}"
-    label = begun.label or f"robust: {found.formula}"
-    return _decides(
-        {"formula": found.formula}, replace(begun, regions=regions, region=words, label=label), statement, acting, where
-    )
+    return _ClaimReader.of(statement, profile).read(document, place)
 
 
 def parse_written(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> Formula | None:
     """The formula of a claim about decisions as it was written, over variables, outputs and actions; None where it has
     curves or next values.
     """
-    curves = Curves(Names(statement.names.known, statement.names.meant, statement.names.modes))
-    vocabulary, following = _vocabulary(statement, {policy.agent: policy for policy in profile.agents}, curves)
-    found = read_observed(name_inputs(claim.written), vocabulary, lambda offset: f"column {offset + 1}").formula
-    return None if curves.found or coordinates(found) & following.keys() else found
+    reader = _ClaimReader.of(statement, profile)
+    curves = Curves(statement.names)
+    found = read_observed(name_inputs(claim.written), reader.vocabulary(curves), lambda at: f"column {at + 1}").formula
+    return None if curves.found or coordinates(found) & reader.following.keys() else found
 
 
-def _vocabulary(
-    statement: Statement, acting: Mapping[str, AgentPolicy], curves: Curves
-) -> tuple[Vocabulary, dict[str, str]]:
-    """Returns the names that formulas may use, and whose next value each name of one is."""
-    constants = {
-        name: Typed(number.value.value, number.unit)
-        for name, number in statement.names.meant.items()
-        if isinstance(number.value, Number)
-    }
-    known = statement.names.known  # without the roundings of agents, which nobody names
-    stated = [each for each in statement.system.variables if each.name in known]
-    following = name_next_values(stated) if statement.rules else {}
-    units = {**known, **statement.inputs, **{name: known[whose] for name, whose in following.items()}}
-    modes = statement.names.modes
-    giving = {each.name for each in statement.agents if each.outputs}  # what they do is `out(A)`, and no action
-    choosing = {name: policy for name, policy in acting.items() if name not in giving}
-    vocabulary = Vocabulary(
-        tuple(units),
-        choosing,
-        units=units,
-        constants=constants,
-        modes=modes,
-        curves=curves,
-        observed=find_numbers(statement, acting.values()) if statement.observed else {},
-    )
-    return vocabulary, following
+class _ClaimReader:
+    """Reads claims about a system and agents that act in it."""
 
+    def __init__(self, statement: Statement, acting: Mapping[str, AgentPolicy]) -> None:
+        self._statement, self._acting = statement, acting
+        known = statement.names.known  # without the roundings of agents, which nobody names
+        stated = [each for each in statement.system.variables if each.name in known]
+        self.following = name_next_values(stated) if statement.rules else {}  # whose next value each name of one is
 
-def _decides(
-    table: Mapping[str, object],
-    begun: SystemClaim,
-    statement: Statement,
-    acting: Mapping[str, AgentPolicy],
-    where: Place,
-) -> SystemClaim:
-    """A claim about decisions with its formula; one with next values or curves becomes one without, which implies
-    it.
-    """
-    written = _read_formula(table, where)
-    curves = Curves(Names(statement.names.known, statement.names.meant, statement.names.modes))
-    vocabulary, following = _vocabulary(statement, acting, curves)
-    ensure_choosing(written, statement, where / "formula")
-    named = name_inputs(written)
-    try:
-        stated = read_observed(named, vocabulary, lambda offset: (where / "formula").of_offset(written, offset))
-    except InputError as error:  # the text as the user wrote it, above the same mark
-        error.where = error.where.replace(named, written)
-        raise
-    bent = frozenset[str]().union(*map(names, curves.found.values()))
-    cuts: dict[str, int] = {}
-    for name, value in flat(table_of(table, "cuts", where), where / "cuts").items():
-        only({name: None}, sorted(bent), where / "cuts", "variable of a product or function")
-        cuts[name] = count(value, where / "cuts" / name, MAX_CUTS)
+    @staticmethod
+    def of(statement: Statement, profile: PolicyProfile) -> "_ClaimReader":
+        """The reader of claims about the agents of a profile."""
+        return _ClaimReader(statement, {policy.agent: policy for policy in profile.agents})
 
-    by = _Lowering(statement, acting, following, curves, cuts)
+    def read(self, document: Table, file: Place) -> tuple[SystemClaim, ...]:
+        """The claims of a document. InputError with the places of all that is wrong."""
+        return tuple(read_each(properties(document, file), self._claim))
 
-    def decides(formula: Formula, words: str) -> SystemClaim:
-        claim = of_actions(formula, statement, acting, where / "formula")
-        return _lower_formula(replace(begun, written=words), claim, by, where / "formula")
-
-    conditions = [
-        Denied(spell_inputs(each.words, statement), decides(negate(each.formula), f"not ({each.words})"))
-        for each in stated.conditions
-    ]
-    rounded = tuple(stated.rounded.items())
-    return replace(decides(stated.formula, written), conditions=tuple(conditions), rounded=rounded)
-
-
-class _Lowering(NamedTuple):
-    """The data by which next values and curves are taken out of a formula."""
-
-    statement: Statement
-    acting: Mapping[str, AgentPolicy]
-    following: Mapping[str, str]  # whose next value each name of one is
-    curves: Curves
-    cuts: Mapping[str, int]
-
-
-def _lower_formula(begun: SystemClaim, claim: Formula, by: _Lowering, where: Place) -> SystemClaim:
-    """The claim of a formula over variables, next values and curves."""
-    statement, stronger, weaker = by.statement, claim, claim
-    if any(name in by.following for name in coordinates(claim)):
-        exact = not any(map(list_curved, statement.rules))
-        stronger, weaker = without_next(claim, statement.system.pieces, by.following, by.acting, exact, where)
-    enclosures = ()
-    if by.curves.found:
-        bending = by.curves.found, statement.system.variables, by.cuts, where
-        stronger, _, enclosures = without_curves(stronger, *bending)
-        _, weaker, _ = without_curves(weaker, *bending)
-    if stronger == weaker and not enclosures:  # else the checker shows what made them equal
-        return replace(begun, formula=stronger)
-    return replace(begun, formula=stronger, curved=CurvedClaim(replace(begun, formula=weaker), enclosures))
-
-
-def _regions(
-    table: Mapping[str, object], key: str, statement: Statement, where: Place
-) -> tuple[Sequence[object], tuple[Polytope, ...]]:
-    """One region or a list of them, as they are written and as data; none where the key is not there."""
-    given, place = table.get(key, []), where / key
-    stated = [given] if is_table(given) else as_list(given, place)
-    places = [place / index for index in range(len(stated))] if is_list(given) else [place]
-    return stated, tuple(region_of(each, statement.names, at) for each, at in zip(stated, places, strict=True))
-
-
-def _for_ever(claim: SystemClaim, table: Mapping[str, object], statement: Statement, where: Place) -> SystemClaim:
-    """The claim with what claims for ever alone have."""
-    if not claim.says.ever:
-        for key in FOR_EVER:
+    def _claim(self, table: Table, where: Place) -> SystemClaim:
+        only(table, KEYS, where)
+        label = text(table.get("label", ""), where / "label")
+        place = where / "region"
+        stated, regions = self._regions(table, "region", where)
+        words = " or ".join(_words(each, place) for each in stated)
+        name = text(table.get("name", Pattern.DECIDES.value), where / "name")
+        only({name: None}, (*PATTERNS, ROBUST), where, "property")
+        if name == ROBUST:
+            return self._robust(table, SystemClaim(Pattern.DECIDES, regions, label=label, region=words), where)
+        pattern = PATTERNS[name]
+        strange = ("formula", "cuts") if pattern is not Pattern.DECIDES else ("steps", "by", "at_samples", *FOR_EVER)
+        for key in (*strange, *OF_ROBUST):
             if key in table:
-                raise InputError(f"{claim.name} has no {key}", where / key, "remove it, or ask for always")
-        return claim
-    stated, assuming = _regions(table, "assuming", statement, where)
-    assumed = " or ".join(_words(each, where / "assuming") for each in stated)
-    invariant = _regions(table, "invariant", statement, where)[1]
-    for place, region in enumerate(invariant):
-        if is_empty(region):
-            raise InputError("no state lies in this region", where / "invariant" / place, "remove it, or widen it")
-    roundings = box_of({each.variable: each.range for one in statement.acting.values() for each in one.roundings})
-    held = tuple((*region, *roundings) for region in invariant)  # an invariant bounds all that moves what it names
-    return replace(claim, assuming=assuming, assumed=assumed, invariant=held)
+                raise InputError(f"{name} has no {key}", where / key, "remove it")
+        if pattern is Pattern.DECIDES:
+            words = " or ".join(_words(each, place, self._beyond(each, where)) for each in stated)
+            region = f"with {words}" if words else ""
+            return self._decides(table, SystemClaim(pattern, regions, label=label, region=region), where)
+        if not regions:
+            raise InputError(f"{name} needs a region", where, "write region = { box = { x = [0, 1] } }")
+        if not self._statement.moves:
+            what = f"{name} is about episodes, and the file does not say how the state moves"
+            raise InputError(what, where, "add [dynamics.next], or write a formula")
+        steps, by = self._steps(table, pattern, where)
+        claim = SystemClaim(
+            pattern, regions, steps, by, at_samples=self._times(table, where), label=label, region=words
+        )
+        return self._for_ever(claim, table, where)
 
+    # --- claims about episodes
 
-def _steps(table: Mapping[str, object], pattern: Pattern, statement: Statement, where: Place) -> tuple[int, int]:
-    """The steps of a claim about episodes, of one for ever those in which counterexamples are looked for; and `by`."""
-    usual, says = statement.system.steps, SAYS[pattern]
-    if pattern is Pattern.REACHES_AND_STAYS and "by" not in table:
-        raise InputError(f"{pattern.value} needs the step by which the region is reached", where, "write by = 20")
-    if says.first != "by" and "by" in table:
-        what, advice = f"{pattern.value} has no by", "remove it, or ask for reaches_and_stays or always"
-        raise InputError(what, where / "by", advice)
-    if pattern is Pattern.ALWAYS:
-        if statement.system.flow is not None:
-            what = "always is about steps, and the system moves in continuous time"
-            raise InputError(what, where, "ask for stays_in with a number of steps")
-        later = count(table["by"], where / "by", MAX_STEPS) if "by" in table else 0
-        usual = min(MAX_STEPS, later + max(usual, PLAYED))
-    steps = count(table.get("steps", usual), where / "steps", MAX_STEPS)
-    return steps, count(table["by"], where / "by", steps) if "by" in table else 0
+    def _regions(self, table: Table, key: str, where: Place) -> tuple[Sequence[object], tuple[Polytope, ...]]:
+        """One region or a list of them, as they are written and as data; none where the key is not there."""
+        given, place = table.get(key, []), where / key
+        stated = [given] if is_table(given) else as_list(given, place)
+        places = [place / index for index in range(len(stated))] if is_list(given) else [place]
+        names = self._statement.names
+        return stated, tuple(region_of(each, names, at) for each, at in zip(stated, places, strict=True))
 
+    def _for_ever(self, claim: SystemClaim, table: Table, where: Place) -> SystemClaim:
+        """The claim with what claims for ever alone have."""
+        if not claim.says.ever:
+            for key in FOR_EVER:
+                if key in table:
+                    raise InputError(f"{claim.name} has no {key}", where / key, "remove it, or ask for always")
+            return claim
+        stated, assuming = self._regions(table, "assuming", where)
+        assumed = " or ".join(_words(each, where / "assuming") for each in stated)
+        invariant = self._regions(table, "invariant", where)[1]
+        for place, region in enumerate(invariant):
+            if is_empty(region):
+                raise InputError("no state lies in this region", where / "invariant" / place, "remove it, or widen it")
+        lowered = self._statement.acting.values()
+        roundings = box_of({each.variable: each.range for one in lowered for each in one.roundings})
+        held = tuple((*region, *roundings) for region in invariant)  # an invariant bounds all that moves what it names
+        return replace(claim, assuming=assuming, assumed=assumed, invariant=held)
 
-def _times(table: Mapping[str, object], statement: Statement, where: Place) -> bool | None:
-    """Returns True if a claim is about samples only; None where the system moves in steps."""
-    given = table.get("at_samples", False)
-    if statement.system.flow is None:
-        if "at_samples" in table:
-            raise InputError("the system moves in steps, so it has no samples", where / "at_samples", "remove it")
-        return None
-    if not isinstance(given, bool):
-        raise InputError("not true or false", where / "at_samples", "write at_samples = true, or leave it out")
-    return given
+    def _steps(self, table: Table, pattern: Pattern, where: Place) -> tuple[int, int]:
+        """The steps of a claim about episodes, of one for ever those in which counterexamples are looked for; `by`."""
+        usual, says = self._statement.system.steps, SAYS[pattern]
+        if pattern is Pattern.REACHES_AND_STAYS and "by" not in table:
+            raise InputError(f"{pattern.value} needs the step by which the region is reached", where, "write by = 20")
+        if says.first != "by" and "by" in table:
+            what, advice = f"{pattern.value} has no by", "remove it, or ask for reaches_and_stays or always"
+            raise InputError(what, where / "by", advice)
+        if pattern is Pattern.ALWAYS:
+            if self._statement.system.flow is not None:
+                what = "always is about steps, and the system moves in continuous time"
+                raise InputError(what, where, "ask for stays_in with a number of steps")
+            later = count(table["by"], where / "by", MAX_STEPS) if "by" in table else 0
+            usual = min(MAX_STEPS, later + max(usual, PLAYED))
+        steps = count(table.get("steps", usual), where / "steps", MAX_STEPS)
+        return steps, count(table["by"], where / "by", steps) if "by" in table else 0
 
+    def _times(self, table: Table, where: Place) -> bool | None:
+        """Returns True if a claim is about samples only; None where the system moves in steps."""
+        given = table.get("at_samples", False)
+        if self._statement.system.flow is None:
+            if "at_samples" in table:
+                raise InputError("the system moves in steps, so it has no samples", where / "at_samples", "remove it")
+            return None
+        if not isinstance(given, bool):
+            raise InputError("not true or false", where / "at_samples", "write at_samples = true, or leave it out")
+        return given
 
-def _read_formula(table: Mapping[str, object], where: Place) -> str:
-    """Reads the formula that is claimed of variables and actions."""
-    if "formula" not in table:
-        raise InputError("a property needs a name or a formula", where, f"names: {', '.join((*PATTERNS, ROBUST))}")
-    return text(table["formula"], where / "formula")
+    # --- claims about decisions
+
+    def _robust(self, table: Table, begun: SystemClaim, where: Place) -> SystemClaim:
+        """A claim that an output changes little where observations are a little off, as a formula about two agents."""
+        only(table, ("name", "label", "region", *OF_ROBUST), where)
+        found = robust_of(table, self._statement, where)
+        regions = tuple((*each, *found.errors) for each in begun.regions) or (found.errors,)
+        words = f"with {begun.region and f'{begun.region} and '}{found.words}"
+        label = begun.label or f"robust: {found.formula}"
+        begun = replace(begun, regions=regions, region=words, label=label)
+        return self._decides({"formula": found.formula}, begun, where)
+
+    def vocabulary(self, curves: Curves) -> Vocabulary:
+        """The names that formulas may use."""
+        statement, names = self._statement, self._statement.names
+        constants = {
+            name: Typed(number.value.value, number.unit)
+            for name, number in names.meant.items()
+            if isinstance(number.value, Number)
+        }
+        following = {name: names.known[whose] for name, whose in self.following.items()}
+        units = {**names.known, **statement.inputs, **following}
+        giving = {each.name for each in statement.agents if each.outputs}  # what they do is `out(A)`, and no action
+        return Vocabulary(
+            tuple(units),
+            {name: policy for name, policy in self._acting.items() if name not in giving},
+            units=units,
+            constants=constants,
+            modes=names.modes,
+            curves=curves,
+            observed=find_numbers(statement, self._acting.values()) if statement.observed else {},
+        )
+
+    def _decides(self, table: Table, begun: SystemClaim, where: Place) -> SystemClaim:
+        """A claim about decisions with its formula; one with next values or curves becomes one without, which implies
+        it.
+        """
+        if "formula" not in table:
+            raise InputError("a property needs a name or a formula", where, f"names: {', '.join((*PATTERNS, ROBUST))}")
+        place, curves = where / "formula", Curves(self._statement.names)
+        written = text(table["formula"], place)
+        vocabulary = self.vocabulary(curves)
+        ensure_choosing(written, self._statement, place)
+        named = name_inputs(written)
+        try:
+            stated = read_observed(named, vocabulary, lambda offset: place.of_offset(written, offset))
+        except InputError as error:  # the text as the user wrote it, above the same mark
+            error.where = error.where.replace(named, written)
+            raise
+        bent = frozenset[str]().union(*map(names, curves.found.values()))
+        cuts: dict[str, int] = {}
+        for name, value in flat(table_of(table, "cuts", where), where / "cuts").items():
+            only({name: None}, sorted(bent), where / "cuts", "variable of a product or function")
+            cuts[name] = count(value, where / "cuts" / name, MAX_CUTS)
+
+        def decides(formula: Formula, words: str) -> SystemClaim:
+            claim = of_actions(formula, self._statement, self._acting, place)
+            return self._straighten(replace(begun, written=words), claim, curves, cuts, place)
+
+        conditions = tuple(
+            Denied(spell_inputs(each.words, self._statement), decides(negate(each.formula), f"not ({each.words})"))
+            for each in stated.conditions
+        )
+        return replace(decides(stated.formula, written), conditions=conditions, rounded=tuple(stated.rounded.items()))
+
+    def _straighten(
+        self, begun: SystemClaim, claim: Formula, curves: Curves, cuts: Mapping[str, int], where: Place
+    ) -> SystemClaim:
+        """The claim of a formula over variables, next values and curves, by formulas without the latter two."""
+        system, stronger, weaker = self._statement.system, claim, claim
+        if any(name in self.following for name in coordinates(claim)):
+            exact = not any(map(list_curved, self._statement.rules))
+            stronger, weaker = without_next(claim, system.pieces, self.following, self._acting, exact, where)
+        enclosures = ()
+        if curves.found:
+            bending = curves.found, system.variables, cuts, where
+            stronger, _, enclosures = without_curves(stronger, *bending)
+            _, weaker, _ = without_curves(weaker, *bending)
+        if stronger == weaker and not enclosures:  # else the checker shows what made them equal
+            return replace(begun, formula=stronger)
+        return replace(begun, formula=stronger, curved=CurvedClaim(replace(begun, formula=weaker), enclosures))
+
+    def _beyond(self, region: object, where: Place) -> dict[str, str]:
+        """Returns words for bounds that leave a range, as a claim about decisions is about states of the ranges."""
+        bounds, _ = region_parts(as_table(region, where), self._statement.names, where)
+        words: dict[str, str] = {}
+        for one in self._statement.system.variables:
+            low, high = bounds.get(one.name, one.range)
+            least, most = max(low, one.range[0]), min(high, one.range[1])
+            if least > most:
+                words[one.name] = " (no state of the ranges)"
+            elif (least, most) != (low, high):
+                words[one.name] = f" (of the ranges [{plain(least)}, {plain(most)}])"
+        return words
 
 
 def _words(region: object, place: Place, beyond: Mapping[str, str] | None = None) -> str:
@@ -344,20 +320,6 @@ def _words(region: object, place: Place, beyond: Mapping[str, str] | None = None
         for name, ends in bounds
     ]
     return " and ".join([*said, *map(str, as_list(document.get("where", []), place))]) or "any state"
-
-
-def _beyond(region: object, statement: Statement, where: Place) -> dict[str, str]:
-    """Returns words for bounds that leave a range, since a claim about decisions is about states of the ranges."""
-    bounds, _ = region_parts(as_table(region, where), statement.names, where)
-    words: dict[str, str] = {}
-    for one in statement.system.variables:
-        low, high = bounds.get(one.name, one.range)
-        least, most = max(low, one.range[0]), min(high, one.range[1])
-        if least > most:
-            words[one.name] = " (no state of the ranges)"
-        elif (least, most) != (low, high):
-            words[one.name] = f" (of the ranges [{plain(least)}, {plain(most)}])"
-    return words
 
 
 # --- an output that changes little

@@ -5,15 +5,19 @@ Assumes: whoever makes one has checked it (files.py).
 Does not: read files or play.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 
+from codegen.errors import InputError
 from verify.language.arithmetic import Unit
-from verify.systems.expressions import Expression
+from verify.systems.expressions import Expression, Number, affine, names, of_affine, substitute, terms, total
 from verify.systems.lowered import Acting
-from verify.systems.parsing import Names
-from verify.systems.system import Box, Interval, Polytope, System
+from verify.systems.parsing import Names, input_of
+from verify.systems.system import Box, Interval, Polytope, System, Variable
 from verify.toml_places import Place
+
+Effect = Mapping[tuple[str, str], Mapping[str, Expression]]  # (agent, action) -> variable -> what it adds
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class Rule:
 
     where: Box
     move: Mapping[str, Expression]
-    effect: Mapping[tuple[str, str], Mapping[str, Expression]]  # (agent, action) -> variable -> what it adds
+    effect: Effect
     error: Mapping[str, Interval]
     cuts: Mapping[str, int] = field(default_factory=dict[str, int])  # parts of a range where something is not affine
     when: Polytope = ()
@@ -55,18 +59,92 @@ class Rule:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """The state's motion in a box as it is written. `next` are next values over variables and inputs, of which it is
+    not told apart what actions do; `move` and `effect` are those in which it is, as a rule has them.
+    """
+
+    where: Box
+    when: Polytope
+    next: Mapping[str, Expression]
+    move: Mapping[str, Expression]
+    effect: Effect
+    error: Mapping[str, Interval]
+    cuts: Mapping[str, int]
+    choice: Mapping[str, str]
+    place: Place
+
+    def rule(self, agents: Sequence[Agent]) -> Rule:
+        """The rule for what actions set. InputError where effects of agents do not add up."""
+        move: dict[str, Expression] = {}
+        effect = {choice: dict(forms) for choice, forms in self.effect.items()}
+        for name, expression in self.next.items():
+            own, acted = _share_terms(expression, agents, self.place / "next" / name)
+            move[name] = total(own)
+            for agent in agents:
+                for action, values in agent.actions.items():
+                    if acted.get(agent.name):
+                        added = substitute(total(acted[agent.name]), values)
+                        effect.setdefault((agent.name, action), {})[name] = added
+        move |= self.move
+        return Rule(self.where, move, effect, self.error, self.cuts, self.when, self.choice, self.place)
+
+
+def _share_terms(
+    expression: Expression, agents: Sequence[Agent], where: Place
+) -> tuple[list[Expression], dict[str, list[Expression]]]:
+    """The terms without inputs, and those of each agent's. What is not affine goes to the one agent that has such
+    terms too: together they are enclosed more tightly.
+    """
+    form = affine(expression)
+    own: list[Expression] = []
+    acted: dict[str, list[Expression]] = {}
+    for term in terms(expression if form is None else of_affine(form)):
+        owners = [agent.name for agent in agents if agent.inputs & names(term)]
+        if len(owners) > 1:
+            what = f"one term holds actions of {' and '.join(owners)}"
+            raise InputError(what, where, "effects of agents must add up: write a sum of terms")
+        (acted.setdefault(owners[0], []) if owners else own).append(term)
+    curved = [name for name, shares in acted.items() if any(affine(term) is None for term in shares)]
+    if len(curved) == 1:
+        acted[curved[0]] += [term for term in own if affine(term) is None]
+        own = [term for term in own if affine(term) is not None]
+    return own, acted
+
+
+def set_modes(agents: Sequence[Agent], variables: Sequence[Variable]) -> list[Agent]:
+    """The agents, whose actions set each mode of their name too."""
+    modes = [each for each in variables if each.modes]
+    setters: list[Agent] = []
+    for agent in agents:
+        own = [each for each in modes if all(action in each.modes for action in agent.actions)]
+        actions = {
+            action: {**values, **{input_of(agent.name, m.name): Number(Fraction(m.modes.index(action))) for m in own}}
+            for action, values in agent.actions.items()
+        }
+        setters.append(replace(agent, actions=actions))
+    return setters
+
+
+def rules_of(motions: Iterable[Motion], agents: Sequence[Agent], variables: Sequence[Variable]) -> tuple[Rule, ...]:
+    """The rules of motions for what the actions of agents set."""
+    setters = set_modes(agents, variables)
+    return tuple(each.rule(setters) for each in motions)
+
+
+@dataclass(frozen=True)
 class Statement:
     """The statements of a file. `system.pieces` are the rules, with enclosures for what is not affine."""
 
     system: System
     agents: tuple[Agent, ...]
-    rules: tuple[Rule, ...]
+    motions: tuple[Motion, ...]
+    rules: tuple[Rule, ...]  # of the motions, for what the agents' actions set
     names: Names = field(compare=False)  # what regions and claims may name
     properties: Mapping[str, object] = field(default_factory=dict[str, object], compare=False)  # tables of claims
     place: Place = field(default=Place("", ""), compare=False)  # of the file
     state: str = ""  # the attribute of the reference environment that holds the variables in order
     inputs: Mapping[str, Unit] = field(default_factory=dict[str, Unit], compare=False)  # what actions and outputs set
-    source: str = field(default="", compare=False)  # the text of the file
     acting: Mapping[str, Acting] = field(default_factory=dict[str, Acting], compare=False)  # who tests sums in it, read
     observed: bool = False  # whether variables are features, and decimals beside them floats
 
