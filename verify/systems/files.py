@@ -23,7 +23,7 @@ from verify.systems.flows import Keeping, flow_of
 from verify.systems.lowered import Acting
 from verify.systems.motion import Around, StepReader
 from verify.systems.parsing import Names, feature_of, half_spaces
-from verify.systems.statement import Agent, Motion, Statement, rules_of
+from verify.systems.statement import Agent, Rule, Statement, set_modes
 from verify.systems.system import Box, Feature, Flow, HalfSpace, Measure, Polytope, System, Variable, box_of, is_empty
 from verify.systems.values import (
     ADVICE,
@@ -78,7 +78,7 @@ def statement_of(source: str, name: str) -> Statement:
     described = table(document, "agents", where)
     agents, inputs = agents_of(described, names, where / "agents")
     features = features_of(described, names, where / "agents")
-    motions: tuple[Motion, ...] = ()
+    rules: tuple[Rule, ...] = ()
     flow: Flow | None = None
     steps, late, place = 0, Keeping(), where / "dynamics"
     if "dynamics" in document:
@@ -94,8 +94,7 @@ def statement_of(source: str, name: str) -> Statement:
                 raise InputError(what, where / "reference", "remove the reference; worlds check integrates the flow")
             flow, late = flow_of(moved, around, features, place)
         else:
-            motions = tuple(StepReader(around).read(moved, place))
-    rules = rules_of(motions, agents, variables)
+            rules = tuple(StepReader(around).read(moved, place))
     start = _start(table(document, "start", where), variables, names, where / "start", clock)
     called, reference, state = (text(document.get(key, ""), where / key) for key in ("name", "reference", "state"))
     if reference:
@@ -108,7 +107,7 @@ def statement_of(source: str, name: str) -> Statement:
     observed = document.get("observed", False)
     if not isinstance(observed, bool):
         raise InputError("not true or false", where / "observed", "leave it out where variables are no features")
-    return Statement(system, agents, motions, rules, names, stated, where, state, inputs, {}, observed)
+    return Statement(system, agents, rules, names, stated, where, state, inputs, {}, observed)
 
 
 def lower(statement: Statement, acting: Mapping[str, Acting]) -> Statement:
@@ -123,7 +122,8 @@ def lower(statement: Statement, acting: Mapping[str, Acting]) -> Statement:
         replace(each, actions=acting[each.name].settings) if each.outputs and each.name in acting else each
         for each in statement.agents
     )
-    rules = rules_of(statement.motions, agents, system.variables)
+    setters = set_modes(agents, system.variables)
+    rules = tuple(each.of_actions(setters) for each in statement.rules)
     bounds = {each.variable: each.range for one in acting.values() for each in one.roundings}
     if bounds:
         ranges = {each.name: each.range for each in system.variables}

@@ -11,7 +11,7 @@ What is left of the ranges once cases are taken away is a list of polytopes, fou
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations, product
 from typing import NamedTuple
@@ -36,7 +36,7 @@ from verify.systems.parsing import (
     mode_of,
     outside,
 )
-from verify.systems.statement import Agent, Effect, Motion
+from verify.systems.statement import Agent, Effect, Rule, set_modes
 from verify.systems.system import (
     Affine,
     Box,
@@ -239,21 +239,23 @@ class StepReader(MotionReader):
 
     moves = ("next", "let", "A", "B", "c", "error", "cuts")
 
-    def read(self, given: Mapping[str, object], where: Place) -> list[Motion]:
-        """The motions of a file: of each piece one for each of its regions and for each value of each choice."""
+    def read(self, given: Mapping[str, object], where: Place) -> list[Rule]:
+        """The rules of a file: of each piece one for each of its regions and for each value of each choice."""
         only(given, (*self.moves, "piece"), where)
-        motions: list[Motion] = []
+        rules: list[Rule] = []
+        setters = set_modes(self.around.agents, self.around.variables)
         for stated, regions, place in self.pieces(given, where):
             moves = self._moves(stated, place)
             error, cuts = self.read_errors(stated, self.units, self.names, place), self._cuts(stated, place)
-            own = [
-                Motion(box, when, following, {**move, **self.around.counted}, effect, error, cuts, words, place)
-                for box, when in regions
+            anywhere = [
+                Rule({}, {**move, **self.around.counted}, effect, error, cuts, (), words, place, following)
                 for following, move, effect, words in moves
             ]
+            anywhere = [each.of_actions(setters) for each in anywhere]
+            own = [replace(each, where=box, when=when) for box, when in regions for each in anywhere]
             ensure_few(own, place)
-            motions += own
-        return motions
+            rules += own
+        return rules
 
     def _moves(
         self, given: Mapping[str, object], place: Place

@@ -5,7 +5,9 @@ Assumes: whoever makes one has checked it (files.py).
 Does not: read files or play.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
@@ -30,9 +32,7 @@ class Agent:
     team: str
     actions: Mapping[str, Mapping[str, Expression]]
     reward: Expression
-    outputs: tuple[
-        str, ...
-    ] = ()  # where it gives numbers; its actions are then those of a profile, see given/agents.py
+    outputs: tuple[str, ...] = ()  # where it gives numbers; its actions are then those of a profile (lowered.py)
     like: str = ""  # the agent by whose tree it acts; "": a profile has a tree of its own for it
 
     @property
@@ -46,38 +46,25 @@ class Rule:
     """The state's motion in a box, as it is written: the next value of a variable is its `move`, the effects of all
     agents' actions on it, and an error that the user states. `when`: further conditions of its states; `choice`: what
     is taken of each choice, in the words of the file, as all others are rules of their own. `place`: where it stands.
+    `next`: next values over variables and inputs, of which `move` and `effect` say what actions do.
     """
 
     where: Box
     move: Mapping[str, Expression]
     effect: Effect
     error: Mapping[str, Interval]
-    cuts: Mapping[str, int] = field(default_factory=dict[str, int])  # parts of a range where something is not affine
-    when: Polytope = ()
-    choice: Mapping[str, str] = field(default_factory=dict[str, str])
-    place: Place = field(default=Place("", ""), compare=False)
-
-
-@dataclass(frozen=True)
-class Motion:
-    """The state's motion in a box as it is written. `next` are next values over variables and inputs, of which it is
-    not told apart what actions do; `move` and `effect` are those in which it is, as a rule has them.
-    """
-
-    where: Box
+    cuts: Mapping[str, int]  # parts of a range where something is not affine
     when: Polytope
-    next: Mapping[str, Expression]
-    move: Mapping[str, Expression]
-    effect: Effect
-    error: Mapping[str, Interval]
-    cuts: Mapping[str, int]
     choice: Mapping[str, str]
-    place: Place
+    place: Place = field(compare=False)
+    next: Mapping[str, Expression] = field(compare=False)
 
-    def rule(self, agents: Sequence[Agent]) -> Rule:
-        """The rule for what actions set. InputError where effects of agents do not add up."""
+    def of_actions(self, agents: Sequence[Agent]) -> Rule:
+        """The rule for what actions of agents set. InputError where their effects do not add up."""
+        if not self.next:
+            return self
         move: dict[str, Expression] = {}
-        effect = {choice: dict(forms) for choice, forms in self.effect.items()}
+        effect: dict[tuple[str, str], dict[str, Expression]] = {}
         for name, expression in self.next.items():
             own, acted = _share_terms(expression, agents, self.place / "next" / name)
             move[name] = total(own)
@@ -86,8 +73,9 @@ class Motion:
                     if acted.get(agent.name):
                         added = substitute(total(acted[agent.name]), values)
                         effect.setdefault((agent.name, action), {})[name] = added
-        move |= self.move
-        return Rule(self.where, move, effect, self.error, self.cuts, self.when, self.choice, self.place)
+        return replace(
+            self, move={**move, **{n: each for n, each in self.move.items() if n not in move}}, effect=effect
+        )
 
 
 def _share_terms(
@@ -126,27 +114,20 @@ def set_modes(agents: Sequence[Agent], variables: Sequence[Variable]) -> list[Ag
     return setters
 
 
-def rules_of(motions: Iterable[Motion], agents: Sequence[Agent], variables: Sequence[Variable]) -> tuple[Rule, ...]:
-    """The rules of motions for what the actions of agents set."""
-    setters = set_modes(agents, variables)
-    return tuple(each.rule(setters) for each in motions)
-
-
 @dataclass(frozen=True)
 class Statement:
     """The statements of a file. `system.pieces` are the rules, with enclosures for what is not affine."""
 
     system: System
     agents: tuple[Agent, ...]
-    motions: tuple[Motion, ...]
-    rules: tuple[Rule, ...]  # of the motions, for what the agents' actions set
+    rules: tuple[Rule, ...]
     names: Names = field(compare=False)  # what regions and claims may name
-    properties: Mapping[str, object] = field(default_factory=dict[str, object], compare=False)  # tables of claims
-    place: Place = field(default=Place("", ""), compare=False)  # of the file
-    state: str = ""  # the attribute of the reference environment that holds the variables in order
-    inputs: Mapping[str, Unit] = field(default_factory=dict[str, Unit], compare=False)  # what actions and outputs set
-    acting: Mapping[str, Acting] = field(default_factory=dict[str, Acting], compare=False)  # who tests sums in it, read
-    observed: bool = False  # whether variables are features, and decimals beside them floats
+    properties: Mapping[str, object] = field(compare=False)  # tables of claims
+    place: Place = field(compare=False)  # of the file
+    state: str  # the attribute of the reference environment that holds the variables in order
+    inputs: Mapping[str, Unit] = field(compare=False)  # what actions and outputs set
+    acting: Mapping[str, Acting] = field(compare=False)  # who tests sums in it, read
+    observed: bool  # whether variables are features, and decimals beside them floats
 
     @property
     def gives(self) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """Pieces of rules: together they cover the rules' boxes, and in each the stated motion lies within form and error."""
 
+from dataclasses import replace
 from fractions import Fraction as F
 from math import cos, sin
 
@@ -11,7 +12,6 @@ from tests.support.systems import CART
 from verify.progress import listening
 from verify.systems import enclosures
 from verify.systems.files import statement_of
-from verify.systems.statement import Rule
 from verify.systems.system import Variable
 
 HEAD = CART[: CART.index("[dynamics.next]")]
@@ -99,7 +99,7 @@ def test_a_box_of_a_piece_is_cut_within_the_ranges():
 def test_what_would_be_too_many_pieces_is_refused_before_any_is_made():
     found, _ = stated(CURVED)
     (rule,) = found.rules
-    many = Rule(rule.where, rule.move, rule.effect, rule.error, {"x": 1_000, "v": 5})
+    many = replace(rule, cuts={"x": 1_000, "v": 5})
     told = []
     with listening(lambda *given: told.append(given)), pytest.raises(InputError, match="more than 4096 pieces"):
         enclosures.pieces([many], found.system.variables, "f")
@@ -115,7 +115,7 @@ def test_errors_of_actions_are_those_of_the_widest():
     (rule,) = found.rules
     variables = tuple(Variable(v.name, v.unit, v.range) for v in found.system.variables)
     alone = {
-        action: enclosures.pieces([Rule(rule.where, rule.move, {key: each}, {}, rule.cuts)], variables, "f")
+        action: enclosures.pieces([replace(rule, effect={key: each}, error={})], variables, "f")
         for key, each in rule.effect.items()
         for action in [key[1]]
     }
