@@ -109,7 +109,7 @@ class CurveOverCell(NamedTuple):
 class CurvedClaim:
     """The relation of a claim to one whose formula has curves, `written` in a file: it implies that one, which implies
     `weaker`, since `enclosures` hold, over cells that fill the ranges of what they name. Whoever makes one knows that
-    (curves/formulas.py), or shows it (verify/checker/systems/enclosures.py).
+    (curves.py), or shows it (verify/checker/systems/enclosures.py).
     """
 
     weaker: SystemClaim

@@ -77,15 +77,8 @@ OFF = "_off"  # ends the name of a copy that observes with errors
 
 def ensure_claims(statement: Statement, where: str) -> int:
     """Counts the claims of a world file. InputError with the place of the first fault."""
-    leaf = Tree(*(np.array([number]) for number in (NO_FEATURE, 0, NO_CHILD, NO_CHILD, 0)))  # that nobody asks
-    acting = {
-        agent.name: AgentPolicy(
-            agent.name, agent.team, (), tuple(ActionSpec(name, None) for name in agent.actions), leaf
-        )
-        for agent in statement.agents
-    }
     place = replace(statement.place, name=where)
-    return len(_ClaimReader(statement, acting).read(statement.properties, place)) if statement.properties else 0
+    return len(_ClaimReader.of_file(statement).read(statement.properties, place)) if statement.properties else 0
 
 
 def claims_of(statement: Statement, profile: PolicyProfile, where: str) -> tuple[SystemClaim, ...]:
@@ -123,6 +116,16 @@ class _ClaimReader:
     def of(statement: Statement, profile: PolicyProfile) -> "_ClaimReader":
         """The reader of claims about the agents of a profile."""
         return _ClaimReader(statement, {policy.agent: policy for policy in profile.agents})
+
+    @staticmethod
+    def of_file(statement: Statement) -> "_ClaimReader":
+        """The reader of claims about the agents of a file, with all of their actions and a tree that nobody asks."""
+        leaf = Tree(*(np.array([number]) for number in (NO_FEATURE, 0, NO_CHILD, NO_CHILD, 0)))
+        actions = {agent.name: tuple(ActionSpec(name, None) for name in agent.actions) for agent in statement.agents}
+        acting = {
+            agent.name: AgentPolicy(agent.name, agent.team, (), actions[agent.name], leaf) for agent in statement.agents
+        }
+        return _ClaimReader(statement, acting)
 
     def read(self, document: Table, file: Place) -> tuple[SystemClaim, ...]:
         """The claims of a document. InputError with the places of all that is wrong."""
