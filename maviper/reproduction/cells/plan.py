@@ -27,8 +27,8 @@ from maviper.extraction.bundles import (
 )
 from maviper.extraction.settings import EXACT, HISTOGRAM, PAPER, PRESETS, RELEASED
 from maviper.files import runs
+from maviper.files.kinds import EXPERT as EXPERT_FILE
 from maviper.files.kinds import kind_of
-from maviper.files.profiles import EXPERT as EXPERT_FILE
 from maviper.reproduction.cells import responding
 from maviper.reproduction.cells.cell import BLOCKS, CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
 from maviper.reproduction.cells.costs import estimate
