@@ -19,7 +19,7 @@ from typing import Any
 
 from codegen.errors import ExitCode, MaviperError
 from codegen.wording import visible
-from maviper.files import runs
+from maviper.files import resuming
 
 _interrupts: list[int] = []
 AGAIN = "finished files are complete; run the command again"
@@ -74,7 +74,7 @@ def end_output() -> None:
 
 def run_command(command: Callable[[], Any], verbose: bool) -> int:
     """Runs `command`; its exit code. Errors are told in three lines, with the traceback when `verbose`."""
-    runs.forget()
+    resuming.forget()
     try:
         result = command()
         if sys.stdout is not None:
@@ -113,7 +113,7 @@ def _tell_interruption() -> int:
     # a second signal, or the first one raised again, must not change how the process ends
     signal.signal(signal.SIGINT, lambda number, frame: None)
     sys.unraisablehook = lambda unraisable: None
-    return _tell(False, ExitCode.INTERRUPTED, "interrupted", "", RESUME if runs.has_begun() else AGAIN)
+    return _tell(False, ExitCode.INTERRUPTED, "interrupted", "", RESUME if resuming.has_begun() else AGAIN)
 
 
 def _tell(with_traceback: bool, code: int, what: str, where: str = "", next_step: str = "") -> int:

@@ -38,7 +38,7 @@ from maviper.extraction.outcome import finalist_score
 from maviper.extraction.selection.progress import EXTRACTING, MEASURING, REFINING, SELECTING, Progress, Underway
 from maviper.extraction.selection.selection import explain_stop
 from maviper.extraction.settings import STARTING, Settings, part_settings
-from maviper.files import runs
+from maviper.files import resuming, runs
 from maviper.files.jobs import Scored, best_of, ensure_counts, folder_of, is_resumed, side_by_side
 from maviper.files.profiles import version
 from maviper.files.runs import working_alone
@@ -127,7 +127,7 @@ def extract_named(expert: str, output: Path | None, options: Request, console: C
     if output is None or alone:
         profile = extract_live(asked, console, jobs)
         return profile if output is None else _write_profile(output, profile, console, asked, options.command)
-    runs.resumable(partial(runs.holds_run, output))
+    resuming.resumable(partial(runs.holds_run, output))
     task = _Task(output, asked, options.critic, options.command, resume, console.quiet)
     if seeds == 1:
         profile = _run(task, console, jobs)

@@ -2,11 +2,10 @@
 
 Does: writes a file under its final name only when it is complete, several files all or none, from scratch files that
   are locked while their process lives; makes output folders and claims run folders, with errors a user understands;
-  holds a run's folder while the run works in it, and refuses a second run; remembers how to tell that a run has begun,
-  so that Ctrl-C can say how it goes on.
+  holds a run's folder while the run works in it, and refuses a second run.
 Assumes: the folder's file system can rename atomically; a lock ends with its process, however that ends. Where nothing
-  can be locked, nobody is refused, and what a killed process left stays. One command at a time in a thread.
-Does not: know what is in the files, or handle signals (cli/exits.py does).
+  can be locked, nobody is refused, and what a killed process left stays.
+Does not: know what is in the files.
 """
 
 import contextlib
@@ -18,8 +17,7 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from contextvars import ContextVar
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
@@ -459,21 +457,3 @@ def working_alone(folder: Path) -> Generator[None]:
     finally:
         if opened is not None:
             os.close(opened)
-
-
-_runs: ContextVar[tuple[Callable[[], bool], ...]] = ContextVar("runs", default=())  # each tells whether it has begun
-
-
-def resumable(begun: Callable[[], bool]) -> None:
-    """Tells that the command that runs goes on with --resume, and with nothing else, once `begun` is true."""
-    _runs.set((*_runs.get(), begun))
-
-
-def forget() -> None:
-    """Starts over for another command."""
-    _runs.set(())
-
-
-def has_begun() -> bool:
-    """Returns True if the command that runs has begun a run that goes on with --resume."""
-    return any(each() for each in _runs.get())

@@ -11,7 +11,7 @@ ASIDE = {
     "maviper.worlds.outside.pettingzoo",
     "verify.extent.largest",
     "verify.reach.replay",
-    "verify.reports.decisions",
+    "verify.reports.code",
     "verify.reports.episodes",
     "verify.reports.systems",
     "verify.reports.where",

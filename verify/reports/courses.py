@@ -25,7 +25,6 @@ from verify.claims.formula import holds
 from verify.decimals import plain
 from verify.reports.drawing import MIDDLE, VIEW
 from verify.subjects import ClosedLoop, Subject
-from verify.systems.claims import Pattern
 
 if TYPE_CHECKING:
     from verify.reach.results import SystemCounterexample, Values
@@ -175,11 +174,11 @@ LABEL = 11.0  # least distance of two labels
 TOGETHER = "A state lies in a region if all of its variables do at once."
 MAX_HEIGHT = 1e300  # of what is drawn: the room about it is a float64 number too
 BANDS = {
-    Pattern.STAYS_IN: f"Bands: the region that the claim names. {TOGETHER}",
-    Pattern.ALWAYS: f"Bands: the region that the claim names. {TOGETHER}",
-    Pattern.AVOIDS: f"Bands: the region to be avoided. {TOGETHER}",
-    Pattern.REACHES: f"Bands: the region to be reached. {TOGETHER}",
-    Pattern.REACHES_AND_STAYS: f"Bands: the region, at the steps of which the claim speaks. {TOGETHER}",
+    "stays_in": f"Bands: the region that the claim names. {TOGETHER}",
+    "always": f"Bands: the region that the claim names. {TOGETHER}",
+    "avoids": f"Bands: the region to be avoided. {TOGETHER}",
+    "reaches": f"Bands: the region to be reached. {TOGETHER}",
+    "reaches_and_stays": f"Bands: the region, at the steps of which the claim speaks. {TOGETHER}",
 }
 
 
@@ -268,7 +267,7 @@ def _drawable(value: float | str) -> bool:
 
 def _legend(result: Mapping[str, Any]) -> str:
     """Describes the bands, and what of the claim they do not show."""
-    regions, told = result["regions"], BANDS[Pattern(result["name"])]
+    regions, told = result["regions"], BANDS[result["name"]]
     conditions = [words for region in regions for words in region["conditions"]]
     told += f" The claim names {len(regions)} regions; to lie in one of them is enough." if len(regions) > 1 else ""
     return told + (f" Not drawn: {', '.join(conditions)}." if conditions else "")

@@ -1,25 +1,19 @@
 """The part of a report that is about single decisions.
 
-Does: collects what was claimed of world states or observations, the verdict and its evidence; draws counterexamples;
-  says which lines of the generated C a decision runs through.
-Assumes: results of `verdicts.decisions.verify`; the header that `maviper compile` writes without options, in the nested
-  style; of other styles nothing is said.
+Does: collects what was claimed of world states or observations, the verdict and its evidence; draws counterexamples.
+Assumes: results of `verdicts.decisions.verify`.
 Does not: contain times, paths or facts about the machine.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from fractions import Fraction
-from functools import lru_cache
 from typing import Any
 
 from codegen.boxes import leaves_below
 from codegen.ir import PolicyProfile, Tree
-from codegen.lowering.lower import NESTED, lower
-from codegen.targets import c
 from verify.claims.claim import Parameter
 from verify.claims.decisions import formula
 from verify.claims.region import goal_text
@@ -37,39 +31,6 @@ from verify.solver.leaves import LeafFinding
 from verify.states import shares
 from verify.states.real import write_value, write_values
 from verify.verdicts.decisions import DecisionEvidence, DecisionResult
-
-_FUNCTION = re.compile(r"^static inline int (\w+)\(const (?:float|double) \*x\)$")
-_NUMBER = re.compile(r"/\* (?:node|leaf) (\d+)\b")
-
-
-def code_of(profile: PolicyProfile, agent: str, nodes: Sequence[int]) -> dict[str, Any] | None:
-    """The header's name, and the numbered lines of an agent's nodes; None where the C has no line for each node."""
-    name, lines = _lines(profile)
-    own = lines.get(agent, {})
-    if not own:
-        return None
-    return {"file": name, "lines": [{"number": own[node][0], "text": own[node][1]} for node in nodes]}
-
-
-@lru_cache(maxsize=4)
-def _lines(profile: PolicyProfile) -> tuple[str, Mapping[str, Mapping[int, tuple[int, str]]]]:
-    """The header's name; agent -> node -> (number, text) of its line."""
-    model = lower(profile)
-    ((name, header),) = c.emit(model, profile).items()
-    if model.style != NESTED:
-        return name, {}
-    functions = {agent.name: (agent.twin or agent.names).act for agent in model.agents}  # equal trees share their code
-    lines: dict[str, dict[int, tuple[int, str]]] = {function: {} for function in functions.values()}
-    own: dict[int, tuple[int, str]] | None = None
-    for number, line in enumerate(header.split("\n"), 1):
-        if begins := _FUNCTION.match(line):
-            own = lines.get(begins[1])
-        elif line == "}":
-            own = None
-        elif own is not None and (node := _NUMBER.search(line)):
-            own[int(node[1])] = number, line.strip()
-    return name, {agent: lines[function] for agent, function in functions.items()}
-
 
 SINGLE = "The claim is about single decisions in world states of the region: it does not say that agents arrive."
 REAL_POSITIONS = "Positions are real numbers. Agents may leave the region during an episode (see the on-policy states)."
@@ -239,6 +200,7 @@ def deployed_facts(example: Counterexample) -> dict[str, Any] | None:
 
 def _code(profile: PolicyProfile, result: DecisionResult, view: AgentView) -> dict[str, Any] | None:
     """The lines of a decision in the header of the profile that is compiled, which is never a view."""
+    from verify.reports.code import code_of  # which imports the compiler
 
     nodes = [*(step.node for step in view.path), view.leaf]
     if result.viewed is None:

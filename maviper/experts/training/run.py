@@ -18,7 +18,7 @@ from maviper.console import Console, LiveLine
 from maviper.episodes.measures import Estimate, format_estimate
 from maviper.experts.recipes import Request, schedule
 from maviper.experts.training import train as training
-from maviper.files import runs
+from maviper.files import resuming, runs
 from maviper.files.jobs import Scored, best_of, ensure_counts, folder_of, is_resumed, side_by_side
 from maviper.options import TrainOptions, make_request
 from maviper.worlds import World, find
@@ -42,7 +42,7 @@ def train_expert(name: str, folder: Path, console: Console, **options: Unpack[Tr
     if not 0 <= seeds[0] <= seeds[-1] < MAX_SEED:
         raise InputError(f"seeds must be from 0 to {MAX_SEED - 1}, not {_seeds(seeds)}", "--seed, --seeds")
     runs.ensure_vacant(folder, training.EXPERT_FILE, asked.resume)
-    runs.resumable(partial(runs.holds_run, folder))
+    resuming.resumable(partial(runs.holds_run, folder))
     console.line("training", f"{world.name}, {request.algorithm}, recipe {request.recipe}, {_seeds(seeds)}")
     console.line("", schedule(request, training.settings_of(world, request)))
     if len(seeds) == 1:

@@ -27,7 +27,7 @@ from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import Viewed
 from verify.question import Question
 from verify.reports import report
-from verify.reports.decisions import code_of
+from verify.reports.code import code_of
 from verify.reports.report import as_lines, result_facts
 from verify.states.shares import SAMPLE_SEED, measure
 from verify.subjects import Game
