@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, Floats, Tree
+from codegen.ir import NO_FEATURE, ROOT, Floats, Tree
 from codegen.numbers import neighbour
 from codegen.paths import Box
 from codegen.region import RegionSpec, round_up
@@ -72,16 +72,6 @@ def split_corners(low: Floats, high: Floats, feature: int, threshold: np.floatin
     most[feature] = min(high[feature], threshold)
     least[feature] = max(low[feature], threshold)
     return (low, most), (least, high)
-
-
-def size(policy: AgentPolicy) -> int:
-    """Counts the numbers in a tree: a test's threshold and a sum's weights, a leaf's action or all of its terms."""
-    tree, n = policy.tree, len(policy.features)
-    tested: list[int] = tree.feature[tree.feature != NO_FEATURE].tolist()
-    chosen: list[int] = tree.action[tree.feature == NO_FEATURE].tolist()
-    tests = [1 if each < n else 1 + len(tree.sums[each - n].terms) for each in tested]
-    given = [sum(len(each.terms) for each in vector) for vector in tree.vectors] or [1] * len(policy.actions)
-    return sum(tests) + sum(given[each] for each in chosen)
 
 
 class Bound(NamedTuple):

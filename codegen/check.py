@@ -6,15 +6,16 @@ Does not: judge texts, labels, evidence and the region that come with a policy (
   good.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 
-from codegen import sum_rules
 from codegen.errors import ProfileError, escape_text, suggestion
-from codegen.floats import FLOAT32, NUMBERS
+from codegen.floats import FLOAT32, FLOAT64, NUMBERS
 from codegen.ir import (
+    CONSTANT,
     FUNCTIONS,
     GOAL,
     MAX_DEPTH,
@@ -29,14 +30,18 @@ from codegen.ir import (
     AgentPolicy,
     FeatureSpec,
     GrownTree,
+    OutputSpec,
     PolicyProfile,
+    Sum,
     Tree,
     WorldSpec,
     depth,
 )
 from codegen.legality import illegal_leaves, mask_of
+from codegen.sums import ARITHMETICS, DOUBLE_SUMS, OBSERVED, choose_numbers
 
 MAX_VIOLATIONS: Final = 20
+MAX_TERMS = 1_000  # of a sum
 
 
 class Violation(NamedTuple):
@@ -206,7 +211,7 @@ def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
     counts = (len(policy.features) + len(tree.sums), len(tree.vectors) if policy.outputs else len(policy.actions))
     broken = list(_tree(f"{path}.tree", policy.tree, *counts, preorder=True))
     yield from broken
-    for where, what in sum_rules.find_faults(policy) if not broken else ():
+    for where, what in _sum_faults(policy) if not broken else ():
         yield Violation(f"{path}.{where}", what)
     if not broken and int(depth(policy.tree).max()) > MAX_DEPTH:
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
@@ -278,6 +283,124 @@ def _shape(path: str, tree: Tree | GrownTree, preorder: bool) -> Iterator[Violat
             stack += [int(tree.right[node]), int(tree.left[node])]
     for node in np.flatnonzero(~seen)[:1]:
         yield Violation(f"{path}[{node}]", "cannot be reached from the root")
+
+
+Found: TypeAlias = Iterator[tuple[str, str]]  # path below the agent's, and what is wrong
+
+
+def _sum_faults(policy: AgentPolicy) -> Found:
+    """Yields every broken rule of an agent's sums and outputs.
+
+    Weights, constants and bounds that are subnormal are refused: a thread that takes them for zero would compute
+    otherwise.
+    """
+    tree = policy.tree
+    if not (tree.sums or tree.vectors or policy.outputs):
+        if tree.arithmetic:
+            yield "arithmetic", "is for sums and outputs, and there are none"
+        return
+    if policy.actions and policy.outputs:
+        yield "outputs", "an agent has actions or outputs, not both"
+    if bool(policy.outputs) != bool(tree.vectors):
+        yield "tree", "leaves give numbers where the agent has outputs, and actions elsewhere"
+    if policy.grown is not None:
+        yield "grown", "must be null: no learner's tree of single tests belongs to sums"
+    if tree.arithmetic not in ARITHMETICS:
+        yield "arithmetic", f"must be {', '.join(ARITHMETICS[:-1])} or {ARITHMETICS[-1]}"
+        return
+    if tree.numbers != OBSERVED[tree.arithmetic]:
+        yield "numbers", f"must be {OBSERVED[tree.arithmetic]} where sums are {tree.arithmetic}"
+    both = tree.arithmetic == DOUBLE_SUMS  # of which sums may be rounded once more
+    kept = (FLOAT32, FLOAT64) if both else (choose_numbers(tree.arithmetic),)
+    if tree.gives not in (kept if policy.outputs else (FLOAT32,)):
+        yield "gives", f"must be {' or '.join(kept if policy.outputs else (FLOAT32,))} here"
+    yield from _all_sums(policy)
+    yield from _thresholds(policy)
+    for index, output in enumerate(policy.outputs):
+        for fault in _output(output, tree):
+            yield f"outputs[{index}]", fault
+
+
+def _all_sums(policy: AgentPolicy) -> Found:
+    """Of all sums, in tests and in leaves, and of the order in which nodes name them."""
+    tree, n = policy.tree, len(policy.features)
+    yield from _order(tree.feature[tree.feature >= n] - n, tree.sums, "tree", "sum")
+    leaves = tree.action[tree.feature == NO_FEATURE]
+    if tree.vectors:
+        yield from _order(leaves, tree.vectors, "tree", "vector")
+    for node in np.flatnonzero(tree.feature >= n):
+        each = tree.sums[int(tree.feature[node]) - n]
+        for fault in _sum(each, tree.arithmetic, n):
+            yield f"tree[{node}].sum", fault
+        if [place for _, place in each.terms if place != CONSTANT] == [] or (
+            len(each.terms) == 1 and each.terms[0][0] == 1
+        ):
+            yield f"tree[{node}].sum", "a test of a sum has a feature, and more than one feature alone"
+    for node in np.flatnonzero(tree.feature == NO_FEATURE) if tree.vectors else ():
+        vector = tree.vectors[int(tree.action[node])]
+        if len(vector) != len(policy.outputs):
+            yield f"tree[{node}].outputs", f"has {len(vector)} sums for {len(policy.outputs)} outputs"
+        for index, each in enumerate(vector):
+            for fault in _sum(each, tree.arithmetic, n):
+                yield f"tree[{node}].outputs[{index}]", fault
+
+
+def _order(named: np.ndarray, known: Sequence[object], path: str, kind: str) -> Found:
+    first = list(dict.fromkeys(named.tolist()))
+    if first != list(range(len(known))) or len({repr(each) for each in known}) < len(known):
+        yield path, f"each {kind} stands once, in the order in which nodes first name it"
+
+
+def _sum(each: Sum, arithmetic: str, n_features: int) -> Iterator[str]:
+    places = [place for _, place in each.terms]
+    if not 1 <= len(places) <= MAX_TERMS:
+        yield f"a sum has 1 to {MAX_TERMS} terms"
+    if any(not CONSTANT <= place < n_features for place in places):
+        yield f"features are 0 to {n_features - 1}"
+    if len({*places}) < len(places):
+        yield "a feature, or the constant, stands twice"
+    for weight, place in each.terms:
+        what = "a constant" if place == CONSTANT else "a weight"
+        numbers = choose_numbers(arithmetic) if place == CONSTANT else OBSERVED[arithmetic]
+        if weight == 0 and place != CONSTANT:
+            yield "a weight is 0: leave its term out"
+        elif (fault := _number(weight, numbers)) is not None:
+            yield f"{what} {fault}"
+
+
+def _number(value: float, numbers: str) -> str | None:
+    """Returns what is wrong with a weight, constant or bound, or None."""
+    if not math.isfinite(value):
+        return f"must be finite, not {value}"
+    with np.errstate(over="ignore", under="ignore"):
+        held = float(np.dtype(numbers).type(value))
+    if held != value:
+        return f"is no {numbers}: {value!r}"
+    if value != 0 and abs(value) < float(np.finfo(numbers).tiny):
+        return f"is subnormal: {value!r}"
+    return None
+
+
+def _thresholds(policy: AgentPolicy) -> Found:
+    """A test of a single feature compares with one of its own numbers."""
+    tree = policy.tree
+    if tree.numbers == FLOAT32 and tree.compared == FLOAT64:
+        single = (tree.feature != NO_FEATURE) & (tree.feature < len(policy.features))
+        with np.errstate(over="ignore"):
+            rounded = tree.threshold.astype(np.float32) != tree.threshold
+        for node in np.flatnonzero(single & rounded):
+            yield f"tree[{node}].threshold", "is no float32, which the feature is"
+
+
+def _output(output: OutputSpec, tree: Tree) -> Iterator[str]:
+    for bound in (output.low, output.high):
+        if bound is None:
+            if tree.gives != choose_numbers(tree.arithmetic):
+                yield f"needs both bounds: it is rounded from {choose_numbers(tree.arithmetic)} to {tree.gives}"
+        elif (fault := _number(bound, tree.gives)) is not None:
+            yield f"a bound {fault}"
+    if output.low is not None and output.high is not None and not output.low <= output.high:
+        yield f"needs low <= high, has [{output.low}, {output.high}]"
 
 
 def ensure(profile: PolicyProfile, where: str = "profile", besides: Besides = _none_besides) -> PolicyProfile:

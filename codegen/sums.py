@@ -1,7 +1,7 @@
 """Sums of weighted features, which trees test and leaves give, in one of three arithmetics.
 
 Does: the data of a sum; its value for a batch of observations, which is the reference; bounds of outputs.
-Assumes: checked sums (sum_rules.py); IEEE 754, rounding to nearest.
+Assumes: checked sums (check.py); IEEE 754, rounding to nearest.
 Does not: know trees, or make text.
 
 A sum is added from left to right and begins with its first term, never with 0, so that -0.0 keeps its sign. The

@@ -32,13 +32,12 @@ if TYPE_CHECKING:
     from maviper.evaluation.exploitability import Exploitability
     from maviper.evaluation.run import Evaluation
     from maviper.reproduction.run import Reproduced
+    from maviper.verification.compared import OutputsCompared
     from maviper.verification.diff import Compared
     from maviper.verification.files.certificates import Checked
     from maviper.verification.files.counterexamples import Replayed
-    from maviper.verification.outputs.compared import OutputsCompared
-    from maviper.verification.outputs.errors import Changes
     from maviper.verification.repair import Repaired
-    from maviper.verification.robust import Radii
+    from maviper.verification.robust import Changes, Radii
     from maviper.verification.run import Verified
     from verify.result import AnyResult
 

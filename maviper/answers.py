@@ -9,12 +9,12 @@ from maviper.compilation.compile import Compiled as Compiled
 from maviper.evaluation.exploitability import Exploitability as Exploitability
 from maviper.evaluation.run import Evaluation as Evaluation
 from maviper.reproduction.run import Reproduced as Reproduced
+from maviper.verification.compared import OutputsCompared as OutputsCompared
 from maviper.verification.diff import Compared as Compared
 from maviper.verification.files.certificates import Checked as Checked
 from maviper.verification.files.counterexamples import Replayed as Replayed
-from maviper.verification.outputs.compared import OutputsCompared as OutputsCompared
-from maviper.verification.outputs.errors import Changes as Changes
 from maviper.verification.repair import Repaired as Repaired
+from maviper.verification.robust import Changes as Changes
 from maviper.verification.robust import Radii as Radii
 from maviper.verification.run import Verified as Verified
 from verify.claims.region import Region as Region

@@ -180,9 +180,9 @@ def pytest_runtest_setup(item):
 @pytest.fixture
 def unoptimised(monkeypatch):
     """For tests of what generated code decides: no compiler takes time to optimise C and Rust, which others do."""
-    from codegen.agreement import build
+    from codegen.agreement import compiled
 
-    monkeypatch.setattr(build.Build.__init__, "__defaults__", (False,))
+    monkeypatch.setattr(compiled.Build.__init__, "__defaults__", (False,))
     keep_libraries(monkeypatch)
 
 
@@ -191,15 +191,17 @@ LIBRARIES: dict[tuple, object] = {}  # by what they are built from; closing one 
 
 def keep_libraries(patch):
     """A header is compiled once in a process, however often commands ask for it. Tests of builds do not keep any."""
-    from codegen.agreement import build
+    from codegen.agreement import compiled
+
+    load = compiled.CompiledC
 
     def kept(header, model, compiler, optimised=True):
         made_from = header, *compiler, optimised
         if made_from not in LIBRARIES:
-            LIBRARIES[made_from] = compiled.CompiledC(header, model, compiler, optimised)
+            LIBRARIES[made_from] = load(header, model, compiler, optimised)
         return LIBRARIES[made_from]
 
-    patch.setattr(build, "CompiledC", kept)
+    patch.setattr(compiled, "CompiledC", kept)
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ import z3
 
 from codegen import ir, policy_json, profiles
 from codegen.agreement import selfcheck
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.errors import DisagreementError, MaviperError
 from codegen.lowering.deploy import deploy_tree
 from codegen.lowering.lower import lower
@@ -33,7 +33,7 @@ from verify.claims import decisions as properties
 from verify.claims.decisions import DistinctTargets, OwnTarget
 from verify.claims.files import read_properties
 from verify.claims.formula import FALSE, TRUE, negate
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 from verify.episodes import composition, unroll
 from verify.episodes import zones as batch
 from verify.question import Question, from_start

@@ -1,7 +1,7 @@
 """A standing hunt for false words of the verifier: random questions, every answer judged by other means.
 
     python -m tests.hunt FOLDER [--kinds decisions,episodes,...] [--minutes 60] [--count N] [--first SEED]
-    python -m tests.hunt FOLDER --show                          `generated/hunt`: the questions that the manual tells of
+    python -m tests.hunt FOLDER --show                          `generated/hunt`: the questions that are on record
     python -m tests.hunt --seed 4711 [--kinds episodes]        one question again, with every check
 
 Does: asks questions from their seeds, goes on where the folder's last run ended, keeps what is wrong, prints figures.

@@ -1,16 +1,15 @@
-"""Seconds that each file of tests takes: recorded by a run, compared with a committed table, and the order of a run.
+"""Seconds that each file of tests takes: recorded by a run, kept in a committed table, which orders later runs.
 
 Does: as a plugin, writes what a run took by file, why tests were skipped and which passed (`pytest --seconds RECORD`,
   and `--left-of RECORD` runs those that did not pass there); as a command
-  (`python -m tests.seconds RECORD`), prints skips and which files are over their cap; `--update` renews the table for
+  (`python -m tests.seconds RECORD`), prints the longest files and what was skipped; `--update` renews the table for
   the files that ran.
-Assumes: the table is of README's line of tests, on two idle cores; a slower machine is slower for most files alike.
+Assumes: the table is of README's line of tests, on two idle cores.
 Does not: run inside a test; no test asserts a time.
 """
 
 import argparse
 import json
-import statistics
 import sys
 from collections import Counter
 from collections.abc import Iterable
@@ -18,10 +17,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 TABLE = Path(__file__).parent / "seconds.json"
-CAP_S = 45.0
-CAPS_S: dict[str, float] = {}  # files that may take longer, each with its reason
-TOLD_S = 5.0  # a file that takes so much longer than the table says is named, even below its cap
-STEADY_S = 3.0  # the pace of a machine is read from files that take at least so long
 
 
 class Recorder:
@@ -80,35 +75,6 @@ def passed_in(records: Iterable[Path]) -> set[str]:
     return set().union(*(json.loads(place.read_text(encoding="utf-8"))["passed"] for place in records))
 
 
-def pace(seconds, expected) -> float:
-    """How many times longer than in the table most files take here; a fast machine is no reason to allow less."""
-    ratios = [seconds[name] / long for name, long in expected.items() if long >= STEADY_S and name in seconds]
-    return max(1.0, statistics.median(ratios)) if ratios else 1.0
-
-
-def over_caps(seconds, slower, caps=None):
-    """Files over their caps: (file, seconds at the table's pace, cap)."""
-    caps = CAPS_S if caps is None else caps
-    found = [(name, spent / slower, caps.get(name, CAP_S)) for name, spent in seconds.items()]
-    return sorted((each for each in found if each[1] > each[2]), key=lambda each: -each[1])
-
-
-def told(seconds, expected) -> list[str]:
-    """Lines about a run beside the table."""
-    slower = pace(seconds, expected)
-    over = over_caps(seconds, slower)
-    lines = [
-        f"{sum(seconds.values()):.0f} s of tests in {len(seconds)} files, {slower:.2f} times as long as the table says"
-    ]
-    for name in sorted(seconds, key=seconds.__getitem__, reverse=True)[:5]:
-        lines.append(f"  {seconds[name] / slower:5.1f} s  {name}")
-    for name, spent in sorted(seconds.items()):
-        if spent / slower > 1.5 * expected.get(name, 0) + TOLD_S:
-            lines.append(f"  longer: {name}: {spent / slower:.1f} s, in the table {expected.get(name, 0):.0f} s")
-    lines += [f"OVER ITS CAP: {name}: {spent:.0f} s > {cap:.0f} s: split it" for name, spent, cap in over]
-    return lines
-
-
 def told_skips(skipped) -> list[str]:
     """How many tests were skipped, and why."""
     reasons = Counter(skipped.values())
@@ -122,7 +88,7 @@ def skipped_of(skipped, folders):
 
 
 def main(arguments: list[str]) -> int:
-    """The command; 1 where a test was skipped that must not be. A file over its cap is told, but machines are busy."""
+    """The command; 1 where a test was skipped that must not be."""
     parser = argparse.ArgumentParser(prog="python -m tests.seconds", description="What a run of the tests took.")
     parser.add_argument("record", type=Path, help="made by pytest --seconds RECORD")
     parser.add_argument("--update", action="store_true", help="renew the table, for the files that ran")
@@ -131,7 +97,9 @@ def main(arguments: list[str]) -> int:
     )
     asked = parser.parse_args(arguments)
     record = json.loads(asked.record.read_text(encoding="utf-8"))
-    lines = told(record["seconds"], table())
+    spent = record["seconds"]
+    lines = [f"{sum(spent.values()):.0f} s of tests in {len(spent)} files, the longest:"]
+    lines += [f"  {spent[name]:5.1f} s  {name}" for name in sorted(spent, key=spent.__getitem__, reverse=True)[:5]]
     missing = skipped_of(record["skipped"], asked.all_of)
     print("\n".join([*lines, *told_skips(record["skipped"]), *missing]))
     if asked.update:

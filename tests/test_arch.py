@@ -122,7 +122,6 @@ def test_a_rule_is_the_tree_that_was_imported(name):
 
 
 def test_the_tubes_are_small_and_shown():
-    """`tests/benchmarks/tubes.py --plot generated/arch/tubes.svg --thin pendulum tora_reach unicycle` drew them."""
     drawing = (PLACE / "tubes.svg").read_text()
     assert len(drawing.encode()) < 40_000 and "](tubes.svg)" in (PLACE / "README.md").read_text()
     assert all(f"{name}: " in drawing for name in ("pendulum", "tora_reach", "unicycle"))

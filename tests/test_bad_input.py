@@ -25,7 +25,7 @@ from maviper.cli import main
 from maviper.files import runs
 from maviper.tour import handout
 from tests.support.strategies import WORLD
-from verify.claims.uncertified.starts import positions
+from verify.claims.region_files import positions
 
 pytestmark = pytest.mark.usefixtures("few_states_throughout")
 

@@ -11,12 +11,13 @@ import pytest
 
 from codegen import ir
 from codegen.agreement import compiled, probes, selfcheck, vectors
-from codegen.agreement.build import build
+from codegen.agreement.compiled import build
 from codegen.equivalence import obligations
 from codegen.form import layout
 from codegen.lowering.lower import AUTO, ORDERED, STYLES, lower
 from codegen.profiles import loads, schema
-from codegen.targets import TARGETS, c, emit
+from codegen.targets import TARGETS, emit
+from codegen.targets.rendered import harness
 from tests.support.small import small_profile
 
 FOLDER = "tests/golden"
@@ -74,7 +75,9 @@ def test_strict_compilers_and_sanitizers_find_nothing(style, compiler, tmp_path)
         profile = loads((header.parent / f"{header.stem}.json").read_text())
         for name, text in emit(profile, ["c"], style=style).items():
             (tmp_path / name).write_text(text)
-        (tmp_path / "harness.c").write_text(c.harness(lower(profile, style=style)) + driver(profile, style, tmp_path))
+        (tmp_path / "harness.c").write_text(
+            harness(lower(profile, style=style), "c") + driver(profile, style, tmp_path)
+        )
         build = [command, *options, *warnings, *(sanitize if sanitized else [level, "-c"]), "harness.c", "-o", "run"]
         built = subprocess.run(build, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert built.returncode == 0, built.stderr

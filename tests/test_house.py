@@ -152,7 +152,7 @@ def test_nothing_committed_is_a_pickle_or_names_a_machine():
 
 
 def test_a_checkout_keeps_no_single_episodes_and_stays_small():
-    """`python tests/benchmarks/sizes.py` says what takes how much."""
+    """`python -m tests.benchmarks.sizes` says what takes how much."""
     try:
         files = sizes.committed()
     except subprocess.CalledProcessError:

@@ -4,9 +4,9 @@ import click
 import pytest
 
 import maviper
+from codegen.deciding import SUMMING, ensure_plain
 from codegen.errors import InputError
 from codegen.policy_json import dumps
-from codegen.sum_rules import SUMMING, ensure_plain
 from codegen.targets import TARGETS, emit
 from maviper.cli.main import cli, run
 from tests.support import summed

@@ -14,7 +14,7 @@ from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
 from maviper.worlds.games.physical_deception import DEFENDERS
 from verify.checker.decisions.certificates import check_certificate, from_json
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 
 FOLDER = Path(__file__).parent.parent / "generated" / "proved_defenders"
 CERTIFICATE = FOLDER / "certificate-1-distinct_targets.json"

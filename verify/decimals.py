@@ -44,12 +44,14 @@ def _without(number: int, factor: int) -> tuple[int, int]:
 
 
 def number(value: object, where: object) -> Fraction:
-    """The exact number of a TOML value whose floats were read as texts: an integer, or a text as `exact` reads it."""
-    if isinstance(value, bool) or not isinstance(value, (int, str)):
+    """The exact number of a TOML value whose floats were read as texts: a number, or a text as `exact` reads it."""
+    if isinstance(value, bool) or not isinstance(value, (int, str, Fraction)):
         raise InputError("not a number", where, 'write 0.025 or "1/40"')
-    if isinstance(value, int) and abs(value) > MAX_NUMBER:
+    if isinstance(value, str):
+        return exact(value, where)
+    if abs(value) > MAX_NUMBER:
         raise InputError(f"numbers may be at most {MAX_NUMBER}", where)
-    return exact(str(value), where)
+    return Fraction(value)
 
 
 def exact(written: str, where: object) -> Fraction:

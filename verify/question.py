@@ -19,14 +19,14 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import GOAL, AgentPolicy, PolicyProfile
+from verify.claims.claim import read_by, verifiable
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import Formula, agents, conjuncts, for_goal, names_goal
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import Viewed
-from verify.claims.verifiable import read_by, verifiable
+from verify.claims.region_files import everywhere
+from verify.claims.views import Viewed
+from verify.claims.wording import OwnFormula
 from verify.kinds import Kind
 from verify.semantics import MACHINE
 from verify.subjects import Game, Subject

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from verify.claims.region import Region
-    from verify.claims.uncertified.views import Viewed
+    from verify.claims.views import Viewed
     from verify.states.state import State
 
 
-class Verdict(Enum):
+class Verdict(StrEnum):
     """The answer to a question; the values are the words that reports use."""
 
     PROVED = "PROVED"  # holds in every world state of the region, by the arithmetic asked about

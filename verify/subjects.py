@@ -10,11 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Self
 
-from codegen.sum_rules import VERIFIER, ensure_plain
+from codegen.deciding import VERIFIER, ensure_plain
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
-    from verify.claims.uncertified.views import Viewed
+    from verify.claims.views import Viewed
     from verify.systems.system import System
 
 

@@ -1,7 +1,9 @@
-"""The emitted C, compiled: strictly by every compiler that is there, and loaded to be asked.
+"""A build: a profile with its lowered model, its files, and the emitted C compiled strictly and loaded to be asked.
 
-Does: finds compilers, builds the header with every warning an error, calls its functions.
-Assumes: a scratch folder that it may write to; what is loaded is built by `cc`, `gcc` or `clang` on the path, or $CC.
+Does: finds compilers; lowers once, writes once and compiles at most once, every warning being an error, for everyone
+  who checks, proves or replays the files; calls the functions of the header.
+Assumes: a scratch folder that it may write to; what is loaded is built by `cc`, `gcc` or `clang` on the path, or $CC;
+  used as a context manager.
 Does not: know what the right answers are (selfcheck.py).
 """
 
@@ -11,7 +13,9 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +24,11 @@ import numpy as np
 from codegen.agreement.programs import run
 from codegen.errors import DisagreementError, InputError, MissingToolError
 from codegen.floats import observations
-from codegen.ir import Float64, Floats, Int32
+from codegen.ir import Float64, Floats, Int32, PolicyProfile
+from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
-from codegen.targets import c
+from codegen.targets import USUAL, emit_model
+from codegen.targets.rendered import harness
 
 STRICT = (
     "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()  # noqa: SIM905
@@ -50,7 +56,7 @@ def ensure_strict(header: str, model: Model) -> tuple[str, ...]:
     clean: list[str] = []
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
         (Path(folder) / f"{model.prefix}.h").write_text(header)
-        (Path(folder) / "harness.c").write_text(c.harness(model))
+        (Path(folder) / "harness.c").write_text(harness(model, "c"))
         (Path(folder) / "empty.c").write_text("extern int nothing;\n")
         for named in OTHERS:
             command = [*named.split(), *STRICT[1:], "-fsyntax-only"]
@@ -73,7 +79,7 @@ class CompiledC:
         self._folder = tempfile.TemporaryDirectory(prefix="maviper-")
         folder = Path(self._folder.name)
         (folder / f"{model.prefix}.h").write_text(header)
-        (folder / "harness.c").write_text(c.harness(model))
+        (folder / "harness.c").write_text(harness(model, "c"))
         built = self._build(compiler, "harness.c")
         if built.returncode != 0:
             (folder / "empty.c").write_text("extern int nothing;\n")
@@ -123,19 +129,13 @@ class CompiledC:
 
     def batch(self, agent: str, rows: Floats) -> tuple[Any, Any]:
         """The decisions of the batch functions, over rows and over columns, [batch] or [batch, n_outputs] each."""
-        rows = self._pack_rows(agent, rows)
-        if self._gives(agent):
-            by_rows, by_columns = self._answers(agent, len(rows)), self._answers(agent, len(rows)).T.copy()
-            run = self._library[self._agents[agent].names.exported_batch]
-            given = (_pointer(rows), _pointer(np.ascontiguousarray(rows.T)), ctypes.c_long(len(rows)))
-            run(*given, _pointer(by_rows), _pointer(by_columns))
-            return by_rows, by_columns.T
-        kind = {"unsigned char": np.uint8, "unsigned short": np.uint16}.get(self._agents[agent].tables.action_type)
-        actions = [np.full(len(rows), 255, dtype=kind or np.uint32) for _ in range(2)]
-        columns = np.ascontiguousarray(rows.T)
-        run = self._library[self._agents[agent].names.exported_batch]
-        run(_pointer(rows), _pointer(columns), ctypes.c_long(len(rows)), *map(_pointer, actions))
-        return actions[0].astype(np.int32), actions[1].astype(np.int32)
+        rows, lowered = self._pack_rows(agent, rows), self._agents[agent]
+        by_rows = self._answers(agent, len(rows), lowered.batch_type)
+        by_columns = by_rows.T.copy()
+        run = self._library[lowered.names.exported_batch]
+        given = (_pointer(rows), _pointer(np.ascontiguousarray(rows.T)), ctypes.c_long(len(rows)))
+        run(*given, _pointer(by_rows), _pointer(by_columns))
+        return by_rows.astype(lowered.answer_type), by_columns.T.astype(lowered.answer_type)
 
     def all(self, rows: Sequence[Floats]) -> Int32:
         """All agents' actions in one call, [batch, n_agents]. `rows`: each agent's observations, equally many."""
@@ -176,16 +176,12 @@ class CompiledC:
         self._library[self._names.exported_region](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(within))
         return within
 
-    def _gives(self, agent: str) -> bool:
-        """Returns True if an agent gives numbers."""
-        return bool((summed := self._agents[agent].summed) and summed.outputs)
-
-    def _answers(self, agent: str, count: int) -> Any:
-        """Room for an agent's answers, filled with what is none."""
-        summed = self._agents[agent].summed
-        if summed and summed.outputs:
-            return np.full((count, len(summed.outputs)), np.nan, dtype=summed.gives)
-        return np.full(count, -1, dtype=np.int32)
+    def _answers(self, agent: str, count: int, kind: str = "") -> Any:
+        """Room for an agent's answers, of a numpy type, filled with what is none: NaN, or the largest whole number."""
+        lowered = self._agents[agent]
+        made = np.empty((count, *lowered.answer_shape), kind or lowered.answer_type)
+        made.fill(np.nan if made.dtype.kind == "f" else np.iinfo(made.dtype).max)
+        return made
 
     def act_and_check(self, agent: str, rows: Floats) -> tuple[Any, Int32]:
         """Returns what `act` and `checks` give, from one call."""
@@ -212,3 +208,74 @@ class CompiledC:
 
 def _pointer(array: np.ndarray) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
+
+
+@dataclass(frozen=True, eq=False)
+class Build:
+    """`files`: name -> text; bytes of targets that are none. They may be some, or others than the model's own.
+
+    `optimised`: whether the library and the program in Rust are; for a few decisions compilers take three times as long
+    to optimise them.
+    """
+
+    profile: PolicyProfile
+    model: Model
+    files: Mapping[str, str | bytes]
+    optimised: bool = True
+
+    def text(self, ending: str) -> str | None:
+        """The file PREFIX.ending, where it is there and a text."""
+        found = self.files.get(f"{self.model.prefix}.{ending}")
+        return found if isinstance(found, str) else None
+
+    @cached_property
+    def compiler(self) -> list[str] | None:
+        """The C compiler's command, or None. MissingToolError when $CC cannot be read as a command."""
+        return find_compiler()
+
+    @property
+    def compilable(self) -> bool:
+        """True if there are a header and a compiler for it."""
+        return self.text("h") is not None and self.compiler is not None
+
+    @cached_property
+    def library(self) -> CompiledC:
+        """The header, compiled when it is first asked for. Only where it is `compilable`."""
+        header, compiler = self.text("h"), self.compiler
+        assert header is not None and compiler is not None, "nothing to compile, or nothing to compile with"
+        return CompiledC(header, self.model, compiler, self.optimised)
+
+    def __enter__(self) -> "Build":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        library = self.__dict__.pop("library", None)
+        if library is not None:
+            library.close()
+
+
+class ReplayBuild(Build):
+    """The header alone, for a few decisions: written and compiled when the first one is asked for, not optimised."""
+
+    @classmethod
+    def of(cls, profile: PolicyProfile) -> "ReplayBuild":
+        """The build of a profile that has no file yet. Errors as `build`."""
+        return cls(profile, lower(profile), {}, optimised=False)
+
+    @property
+    def compilable(self) -> bool:
+        """True if there is a compiler."""
+        return self.compiler is not None
+
+    @cached_property
+    def library(self) -> CompiledC:
+        """The header, written and compiled when it is first asked for. Only where it is `compilable`."""
+        return Build(self.profile, self.model, emit_model(self.model, self.profile, ["c"]), self.optimised).library
+
+
+def build(
+    profile: PolicyProfile, targets: Iterable[str] = USUAL, prefix: str | None = None, style: str = AUTO
+) -> Build:
+    """The build of a profile for the chosen targets; errors as `codegen.targets.emit`."""
+    model = lower(profile, prefix, style)
+    return Build(profile, model, emit_model(model, profile, targets))

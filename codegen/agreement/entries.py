@@ -1,11 +1,13 @@
-"""What generated modules say beside decisions from observations: world states, input checks, constants.
+"""What generated modules say beside decisions from observations: world states, input checks, constants, refusals.
 
-Does: asks about states and observations at which a wrong entry shows, and compares every answer with the profile's.
-Assumes: a language hands its answers over as `Told`, whatever made them (readback.py).
+Does: asks about states and observations at which a wrong entry shows, and compares every answer with the profile's;
+  makes what is no observation of an agent, and finds what is not refused.
+Assumes: a language hands its answers over as `Told`, whatever made them (readback.py); a refusal is a ValueError or a
+  TypeError, which says what was wanted and what was given.
 Does not: run any language, or know how a template writes an entry.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -13,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.agreement import probes, sum_probes
+from codegen.agreement import probes
 from codegen.boxes import is_inside
 from codegen.check import identifier
+from codegen.deciding import decide
 from codegen.ir import Bool, Float64, Floats, Int32
 from codegen.numbers import at_most
 from codegen.observe import observe
@@ -89,10 +92,7 @@ class Asked:
         by_agent: dict[str, Float64] = {}
         for policy in self.profile.agents:
             rng = np.random.default_rng(SEED)
-            summed = policy.tree.arithmetic
-            by_agent[policy.agent] = (
-                sum_probes.doubles(policy, rng) if summed else probes.doubles(policy.tree, policy.features, rng)
-            )
+            by_agent[policy.agent] = probes.telling_doubles(policy, rng)
         return by_agent
 
     @cached_property
@@ -134,16 +134,11 @@ def constants(target: str, wanted: Sequence[float | str], given: Sequence[float 
     return Agreement(f"{target} {CONSTANTS}", "all", len(wanted), len(wrong), *wrong[:1])
 
 
-def reference(policy: ir.AgentPolicy, rows: Any) -> Any:
-    """Returns an agent's actions [batch], or the numbers that it gives, [batch, n_outputs]."""
-    return ir.outputs(policy, rows) if policy.outputs else ir.act(policy, rows)
-
-
-def differing(policy: ir.AgentPolicy, wanted: Any, answers: Any) -> Bool:
+def differing(wanted: Any, answers: Any) -> Bool:
     """Where answers differ, [batch]; numbers differ unless their bits are equal, or both are NaN."""
-    if policy.outputs:
-        return np.any(~same(np.asarray(answers, np.float64).reshape(wanted.shape), wanted), axis=1)
-    return np.asarray(answers) != wanted
+    if np.ndim(wanted) == 1:
+        return np.asarray(answers) != wanted
+    return np.any(~same(np.asarray(answers, np.float64).reshape(wanted.shape), wanted), axis=1)
 
 
 def compare_entries(target: str, asked: Asked, told: Told) -> list[Agreement]:
@@ -159,8 +154,8 @@ def compare_entries(target: str, asked: Asked, told: Told) -> list[Agreement]:
         if policy.agent in told.observed:
             agreements += compare_observations(target, policy, asked, told.observed[policy.agent])
             seen = _observe_states(policy, asked)
-            acted, team = reference(policy, seen), told.team
-            wrong = differing(policy, acted, told.acted[policy.agent])
+            acted, team = decide(policy, seen), told.team
+            wrong = differing(acted, told.acted[policy.agent])
             agreements.append(_agreement(f"{target} world", policy.agent, wrong, asked.states))
             if team is not None:
                 wrong = team[:, profile.agents.index(policy)] != acted
@@ -195,3 +190,41 @@ def _agreement(target: str, agent: str, wrong: Bool, rows: Floats) -> Agreement:
     places = np.flatnonzero(wrong)
     first = f"for ({', '.join(repr(float(value)) for value in rows[places[0]])})" if places.size else ""
     return Agreement(target, agent, len(wrong), int(places.size), first)
+
+
+def single(n: int, asks: bool) -> list[Any]:
+    """Lists values that are no observation of n numbers. `asks`: whether a decision asks for any; others go unread."""
+    zeros = [0.0] * n
+    lengths: list[Any] = [[], zeros[1:], [*zeros, 0.0], tuple(zeros[1:]), np.zeros(n - 1), np.zeros(2 * n)]
+    shapes: list[Any] = [np.zeros((1, n)), np.zeros((n, 1)), np.zeros((n, n)), np.zeros(())]
+    texts: list[Any] = [None, 0.0, "0" * n, bytes(n), np.zeros(n, dtype="U3")]
+    others: list[Any] = [["0.0"] * n, [b"0.0"] * n, [None] * n, [0j] * n, np.zeros(n, dtype=complex), [[0.0]] * n]
+    return [*lengths, *shapes, *texts, *(others if asks else [])]
+
+
+def many(n: int) -> list[Any]:
+    """Lists values that are no array of observations of n numbers."""
+    widths: list[Any] = [np.zeros((2, width), dtype=np.float32) for width in (n - 1, n + 1, 2 * n)]
+    shapes: list[Any] = [np.zeros(n), np.zeros((2, n, n)), [[0.0] * n, [0.0] * (n + 1)], None]
+    return [
+        *widths,
+        *shapes,
+        [["0.0"] * n],
+        [[None] * n],
+        np.zeros((2, n), dtype="U3"),
+        np.zeros((2, n), dtype=complex),
+    ]
+
+
+def find_accepted(function: Callable[[Any], Any], given: Sequence[Any]) -> list[str]:
+    """Describes, in words, each given value that the function does not refuse."""
+    descriptions: list[str] = []
+    for each in given:
+        try:
+            said = f"is answered by {function(each)!r:.20}"
+        except (TypeError, ValueError):
+            continue
+        except Exception as error:  # an accident further on, which tells the caller nothing
+            said = f"ends in {type(error).__name__}"
+        descriptions.append(f"{type(each).__name__} {each!r:.60} {said}")
+    return descriptions

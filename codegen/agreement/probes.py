@@ -1,22 +1,98 @@
-"""Observations that tell a right implementation of a tree from a wrong one.
+"""Observations that tell a right implementation of a tree from a wrong one, by the hundred thousand in bounded memory.
 
-Does: boundary observations for every split that can be reached, special float values, and random ones.
-Assumes: finite thresholds; random draws come from a seed.
+Does: boundary observations for every split that can be reached, special float values, and random ones; where sums are
+  tested, observations at ties of every one and beside them, numbers of every size and sign; keeps what every target is
+  asked in a scratch folder, and hands it out whole, in part, or as lists of numbers.
+Assumes: finite thresholds; random draws come from a seed; `Kept` is used as a context manager, which removes the
+  folder.
 Does not: run any implementation (selfcheck.py).
 """
 
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from codegen import ir
 from codegen.boxes import is_inside, read_bounds, read_distances, split_corners
+from codegen.deciding import read_by
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS, deciding_double
 from codegen.ir import Float64, Floats, GrownTree, Tree
 from codegen.numbers import at_most, neighbour
 from codegen.region import RegionSpec
+
+BLOCK = 512  # observations that are lists of Python's numbers at the same time
+PART = 1 << 22  # numbers of an array in memory at the same time; twice as many would be fresh memory each time
+
+
+def iterate_rows(rows: Any) -> Iterator[list[float]]:
+    """The rows of an array one after the other, as `tolist` gives them, which needs eight times an array's memory."""
+    for low in range(0, len(rows), BLOCK):
+        yield from rows[low : low + BLOCK].tolist()
+
+
+@dataclass(frozen=True)
+class _File:
+    """Rows of so many numbers of a type, one after the other."""
+
+    place: Path
+    numbers: str
+    width: int
+
+    def read(self, low: int = 0, count: int = -1) -> Floats:
+        """So many rows from one on; -1: all that follow."""
+        size = np.dtype(self.numbers).itemsize * self.width
+        found = np.fromfile(self.place, self.numbers, count * self.width if count > 0 else -1, offset=low * size)
+        return found.reshape(-1, self.width)
+
+
+class Kept(Mapping[str, Floats]):
+    """Arrays by name, each read from its file when it is asked for."""
+
+    def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="maviper-")
+        self._files: dict[str, _File] = {}
+
+    def keep(self, name: str, rows: Floats) -> None:
+        """Writes rows behind those that a name has already."""
+        if name not in self._files:
+            place = Path(self._folder.name) / str(len(self._files))
+            self._files[name] = _File(place, rows.dtype.name, rows.shape[1])
+        with self._files[name].place.open("ab") as file:
+            np.ascontiguousarray(rows).tofile(file)
+
+    def parts(self, name: str) -> Iterator[tuple[int, Floats]]:
+        """An array in parts of bounded memory, each with the place of its first row."""
+        file, low = self._files[name], 0
+        count = max(1, PART // max(1, file.width))
+        while len(rows := file.read(low, count)):
+            yield low, rows
+            low += len(rows)
+
+    def together(self, names: Sequence[str], count: int) -> Iterator[list[Floats]]:
+        """The first `count` rows of some arrays, a block of each at a time."""
+        for low in range(0, count, 64 * BLOCK):
+            yield [self._files[name].read(low, min(64 * BLOCK, count - low)) for name in names]
+
+    def __getitem__(self, name: str) -> Floats:
+        return self._files[name].read()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._files)
+
+    def __len__(self) -> int:
+        return len(self._files)
+
+    def __enter__(self) -> "Kept":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._folder.cleanup()
+
 
 HUGE = 1e30  # drawing beyond it overflows; paths that demand more get their own bounds
 DRAWN_AT_ONCE = 4_096  # of random observations, which bounds the memory of doubles
@@ -41,6 +117,11 @@ WILD = 500
 TYPED = 200  # observations in numbers of each other type
 ROUNDS = 20  # of moving states into a region
 AROUND = 64  # states at each border of a region
+POOL = 4_000  # random observations, of which those that reach a split are moved to its ties
+AT_TIE = 16  # observations moved to each tie
+STEPS = 2  # neighbours of a tie, on each side
+WIDE = 4_000
+REST = 2.0**-27  # of a number, which rounding to float32 takes away
 
 
 def _uniform(rng: np.random.Generator, low: Any, high: Any, shape: tuple[int, ...]) -> Float64:
@@ -95,6 +176,27 @@ def boundary(tree: Tree | GrownTree, features: tuple[ir.FeatureSpec, ...], rng: 
         filled[:, :, int(tree.feature[node])] = values[:, None]
         rows.append(filled.reshape(-1, len(features)))
     return np.concatenate(rows)
+
+
+def telling(policy: ir.AgentPolicy, rng: np.random.Generator) -> Iterator[Floats]:
+    """Observations that a wrong tree decides otherwise, in parts [n, n_features]: boundaries of the tests of single
+    features; where sums are tested or given ties of all tests, and numbers of every size.
+    """
+    if policy.tree.arithmetic:
+        yield ties(policy, rng)
+        yield wide(len(policy.features), rng, policy.numbers)
+    else:
+        yield boundary(policy.tree, policy.features, rng)
+
+
+def telling_doubles(policy: ir.AgentPolicy, rng: np.random.Generator) -> Float64:
+    """Double observations that must act as the agent's numbers say: at what `telling` finds, a little away from it."""
+    if not policy.tree.arithmetic:
+        return doubles(policy.tree, policy.features, rng)
+    rows = ties(policy, rng).astype(np.float64)
+    if policy.numbers == FLOAT32:
+        rows *= 1 + rng.uniform(-REST, REST, rows.shape)  # what is infinite stays so
+    return rows
 
 
 def special(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
@@ -213,7 +315,8 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
     rows: list[Float64] = [np.zeros((1, len(names)))]
     for policy in profile.agents:
         for node in ir.splits(policy.tree):
-            meaning = policy.features[_find_feature(policy, node)].meaning
+            _, first_read = read_by(policy.tree, int(policy.tree.feature[node]), len(policy.features))[0]
+            meaning = policy.features[first_read].meaning
             filled = rng.uniform(-2, 2, (FILLINGS, len(names)))
             filled[::2] = np.round(filled[::2] * 4) / 4
             if meaning and meaning.terms:
@@ -224,14 +327,6 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
                 filled[:, index[first]] = (at - others) / weight
             rows.append(filled)
     return np.concatenate(rows)
-
-
-def _find_feature(policy: ir.AgentPolicy, node: int) -> int:
-    """The feature that a split tests; of a sum, the first one."""
-    tested, n = int(policy.tree.feature[node]), len(policy.features)
-    if tested < n:
-        return tested
-    return next(place for _, place in policy.tree.sums[tested - n].terms if place != ir.CONSTANT)
 
 
 def wild(n_coordinates: int, rng: np.random.Generator) -> Float64:
@@ -268,3 +363,64 @@ def bordering(region: RegionSpec, world: ir.WorldSpec, rng: np.random.Generator)
         at[:, index[first]] = beside[rng.integers(3, size=AROUND)] + (at[:, index[second]] if second else 0.0)
         rows.append(at)
     return np.concatenate(rows)
+
+
+# --- where sums are tested or given
+
+
+def ties(policy: ir.AgentPolicy, rng: np.random.Generator) -> Floats:
+    """For each split, observations that reach it, with what it tests at the threshold and at neighbours."""
+    pool = random(policy.features, POOL, rng, policy.numbers)
+    # equal numbers, zeros of both signs and whole numbers, whose sums are exact
+    pool[::4] = np.round(pool[::4])
+    pool[1::8] = np.where(rng.random(pool[1::8].shape) < 0.5, np.abs(pool[1::8]), -np.abs(pool[1::8]))
+    batches = [np.zeros((0, len(policy.features)), policy.numbers)]
+    for node, rows in _reaching(policy.tree, pool):
+        drawn = pool[rng.choice(rows, AT_TIE)] if len(rows) else pool[rng.integers(len(pool), size=AT_TIE)]
+        batches += _move_rows(policy, node, drawn, rng)
+    return np.concatenate(batches)
+
+
+def _reaching(tree: ir.Tree, pool: Floats) -> Iterator[tuple[int, np.ndarray]]:
+    """Every split, with the rows of the pool that come to it."""
+    at = ir.apply(tree, pool)
+    below = {int(leaf): np.flatnonzero(at == leaf) for leaf in ir.leaves(tree)}
+    for node in reversed(list(ir.splits(tree))):  # preorder: children come after their parents
+        below[node] = np.concatenate([below[int(tree.left[node])], below[int(tree.right[node])]])
+    for node in ir.splits(tree):
+        yield node, below[node]
+
+
+def _move_rows(policy: ir.AgentPolicy, node: int, rows: Floats, rng: np.random.Generator) -> Iterator[Floats]:
+    """Rows with one of the tested features moved so that the test is at its threshold, and beside."""
+    tree, n, threshold = policy.tree, len(policy.features), float(policy.tree.threshold[node])
+    tested = int(tree.feature[node])
+    moved = read_by(tree, tested, n)
+    terms = tree.sums[tested - n].terms if tested >= n else moved
+    weight, place = moved[int(rng.integers(len(moved)))]
+    others = np.zeros(len(rows))
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        for other, where in terms:
+            if where != place:
+                others += other * (1.0 if where == ir.CONSTANT else rows[:, where].astype(np.float64))
+        at = ((threshold - others) / weight).astype(policy.numbers)
+    for side in (-np.inf, np.inf):
+        value = at
+        for _ in range(STEPS + 1):
+            beside = rows.copy()
+            beside[:, place] = value
+            yield beside
+            value = neighbour(value, side, policy.numbers)
+
+
+def wide(n_features: int, rng: np.random.Generator, numbers: str) -> Floats:
+    """Numbers of every size and sign, zeros of both signs and repeated ones among them."""
+    limits = np.finfo(numbers)
+    powers = rng.uniform(limits.minexp - 5, limits.maxexp, (WIDE, n_features))
+    near = rng.uniform(-4, 4, (WIDE, 1)) + rng.uniform(-300, 300, (WIDE, 1)) * (rng.random((WIDE, 1)) < 0.2)
+    powers = np.where(rng.random((WIDE, 1)) < 0.5, powers, near)  # of like size, so that digits are lost in between
+    with np.errstate(over="ignore", under="ignore"):
+        rows = (np.exp2(powers) * rng.choice([-1.0, 1.0], powers.shape)).astype(numbers)
+    rows = np.where(rng.random(rows.shape) < 0.05, rng.choice([0.0, -0.0], rows.shape), rows).astype(numbers)
+    repeated = rng.random((WIDE, n_features)) < 0.1
+    return np.where(repeated, rows[:, :1], rows)

@@ -1,9 +1,9 @@
 """Decisions read back from the text of targets, each by means that its emitter does not use.
 
 Does: runs JavaScript under Node.js and Rust by rustc, ONNX under onnxruntime, array modules under JAX and PyTorch,
-  walks JSON as a stranger would, and SVG by pictures.py.
-Assumes: programs on the path; a scratch folder.
-Does not: compare (selfcheck.py).
+  walks JSON and pictures as a stranger would, with numpy's scalars where sums are added.
+Assumes: programs on the path; a scratch folder; the JSON of a profile, and pictures of `codegen.targets.svg`.
+Does not: compare (selfcheck.py), or share code with the reference (ir.py) and the reader that is handed out.
 """
 
 import json
@@ -15,19 +15,107 @@ from contextlib import AbstractContextManager, nullcontext
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, cast
+from xml.etree import ElementTree
 
 import numpy as np
 
-from codegen.agreement import json_sums, misuse
+from codegen.agreement import entries
 from codegen.agreement.entries import Asked, Told
-from codegen.agreement.pictures import svg_act
+from codegen.agreement.probes import iterate_rows
 from codegen.agreement.programs import run
-from codegen.agreement.rows import iterate_rows
 from codegen.check import identifier
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Float64, Floats, Int32
 from codegen.lowering.model import Agent, Model
-from codegen.targets import javascript, rust
+from codegen.targets.rendered import harness
+
+
+def json_answer(policy: Mapping[str, Any], row: Sequence[float]) -> Any:
+    """The name of the action, or the list of numbers given, for an observation in the agent's numbers."""
+    number = np.float32 if policy["arithmetic"] == "float32 steps" else np.float64
+    seen = {each["name"]: value for each, value in zip(policy["features"], row, strict=True)}
+    nodes: Any = policy["tree"]
+    node = nodes[0]
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        while "threshold" in node:
+            value = _add_scalars(node["sum"], seen, number) if "sum" in node else seen[node["feature"]]
+            node = nodes[node["left"] if value <= node["threshold"] else node["right"]]
+        if "action" in node:
+            return node["action"]
+        given = np.float32 if policy["gives"] == "float32" else np.float64
+        pairs = zip(node["outputs"], policy["outputs"], strict=True)
+        return [float(given(_cut_scalar(_add_scalars(terms, seen, number), output))) for terms, output in pairs]
+
+
+def _add_scalars(terms: Sequence[tuple[float, str | None]], seen: Mapping[str, float], number: Any) -> Any:
+    weights, names = zip(*terms, strict=True)
+    values = [
+        number(w) if name is None else number(w) * number(seen[name]) for w, name in zip(weights, names, strict=True)
+    ]
+    total = values.pop(0)
+    while values:
+        total = number(total + values.pop(0))
+    return total
+
+
+def _cut_scalar(value: Any, output: Mapping[str, Any]) -> Any:
+    low, high = output["low"], output["high"]
+    if low is not None and value < low:
+        return low
+    return high if high is not None and value > high else value
+
+
+_SVG = "{http://www.w3.org/2000/svg}"
+
+
+def svg_act(text: str, agent: str, rows: Floats) -> Any:
+    """Decisions read from the attributes of a picture's elements, or what is given. `agent`: whose picture it is."""
+    root = ElementTree.fromstring(text)
+    nodes = {int(group.attrib["data-node"]): group.attrib for group in root.iter(f"{_SVG}g")}
+    if "data-arithmetic" in root.attrib:
+        policy = _policy(root.attrib, nodes, rows.shape[1])
+        answers = [json_answer(policy, row) for row in rows.tolist()]
+        return np.array(answers)
+    actions = np.empty(len(rows), dtype=np.int32)
+    for place, row in enumerate(rows):
+        node = nodes[0]
+        while "data-feature" in node:
+            threshold = float.fromhex(node["data-threshold"].rstrip("f"))
+            goes_left = float(row[int(node["data-feature"])]) <= threshold
+            node = nodes[int(node["data-left" if goes_left else "data-right"])]
+        actions[place] = int(node["data-action"])
+    return actions
+
+
+def _policy(root: Mapping[str, str], nodes: Mapping[int, Mapping[str, str]], n_features: int) -> dict[str, Any]:
+    """The picture of a tree with sums in the form of the JSON."""
+    bounds = [each.split(":") for each in root["data-bounds"].split(";") if each]
+    return {
+        "arithmetic": root["data-arithmetic"],
+        "gives": root["data-gives"],
+        "features": [{"name": str(place)} for place in range(n_features)],
+        "outputs": [{"low": _number(low), "high": _number(high)} for low, high in bounds],
+        "tree": [_node(nodes[place]) for place in sorted(nodes)],
+    }
+
+
+def _node(node: Mapping[str, str]) -> dict[str, Any]:
+    if "data-outputs" in node:
+        return {"outputs": [_sum(each) for each in node["data-outputs"].split(";")]}
+    if "data-action" in node:
+        return {"action": int(node["data-action"])}
+    tested = {"sum": _sum(node["data-sum"])} if "data-sum" in node else {"feature": node["data-feature"]}
+    limit = {"threshold": _number(node["data-threshold"])}
+    return {**tested, **limit, "left": int(node["data-left"]), "right": int(node["data-right"])}
+
+
+def _sum(text: str) -> list[tuple[float, str | None]]:
+    parts = [each.split(":") for each in text.split(",")]
+    return [(float.fromhex(weight), None if place == "-1" else place) for weight, place in parts]
+
+
+def _number(text: str) -> float | None:
+    return float.fromhex(text.rstrip("f")) if text else None
 
 
 class Reader(NamedTuple):
@@ -44,7 +132,7 @@ def json_act(text: str, agent: str, rows: Any) -> list[Any]:
     document = cast(dict[str, Any], json.loads(text))
     policy = next(item for item in document["agents"] if item["agent"] == agent)
     if policy.get("arithmetic"):
-        answers = [json_sums.answer(policy, row) for row in iterate_rows(rows)]
+        answers = [json_answer(policy, row) for row in iterate_rows(rows)]
         places = {action["name"]: place for place, action in enumerate(policy["actions"])}
         return [places[each] if places else each for each in answers]
     index: dict[str, int] = {feature["name"]: place for place, feature in enumerate(policy["features"])}
@@ -96,8 +184,8 @@ def python_told(module: Mapping[str, Any], asked: Asked) -> Told:
     finite, in_range, observe, act_world = tables
     functions = [*observe.values(), *act_world.values()]
     functions += [module[name] for name in ("act_team", "in_region") if name in module]
-    wrong = misuse.single(len(asked.states[0]), asks=True)
-    let = [each for function in functions for each in misuse.find_accepted(function, wrong)]
+    wrong = entries.single(len(asked.states[0]), asks=True)
+    let = [each for function in functions for each in entries.find_accepted(function, wrong)]
     states, bordering = asked.states.tolist(), asked.bordering.tolist()
     checks = {
         agent: np.array([finite[agent](row) + 2 * in_range[agent](row) for row in iterate_rows(asked.rows[agent])])
@@ -147,7 +235,7 @@ def javascript_act(text: str, model: Model, rows: Mapping[str, Float64], asked: 
     with tempfile.TemporaryDirectory(prefix="maviper-") as name:
         folder = Path(name)
         (folder / f"{model.prefix}.mjs").write_text(text)
-        (folder / "harness.mjs").write_text(javascript.harness(model))
+        (folder / "harness.mjs").write_text(harness(model, "javascript"))
         _ask(folder, model, asked)
         for agent in model.agents:
             (folder / f"{agent.lower}.rows").write_bytes(rows[agent.name].astype("<f8").tobytes())
@@ -168,7 +256,7 @@ def rust_act(
     with tempfile.TemporaryDirectory(prefix="maviper-") as name:
         folder = Path(name)
         (folder / f"{model.prefix}.rs").write_text(text)
-        (folder / "main.rs").write_text(rust.harness(model))
+        (folder / "main.rs").write_text(harness(model, "rust"))
         (folder / "alone.rs").write_text(f"#![no_std]\n#![deny(warnings)]\npub mod {model.prefix};\n")
         _ask(folder, model, asked)
         failed = "the generated Rust does not compile"
@@ -317,9 +405,7 @@ def _constant(given: str | float | None) -> str | float:
 
 def _answers(agent: Agent, path: Path) -> Any:
     """Actions [n], or numbers given [n, n_outputs]."""
-    if agent.summed and agent.summed.outputs:
-        return np.fromfile(path, "<f8").reshape(-1, len(agent.summed.outputs))
-    return _integers(path)
+    return np.fromfile(path, "<f8").reshape(-1, *agent.answer_shape) if agent.answer_shape else _integers(path)
 
 
 def _integers(path: Path) -> Int32:

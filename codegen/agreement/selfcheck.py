@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.agreement import entries, misuse, probes, readback, sum_probes
-from codegen.agreement.build import Build
-from codegen.agreement.compiled import CompiledC, ensure_strict
-from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told, differing, reference
-from codegen.agreement.rows import Kept, iterate_rows
+from codegen.agreement import entries, probes, readback
+from codegen.agreement.compiled import Build, CompiledC, ensure_strict
+from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told, differing
+from codegen.agreement.probes import Kept, iterate_rows
 from codegen.boxes import is_inside
+from codegen.deciding import decide
 from codegen.equivalence import structure
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Floats
@@ -70,10 +70,7 @@ def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> F
 
 def _parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
     rng = np.random.default_rng(SEED)
-    if policy.tree.arithmetic:
-        yield from sum_probes.parts(policy, rng)
-    else:
-        yield probes.boundary(policy.tree, policy.features, rng)
+    yield from probes.telling(policy, rng)
     yield probes.special(policy.features, rng, policy.numbers)
     random = min(random, RANDOM_NUMBERS // max(1, len(policy.features)))
     yield from probes.random_parts(policy.features, random, rng, policy.numbers)
@@ -84,7 +81,7 @@ def _parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
 def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Any, answers: Any) -> Agreement:
     """Counts the differences between wanted and found answers, actions or numbers, for the observations `rows`."""
     answers = np.asarray(answers)
-    wrong = np.flatnonzero(differing(policy, wanted, answers))
+    wrong = np.flatnonzero(differing(wanted, answers))
     first = ""
     if wrong.size:
         row = int(wrong[0])
@@ -95,7 +92,7 @@ def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Any, answers
 
 
 def _format_answer(policy: ir.AgentPolicy, answer: Any) -> str:
-    if policy.outputs:
+    if np.ndim(answer):
         return f"({', '.join(repr(float(value)) for value in answer)})"
     return policy.actions[int(answer)].name if 0 <= int(answer) < len(policy.actions) else str(int(answer))
 
@@ -122,7 +119,7 @@ def check(build: Build, random: int = RANDOM_OBSERVATIONS) -> Report:
         for policy in build.profile.agents:
             acted: list[Any] = []
             for rows in _parts(policy, random):
-                acted.append(reference(policy, rows))
+                acted.append(decide(policy, rows))
                 asked.keep(policy.agent, rows)
             wanted[policy.agent] = np.concatenate(acted)
         return _check_targets(build, asked, wanted)
@@ -139,7 +136,7 @@ def _check_targets(build: Build, asked: Kept, wanted: Mapping[str, Any]) -> Repo
     if header is not None:
         if sum(len(policy.tree.feature) for policy in profile.agents) <= MAX_PARSED:
             ensure_strict(header, model)
-            agreements += [] if model.summed else _prove_structure(profile, header, model)
+            agreements += _prove_structure(profile, header, model)
         else:
             skipped.append(f"the structural proof of the C: more than {MAX_PARSED} nodes")
     if build.compilable:
@@ -277,12 +274,12 @@ def _check_reader(build: Build, entry: Asked) -> list[Agreement]:
     agreements: list[Agreement] = []
     for policy in profile.agents:
         act = readback.load_reader(reader, document, policy.agent)
-        wrong = [each for each in misuse.single(len(policy.features), asks=True) if not isinstance(each, bytes)]
-        let = misuse.find_accepted(act, wrong)
+        wrong = [each for each in entries.single(len(policy.features), asks=True) if not isinstance(each, bytes)]
+        let = entries.find_accepted(act, wrong)
         agreements.append(Agreement("json reader input check", policy.agent, len(wrong), len(let), *let[:1]))
         rows = [row for part in entry.typed[policy.agent] for row in part]
         if rows:
-            expected = reference(policy, [[float(value) for value in row] for row in rows])
+            expected = decide(policy, [[float(value) for value in row] for row in rows])
             agreements.append(compare("json reader other types", policy, rows, expected, [act(row) for row in rows]))
     return agreements
 
@@ -291,10 +288,8 @@ def _prove_structure(profile: ir.PolicyProfile, header: str, model: Model) -> li
     """The structural proof: the header's syntax tree against the policy trees, node by node."""
     faults = structure.faults(header, profile, model)
     return [
-        Agreement(
-            STRUCTURE, policy.agent, len(policy.tree.feature), len(faults[policy.agent]), *faults[policy.agent][:1]
-        )
-        for policy in profile.agents
+        Agreement(STRUCTURE, agent, len(profile.policy(agent).tree.feature), len(found), *found[:1])
+        for agent, found in faults.items()
     ]
 
 
@@ -306,19 +301,19 @@ def _check_python(module: str, model: Model, asked: Kept, wanted: Mapping[str, A
         agreements += _in_parts(policy, asked, wanted, partial(_python_replayed, act, batch))
         near, typed = entry.near[policy.agent], entry.typed[policy.agent]
         if len(near):
-            expected = reference(policy, near)
+            expected = decide(policy, near)
             agreements.append(
                 compare("python doubles", policy, near, expected, [act(row) for row in iterate_rows(near)])
             )
             rows = [row for part in typed for row in part]
-            expected = reference(policy, [[float(value) for value in row] for row in rows])
+            expected = decide(policy, [[float(value) for value in row] for row in rows])
             agreements.append(compare("python other types", policy, rows, expected, [act(list(row)) for row in rows]))
             agreements.append(compare("python other arrays", policy, rows, expected, [act(row) for row in rows]))
             batches = np.concatenate([batch(part) for part in typed])
             agreements.append(compare("python other batches", policy, rows, expected, batches))
         n = len(policy.features)
-        wrong, many = misuse.single(n, asks=agent.comparisons > 0 or agent.summed is not None), misuse.many(n)
-        let = misuse.find_accepted(act, wrong) + misuse.find_accepted(batch, many)
+        wrong, many = entries.single(n, asks=agent.asks), entries.many(n)
+        let = entries.find_accepted(act, wrong) + entries.find_accepted(batch, many)
         agreements.append(Agreement("python input check", policy.agent, len(wrong) + len(many), len(let), *let[:1]))
     return agreements
 
@@ -338,7 +333,7 @@ def _check_javascript(
     ran, told = readback.javascript_act(module, model, rows, entry)
     agreements = entries.compare_entries("javascript", entry, told)
     for policy in profile.agents:
-        expected = np.concatenate([wanted[policy.agent], reference(policy, near[policy.agent])])
+        expected = np.concatenate([wanted[policy.agent], decide(policy, near[policy.agent])])
         acted = ran[policy.agent]
         agreements.append(compare("javascript", policy, rows[policy.agent], expected, acted.single))
         agreements.append(compare("javascript rows", policy, rows[policy.agent], expected, acted.batch))

@@ -11,7 +11,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.agreement import probes
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.agreement.selfcheck import SEED
 from codegen.lowering.model import Model
 from codegen.lowering.render import render

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from codegen import ir
+from codegen.deciding import ensure_plain
 from codegen.errors import InputError
 from codegen.floats import below_zero, short_hex
 from codegen.lowering.lower import NESTED, ORDERED, WALK
 from codegen.lowering.model import Model
 from codegen.lowering.render import render
-from codegen.sum_rules import ensure_plain
 
 KINDS = {"float32": "float", "float64": "double"}  # the type of C, and the end of ACSL's predicates
 FORMATS = {32: "8 24", 64: "11 53"}  # of SMT-LIB

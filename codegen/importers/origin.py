@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
+from codegen.deciding import kind_decided
 from codegen.dynamics import motionless
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
@@ -76,9 +77,7 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
         facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by if compared else NOT_COMPARED)
         facts[f"{policy.agent} given"] = comment(takes or origin.given)
         facts[f"{policy.agent} features"] = comment(names.format_first(features.lines))
-        facts[f"{policy.agent} {'outputs' if policy.outputs else 'actions'}"] = comment(
-            names.format_first(actions.lines)
-        )
+        facts[f"{policy.agent} {kind_decided(policy)}"] = comment(names.format_first(actions.lines))
         facts |= {f"{policy.agent} sums": policy.tree.arithmetic} if policy.tree.arithmetic else {}
         facts |= _list_permits(policy, origin)
         if origin.notes:

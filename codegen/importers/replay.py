@@ -20,8 +20,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from codegen.agreement import probes, sum_probes
-from codegen.agreement.entries import differing, reference
+from codegen.agreement import probes
+from codegen.agreement.entries import differing
+from codegen.deciding import decide
 from codegen.errors import DisagreementError, InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import Answers, Running
@@ -56,7 +57,7 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
     features = tuple(FeatureSpec(each.name, "none", -span, span, None) for each in policy.features)
     drawn = probes.random(features, RANDOM, rng, policy.numbers)
     if tree.arithmetic:
-        rows = list(sum_probes.parts(replace(policy, features=features), rng))
+        rows = list(probes.telling(replace(policy, features=features), rng))
         rows += [probes.special(features, rng, policy.numbers)] if width <= MAX_SPECIAL else []
     else:
         mixed = _mix_thresholds(tree, drawn.copy(), rng)
@@ -124,7 +125,7 @@ def source_observations(
     tree, width, kinds = policy.tree, len(policy.features), [policy.numbers] * len(policy.features)
     for place, kind in zip(places, running.types, strict=False):
         kinds[place] = policy.numbers if kind == FLOAT64 else kind
-    most = min(ROWS // 2, MAX_NUMBERS // 8 // width, WORK // (1 + len(running.numbers)))
+    most = min(ROWS if running.types else ROWS // 2, MAX_NUMBERS // 8 // width, WORK // (1 + len(running.numbers)))
     thresholds = [tree.threshold[tree.feature == place].tolist() for place in range(width)]
     chosen = choose_rows(running.numbers, kinds, thresholds, most)
     rows = observations(policy, nan=nan, finite=finite)
@@ -237,8 +238,8 @@ def compare_answers(policy: AgentPolicy, rows: Floats, answers: Answers) -> int:
     """Compares tree and source, and counts the observations that the source takes. DisagreementError for the first one
     on which tree and source differ; InputError where none was compared.
     """
-    ours = reference(policy, rows)
-    wrong = (differing(policy, ours, answers.told) | ~answers.known) & answers.asked
+    ours = decide(policy, rows)
+    wrong = (differing(ours, answers.told) | ~answers.known) & answers.asked
     for place in np.flatnonzero(wrong)[:1].tolist():
         numbers = ", ".join(f"{float(each)!r}" for each in rows[place][:20])
         does, here = ("gives", "gives") if policy.outputs else ("takes action", "takes")

@@ -3,7 +3,7 @@
 Does: joins closed boxes to fewer ones that hold the same float64 states; lays a grid over each list, along the
   variables that tell its boxes apart best, whose cells name the few boxes that may hold a state, the likeliest first.
 Assumes: boxes [n, variables] of float64, without NaN, whose sides are infinite where a part does not bound a variable.
-Does not: know what is proved, or write text (codegen/targets/monitor.py).
+Does not: know what is proved, or write text (codegen/targets/rendered.py).
 
 A state's cell is found by arithmetic alone, without a branch that could be guessed wrongly: a number is put between the
 ends of a grid by comparing it with these, for which compilers have one instruction; with zero they take a jump. Then
@@ -31,7 +31,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64, Int64
-from codegen.lowering.parts import Double, Ends, RaisedSum
+from codegen.lowering.model import Double, Ends, RaisedSum
 
 MAX_BOXES = 20_000  # of all lists together
 MAX_GIVEN = 100_000  # before some are joined

@@ -18,26 +18,30 @@ from codegen.boxes import read_bounds, read_distances
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32, deciding_double, short_hex
-from codegen.lowering.labels import labels_of
 from codegen.lowering.model import (
     Action,
     Agent,
     Double,
     Feature,
+    Given,
     Line,
     Model,
     Node,
+    Output,
     Place,
     Region,
+    Summed,
+    SumNode,
     Tables,
+    Term,
     choose_unsigned,
 )
-from codegen.lowering.names import Names, ensure_distinct, is_reserved, of_agent, of_profile
-from codegen.lowering.summing import lower_sums
+from codegen.lowering.names import Names, ensure_distinct, is_reserved, labels_of, of_agent, of_profile
 from codegen.numbers import at_most, decimal_literal, hex_literal
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
-from codegen.wording import holds
+from codegen.sums import FLOAT32_STEPS
+from codegen.wording import describe_sum, holds
 
 NESTED, ORDERED, WALK, AUTO = "nested", "ordered", "walk", "auto"
 STYLES = (NESTED, ORDERED, WALK, AUTO)
@@ -46,6 +50,7 @@ NESTED_SPLITS = 10_000
 COMPLETE_LEVELS = 8
 SELECTS = 100  # splits up to which evaluating all of them beats walking
 C_TYPES = {"float32": "float", "float64": "double"}
+SHOWN_DIGITS = 3  # of what leaves give, where people read them
 PREFIX = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
@@ -135,17 +140,17 @@ def _action(index: int, action: ir.ActionSpec) -> Action:
 def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
     features = tuple(_feature(index, feature, policy.numbers) for index, feature in enumerate(policy.features))
     actions = tuple(_action(index, action) for index, action in enumerate(policy.actions))
-    summed = lower_sums(policy, features, actions, lambda node: _node(policy.tree, node, features, actions))
+    summed = _lower_sums(policy, features, actions)
     plain = range(0 if summed else len(policy.tree.feature))
     nodes = tuple(_node(policy.tree, node, features, actions) for node in plain)
-    outputs = summed.outputs if summed else ()
+    kinds = (features, actions, summed.outputs if summed else ())
     lower_name = identifier(policy.agent)
     tested = Counter(node.feature.index for node in nodes if node.feature)
     comparisons = int(ir.depth(policy.tree).max())
     return Agent(
         name=policy.agent,
         lower=lower_name,
-        names=of_agent(prefix, lower_name, *([each.upper for each in kind] for kind in (features, actions, outputs))),
+        names=of_agent(prefix, lower_name, *([each.upper for each in kind] for kind in kinds)),
         team=policy.team,
         numbers=policy.numbers,
         features=features,
@@ -254,7 +259,7 @@ def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tab
     )
 
 
-def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tuple[Action, ...]) -> Node:
+def _node(tree: ir.Tree, node: int, features: Sequence[Feature], actions: Sequence[Action]) -> Node:
     if tree.feature[node] == ir.NO_FEATURE:
         leaf = actions[int(tree.action[node])]
         return Node(node, None, leaf, "", 0, 0, "", "", "", ir.NO_CHILD, ir.NO_CHILD)
@@ -275,8 +280,8 @@ def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tupl
     )
 
 
-def _lines(nodes: tuple[Node, ...]) -> Iterator[Line]:
-    stack: list[Line] = [_opening(nodes[ir.ROOT], 0)]
+def _lines(nodes: Sequence[Node] | Sequence[SumNode]) -> Iterator[Line]:
+    stack = [_opening(nodes[ir.ROOT], 0)]
     while stack:
         line = stack.pop()
         yield line
@@ -286,5 +291,82 @@ def _lines(nodes: tuple[Node, ...]) -> Iterator[Line]:
             stack += [*reversed(right), _opening(nodes[node.left], inner)]
 
 
-def _opening(node: Node, level: int) -> Line:
-    return Line("leaf" if node.action else "if", level, node)
+def _opening(node: Node | SumNode, level: int) -> Line:
+    return Line("if" if node.split else "leaf", level, node)
+
+
+# --- trees whose tests or leaves have sums
+
+
+def _lower_sums(policy: ir.AgentPolicy, features: Sequence[Feature], actions: Sequence[Action]) -> Summed | None:
+    """The tree of an agent whose tests or leaves have sums, what leaves give being clipped and rounded; else None."""
+    tree = policy.tree
+    if not tree.arithmetic:
+        return None
+    outputs = tuple(_output(index, each) for index, each in enumerate(policy.outputs))
+    nodes = tuple(_sum_node(policy, node, features, actions, outputs) for node in range(len(tree.feature)))
+    return Summed(tree.arithmetic, tree.gives, outputs, nodes, tuple(_lines(nodes)))
+
+
+def _literal(value: float, single: bool) -> Double:
+    return Double(short_hex(value) + ("f" if single else ""), decimal_literal(value))
+
+
+def _output(index: int, output: ir.OutputSpec) -> Output:
+    low, high = (None if bound is None else _literal(bound, single=False) for bound in (output.low, output.high))
+    return Output(index, output.name, identifier(output.name).upper(), output.unit, low, high)
+
+
+def _sum_node(
+    policy: ir.AgentPolicy,
+    node: int,
+    features: Sequence[Feature],
+    actions: Sequence[Action],
+    outputs: Sequence[Output],
+) -> SumNode:
+    tree, place = policy.tree, int(policy.tree.feature[node])
+    children = int(tree.left[node]), int(tree.right[node])
+    if place == ir.NO_FEATURE:
+        chosen = int(tree.action[node])
+        given = (
+            tuple(
+                _lower_given(policy, each, sum_, features)
+                for each, sum_ in zip(outputs, tree.vectors[chosen], strict=True)
+            )
+            if outputs
+            else ()
+        )
+        return SumNode(node, None, (), None, "", None if outputs else actions[chosen], given, *children)
+    if place < len(features):
+        plain = _node(tree, node, features, actions)
+        return SumNode(
+            node, plain, (), None, f"{plain.feature.name if plain.feature else ''} {plain.test}", None, (), *children
+        )
+    terms = _terms(tree.sums[place - len(features)], features, tree.arithmetic)
+    threshold = float(tree.threshold[node])
+    shown = (
+        f"{describe_sum(tree.sums[place - len(features)].terms, [each.name for each in features])} {holds(threshold)}"
+    )
+    return SumNode(node, None, terms, _literal(threshold, tree.arithmetic == FLOAT32_STEPS), shown, None, (), *children)
+
+
+def _terms(each: ir.Sum, features: Sequence[Feature], arithmetic: str) -> tuple[Term, ...]:
+    return tuple(_weighted(weight, place, features, arithmetic == FLOAT32_STEPS) for weight, place in each.terms)
+
+
+def _weighted(weight: float, place: int, features: Sequence[Feature], single: bool) -> Term:
+    sign = "-" if np.signbit(weight) else "+"
+    size = None if abs(weight) == 1 and place != ir.CONSTANT else _literal(abs(weight), single)
+    return Term(sign, size, None if place == ir.CONSTANT else features[place])
+
+
+def _lower_given(policy: ir.AgentPolicy, output: Output, each: ir.Sum, features: Sequence[Feature]) -> Given:
+    tree, spec = policy.tree, policy.outputs[output.index]
+    if any(place != ir.CONSTANT for _, place in each.terms):
+        shown = describe_sum(each.terms, [feature.name for feature in features], SHOWN_DIGITS)
+        return Given(output, _terms(each, features, tree.arithmetic), None, shown)
+    value = ir.clip_values(
+        each.value(np.zeros((1, len(features)), policy.numbers), tree.arithmetic), spec.low, spec.high
+    )
+    number = float(value.astype(tree.gives)[0])
+    return Given(output, (), _literal(number, tree.gives == FLOAT32), f"{number:.{SHOWN_DIGITS}g}")

@@ -1,23 +1,350 @@
 """The emission model: what templates receive, as plain data.
 
-Does: names the parts of a profile that is ready to be written, and what follows from them at once.
+Does: names the parts of a profile that is ready to be written, from numbers and nodes to whole agents, and what follows
+  from them at once, such as a test as languages write it.
 Assumes: `lower` made it.
 Does not: look anything up in a profile, or hold text of any language.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal, NamedTuple
 
-from codegen.floats import FLOAT32
-from codegen.ir import MAX_LENGTH
+import numpy as np
+
+from codegen.floats import FLOAT32, NUMBERS, below_zero, short_hex
+from codegen.ir import MAX_LENGTH, Float64
 from codegen.lowering.names import AgentNames, Names
-from codegen.lowering.parts import Action as Action
-from codegen.lowering.parts import Double as Double
-from codegen.lowering.parts import Feature as Feature
-from codegen.lowering.parts import Node as Node
-from codegen.lowering.summed import Summed
+from codegen.lowering.names import Labels as Labels
 from codegen.numbers import decimal_literal
+from codegen.sums import CONSTANT, DOUBLE_SUMS, FLOAT32_STEPS
+
+SINGLE_BITS = 32
+UNIT = 2.0**-53  # by what share of itself a number is off that is rounded to float64
+
+
+@dataclass(frozen=True)
+class Double:
+    """A number, as languages write it."""
+
+    hex: str
+    decimal: str
+
+    @classmethod
+    def of(cls, value: float) -> "Double":
+        """A number as languages write it, minus zero as zero."""
+        return cls(short_hex(value + 0.0), decimal_literal(value + 0.0))
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A feature and its place in the observation."""
+
+    index: int
+    name: str
+    upper: str
+    unit: str
+    low: str
+    high: str
+    low_hex: str  # the range in the agent's numbers, rounded outwards, as C literals
+    high_hex: str
+    low_seen: str  # the same as decimals, of the doubles that they are
+    high_seen: str
+    meaning: str
+    function: str  # of the sum of `terms`; "" for the sum itself
+    terms: tuple[tuple[str, str, str], ...] | None  # (sign, weight unless it is 1, coordinate); None: no meaning
+
+
+@dataclass(frozen=True)
+class Action:
+    """An action and its number."""
+
+    index: int
+    name: str
+    upper: str
+    effect: tuple[str, str] | None  # the direction in which it pushes, where there is one
+    legal_if: str  # the upper-case name of the feature that is 1 where it is legal; "": it always is
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node of the tree. Splits compare feature `feature` with a threshold, leaves take `action`."""
+
+    id: int
+    feature: Feature | None
+    action: Action | None
+    literal: str  # the threshold, exact, as a C literal
+    bits: int  # of it as an unsigned number
+    width: int  # how many these are
+    double: str  # the deciding double, shortest decimal
+    shown: str  # the test's number as people read it, for comments only; "< 0" for what is below 0
+    test: str  # for them, too: "<= 0.1", "< 0"
+    left: int
+    right: int
+    given: ClassVar[tuple["Given", ...]] = ()
+
+    @property
+    def split(self) -> bool:
+        """True if it tests anything."""
+        return self.feature is not None
+
+    @property
+    def tested(self) -> str:
+        """The feature that it tests."""
+        return self.feature.name if self.feature else ""
+
+    @property
+    def hex_bits(self) -> str:
+        """`bits` in hexadecimal digits, all of them."""
+        return f"0x{self.bits:0{self.width // 4}x}"
+
+    @property
+    def below_zero(self) -> bool:
+        """True if what is asked is x < 0. Code says so: compared with the last number below 0, a 0 would go left where
+        a thread takes subnormal numbers for zero.
+        """
+        return self.bits == (1 << self.width - 1) + 1
+
+    @property
+    def in_c(self) -> str:
+        """Sign and number of the test as C and C++ write it."""
+        if self.below_zero:
+            return "< 0x0p+0" + ("f" if self.width == SINGLE_BITS else "")
+        return f"<= {self.literal}"
+
+    @property
+    def in_rust(self) -> str:
+        """The same in Rust."""
+        return "< 0.0" if self.below_zero else f"<= f{self.width}::from_bits({self.hex_bits})"
+
+    @property
+    def of_numbers(self) -> str:
+        """The same where numbers are of the agent's type, in Python."""
+        return "< 0.0" if self.below_zero else f"<= {self.double}"
+
+    @property
+    def of_doubles(self) -> str:
+        """The same for doubles that are not rounded before, in Python and JavaScript."""
+        return self.of_numbers if self.width > SINGLE_BITS else f"<= {self.double}"
+
+    @property
+    def negative(self) -> bool:
+        """True if the threshold's sign is set, -0.0 included."""
+        return self.bits >= 1 << self.width - 1
+
+    @property
+    def ordered(self) -> int:
+        """The threshold as an integer in the order of its numbers: -0.0 is -1 there, but as a threshold 0."""
+        half = 1 << self.width - 1
+        return half - 1 - self.bits if self.bits > half else self.bits % half
+
+
+class RaisedSum(NamedTuple):
+    """A sum of variables with whole factors, as float64, and by what share of its terms' sizes it is raised.
+
+    So raised it is never below the exact sum. With u = UNIT and P all sizes together, products are off by 2 u P and a
+    bit, since factors may be rounded too, n - 1 sums of them by u P each, and the last sum, with the share, by u P and
+    a bit. That is less than (n + 3) u P, in any order, with or without fused operations, and the share is 2 (n + 4) u.
+    Underflow takes nothing: whole multiples of float64 numbers are multiples of 2**-1074, so that they are added
+    exactly where P is below 2**-1021, and beyond that the share of P is above 2**-1071. What overflows becomes infinite
+    or no number, and is within no bound.
+    """
+
+    terms: tuple[tuple[int, float], ...]  # variable, factor
+
+    @property
+    def factors(self) -> tuple[tuple[int, Double], ...]:
+        """The terms as languages write them."""
+        return tuple((column, Double.of(factor)) for column, factor in self.terms)
+
+    @property
+    def share(self) -> Double:
+        """Of the sizes of all terms together."""
+        return Double.of(self._share)
+
+    @property
+    def _share(self) -> float:
+        return 2.0 * (len(self.terms) + 4) * UNIT
+
+    def of(self, states: Float64) -> Float64:
+        """It in each state [batch, variables], as code adds it: from left to right."""
+        total, size = np.zeros(len(states)), np.zeros(len(states))
+        with np.errstate(all="ignore"):
+            for column, factor in self.terms:
+                product = factor * states[:, column]
+                total, size = total + product, size + np.abs(product)
+            return np.asarray(total + self._share * size, dtype=np.float64)
+
+
+class Ends(NamedTuple):
+    """The least and most of each variable of a box, in the order of its part."""
+
+    low: tuple[Double, ...]
+    high: tuple[Double, ...]
+
+
+# of float (True), of double: the last number below 0, and 0
+BELOW_ZERO = {numbers == FLOAT32: decimal_literal(below_zero(numbers)) for numbers in NUMBERS}
+ZERO = {True: Double("0x0p+0f", "0.0"), False: Double("0x0p+0", "0.0")}
+
+
+@dataclass(frozen=True)
+class Term:
+    """A term of a sum: `size` times the feature, added or subtracted."""
+
+    sign: str  # "+" or "-"
+    size: Double | None  # without its sign; None: 1
+    feature: Feature | None  # None: the term is its size
+
+
+@dataclass(frozen=True)
+class Output:
+    """A number that an agent gives, and its bounds in the numbers that it is rounded to."""
+
+    index: int
+    name: str
+    upper: str
+    unit: str
+    low: Double | None
+    high: Double | None
+
+
+@dataclass(frozen=True)
+class Given:
+    """The value of a leaf for an output: a sum, or a number that is clipped and rounded already."""
+
+    output: Output
+    terms: tuple[Term, ...]
+    number: Double | None
+    shown: str  # as people read it
+
+    @property
+    def written(self) -> str:
+        """The sum as attributes of pictures have it: `weight:place,...`, in the order in which it is added."""
+        if self.number:
+            return f"{self.number.hex.removesuffix('f')}:{CONSTANT}"
+        return format_terms(self.terms)
+
+    @property
+    def share(self) -> float | None:
+        """Where a number lies between its output's bounds, from 0 to 1; None where it is none, or has no bounds."""
+        low, high = self.output.low, self.output.high
+        if not self.number or not low or not high or float(low.decimal) == float(high.decimal):
+            return None
+        least, most = float(low.decimal), float(high.decimal)
+        return float(self.number.decimal) / (most - least) - least / (most - least)
+
+
+def format_terms(terms: Sequence[Term]) -> str:
+    """A sum in one word: `0x1p-1:3,-0x1p+0:0`; the place of a constant is -1."""
+    parts = ((term, term.size.hex.removesuffix("f") if term.size else "0x1p+0") for term in terms)
+    return ",".join(
+        f"{'-' if term.sign == '-' else ''}{size}:{term.feature.index if term.feature else CONSTANT}"
+        for term, size in parts
+    )
+
+
+@dataclass(frozen=True)
+class SumNode:
+    """A node of a tree with sums: `single` where it tests one feature, else the terms of the sum that it tests."""
+
+    id: int
+    single: Node | None
+    terms: tuple[Term, ...]
+    threshold: Double | None  # of the sum
+    shown: str  # the test as people read it, for comments
+    action: Action | None
+    given: tuple[Given, ...]
+    left: int
+    right: int
+
+    @property
+    def sign(self) -> str:
+        """The comparison of the sum. What asks for a sum below 0 is written so: compared with the last number below 0,
+        a sum of 0 would go left where a thread takes subnormal numbers for zero.
+        """
+        last = self.threshold and BELOW_ZERO[self.threshold.hex.endswith("f")]
+        return "<" if self.threshold and self.threshold.decimal == last else "<="
+
+    @property
+    def limit(self) -> Double | None:
+        """The number that the sum is compared with."""
+        return ZERO[self.threshold.hex.endswith("f")] if self.threshold and self.sign == "<" else self.threshold
+
+    @property
+    def split(self) -> bool:
+        """True if it tests anything."""
+        return self.action is None and not self.given
+
+    @property
+    def tested(self) -> str:
+        """The sum or feature that it tests, as people read it."""
+        return " ".join(self.shown.split(" ")[:-2])
+
+    @property
+    def test(self) -> str:
+        """The comparison with its threshold, as people read it."""
+        return " ".join(self.shown.split(" ")[-2:])
+
+    @property
+    def written(self) -> str:
+        """The sum in one word, see `format_terms`."""
+        return format_terms(self.terms)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of nested-if code: `if` opens a split, `else` turns to its right side, `end` closes it, `leaf` decides."""
+
+    kind: Literal["if", "else", "end", "leaf"]
+    level: int
+    node: Node | SumNode
+
+    def pad(self, width: int = 4, outer: int = 1) -> str:
+        """The space before it, within `outer` levels of other code."""
+        return " " * width * (self.level + outer)
+
+
+@dataclass(frozen=True)
+class Summed:
+    """A tree whose tests or leaves have sums."""
+
+    arithmetic: str
+    gives: str
+    outputs: tuple[Output, ...]  # (): leaves take actions
+    nodes: tuple[SumNode, ...]
+    lines: tuple[Line, ...]
+
+    @property
+    def doubled(self) -> bool:
+        """True if float32 observations are added as doubles."""
+        return self.arithmetic == DOUBLE_SUMS
+
+    @property
+    def stepwise(self) -> bool:
+        """True if each operation is rounded to float32."""
+        return self.arithmetic == FLOAT32_STEPS
+
+    @property
+    def gives_single(self) -> bool:
+        """True if outputs are float32."""
+        return self.gives == FLOAT32
+
+    @property
+    def kind(self) -> str:
+        """The C type of outputs."""
+        return "float" if self.gives_single else "double"
+
+    @property
+    def splits(self) -> int:
+        """The number of nodes that test something."""
+        return sum(node.split for node in self.nodes)
+
+    @property
+    def blank(self) -> bool:
+        """True if no node reads the observation."""
+        return not self.splits and not any(each.terms for node in self.nodes for each in node.given)
+
 
 TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
 _BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "float": 4, "double": 8}
@@ -30,20 +357,6 @@ def choose_unsigned(count: int) -> str:
 
 
 @dataclass(frozen=True)
-class Labels:
-    """The labels that the imported source returns for each action, as languages write them, and the types of these."""
-
-    c: tuple[str, ...]
-    c_type: str
-    python: tuple[str, ...]
-    python_type: str
-    javascript: tuple[str, ...]
-    rust: tuple[str, ...]
-    rust_type: str
-    json: str
-
-
-@dataclass(frozen=True)
 class Place:
     """A coordinate of a world state."""
 
@@ -52,19 +365,6 @@ class Place:
     upper: str
     constant: str  # of C
     readers: tuple[str, ...]  # the agents that observe it
-
-
-@dataclass(frozen=True)
-class Line:
-    """A line of nested-if code: `if` opens a split, `else` turns to its right side, `end` closes it, `leaf` decides."""
-
-    kind: Literal["if", "else", "end", "leaf"]
-    level: int
-    node: Node
-
-    def pad(self, width: int = 4, outer: int = 1) -> str:
-        """The space before it, within `outer` levels of other code."""
-        return " " * width * (self.level + outer)
 
 
 @dataclass(frozen=True)
@@ -122,6 +422,36 @@ class Agent:
     summed: Summed | None = None  # the tree where sums are tested or given; `nodes` and `tables` are empty then
 
     @property
+    def tree(self) -> tuple[Node, ...] | tuple[SumNode, ...]:
+        """All nodes, whatever they test and give."""
+        return self.summed.nodes if self.summed else self.nodes
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """The numbers that it gives; (): it takes actions."""
+        return self.summed.outputs if self.summed else ()
+
+    @property
+    def asks(self) -> bool:
+        """True if a decision may read the observation."""
+        return self.comparisons > 0 or self.summed is not None
+
+    @property
+    def answer_shape(self) -> tuple[int, ...]:
+        """The shape of one answer: () for an action, (n_outputs,) for numbers."""
+        return (len(self.outputs),) if self.outputs else ()
+
+    @property
+    def answer_type(self) -> str:
+        """The numpy type of its answers: int32 for actions."""
+        return self.summed.gives if self.summed and self.summed.outputs else "int32"
+
+    @property
+    def batch_type(self) -> str:
+        """The numpy type of answers in a batch, where actions take as few bytes as they can."""
+        return f"uint{8 * _BYTES[self.tables.action_type]}" if not self.outputs else self.answer_type
+
+    @property
     def masked(self) -> bool:
         """True if it observes which of its actions are legal, and takes no others."""
         return any(action.legal_if for action in self.actions)
@@ -129,7 +459,7 @@ class Agent:
     @property
     def splits(self) -> int:
         """The number of splits."""
-        return self.summed.splits if self.summed else len(self.nodes) - self.n_leaves
+        return sum(node.split for node in self.tree)
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -204,7 +534,7 @@ class Model:
     @property
     def acting(self) -> bool:
         """True if all agents have actions, so that one call has all of them."""
-        return not any(each.outputs for each in self.summed)
+        return not any(agent.outputs for agent in self.agents)
 
     @property
     def labelled(self) -> bool:

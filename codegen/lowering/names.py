@@ -1,17 +1,20 @@
-"""Names in generated code: the one list that templates take them from, and that no two of them meet.
+"""Names of generated code: public names, local names, labels of actions; legal in every language, and different.
 
-Does: joins prefix, agent, feature and action to the names of C, and of the functions of Python and JavaScript; keeps
-  the words of Rust, and what a file cannot be called, out of names.
-Assumes: parts that are legal names.
-Does not: make a name legal (check.py) or write code.
+Does: makes the names of a profile and of its agents; refuses words that a language keeps; writes the labels that an
+  imported source returns as literals of each language.
+Assumes: identifiers and labels that check.py accepts.
+Does not: write code.
 """
 
+import json
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from keyword import iskeyword
 
 from codegen.errors import InputError
+from codegen.floats import short_hex
+from codegen.numbers import decimal_literal
 
 FUNCTIONS = ("act", "finite", "in_range", "act_rows", "act_columns", "observe", "act_world")
 # what Python and JavaScript name after an agent, and for all
@@ -172,3 +175,56 @@ def _iterate_names(names: Names | AgentNames) -> Iterator[str]:
             yield value
         else:
             yield from value.values() if isinstance(value, Mapping) else value
+
+
+INT, LONG = 2**31, 2**53  # below which C's int, and every program's 64-bit numbers, hold whole numbers
+PLAIN = {*map(chr, range(0x20, 0x7F))} - {*'"\\?*/'}
+Label = int | float | str
+
+
+@dataclass(frozen=True)
+class Labels:
+    """The labels that the imported source returns for each action, as languages write them, and the types of these."""
+
+    c: tuple[str, ...]
+    c_type: str
+    python: tuple[str, ...]
+    python_type: str
+    javascript: tuple[str, ...]
+    rust: tuple[str, ...]
+    rust_type: str
+    json: str
+
+
+def labels_of(given: Sequence[Label | None]) -> Labels | None:
+    """The labels of an agent's actions; None where it has none."""
+    labels = [each for each in given if each is not None]
+    if not labels:
+        return None
+    texts, numbers = [each for each in labels if isinstance(each, str)], [e for e in labels if not isinstance(e, str)]
+    if texts:
+        c, python, other = (tuple(_quote_text(each, way) for each in texts) for way in (_octal, _long, _brace_letter))
+        return Labels(c, "char *const", python, "str", other, other, "&str", json.dumps(texts))
+    if all(isinstance(each, int) and abs(each) <= LONG for each in numbers):
+        plain = tuple(map(str, numbers))
+        kind = "int" if all(abs(each) < INT for each in numbers) else "long long"
+        return Labels(plain, kind, plain, "int", plain, plain, "i64", json.dumps(numbers))
+    doubles = [float(each) for each in numbers]
+    written, decimal = tuple(map(short_hex, doubles)), tuple(map(decimal_literal, doubles))
+    return Labels(written, "double", decimal, "float", decimal, decimal, "f64", json.dumps(doubles))
+
+
+def _quote_text(text: str, escaped: Callable[[str], str]) -> str:
+    return f'"{"".join(each if each in PLAIN else escaped(each) for each in text)}"'
+
+
+def _octal(letter: str) -> str:
+    return "".join(f"\\{byte:03o}" for byte in letter.encode())
+
+
+def _long(letter: str) -> str:
+    return f"\\U{ord(letter):08x}"
+
+
+def _brace_letter(letter: str) -> str:
+    return f"\\u{{{ord(letter):x}}}"

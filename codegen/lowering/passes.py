@@ -202,7 +202,7 @@ class _Seen:
 
 
 def _count_tests(node: _Node, rows: np.ndarray, seen: _Seen) -> float:
-    """Counts the tests that a subtree makes for the patterns `rows`, summed."""
+    """Counts the tests that a subtree makes for the patterns `rows`, all together."""
     if isinstance(node, int) or not len(rows):
         return 0.0
     left, right = seen.split_rows(rows, node.feature, node.threshold)

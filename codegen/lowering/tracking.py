@@ -2,7 +2,7 @@
 
 Does: joins a lowered profile with the motion of its world, for monitors of claims about episodes.
 Assumes: a checked profile of a world in which nobody pushes anybody and no speed has a limit.
-Does not: know what is proved, or write text (codegen/targets/monitor.py).
+Does not: know what is proved, or write text (codegen/targets/rendered.py).
 """
 
 from collections.abc import Mapping, Sequence

@@ -2,7 +2,7 @@
 
 Does: joins a lowered profile, what a certificate proves, ranges, motion and fallbacks.
 Assumes: a checked profile; for a region, world states with coordinates; a proof that was accepted.
-Does not: write text (codegen/targets/monitor.py), or read a certificate.
+Does not: write text (codegen/targets/rendered.py), or read a certificate.
 """
 
 import math

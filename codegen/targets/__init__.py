@@ -8,26 +8,25 @@ Does not: write files or check them (agreement/selfcheck.py).
 from collections.abc import Callable, Iterable, Mapping
 
 from codegen import ir
+from codegen.deciding import SUMMING, ensure_plain
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
-from codegen.sum_rules import SUMMING, ensure_plain
-from codegen.targets import arrays, c, javascript, json, python, rust, smt, svg
-from codegen.targets.onnx import model as onnx
+from codegen.targets import onnx, rendered, svg
 
 Emitter = Callable[[Model, ir.PolicyProfile], Mapping[str, str | bytes]]
 TARGETS: dict[str, Emitter] = {
-    "c": c.emit,
-    "python": python.emit,
-    "json": json.emit,
-    "javascript": javascript.emit,
-    "rust": rust.emit,
-    "smt": smt.emit,
+    "c": rendered.emit_c,
+    "python": rendered.emit_python,
+    "json": rendered.emit_json,
+    "javascript": rendered.emit_javascript,
+    "rust": rendered.emit_rust,
+    "smt": rendered.emit_smt,
     "svg": svg.emit,
     onnx.NEW_TARGET: onnx.emit,
     onnx.OLD_TARGET: onnx.emit_old,
-    "jax": arrays.jax,
-    "torch": arrays.torch,
+    "jax": rendered.emit_jax,
+    "torch": rendered.emit_torch,
 }
 USUAL = ("c", "python", "json")
 SINGLE = ("smt", "jax", "torch")  # which take float32 agents only

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.lowering.model import Agent, Model, Node
+from codegen.lowering.model import Agent, Given, Model, Node, SumNode
 from codegen.lowering.render import render
-from codegen.lowering.summed import Given, SumNode
 from codegen.wording import format_count
 
 LEAF_WIDTH, LEVEL_HEIGHT, MARGIN = 72, 62, 40
@@ -98,26 +97,25 @@ def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
 
 
 def _draw_tree(model: Model, agent: Agent) -> str:
-    return render("svg/tree.svg.j2", model=model, agent=agent, summed=agent.summed, picture=picture(agent))
+    return render("svg/tree.svg.j2", model=model, agent=agent, picture=picture(agent))
 
 
 def picture(agent: Agent) -> Picture:
     """Where each node goes. InputError for a tree that no page shows."""
-    nodes = agent.summed.nodes if agent.summed else agent.nodes
+    nodes = agent.tree
     if len(nodes) > MAX_NODES:
         what = f"the tree of {agent.name} has {format_count(len(nodes), 'node')}"
         raise InputError(what, "--target svg", f"a picture shows at most {MAX_NODES}: extract a smaller tree")
-    split = [_splits(node) for node in nodes]
     level = [0] * len(nodes)
     for node in nodes:  # preorder: parents come first
-        if split[node.id]:
+        if node.split:
             level[node.left] = level[node.right] = level[node.id] + 1
-    leaves = [node.id for node in nodes if not split[node.id]]
-    rows = len(agent.summed.outputs) if agent.summed else 0
+    leaves = [node.id for node in nodes if not node.split]
+    rows = max(len(node.given) for node in nodes)
     wide, tall = (GIVING_WIDTH, LEVEL_HEIGHT + ROW_HEIGHT * (rows - 1)) if rows else (LEAF_WIDTH, LEVEL_HEIGHT)
     x = {leaf: MARGIN + wide * (place + 0.5) for place, leaf in enumerate(leaves)}
     for node in reversed(nodes):
-        if split[node.id]:
+        if node.split:
             x[node.id] = (x[node.left] + x[node.right]) / 2
     boxes = [_box(node, round(x[node.id], 2), MARGIN + tall * level[node.id]) for node in nodes]
     beyond = max(0.0, *(CLEAR - box.left for box in boxes))  # wide frames over few leaves
@@ -126,7 +124,7 @@ def picture(agent: Agent) -> Picture:
     edges = [
         Edge(boxes[node.id].x, boxes[node.id].y, boxes[child].x, boxes[child].y)
         for node in nodes
-        if split[node.id]
+        if node.split
         for child in (node.left, node.right)
     ]
     title = f"{agent.name}, team {agent.team}"
@@ -135,19 +133,13 @@ def picture(agent: Agent) -> Picture:
     return Picture(title, width, height, tuple(boxes), tuple(edges))
 
 
-def _splits(node: Node | SumNode) -> bool:
-    return node.split if isinstance(node, SumNode) else node.feature is not None
-
-
 def _box(node: Node | SumNode, x: float, y: float) -> Box:
     """The frame of a node and what stands in it."""
-    if isinstance(node, Node):
-        if node.feature:
-            return Box(node, x, y, 124, 28, True, node.feature.name, node.test)
-        return Box(node, x, y, 60, 24, False, node.action.name if node.action else "", "")
     if node.split:
-        words = shorten_text(node.tested)
-        return Box(node, x, y, max(124, round(CHARACTER * len(words)) + 12), 28, True, words, node.test)
+        plain = isinstance(node, Node)  # a feature's name may stick out of its frame, a sum is cut
+        words = node.tested if plain else shorten_text(node.tested)
+        width = 0 if plain else round(CHARACTER * len(words)) + 12
+        return Box(node, x, y, max(124, width), 28, True, words, node.test)
     if node.action:
         return Box(node, x, y, 60, 24, False, node.action.name, "")
     height = ROW_HEIGHT * len(node.given) + 6

@@ -17,8 +17,8 @@ from maviper.options import DiffOptions
 
 if TYPE_CHECKING:
     from maviper.console import Console
+    from maviper.verification.compared import OutputsCompared
     from maviper.verification.diff import Compared
-    from maviper.verification.outputs.compared import OutputsCompared
 
 
 @click.command(cls=Verb, example="maviper diff demo/extracted/profile.json demo/profile.json -o changed")

@@ -81,16 +81,16 @@ def import_verb(
 
 def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     """What an agent's tree is, and what it was compared with."""
+    from codegen.deciding import kind_decided, list_decided
+
     leaves = int((policy.tree.feature < 0).sum())
     size = ", ".join(
         [
             format_count(leaves, "leaf"),
             format_count(len(policy.features), "feature"),
-            format_count(len(policy.outputs), "output")
-            if policy.outputs
-            else format_count(len(policy.actions), "action"),
+            format_count(len(list_decided(policy)), kind_decided(policy).removesuffix("s")),
             policy.numbers,
-            *([f"sums {policy.tree.arithmetic}"] if policy.tree.arithmetic else []),
+            *([f"sums {facts[sums]}"] if (sums := f"{policy.agent} sums") in facts else []),
         ]
     )
     console.line(policy.agent, f"{facts[f'{policy.agent} from']}: {size}")
@@ -99,7 +99,7 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
         console.line("replayed", f"{format_count(count, 'observation')}, by {by}: no difference")
     else:
         console.line("compared", f"none, {by}")
-    for kind in ("features", "outputs" if policy.outputs else "actions"):
+    for kind in ("features", kind_decided(policy)):
         console.line(kind, str(facts[f"{policy.agent} {kind}"]))
     if f"{policy.agent} notes" in facts:
         console.line("notes", str(facts[f"{policy.agent} notes"]))

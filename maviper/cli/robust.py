@@ -17,8 +17,7 @@ from maviper.cli.options import FOLDER, PATH, PROFILE, console_of, fraction, opt
 
 if TYPE_CHECKING:
     from maviper.console import Console
-    from maviper.verification.outputs.errors import Changes
-    from maviper.verification.robust import Radii
+    from maviper.verification.robust import Changes, Radii
 
 
 @click.command(cls=Verb, example="maviper robust profile.json observations.csv --certify -o radii")
@@ -58,8 +57,7 @@ def robust(
     from codegen.policy_json import layout
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
-    from maviper.verification.outputs.errors import Changes
-    from maviper.verification.robust import find_agent
+    from maviper.verification.robust import Changes, find_agent
     from maviper.verification.robust import robust as radii
 
     console = console_of(context)

@@ -95,7 +95,7 @@ def _decide_claims(
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import pose_questions, verify_questions
-    from verify.claims.uncertified.own import spell_rounded
+    from verify.claims.wording import spell_rounded
     from verify.progress import listening
 
     asking = VerifyOptions.of(options).ensure_usable()
@@ -179,7 +179,7 @@ def _verdicts(asked: "Sequence[Asked]", stated: "StatedWorld | None", as_json: b
     """A line of standard output for each verdict, or an object for all; the exit code."""
     from maviper.cli.results import exit_code
     from maviper.console import say
-    from maviper.verification.join import verdicts
+    from maviper.verification.run import verdicts
 
     documents: list[dict[str, str]] = []
     answers: list[Verdict] = []
@@ -197,7 +197,7 @@ def _verdicts(asked: "Sequence[Asked]", stated: "StatedWorld | None", as_json: b
 def _export(asked: "Sequence[Asked]", folder: Path, console: "Console") -> None:
     """The questions for other programs, and which of the claims have none."""
     from maviper.files import outputs
-    from maviper.verification.join import question_files
+    from maviper.verification.run import question_files
 
     files = question_files([one.question for one in asked])
     outputs.write_questions(folder, files)

@@ -57,7 +57,7 @@ def worlds_show(world: str, features_file: Path | None) -> int:
     click.echo(f"{game.name}, after {game.spec.reference}, {format_count(game.spec.episode_steps, 'step')}{pace}")
     if game.spec.options.get(PHYSICS) == FORK:
         click.echo(f"{PHYSICS}={FORK}: {FORK_MOTION}; the verifier covers mpe2's motion only")
-    everything = zip(game.agents, game.features, game.actions, game.outputs or [()] * len(game.agents), strict=True)
+    everything = zip(game.agents, game.features, game.actions, game.given, strict=True)
     for agent, features, actions, outputs in everything:
         click.echo(f"\n{agent}, team {game.team_of(agent)}")
         for feature in features:

@@ -11,18 +11,18 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property, partial, reduce
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from codegen import ir
 from codegen.agreement import selfcheck
-from codegen.agreement.build import Build, build
+from codegen.agreement.compiled import Build, build
 from codegen.agreement.selfcheck import Agreement, Report
+from codegen.deciding import shape_decided, sums_in
 from codegen.errors import DisagreementError
 from codegen.floats import FLOAT32
 from codegen.form import layout
 from codegen.lowering.lower import AUTO
 from codegen.profiles import ensure
-from codegen.targets import USUAL, smt
+from codegen.targets import USUAL
+from codegen.targets.rendered import facts
 from maviper.episodes.play import Episodes, Policies
 from maviper.episodes.trees import in_parts, on_policy
 from maviper.evaluation.fidelity import Fidelity, fidelity
@@ -81,7 +81,8 @@ def check_build(made: Build) -> Compiled:
     faithful: tuple[Fidelity, ...] = ()
     # trees that were changed after they were grown, by a repair or for a region, have no such form any more
     changed = profile.region is not None or BEFORE_REPAIR in profile.provenance.training
-    rounded = [each for each in profile.agents if each.numbers == FLOAT32 and not each.tree.arithmetic]  # others stay
+    summing = sums_in(profile)
+    rounded = [each for each in profile.agents if each.numbers == FLOAT32 and each not in summing]  # others stay
     missing = [policy.agent for policy in rounded if policy.grown is None and not changed]
     if missing:
         skipped.append(f"the tree as grown: the profile does not hold it for {', '.join(missing)}")
@@ -109,8 +110,8 @@ def ask_solver(made: Build) -> list[Agreement]:
         rows = selfcheck.observations(policy, random=1_000)
         rows = rows[:: 1 + len(rows) // SOLVER_ROWS]
         wanted = ir.act(policy, rows)
-        wrong = false_facts(definitions, smt.facts(model, agent, rows, wanted))
-        first = f"Z3 denies {smt.facts(model, agent, rows, wanted)[wrong[0]]}" if wrong else ""
+        wrong = false_facts(definitions, facts(model, agent, rows, wanted))
+        first = f"Z3 denies {facts(model, agent, rows, wanted)[wrong[0]]}" if wrong else ""
         agreements.append(Agreement("smt", policy.agent, len(rows), len(wrong), first))
     return agreements
 
@@ -160,9 +161,8 @@ def _select_actions(policy: ir.AgentPolicy, agent: int, actions: Any) -> Any:
     """Returns an agent's actions in all steps of some episodes, [n] int32, or the numbers that it gave, [n, n_outputs].
     `actions`: as in `Episodes`.
     """
-    if policy.outputs:
-        return actions[..., agent, : len(policy.outputs)].reshape(-1, len(policy.outputs))
-    return actions[..., agent].ravel().astype(np.int32)
+    shape = shape_decided(policy)
+    return actions[..., agent, *map(slice, shape)].reshape(-1, *shape)
 
 
 def _bytes(state: Any) -> list[bytes]:

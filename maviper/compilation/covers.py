@@ -1,10 +1,9 @@
-"""From the certificate of a claim about a stated system to the sets of states that its proof speaks of.
+"""From the certificate of a claim about a stated system to the sets of states that its proof speaks of, as boxes.
 
-Does: has the checker accept the certificate, and keeps the sets that it asks about on the way; puts sums that regions
-  bound, with whole factors, into columns after the variables of a state, narrows boxes to half spaces, and leaves out
-  bounds that say nothing.
-Assumes: a world file beside the certificate, whose regions are half spaces; files that anyone wrote.
-Does not: trust a proof, find sets of its own, or add floats itself (codegen/lowering/parts.py raises sums by more than
+Does: has the checker accept the certificate, and keeps the sets that it asks about on the way; sums that regions bound,
+  with whole factors, as columns behind the variables of a state; narrows boxes to half spaces.
+Assumes: a world file beside the certificate; files that anyone wrote; regions of half spaces.
+Does not: trust a proof, find sets of its own, or add floats (codegen/lowering/model.py raises sums by more than
   rounding can hide).
 
 Every state of such a set, a box, is one of which the proof holds: the claim, from this step on, as long as the system
@@ -24,17 +23,16 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Float64, PolicyProfile
 from codegen.lowering.covering import MAX_GIVEN, Boxes, Cover, Variable
-from codegen.lowering.parts import RaisedSum
+from codegen.lowering.model import RaisedSum
 from codegen.numbers import nearest_double
 from codegen.region import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
 from maviper.worlds.stated.certified import ensure_accepted, read_certificate, sentence
 from maviper.worlds.stated.observing import PLACE
-from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.cuts import end_of
+from verify.checker.covers.boxes import BoxList, end_of
 from verify.checker.covers.invariants import names_of
 from verify.checker.covers.rounding import ceiling, floor
-from verify.checker.flows.sets import SetList
+from verify.checker.flows.steps import SetList
 from verify.checker.systems.proofs import Cover as CoverProof
 from verify.checker.systems.proofs import FlowSets, Invariant, InvariantPart, SystemCertificate, Walks
 from verify.reports.systems import period

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
+from codegen.deciding import only_acts
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.region import RegionSpec
@@ -62,7 +63,7 @@ def find_game(profile: PolicyProfile, statement: Statement) -> GameFile | None:
     """The file as one about the states of the profile's game; None for a file that states anything else, or that has
     no variable beside coordinates.
     """
-    if any(policy.outputs or any(each.meaning is None for each in policy.features) for policy in profile.agents):
+    if not only_acts(profile) or any(each.meaning is None for policy in profile.agents for each in policy.features):
         return None
     if {each.name for each in statement.agents} != {policy.agent for policy in profile.agents}:
         return None

@@ -13,7 +13,8 @@ from typing import cast
 
 import msgspec
 
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
+from codegen.deciding import sums_in
 from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
@@ -22,7 +23,7 @@ from codegen.lowering.tracking import MAX_NOISE, Edges, Start, ensure_followed
 from codegen.lowering.watching import Watch, watch, watch_inputs
 from codegen.numbers import decimal_literal, nearest_double
 from codegen.region import RegionSpec
-from codegen.targets import monitor
+from codegen.targets.rendered import emit_monitors
 from maviper.files import kinds, runs
 from verify.checker.decisions import certificates as decisions
 from verify.checker.episodes import forever
@@ -58,7 +59,7 @@ def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
 
         region, claim = load_cover(certificate, profile)
         return Proved(region, _hash(text), claim, stated=True)
-    if any(policy.tree.arithmetic for policy in profile.agents):
+    if sums_in(profile):
         what = "the certificate is about tests of single features, and this profile tests sums or gives numbers"
         advice = "give one with a world file beside it, or leave it out: then inputs and outputs are watched"
         raise InputError(what, str(certificate), advice)
@@ -150,7 +151,7 @@ def files_of(build: Build, proved: Proved | None, targets: Sequence[str]) -> dic
     and outputs. InputError as `watch`.
     """
     profile, model = build.profile, build.model
-    return monitor.emit(lower_monitor(profile, model, proved) if proved else watch_inputs(profile, model), targets)
+    return emit_monitors(lower_monitor(profile, model, proved) if proved else watch_inputs(profile, model), targets)
 
 
 def lower_monitor(profile: PolicyProfile, model: Model, proved: Proved) -> Watch:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from codegen import ir
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.agreement.programs import run
 from codegen.agreement.selfcheck import MAX_PARSED
 from codegen.equivalence import obligations

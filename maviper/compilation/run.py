@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Unpack
 
 from codegen import ir
 from codegen.agreement import vectors
+from codegen.deciding import ensure_plain, sums_in
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import InputError
-from codegen.sum_rules import ensure_plain
-from codegen.targets import monitor
+from codegen.targets.rendered import LANGUAGES
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.options import CompileOptions, make_request
 from verify.claims.language.parameters import Number
@@ -29,8 +29,7 @@ MONITOR = "monitor"  # the target
 def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
     asked, targets = make_request(CompileOptions, options), tuple(targets)
-    sums = any(policy.tree.arithmetic for policy in profile.agents)
-    watched, targets = split_targets(targets, asked.certificate, asked.noise, sums=sums)
+    watched, targets = split_targets(targets, asked.certificate, asked.noise, sums=bool(sums_in(profile)))
     for option, given in (
         ("--prove", asked.prove),
         ("--contracts", asked.contracts),
@@ -92,7 +91,7 @@ def split_targets(
         what = "a monitor is made from a certificate" if asked else "a certificate is only for the target monitor"
         raise InputError(what, "--certificate", "give --target monitor and --certificate FILE together")
     others = tuple(target for target in targets if target != MONITOR)
-    return asked, others if not asked or set(others) & set(monitor.LANGUAGES) else (*others, "c")
+    return asked, others if not asked or set(others) & set(LANGUAGES) else (*others, "c")
 
 
 def _load_proof(certificate: Path | None, noise: Number | None, profile: ir.PolicyProfile) -> "Proved | None":

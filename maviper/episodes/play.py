@@ -15,6 +15,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from codegen import ir
+from codegen.deciding import decide
 from codegen.ir import Bool, Float32, Float64
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -90,7 +91,7 @@ def in_columns(acted: Sequence[Any]) -> Any:
 
 def tree_policies(policies: Sequence[ir.AgentPolicy]) -> Policies:
     """Tree policies with their reference semantics."""
-    return Policies([partial(ir.outputs if policy.outputs else ir.act, policy) for policy in policies])
+    return Policies([partial(decide, policy) for policy in policies])
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ class Episodes:
     alive: Bool  # [steps, batch, n_agents] who acts
     states: Sequence[Any]  # steps + 1 batches, the starts first
     values: Float64  # [n_measures, batch], in the order of the world's measures
-    returns: Float64  # [n_agents, batch] summed rewards
+    returns: Float64  # [n_agents, batch] all rewards together
     cut: Bool  # [batch] stopped at a length that nobody stated
 
 

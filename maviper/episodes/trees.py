@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
+from codegen.deciding import decide_at
 from codegen.errors import InputError
 from codegen.ir import Float32, GrownTree, Seen
 from codegen.lowering.deploy import SummedTree, deploy_tree
@@ -34,8 +35,7 @@ def agent_policies(
         name = world.agents[agent]
         kept = None if isinstance(tree, SummedTree) else tree
         given = (world.features[agent], world.actions[agent], deploy_tree(tree), kept)
-        outputs = world.outputs[agent] if world.outputs else ()
-        policies.append(ir.AgentPolicy(name, world.team_of(name), *given, outputs=outputs))
+        policies.append(ir.AgentPolicy(name, world.team_of(name), *given, outputs=world.given[agent]))
     return tuple(policies)
 
 
@@ -132,7 +132,7 @@ class Counting:
             if agent in self.ranges:
                 self.ranges[agent].add(rows[acting[:, agent]])
             policy = self.placed[agent]
-            chosen.append(ir.outputs(policy, rows) if policy.outputs else tree.action[leaf])
+            chosen.append(decide_at(policy, leaf, rows))
         return in_columns(chosen)
 
     def annotate_policies(self) -> tuple[ir.AgentPolicy, ...]:

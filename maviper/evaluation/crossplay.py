@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.boxes import size
+from codegen.deciding import decide_at, size
 from codegen.intervals import Share
 from codegen.ir import Float32, Float64
 from maviper.episodes import measures
@@ -329,8 +329,8 @@ def decisions(trees: Mapping[int, ir.AgentPolicy], episodes: Episodes, wanted: I
         facts[0, row] = (ir.depth(policy.tree)[leaf] * alive[..., agent]).sum(axis=0) / steps
         if wanted is not None:
             flat = seen.reshape(-1, seen.shape[-1])
-            acted = ir.outputs(policy, flat).reshape(*leaf.shape, -1) if policy.outputs else policy.tree.action[leaf]
-            right = likeness(policy.outputs, acted, wanted[:, :, agent])
+            acted = decide_at(policy, leaf.reshape(-1), flat)
+            right = likeness(policy.outputs, acted.reshape(*leaf.shape, *acted.shape[1:]), wanted[:, :, agent])
             facts[1, row] = (right * alive[..., agent]).sum(axis=0) / steps
     return facts
 

@@ -48,7 +48,7 @@ def importances(policy: ir.AgentPolicy, observations: npt.ArrayLike, labels: Int
 
 
 def _decrease(tree: Tree, classes: Float64, n_features: int) -> Float64:
-    """The summed decrease of impurity times observations, by feature. `classes`: [n_nodes, n_actions]."""
+    """The decrease of impurity times observations by feature, added up. `classes`: [n_nodes, n_actions]."""
     count = classes.sum(axis=1)
     impurity = count - np.square(classes).sum(axis=1) / np.maximum(count, 1)  # Gini times observations
     decrease = np.zeros(n_features)

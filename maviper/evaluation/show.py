@@ -13,6 +13,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.boxes import split_corners
+from codegen.deciding import compute_operands, describe_decision, describe_given, describe_leaf, list_operands
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import observations
 from codegen.importers.names import format_first
@@ -20,9 +21,8 @@ from codegen.intervals import percent
 from codegen.ir import GOAL
 from codegen.numbers import neighbour
 from codegen.observe import observe
-from codegen.sums import among
-from codegen.wording import NO_UNIT, describe_sum, format_count, number
-from verify.claims.uncertified.starts import positions
+from codegen.wording import NO_UNIT, format_count, number
+from verify.claims.region_files import positions
 from verify.states.acting import Step, path
 from verify.states.state import State
 
@@ -30,13 +30,14 @@ from verify.states.state import State
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:
     """One line per leaf: the ranges that lead to it, the action or the numbers given, the leaf's id."""
     tree = policy.tree
-    tested = _name_operands(policy)
+    tested = list_operands(policy)
     ends = (np.full(len(tested), end, tree.compared) for end in (-np.inf, np.inf))
     stack = [(ir.ROOT, *ends)]
     while stack:
         node, low, high = stack.pop()
         if tree.feature[node] == ir.NO_FEATURE:
-            yield f"{_condition(tested, low, high)} -> {_does(policy, node)}  (leaf {node}{_visits(tree, node)})"
+            does = describe_leaf(policy, node)
+            yield f"{_condition(tested, low, high)} -> {does}  (leaf {node}{_visits(tree, node)})"
             continue
         left, right = split_corners(low, high, int(tree.feature[node]), tree.threshold[node])
         stack += [(int(tree.right[node]), *right), (int(tree.left[node]), *left)]
@@ -57,21 +58,6 @@ def cut(output: ir.OutputSpec) -> str:
     low = "-inf" if output.low is None else number(output.low)
     high = "inf" if output.high is None else number(output.high)
     return f", cut to [{low}, {high}]"
-
-
-def _name_operands(policy: ir.AgentPolicy) -> list[str]:
-    """The features, and the sums that are tested, in words."""
-    names = [feature.name for feature in policy.features]
-    return names + [describe_sum(each.terms, names, digits=3) for each in policy.tree.sums]
-
-
-def _does(policy: ir.AgentPolicy, leaf: int) -> str:
-    """The action of a leaf, or what it gives."""
-    chosen, names = int(policy.tree.action[leaf]), [feature.name for feature in policy.features]
-    if not policy.outputs:
-        return policy.actions[chosen].name
-    pairs = zip(policy.outputs, policy.tree.vectors[chosen], strict=True)
-    return ", ".join(f"{output.name} = {describe_sum(each.terms, names, digits=3)}" for output, each in pairs)
 
 
 def _visits(tree: ir.Tree, node: int) -> str:
@@ -120,26 +106,11 @@ def room(step: Step) -> float:
 def lines(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
     """A decision for one observation [n_features], for a reader: what is done, then each test."""
     leaf = int(ir.apply(policy.tree, observation[None])[0])
-    chosen = int(policy.tree.action[leaf])
-    does = ", ".join(_format_outputs(policy, observation)) if policy.outputs else policy.actions[chosen].name
-    yield f"{policy.agent}, team {policy.team}: {does} (leaf {leaf})"
+    yield f"{policy.agent}, team {policy.team}: {describe_decision(policy, observation)} (leaf {leaf})"
     for step in path(policy, compute_operands(policy, observation)):
         yield f"  {step}" if isnan(float(step.value)) else f"  {step}, by {room(step):.3g}"
-    if policy.outputs:
-        names = [feature.name for feature in policy.features]
-        for output, each in zip(policy.outputs, policy.tree.vectors[chosen], strict=True):
-            yield f"  {output.name} = {describe_sum(each.terms, names, digits=3)}{cut(output)}"
-
-
-def compute_operands(policy: ir.AgentPolicy, observation: ir.Floats) -> list[float]:
-    """Computes what the tree's tests compare in an observation [n_features]: its numbers, then the tested sums."""
-    return among(observation[None], policy.tree.sums, policy.tree.arithmetic)[0].tolist()
-
-
-def _format_outputs(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
-    """The numbers that are given, each with its unit."""
-    for output, value in zip(policy.outputs, ir.outputs(policy, observation[None])[0].tolist(), strict=True):
-        yield f"{output.name} = {value:.6g}{' ' + output.unit if output.unit not in NO_UNIT else ''}"
+    for output, given in zip(policy.outputs, describe_given(policy, leaf), strict=True):
+        yield f"  {given}{cut(output)}"
 
 
 def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Floats:

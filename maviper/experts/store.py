@@ -131,7 +131,7 @@ def shapes(world: World, hidden: int, networks: str = ACTOR_CRITIC) -> dict[str,
     """Names and shapes of the tensors that an expert for `world` consists of."""
     n_all = sum(len(features) for features in world.features) + sum(len(choices) for choices in world.actions)
     expected: dict[str, tuple[int, ...]] = {}
-    for agent, features, choices in zip(world.agents, world.features, world.outputs or world.actions, strict=True):
+    for agent, features, choices in zip(world.agents, world.features, world.decided, strict=True):
         for net in NETS[networks]:
             inputs, outputs = (n_all, 1) if net == CRITIC else (len(features), len(choices))
             sizes = (inputs, hidden, hidden, outputs)

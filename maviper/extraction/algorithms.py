@@ -149,7 +149,7 @@ def _check_shared(world: World, settings: Settings) -> None:
 
 def _space(world: World, agent: int) -> tuple[object, ...]:
     """Returns what agents that share a tree have in common: features by place, whatever their names, and actions."""
-    units, given = [feature.unit for feature in world.features[agent]], world.outputs[agent] if world.outputs else ()
+    units, given = [feature.unit for feature in world.features[agent]], world.given[agent]
     return units, given, [(action.name, action.effect) for action in world.actions[agent]], world.mask(agent)
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
+from codegen.deciding import decide
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64, GrownTree
 from maviper.episodes.likeness import likeness
@@ -338,8 +339,7 @@ def accuracies(world: World, data: Dataset, trees: Mapping[int, GrownTree], team
     right: list[Float64] = []
     for agent, policy in zip(members, policies, strict=True):
         seen, wanted = data.observations[agent][together], data.labels[together, agent]
-        acted = ir.outputs(policy, seen) if policy.outputs else ir.act(policy, seen)
-        right.append(likeness(policy.outputs, acted, wanted))
+        right.append(likeness(world.given[agent], decide(policy, seen), wanted))
     return float(np.min(right, axis=0).mean()), float(np.prod([each.mean() for each in right]))
 
 

@@ -111,8 +111,8 @@ def collect(
         given = weigh(observations, state, wanted) * alive[:, mine]
         datasets.append(Dataset(observations, wanted, given, alive))
         for agent in mine:
-            outputs, rows = world.outputs[agent] if world.outputs else (), alive[:, agent]
-            agreed += float(likeness(outputs, acted[rows, agent], wanted[rows, agent]).sum())
+            rows = alive[:, agent]
+            agreed += float(likeness(world.given[agent], acted[rows, agent], wanted[rows, agent]).sum())
         asked += int(alive[:, mine].sum())
         for team, rows in values.items():
             rows.append(episodes.values[world.measures.index(world.primary(team))])

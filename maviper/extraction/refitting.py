@@ -25,12 +25,12 @@ from maviper.evaluation.players import EXPERT, Player
 from maviper.experts.expert import Expert
 from maviper.extraction.examples import NO_EXAMPLES, Examples, FailingStates, Lesson, lesson_of
 from maviper.files import runs
+from maviper.verification.bench import states_of
 from maviper.verification.files.states import Failing, blank, read_failing
-from maviper.verification.replays import states_of
 from maviper.worlds import ParticleWorld, World
 from maviper.worlds.matching import plays
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.question import Question
 from verify.states.failures import fails
 from verify.states.shares import SAMPLE_SEED, SAMPLES, find_unbounded, violating

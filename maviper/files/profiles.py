@@ -8,13 +8,12 @@ Does not: write profiles, or decide what holds in a region.
 from pathlib import Path
 
 from codegen import ir, profiles
+from codegen.deciding import ensure_plain
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
-from codegen.sum_rules import ensure_plain
 from maviper.files import kinds, runs
 from verify.claims.region import Region
-from verify.claims.region_files import read_region
-from verify.claims.uncertified.starts import everywhere, find_observed_velocities
+from verify.claims.region_files import everywhere, find_observed_velocities, read_region
 
 READER = "this command"
 VERSION = "0.2.0"  # pyproject.toml and CITATION.cff say the same

@@ -192,7 +192,7 @@ def _giving(
     features: "_Features", agent: str, world: World, place: int
 ) -> tuple[ir.AgentPolicy, dict[str, float | int | str]]:
     """The policy of an agent that gives numbers, cut to the bounds that the world has for them."""
-    origin, outputs = features.origin, world.outputs[place] if world.outputs else ()
+    origin, outputs = features.origin, world.given[place]
     if not origin.vectors or not outputs:
         what = "gives numbers, and the world takes actions" if origin.vectors else "takes actions, and gives no numbers"
         raise InputError(f"the tree of {agent} {what}", world.name, "--outputs says that numbers are given")

@@ -17,7 +17,6 @@ TOPICS = (
     "extraction",
     "reproduce",
     "importing",
-    "pseudocode",
     "theory",
     "claims",
     "verdicts",

@@ -1,11 +1,11 @@
 """Options of an extraction that do not go together: which, beside what, why, and what to do instead.
 
-Does: the table of refusals; raises the first that applies; says all of them in words, for the manual.
+Does: the table of refusals; raises the first that applies.
 Assumes: settings whose names and ranges are checked, filled with what the algorithm's name stands for.
 Does not: check names, ranges, or what a world allows.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from codegen.errors import InputError
@@ -212,24 +212,3 @@ def ensure_together(said: Mapping[str, Any], changed: Collection[str]) -> None:
             one = refusal.values and not isinstance(refusal.values, AllBut)
             where = [f"{option_of(name)} {said[name]}" if one else option_of(name) for name in asked]
             raise InputError(refusal.reason.format(who=who), ", ".join(where), refusal.advice)
-
-
-def refusals_in_words() -> Iterator[str]:
-    """Each refusal in words: the options, beside what they are refused, why, and what to do instead."""
-    for refusal in REFUSALS:
-        asked = _join_words([_name_option(name, refusal.values) for name in refusal.settings])
-        others = _join_words([_name_option(name, values) for name, values in refusal.beside.items()])
-        who = [*refusal.beside.get("algorithm", ()), *([AUTHORS] if "preset" in refusal.beside else [])]
-        advice = refusal.advice[0].upper() + refusal.advice[1:]
-        yield f"{asked} with {others}: {refusal.reason.format(who=_join_words(who))}. {advice}."
-
-
-def _name_option(name: str, values: tuple[Any, ...]) -> str:
-    """An option, with its values."""
-    if isinstance(values, AllBut):
-        return f"`{option_of(name)}` other than `{values[0]}`"
-    return _join_words([f"`{option_of(name)} {value}`" for value in values] or [f"`{option_of(name)}`"])
-
-
-def _join_words(words: list[str]) -> str:
-    return " or ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))

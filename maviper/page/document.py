@@ -32,8 +32,7 @@ from verify.claims.claim import teams
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.episodes import EpisodeClaim, KeepsApart
 from verify.claims.formula import TRUE, atoms
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.own import formula_document, spell_decisions
+from verify.claims.wording import account_of, formula_document, spell_decisions
 from verify.kinds import Kind
 from verify.states.state import measurable
 

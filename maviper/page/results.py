@@ -33,8 +33,8 @@ from verify.checker.decisions.certificates import MAX_BYTES, Certificate, from_j
 from verify.checker.episodes import forever
 from verify.claims.formula import agents
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import START, name_region
+from verify.claims.region_files import START, name_region
+from verify.claims.wording import OwnFormula
 from verify.result import AnyResult, Verdict
 from verify.semantics import MACHINE
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from codegen import ir
 from codegen.lowering.lower import lower
+from codegen.lowering.model import Agent
 from codegen.lowering.render import render
 from codegen.targets.svg import Box, Edge, Picture, picture
 from maviper.page.page import read_visits, visits_of
@@ -28,7 +29,7 @@ class Drawn:
     top: float
     edges: tuple[tuple[Edge, float], ...]  # with its width
     boxes: tuple[tuple[Box, float | None], ...]
-    summed: bool
+    agent: Agent
 
 
 def svg(profile: ir.PolicyProfile, agents: Sequence[str]) -> str:
@@ -56,7 +57,7 @@ def _stack_pictures(
             for edge, child in zip(drawing.edges, children, strict=True)
         ]
         boxes = [(box, shares[box.node.id] if shares else None) for box in drawing.boxes]
-        yield Drawn(drawing, top + GAP, tuple(edges), tuple(boxes), agent.summed is not None)
+        yield Drawn(drawing, top + GAP, tuple(edges), tuple(boxes), agent)
         top += GAP + drawing.height
 
 

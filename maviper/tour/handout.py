@@ -19,7 +19,7 @@ from maviper.compilation.compile import Compiled, compile_profile
 from maviper.files import profiles, runs
 from maviper.page.page import FILE
 from maviper.page.results import page_of
-from maviper.verification import join, run
+from maviper.verification import run
 from maviper.verification.ask import VerifyOptions, questions
 from maviper.verification.repair import Repaired, repair_profile, request
 
@@ -107,6 +107,6 @@ def manifest(profile: ir.PolicyProfile, files: Mapping[str, str | bytes]) -> str
         "profile": content_hash(profile),
         "expert": profile.provenance.expert,
         "versions": {"maviper": profiles.version()} | {name: metadata.version(name) for name in TOOLS},
-        "sha256": join.digests(files),
+        "sha256": run.digests(files),
     }
     return layout(facts) + "\n"

@@ -1,14 +1,15 @@
 """From options and property files to questions: what is claimed where, and the command that asks it again.
 
-Does: built-in properties by name, property files.
+Does: finds built-in properties by name and reads property files; finds regions by name, over observations those of what
+  was seen, where a number in a formula is what the agents of a view compare.
 Assumes: options with None where a user said nothing.
-Does not: decide or print.
+Does not: decide or print, or read formulas (verify/claims/language).
 """
 
 import shlex
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -16,13 +17,14 @@ from typing import Any, NamedTuple, cast
 
 from codegen import ir
 from codegen.errors import InputError, PartlyReadError, UnknownNameError
+from codegen.ir import Meaning, PolicyProfile
 from maviper.claims import Claim as BuiltIn
 from maviper.claims import complete_parameters, name_of
 from maviper.files import kinds, runs
 from maviper.files.profiles import find_region
 from maviper.options import SystemOptions, complete_options, table_of
 from maviper.options import VerifyOptions as Options
-from maviper.verification.observing import as_compared, resolve_region
+from verify.checker.thresholds import sides
 from verify.claims.catalogue import (
     ZONES,
     Claim,
@@ -34,16 +36,56 @@ from verify.claims.catalogue import (
 )
 from verify.claims.claim import Parameter
 from verify.claims.files import Reading, Stated, read_properties
+from verify.claims.formula import Formula
 from verify.claims.language import parameters
 from verify.claims.language.parameters import Form
+from verify.claims.language.terms import Compared, read_as_compared
 from verify.claims.observed import View
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import START
-from verify.claims.uncertified.views import RANGES, SEEN, Viewed, carry_region, select_features, unread
+from verify.claims.region_files import START
+from verify.claims.views import (
+    RANGES,
+    SEEN,
+    UNLIKE,
+    Viewed,
+    build_seen_region,
+    carry_region,
+    find_numbers,
+    select_features,
+    unread,
+)
 from verify.decimals import exact, plain
 from verify.question import UNITS_A_NODE, AnyClaim, Budgets, Question
 from verify.semantics import MACHINE, SEMANTICS
 from verify.subjects import Game
+
+
+def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Formula]:
+    """Returns a function that reads a view's formulas as compared. Variables observed in unlike types stay."""
+    numbers, known = find_numbers(view), dict[str, Compared]()
+    for policy in view.agents:
+        for feature in policy.features:
+            for _, variable in feature.meaning.terms if feature.meaning is not None else ():
+                if numbers[variable] != UNLIKE:
+                    alone = replace(feature, meaning=Meaning(((1.0, variable),)))
+                    cut = partial(sides, alone, numbers=policy.numbers, semantics=semantics)
+                    known[variable] = Compared(policy.numbers, cut)
+    return partial(read_as_compared, known=known)
+
+
+def resolve_region(about: PolicyProfile, viewed: Viewed | None, name: str) -> Region:
+    """The region of that name, or in that file. Over observations `start` is what was seen, where somebody looked, and
+    `ranges` what the features' ranges are.
+    """
+    if viewed is None or name not in (START, SEEN, RANGES):
+        return find_region(name, about)
+    known = build_seen_region(viewed)
+    if known is None and name == SEEN:
+        raise InputError("the profile does not say what was seen", "--region seen", "leave it out")
+    if known is None:
+        return find_region(START, about)
+    return known if name != RANGES else replace(find_region(START, about), name=RANGES)
+
 
 MAX_FILE_BYTES = 2**20
 DEFAULT, DEFAULT_OBSERVED = "distinct_targets", "alive_leaves"

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any, Unpack, cast
 
 from codegen import ir
+from codegen.deciding import sums_in
 from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.lowering.render import render
@@ -22,15 +23,14 @@ from maviper.evaluation.comparison import differing
 from maviper.files import runs
 from maviper.files.profiles import find_region
 from maviper.options import DiffOptions, make_request
-from maviper.verification.ask import MAX_CELLS
+from maviper.verification.ask import MAX_CELLS, resolve_region
+from maviper.verification.compared import OutputsCompared, compare_outputs
 from maviper.verification.files.certificates import AGAINST_FILE
-from maviper.verification.observing import resolve_region
-from maviper.verification.outputs.compared import OutputsCompared, compare_outputs
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
 from verify.certificates.decisions import to_json
 from verify.claims.observed import View
-from verify.claims.uncertified.views import Viewed, unread
+from verify.claims.views import Viewed, unread
 from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report
 from verify.result import Verdict
@@ -113,7 +113,7 @@ def compare_profiles(
     InputError for profiles that cannot be compared.
     """
     agents = asked.agents or _common(first, second)
-    if any(policy.tree.arithmetic for profile in (first, second) for policy in profile.agents):
+    if sums_in(first) or sums_in(second):
         return compare_outputs(first, second, agents, region, _budgets(asked).max_cells)
     if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world and first.world.reference:
         return _compare_observed(first, second, agents, region, asked)

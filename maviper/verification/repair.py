@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from codegen import ir, policy_json
+from codegen.deciding import VERIFIER, ensure_plain
 from codegen.errors import InputError
 from codegen.form import layout
 from codegen.policy_json import content_hash
 from codegen.profiles import ensure
-from codegen.sum_rules import VERIFIER, ensure_plain
 from codegen.wording import visible
 from maviper.claims import Claim, complete_parameters, name_of, parameters_of
 from maviper.compilation import compile
@@ -31,7 +31,7 @@ from maviper.files.profiles import find_region
 from maviper.options import RepairOptions, make_request, table_of
 from maviper.verification.ask import command, number, with_option_names
 from maviper.verification.diff import collect_states
-from maviper.verification.join import certificate_files, digests, report_files, verify_claims
+from maviper.verification.run import certificate_files, digests, report_files, verify_claims
 from maviper.worlds import ParticleWorld
 from maviper.worlds.matching import UNREPAIRED, ensure_places, matching_places
 from verify.claims.catalogue import find_property

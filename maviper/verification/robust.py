@@ -1,9 +1,10 @@
-"""Certified radii: how far each observation of a file may be off before an agent acts otherwise; of agents that give
-numbers, how far these change.
+"""How far features may be off around the observations of a file: radii of actions, changes of outputs.
 
-Does: reads observations (CSV with a header, or a JSON list); makes the table; has radii proved and checked.
-Assumes: a checked profile; numbers are float64, each read by the agent after rounding to float32.
-Does not: know what an environment can show.
+Does: reads observations (CSV with a header, or a JSON list) and errors; for agents that take actions finds how far each
+  observation may be off before another action is taken, and has that proved and checked; for agents that give numbers
+  sums up the ends of outputs; makes the tables.
+Assumes: a checked profile; numbers are float64, each read by the agent after rounding to its own.
+Does not: compute ends (verify.extent), or know what an environment can show.
 """
 
 import csv
@@ -12,30 +13,144 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from decimal import ROUND_FLOOR, Context
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
 
+from codegen.deciding import ensure_plain
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.profiles import ensure
-from codegen.sum_rules import ensure_plain
+from codegen.wording import format_count
 from maviper.files import runs
-from maviper.verification.outputs.errors import OPTION, Changes, find_changes, read_errors
 from verify.certificates.decisions import to_json
 from verify.checker.decisions.certificates import Certificate
 from verify.claims.formula import Acts
 from verify.claims.observed import View
 from verify.claims.region import Interval, Region
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.views import Viewed
+from verify.claims.views import Viewed
+from verify.claims.wording import OwnFormula
+from verify.decimals import exact, plain
 from verify.exact import MAX_NUMBER
-from verify.extent.changes import Radius, radius
+from verify.extent.radius import Ends, Radius, ends_of, radius
 from verify.question import DecisionQuestion, Question
 from verify.subjects import Game
 from verify.verdicts.opinions import by_zones
+
+CHANGED = ("row", "output", "value", "least", "most", "change", "exact")
+MARK = "changes.csv"
+OPTION = "--error"
+UP = Context(prec=6, rounding=ROUND_CEILING)
+
+
+@dataclass(frozen=True)
+class Changes:
+    """How far each output of an agent may change around the observations of a file, in its order."""
+
+    policy: AgentPolicy
+    observations: tuple[tuple[float, ...], ...]  # [n, n_features]
+    errors: tuple[Fraction, ...]  # [n_features] the largest of each feature
+    ends: tuple[tuple[Ends, ...], ...]  # [n, n_outputs]
+
+    @property
+    def line(self) -> str:
+        """What sums them up: the largest change of each output, with six digits, never less than it is."""
+        parts: list[str] = []
+        for place, output in enumerate(self.policy.outputs):
+            most = max((each[place] for each in self.ends), key=lambda one: one.change)
+            size = _spell_up(most.change) if math.isfinite(most.change) else "any amount"
+            unit = f" {output.unit}" if output.unit not in ("", "none") else ""
+            parts.append(f"{output.name} changes by at most {size}{unit}")
+        return f"{self.policy.agent}, {format_count(len(self.ends), 'observation')}: {', '.join(parts)}"
+
+    @property
+    def largest(self) -> float:
+        """No output changes by more at any of the observations; infinite where nothing is known."""
+        return max(each.change for row in self.ends for each in row)
+
+    @property
+    def largest_seen(self) -> float:
+        """By so much an output does change."""
+        return max(each.change_seen for row in self.ends for each in row)
+
+    @property
+    def exact(self) -> bool:
+        """Whether all changes are met by observations, so that none is a bound only."""
+        return all(each.exact for row in self.ends for each in row)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The table as plain data; what is not finite is null."""
+        named = [
+            (number, output.name, each)
+            for number, row in enumerate(self.ends, 1)
+            for output, each in zip(self.policy.outputs, row, strict=True)
+        ]
+        return [
+            {"row": number, "output": name, "value": _finite(each.value), "least": _finite(each.least)}
+            | {"most": _finite(each.most), "change": _finite(each.change), "exact": each.exact}
+            for number, name, each in named
+        ]
+
+    def document(self) -> dict[str, Any]:
+        """The table, the errors, and observations that give the least and the most that was seen, as plain data."""
+        names = [feature.name for feature in self.policy.features]
+        seen = [each for row in self.ends for each in row]
+        rows = [
+            row | {"lowest": list(each.lowest), "highest": list(each.highest), "seen": [*map(_finite, each.seen)]}
+            for row, each in zip(self.rows(), seen, strict=True)
+        ]
+        errors = dict(zip(names, map(plain, self.errors), strict=True))
+        return {"agent": self.policy.agent, "errors": errors, "largest": _finite(self.largest), "changes": rows}
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The table as CSV."""
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(CHANGED)
+        table.writerows([*list(row.values())[:-1], "yes" if row["exact"] else "no"] for row in self.rows())
+        return {MARK: text.getvalue()}
+
+
+def _spell_up(size: float) -> str:
+    """Six digits of a number, never less than it is."""
+    near = f"{size:g}"
+    return near if float(near) >= size else f"{float(UP.create_decimal_from_float(size)):g}"
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def read_errors(given: str, policy: AgentPolicy) -> tuple[Fraction, ...]:
+    """The largest error of each feature: one number for all, or FEATURE=NUMBER with commas, others being 0. InputError
+    for anything else.
+    """
+    names = [feature.name for feature in policy.features]
+    if "=" not in given:
+        errors = dict.fromkeys(names, exact(given, OPTION))
+    else:
+        errors: dict[str, Fraction] = {}
+        for part in given.split(","):
+            name, _, number = (each.strip() for each in part.partition("="))
+            if name not in names:
+                raise UnknownNameError("feature", name, names, OPTION)
+            if name in errors:
+                raise InputError(f"{name} is given twice", OPTION, "give each feature once")
+            errors[name] = exact(number, f"{OPTION}: {name}")
+    for name, most in errors.items():
+        if most < 0:
+            raise InputError(f"the error of {name} is below 0", OPTION, "write the largest absolute value")
+    return tuple(errors.get(name, Fraction(0)) for name in names)
+
+
+def find_changes(policy: AgentPolicy, observations: Sequence[tuple[float, ...]], errors: Sequence[Fraction]) -> Changes:
+    """Finds how far each output may change around each observation."""
+    ends = tuple(ends_of(policy, each, errors) for each in observations)
+    return Changes(policy, tuple(observations), tuple(errors), ends)
+
 
 MAX_BYTES, MAX_ROWS = 1 << 26, 100_000
 DOWN = Context(prec=6, rounding=ROUND_FLOOR)

@@ -20,7 +20,7 @@ from maviper.verification.ask import format_parameter
 from maviper.worlds import WORLDS, World, find
 from maviper.worlds.matching import ensure_places, matching_world
 from verify.claims.catalogue import NAMES, ZONES, in_general, readable, usual
-from verify.claims.uncertified.views import unread
+from verify.claims.views import unread
 from verify.decimals import exact, plain
 from verify.question import Budgets
 

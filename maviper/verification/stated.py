@@ -1,6 +1,7 @@
-"""A system that a file states, as what questions about a profile are asked in.
+"""A system that a file states, as what questions about a profile are asked in, and what is done with their claims.
 
-Does: joins world file, property file and the reference environment; has counterexamples confirmed.
+Does: joins world file, property file and the reference environment; has counterexamples confirmed; writes down what
+  belongs to an answer.
 Assumes: a checked profile.
 Does not: decide verdicts, print or write files.
 """
@@ -8,33 +9,39 @@ Does not: decide verdicts, print or write files.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property, partial
+from math import inf
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from codegen.deciding import list_decided, sums_in
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
+from codegen.numbers import nearest_number, neighbour
+from codegen.wording import visible
 from maviper.files import runs
-from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims
+from maviper.verification import worlds
+from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims, resolve_region
 from maviper.verification.files.places import repeat_options
-from maviper.verification.files.systems import PROPERTY_FILE
-from maviper.verification.games import episodes as game_episodes
+from maviper.verification.files.systems import PROPERTY_FILE, counterexample_document
 from maviper.verification.games.confirming import RealAgents, Variables
-from maviper.verification.games.decisions import world_of as world_of_game
-from maviper.verification.observation_world import errors_in, world_of
-from maviper.verification.observing import resolve_region
-from maviper.verification.reference import measure_reference, replay_words
-from maviper.verification.ruled import find_by_rules
+from maviper.verification.procedures import Procedure
+from maviper.verification.reference import find_by_rules, measure_reference, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
 from maviper.worlds.stated.systems import file_of, read
+from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
+from verify.claims.formula import Linear, atoms, below, negate, normal
+from verify.claims.language.terms import last_of
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
-from verify.claims.uncertified.views import Viewed, select_features
+from verify.claims.views import Viewed, select_features
+from verify.decimals import plain
 from verify.progress import tell
 from verify.question import Question
 from verify.reach.results import SystemCounterexample
@@ -42,12 +49,12 @@ from verify.reports import systems as report
 from verify.result import Cost, Result, Verdict
 from verify.semantics import MACHINE
 from verify.subjects import ClosedLoop
-from verify.systems.claims import CurvedClaim, SystemClaim
+from verify.systems.claims import CurvedClaim, SystemClaim, SystemPremise
+from verify.systems.curves import with_comparisons
 from verify.systems.enclosures import list_curved
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
-from verify.systems.files import statement_of
 from verify.systems.observing import as_played
-from verify.systems.properties import claims_in, claims_of
+from verify.systems.properties import claims_in, claims_of, find_numbers
 from verify.systems.statement import Statement
 from verify.verdicts.systems import (
     BOXES,
@@ -94,7 +101,7 @@ class StatedWorld:
     beside: Mapping[str, str]  # their texts, for a report's folder
     options: VerifyOptions
     variables: Variables = Variables.STATED
-    started: game_episodes.Started | None = None  # of claims about episodes of a game: from where
+    started: worlds.Started | None = None  # of claims about episodes of a game: from where
     again: str = ""  # the command that asks once more, where that is not by the world file
     region: str = ""  # of observations: what their ranges are
 
@@ -123,11 +130,10 @@ class StatedWorld:
         beside = _texts(given)
         viewed = Viewed(profile, View(select_features(profile, options.shared or ())))
         region = resolve_region(viewed.profile, viewed, options.region)
-        errors = errors_in(beside[PROPERTY_FILE], profile, options.file.name)
-        source = world_of(profile, viewed.view, region, errors)
-        statement = statement_of(source, WORLD_FILE)
-        beside = {WORLD_FILE: source, **beside}
-        made = StatedWorld._join_parts(profile, statement, given, beside, options, Variables.OBSERVED)
+        errors = worlds.errors_in(beside[PROPERTY_FILE], profile, options.file.name)
+        world = worlds.state_observations(profile, viewed.view, region, errors)
+        beside = {WORLD_FILE: world.source, **beside}
+        made = StatedWorld._join_parts(profile, world.statement, given, beside, options, Variables.OBSERVED)
         return replace(made, region=region.name or "given")
 
     @staticmethod
@@ -140,10 +146,10 @@ class StatedWorld:
                 raise InputError(f"{option} has no effect on claims of agents that test sums", option, "leave it out")
         region = resolve_region(profile, None, options.region)
         posed = pose_claims(profile, None, region, options)
-        if any(map(game_episodes.counts_steps, posed)):
+        if any(map(worlds.counts_steps, posed)):
             return StatedWorld._of_episodes(profile, posed, options)
-        source, places = world_of_game(profile, posed)
-        made = StatedWorld._join_game(profile, statement_of(source, WORLD_FILE), source, options)
+        world, places = worlds.state_decisions(profile, posed)
+        made = StatedWorld._join_game(profile, world.statement, world.source, options)
         claims = (replace(each, region=f"of {where}") for each, where in zip(made.claims, places, strict=True))
         return replace(made, claims=tuple(claims))
 
@@ -152,11 +158,11 @@ class StatedWorld:
         """Makes the world of claims about episodes, like `of_game`. A file states no empty start, so that of a region
         without starts at rest is put in afterwards.
         """
-        started = game_episodes.start_of(profile, posed)
-        source = stated = game_episodes.world_of(profile, posed, started)
+        started = worlds.start_of(profile, posed)
+        world = stated = worlds.state_episodes(profile, posed, started)
         if started.nowhere:
-            stated = game_episodes.world_of(profile, posed, started.widened)
-        made = StatedWorld._join_game(profile, statement_of(stated, WORLD_FILE), source, options)
+            stated = worlds.state_episodes(profile, posed, started.widened)
+        made = StatedWorld._join_game(profile, stated.statement, world.source, options)
         if started.nowhere:
             system = replace(made.statement.system, start=started.states)
             made = replace(made, statement=replace(made.statement, system=system), again=repeat_options(options))
@@ -306,12 +312,114 @@ def _texts(given: Mapping[str, Path]) -> dict[str, str]:
 
 def _example(profile: PolicyProfile) -> str:
     """A formula about the first agent that gives numbers, or tests sums."""
-    policy = next(each for each in profile.agents if each.tree.arithmetic)
-    if policy.outputs:
-        return f"out({policy.agent}).{policy.outputs[0].name} <= 1"
-    return f"acts({policy.agent}) == {policy.actions[0].name}"
+    policy, first = sums_in(profile)[0], list_decided(sums_in(profile)[0])[0]
+    return f"acts({policy.agent}) == {first}" if policy.actions else f"out({policy.agent}).{first} <= 1"
 
 
 def _unknown(counterexample: SystemCounterexample) -> SystemCounterexample | None:
     """Nothing is known of the real agents' sums where rules are enclosed."""
     return None
+
+
+NEVER = "no state meets the condition: {words}"
+UNFOUND = "no state that meets the condition was found, and no proof that there is none: {words}"
+
+
+def with_conditions(result: SystemResult, world: StatedWorld) -> SystemResult:
+    """The result, unless a left side never holds, or none is known to; the certificate of a proof states what meets
+    each.
+    """
+    if result.verdict not in (Verdict.PROVED, Verdict.UNKNOWN):
+        return result
+    premises: list[SystemPremise] = []
+    for denied in result.claim.conditions:
+        answer, words = answer_alone(result.question, denied.claim, world), visible(" ".join(denied.words.split()))
+        shown = answer.evidence.counterexample
+        if answer.verdict is Verdict.PROVED:
+            return _leave_unproved(result, Verdict.VACUOUS, NEVER.format(words=words))
+        if shown is None and result.verdict is Verdict.PROVED:
+            return _leave_unproved(result, Verdict.UNKNOWN, UNFOUND.format(words=words))
+        if shown is not None:
+            premises.append(SystemPremise(negate(answer.claim.formula), shown.states[0]))
+    certificate = result.evidence.certificate
+    if certificate is None or not premises:
+        return result
+    stated = replace(certificate, claim=replace(certificate.claim, premises=tuple(premises)))
+    return replace(result, evidence=replace(result.evidence, certificate=stated))
+
+
+def answer_alone(question: Question[SystemClaim], claim: SystemClaim, world: StatedWorld) -> SystemResult:
+    """The verdict on another claim about the world of a question."""
+    alone = replace(world, claims=(claim,), options=replace(world.options, verdict_only=True))
+    return alone.answer(replace(question, claim=claim), beside=False)
+
+
+def _leave_unproved(result: SystemResult, verdict: Verdict, reason: str) -> SystemResult:
+    return replace(result, verdict=verdict, reason=reason, evidence=SystemEvidence(boxes=result.evidence.boxes))
+
+
+MOST = 16  # bounds that are tried
+SAID = "fails only where {name} is rounded when it is observed: proved with {moved} in place of {stated}"
+
+
+def with_bound(result: SystemResult, world: StatedWorld) -> SystemResult:
+    """The result, which says from which bound on its claim is proved, where only rounding makes it fail."""
+    claim = result.claim
+    if result.verdict is not Verdict.VIOLATED or not claim.about_decisions or claim.curved or world.statement.observed:
+        return result
+    numbers = find_numbers(world.statement, world.origin.agents)
+    for stated, moved in list(_iterate_moved(claim, numbers))[:MOST]:
+        formula = with_comparisons(normal(claim.formula), partial(_move, stated, moved))
+        again = answer_alone(result.question, replace(claim, formula=formula), world)
+        if again.verdict is Verdict.PROVED:
+            left = any(stated in atoms(condition.claim.formula) for condition in claim.conditions)
+            said = SAID.format(
+                name=", ".join(name for _, name in stated.terms), moved=_spell(moved, left), stated=_spell(stated, left)
+            )
+            return replace(result, evidence=replace(result.evidence, rounding=said))
+    return result
+
+
+def _move(stated: Linear, moved: Linear, atom: Linear) -> Linear:
+    return moved if atom == stated else atom
+
+
+def _iterate_moved(claim: SystemClaim, numbers: Mapping[str, str]) -> Iterator[tuple[Linear, Linear]]:
+    """Each bound on a variable that is observed, and the weaker one at the next float beyond what is read as it."""
+    for atom in dict.fromkeys(atoms(normal(claim.formula))):
+        if not isinstance(atom, Linear) or len(atom.terms) != 1:
+            continue
+        ((weight, name),) = atom.terms
+        if not numbers.get(name):
+            continue
+        kind, bound = numbers[name], atom.bound / abs(weight)  # of the variable, or of its opposite
+        end = bound if atom.strict else max(bound, Fraction(nearest_number(bound, kind)))
+        after = float(neighbour(last_of(end, kind, below=atom.strict), inf, kind))
+        moved = below({name: 1 if weight > 0 else -1}, Fraction(repr(after)), strict=True)
+        if moved != atom and isinstance(moved, Linear):
+            yield atom, moved
+
+
+def _spell(atom: Linear, left: bool) -> str:
+    """A bound in words; its opposite where it is of the left side of an implication."""
+    ((weight, name),) = atom.terms
+    low, strict = (weight < 0) != left, atom.strict != left
+    return f"{name} {'>' if low else '<'}{'' if strict else '='} {plain(atom.bound / weight)}"
+
+
+def _answer(question: Question[SystemClaim], bench: StatedWorld, region_file: str | None) -> SystemResult:
+    """Nothing is said of where a claim holds: what an answer leaves open is a set of states, which the report names."""
+    return with_bound(with_conditions(bench.answer(question), bench), bench)
+
+
+def _verdict(question: Question[SystemClaim], bench: StatedWorld) -> tuple[Verdict, str]:
+    result = with_conditions(bench.answer(question, beside=False), bench)
+    return result.verdict, result.reason
+
+
+def _counterexample(profile: PolicyProfile, result: SystemResult) -> tuple[dict[str, Any], str] | None:
+    found = result.evidence.counterexample
+    return None if found is None else (counterexample_document(result.question, found), "from its start, in world.toml")
+
+
+SYSTEMS = Procedure(_answer, _verdict, to_json, _counterexample)  # the solver gives a second opinion alone

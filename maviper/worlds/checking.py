@@ -134,7 +134,7 @@ def _vmas(source: Source) -> Iterator[Finding]:
     yield Finding(Mark.OK, f"scenario: {name}, {format_count(GAMES, 'game')} at once")
     yield Finding(Mark.OK, f"agents: {', '.join(world.agents)}")
     kind = "numbers within bounds" if world.outputs else "Discrete"
-    yield Finding(Mark.OK, f"actions: {kind}, {', '.join(str(len(does)) for does in world.outputs or world.actions)}")
+    yield Finding(Mark.OK, f"actions: {kind}, {', '.join(str(len(does)) for does in world.decided)}")
     seen = ", ".join(str(len(features)) for features in world.features)
     yield Finding(Mark.OK, f"observations: vectors of {seen} numbers")
     if world.length_known:

@@ -64,9 +64,7 @@ def plays(profile: ir.PolicyProfile, world: World) -> bool:
     """
     facts = profile.provenance.training
     named, own = FEATURES_FILE in facts, OWN_NAMES in facts
-    everything = zip(
-        world.agents, world.features, world.actions, world.outputs or [()] * len(world.agents), strict=True
-    )
+    everything = zip(world.agents, world.features, world.actions, world.given, strict=True)
     ours = [
         (
             agent,

@@ -158,6 +158,16 @@ class World(ABC):
         return mask_of(self.features[agent], self.actions[agent])
 
     @property
+    def given(self) -> tuple[tuple[OutputSpec, ...], ...]:
+        """By agent the numbers that it gives; () of one that takes actions."""
+        return tuple(self.outputs) or ((),) * len(self.agents)
+
+    @property
+    def decided(self) -> tuple[tuple[ActionSpec, ...] | tuple[OutputSpec, ...], ...]:
+        """By agent what it decides: the actions of which it takes one, or the numbers that it gives."""
+        return tuple(self.outputs) or tuple(self.actions)
+
+    @property
     def acting_shape(self) -> tuple[int, ...]:
         """The shape of everybody's actions in one state: (n_agents,), or (n_agents, most outputs of an agent)."""
         return (len(self.agents), *((max(map(len, self.outputs)),) if self.outputs else ()))

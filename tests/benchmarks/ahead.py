@@ -7,12 +7,15 @@ A stage counts if it takes at least a second. Said over real: the worst of all t
 stage's steps on until half of a second was left. The clock of `extract` covers all stages, so there until the end.
 """
 
-import argparse
 import json
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from codegen.policy_json import dumps
+from tests.benchmarks.common import figure, reader, tell
+from tests.benchmarks.large import full
 
 WORLDS = Path(__file__).parents[2] / "generated" / "worlds"
 PROVED = Path(__file__).parents[2] / "generated" / "proved_defenders" / "profile.json"
@@ -66,14 +69,10 @@ def run(words: list[str], folder: str) -> dict[str, float]:
 
 def main() -> None:
     """The table, or its figures."""
-    from codegen.policy_json import dumps
-    from tests.benchmarks.large import full
-
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = reader(__doc__)
     parser.add_argument("cases", nargs="*", metavar="CASE", help=f"some of: {'; '.join(CASES)}")
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    figures: list[dict[str, object]] = []
+    figures = []
     for name in options.cases or CASES:
         with tempfile.TemporaryDirectory() as folder:
             if "twelve" in str(CASES[name]):
@@ -83,12 +82,9 @@ def main() -> None:
         if not found and not options.json:
             print(f"{name:20} shows no time left, or takes less than a second")
         for stage, ratio in found.items():
-            if not options.json:
-                print(f"{name:20} {stage:14} said / real {ratio:.2f}", flush=True)
             off = max(ratio, 1 / max(ratio, 1e-9))
-            figures.append({"name": f"{name}, {stage}", "value": off, "reach": 2, "stretch": 1.5, "better": "lower"})
-    if options.json:
-        print(json.dumps({"figures": figures}))
+            figures.append(figure(f"{name}, {stage}", off, 2, 1.5))
+    tell(figures, options.json)
 
 
 if __name__ == "__main__":

@@ -1,23 +1,19 @@
 """ARCH-COMP's board: every question of generated/arch proved and checked again, whole commands, processor seconds.
 
-    python tests/benchmarks/board.py [--renew] [--vcas] [--json] [NAME ...]
+    python -m tests.benchmarks.board [--renew] [--vcas] [--json] [NAME ...]
 
 Each row is `maviper verify` with the shuffled control and the report, then `maviper check` of what it wrote. A row must
 end PROVED, or the script fails. `--renew` writes the folders of generated/arch, else a folder that goes away. `--vcas`
 adds the eight rows of generated/worlds/vcas, where four are VIOLATED beside a proof that no controller can.
 """
 
-import argparse
 import json
-import resource
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[2]))  # for codegen, also when run by this path
-
 from codegen.errors import ExitCode
+from tests.benchmarks.common import listed, reader, spent, tell
 
 PLACE = Path(__file__).parents[2] / "generated" / "arch"
 NAMES = sorted(path.stem for path in PLACE.glob("*.toml"))
@@ -31,27 +27,15 @@ TARGETS = {
 }
 
 
-def seconds_of(*arguments):
-    """Processor seconds of one command, and how it ended."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [sys.executable, "-m", "maviper", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, done
-
-
 def verified(profile, world, folder):
     """Seconds to verify and to check all certificates, and the set of verdicts."""
-    proving, done = seconds_of("verify", profile, "--world", world, "-o", folder)
+    proving = spent("verify", profile, "--world", world, "-o", folder)
     report = folder / "report.json"
-    assert done.returncode in (ExitCode.DONE, ExitCode.VIOLATED), done.stderr
+    assert proving.code in (ExitCode.DONE, ExitCode.VIOLATED), f"maviper verify {profile} --world {world}"
     verdicts = {each["verdict"] for each in json.loads(report.read_text())["results"]}
-    checking = 0.0
-    for path in sorted(folder.glob("certificate-*.json")):
-        seconds, done = seconds_of("check", path)
-        assert done.returncode == 0, done.stderr
-        checking += seconds
-    return proving, checking, verdicts
+    checks = [spent("check", path) for path in sorted(folder.glob("certificate-*.json"))]
+    assert not any(check.code for check in checks), f"maviper check {folder}"
+    return proving.seconds, sum(check.seconds for check in checks), verdicts
 
 
 def board(names, renew):
@@ -82,11 +66,10 @@ def vcas():
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = reader(__doc__)
     parser.add_argument("names", nargs="*", default=NAMES)
     parser.add_argument("--renew", action="store_true", help="writes generated/arch")
     parser.add_argument("--vcas", action="store_true", help="also the rows of VCAS")
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     rows = board(options.names, options.renew)
     values = {"the slowest, s": max(proving for proving, _ in rows.values())}
@@ -98,16 +81,7 @@ def main():
         values["questions PROVED"] = len(rows) + counts["PROVED"]
         both = "questions PROVED, or VIOLATED beside a proof that no controller can"
         values[both] = len(rows) + sum(counts.values())
-    figures = [
-        {"name": name, "value": value, "reach": reach, "stretch": stretch, "better": better}
-        for name, value in values.items()
-        for reach, stretch, better in [TARGETS[name]]
-    ]
-    if options.json:
-        print(json.dumps({"figures": figures}))
-    else:
-        for each in figures:
-            print(f"{each['name']}: {each['value']:.4g} (reach {each['reach']:g}, stretch {each['stretch']:g})")
+    tell(listed(values, TARGETS), options.json)
 
 
 if __name__ == "__main__":

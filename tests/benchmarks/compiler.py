@@ -1,18 +1,15 @@
 """How fast the emitted C and Python decide, as ratios to plain nested ifs of the same tree, in one interleaved run.
 
-    python tests/benchmarks/compiler.py [--depth 6] [--rounds 9] [--compiler gcc] [--json]
+    python -m tests.benchmarks.compiler [--depth 6] [--rounds 9] [--compiler gcc] [--json]
 
 A full tree of synthetic thresholds over 18 features, five actions, random float32 observations (a pool that a branch
 predictor cannot learn), gcc -O3, one thread. chain: the next observation depends on the last action; free: decisions
 that do not wait for one another; rows and columns: batches, the columns a power of two apart, so that all meet in the
 same lines of a cache; columns apart: a little further, so that they do not; all: four different trees in one call, on
 random observations and along a slow trajectory. Python: one decision against the same nested ifs over a list, written
-here; batches against scikit-learn's `tree_.predict`. Medians over rounds of the ratio within a round. Then the peers
-that are installed, on a tree of scikit-learn's (peers.py).
+here; batches against scikit-learn's `tree_.predict`. Medians over rounds of the ratio within a round.
 """
 
-import argparse
-import json
 import shutil
 import subprocess
 import sys
@@ -21,13 +18,14 @@ import time
 from pathlib import Path
 
 import numpy as np
+from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.agreement import readback
 from codegen.importers import scikit
 from codegen.profiles import ensure
 from codegen.targets import emit
-from tests.benchmarks import peers
+from tests.benchmarks.common import figure, interleave, reader, tell
 
 FEATURES, ACTIONS, AGENTS = 18, 5, 4
 STYLES = ("nested", "ordered", "walk")
@@ -124,28 +122,31 @@ def ratios(times, what):
 
 
 def python_figures(rounds):
-    """Batches against scikit-learn's own tree, one decision against nested ifs, and the peers."""
-    found, missing = [], []
+    """Batches against scikit-learn's own tree, one decision against nested ifs."""
+    found = []
     rng = np.random.default_rng(1)
-    for depth, (reach, stretch) in PYTHON_TARGETS.items():
+    for depth, targets in PYTHON_TARGETS.items():
         x = rng.uniform(-1, 1, (40_000, FEATURES)).astype(np.float32)
-        forest = peers.fitted(full_tree(depth, rng), x)
-        classifier = forest.estimators_[0]
+        tree = full_tree(depth, rng)
+        classifier = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(x, tree.action[ir.apply(tree, x)])
         profile = scikit.from_sklearn(classifier)
         module = readback.load_python(next(iter(emit(profile, ["python"]).values())))
-        ours, theirs = module["act_agent_0_batch"], classifier.tree_.predict
-        ratio = float(np.median([seconds(ours, x) / seconds(theirs, x) for _ in range(5 * rounds)]))
-        name = f"python batch over tree_.predict, depth {depth}"
-        found.append({"name": name, "value": ratio, "reach": reach, "stretch": stretch, "better": "lower"})
+        ways = {"ours": lambda: module["act_agent_0_batch"](x), "theirs": lambda: classifier.tree_.predict(x)}  # noqa: B023
+        found.append(figure(f"python batch over tree_.predict, depth {depth}", ratio(ways, 15 * rounds), *targets))
     rows, act, plain = x[:1_000].tolist(), module["act_agent_0"], plain_python(profile.agents[0].tree)
     assert decided(plain, rows) == decided(act, rows)
-    ratio = float(np.median([seconds(decided, act, rows) / seconds(decided, plain, rows) for _ in range(20 * rounds)]))
+    ways = {"ours": lambda: decided(act, rows), "theirs": lambda: decided(plain, rows)}
     name = "python: one decision over plain nested ifs over a list, depth 6"
-    found.append({"name": name, "value": ratio, "reach": 1.0, "stretch": 1.0, "better": "lower"})
-    each = [len(rows) * seconds(classifier.predict, x[:1], 20) / seconds(decided, act, rows) for _ in range(rounds)]
+    found.append(figure(name, ratio(ways, 20 * rounds), 1.0))
+    ways = {"ours": lambda: [classifier.predict(x[:1]) for _ in range(len(rows))], "theirs": lambda: decided(act, rows)}
     name = "python: scikit-learn's predict over one decision, depth 6"
-    found.append({"name": name, "value": float(np.median(each)), "reach": 100, "stretch": 100, "better": "higher"})
-    return found + peers.python_figures(forest, plain, rounds, missing), forest, missing
+    return [*found, figure(name, ratio(ways, rounds), 100, better="higher")]
+
+
+def ratio(ways, rounds):
+    """The median over rounds of the first way's seconds over the other's, of this thread."""
+    ours, theirs = interleave(ways, rounds, time.thread_time).values()
+    return float(np.median(np.array(ours) / np.array(theirs)))
 
 
 def plain_python(tree):
@@ -165,15 +166,6 @@ def plain_python(tree):
 
 def decided(act, rows):
     return [act(row) for row in rows]
-
-
-def seconds(function, *arguments):
-    """Of this thread, of one call, the mean of a few."""
-    *given, number = arguments if isinstance(arguments[-1], int) else (*arguments, 3)
-    started = time.thread_time()
-    for _ in range(number):
-        function(*given)
-    return (time.thread_time() - started) / number
 
 
 def c_figures(options):
@@ -198,35 +190,20 @@ def c_figures(options):
     for what, (value, way) in best.items():
         name = f"{options.compiler}, depth {options.depth}, {what} ({way})"
         goal = TARGETS.get(what) if options.depth == 6 else None
-        more = {"reach": goal[0], "stretch": goal[1]} if goal else {}
-        found.append({"name": name, "value": value, "better": "lower", **more})
+        found.append(figure(name, value, *(goal or ())))
     return found
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = reader(__doc__)
     parser.add_argument("--depth", type=int, default=6)
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--compiler", default="gcc")
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    python, forest, missing = python_figures(options.rounds)
-    figures = []
-    if shutil.which(options.compiler):
-        figures += c_figures(options)
-        figures += peers.c_figures(forest, options.compiler, options.rounds, missing)
-    else:
-        missing.append(f"{options.compiler}: not installed; no C was timed")
-    figures += python
-    for line in missing:
-        print(f"not run: {line}", file=sys.stderr)
-    if options.json:
-        print(json.dumps({"figures": figures}))
-        return
-    for item in figures:
-        goal = f"  (reach {item['reach']:g}, stretch {item['stretch']:g})" if "reach" in item else ""
-        value = f"{item['value']:,}" if isinstance(item["value"], int) else f"{item['value']:.3f}"
-        print(f"{item['name']}: {value}{goal}")
+    if not shutil.which(options.compiler):
+        print(f"{options.compiler}: not installed; no C was timed", file=sys.stderr)
+    figures = c_figures(options) if shutil.which(options.compiler) else []
+    tell([*figures, *python_figures(options.rounds)], options.json)
 
 
 if __name__ == "__main__":

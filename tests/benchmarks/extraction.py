@@ -1,6 +1,6 @@
 """How long extraction takes, what it needs, and what histograms cost against exact splits.
 
-    python tests/benchmarks/extraction.py [--full] [--json]
+    python -m tests.benchmarks.extraction [--full] [--json]
 
 Whole protocol: every iteration of the paper's 100 x 50 rollouts, selection over all iterates on 100 episodes each, with
 the default preset and without its refinement, which is ours (its seconds stand beside). By default a tenth of it (10
@@ -9,8 +9,6 @@ histogram splits on the same data, interleaved; then time per agent, sample and 
 navigation, with the scripted expert and measured Q. --sizes: the last one alone.
 """
 
-import argparse
-import json
 import resource
 import subprocess
 import sys
@@ -20,13 +18,10 @@ from functools import partial
 import numpy as np
 
 from maviper.extraction.settings import REFINEMENT
+from tests.benchmarks.common import figure, interleave, reader, tell
 
 GAMES = (("physical-deception", 4, 90, 30), ("cooperative-navigation", 6, 240, 90), ("predator-prey", 4, 240, 90))
 SIZES = (3, 4, 6, 12, 24)
-
-
-def figure(name, value, reach=None, stretch=None):
-    return {"name": name, "value": value, "reach": reach, "stretch": stretch, "better": "lower"}
 
 
 def one_run(name, depth, iterations, refinement=0):
@@ -60,15 +55,13 @@ def growth(splits, rounds):
     wanted = labels(expert, observations, state)
     data = Dataset(observations, wanted, np.ones(wanted.shape), np.ones(wanted.shape, bool))
     ones = [np.ones(len(wanted), dtype=np.int64)] * 3
-    found = {way: [] for way in splits}
-    for _ in range(rounds):
-        for way in splits:
-            grow = Growth(world, Settings.of({"splits": way}))
-            started = time.process_time()
-            for team in ([0], [1, 2]):
-                grow.team(team, data, ones, [0, 0, 0], len(team) - 1)
-            found[way].append(time.process_time() - started)
-    return found
+
+    def grow(way):
+        growing = Growth(world, Settings.of({"splits": way}))
+        for team in ([0], [1, 2]):
+            growing.team(team, data, ones, [0, 0, 0], len(team) - 1)
+
+    return interleave({way: partial(grow, way) for way in splits}, rounds)
 
 
 def by_size(n):
@@ -97,18 +90,11 @@ def by_size(n):
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = reader(__doc__)
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--sizes", action="store_true")
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    figures = sizes() if options.sizes else [*protocols(options.full), *sizes()]
-    if options.json:
-        print(json.dumps({"figures": figures}))
-        return
-    for item in figures:
-        goal = "" if item["reach"] is None else f"  (reach {item['reach']:g}, stretch {item['stretch']:g})"
-        print(f"{item['name']}: {item['value']:.3f}{goal}")
+    tell(sizes() if options.sizes else [*protocols(options.full), *sizes()], options.json)
 
 
 def protocols(full):

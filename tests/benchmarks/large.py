@@ -1,6 +1,6 @@
 """Whether large things end: whole commands, with what they spend and whether they give an answer.
 
-    python tests/benchmarks/large.py [--json] [CASE ...]
+    python -m tests.benchmarks.large [--json] [CASE ...]
 
 Questions: a verdict or an UNKNOWN. Commands: `verify` on the demo's profile, with all files, once its modules are
 compiled; compilation of a wide tree and of many agents, extraction for many agents and for CartPole, whose expert
@@ -10,20 +10,14 @@ minutes of CPU time, process start included, and should stay below two gigabytes
 (held), and full trees with splits and actions at random (full).
 """
 
-import argparse
 import json
-import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple
-
-sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
 
 import numpy as np
 
@@ -31,30 +25,13 @@ from codegen.dynamics import motionless
 from codegen.errors import ExitCode
 from codegen.ir import ActionSpec, AgentPolicy, FeatureSpec, PolicyProfile, Provenance
 from codegen.policy_json import dumps
-from tests.benchmarks.verifier import Played, below, flat, held_roles, offset, towards
+from tests.benchmarks.common import Ended, figure, reader, spent, tell
+from tests.benchmarks.verifier import Played, flat, held_roles, navigators
 
 LIMIT = 120  # seconds of CPU
 RUNS = 6  # of a command that takes a second: the first one compiles its modules, and the least of the others counts
 ANSWERS = {ExitCode.DONE: "PROVED", ExitCode.VIOLATED: "VIOLATED", ExitCode.INCONCLUSIVE: "UNKNOWN"}
 Made = Callable[[], PolicyProfile]
-
-
-class Ended(NamedTuple):
-    """How a command ended: its answer, or "" where it gave none; seconds of CPU, megabytes at most."""
-
-    answer: str
-    seconds: float
-    megabytes: float
-
-
-def held(count: int) -> PolicyProfile:
-    """A team with fixed roles under fitted splits, of depth 6 in all."""
-    game = Played(f"cooperative-navigation,agents={count}")
-    trees = {}
-    for k, agent in enumerate(game.world.agents):
-        above = game.fitted(agent, game.heading(agent, np.full(len(game.states), k)), 3)
-        trees[agent] = below(above, towards(*offset(game, agent, f"landmark_{k}")))
-    return game.profile(trees)
 
 
 def full(world: str, depth: int, team: str, seed: int = 0) -> PolicyProfile:
@@ -83,10 +60,10 @@ def grown(rng, places, depth):
 
 
 CASES: dict[str, tuple[Made, str]] = {
-    "8 agents, no_double": (lambda: held(8), "no_double"),
-    "8 agents, own_target": (lambda: held(8), "own_target"),
-    "12 agents, no_double": (lambda: held(12), "no_double"),
-    "12 agents, own_target": (lambda: held(12), "own_target"),
+    "8 agents, no_double": (lambda: navigators(8), "no_double"),
+    "8 agents, own_target": (lambda: navigators(8), "own_target"),
+    "12 agents, no_double": (lambda: navigators(12), "no_double"),
+    "12 agents, own_target": (lambda: navigators(12), "own_target"),
     "12 agents, full trees, no_double": (lambda: full("cooperative-navigation,agents=12", 6, "agents"), "no_double"),
     "8 agents, 33,000 leaves, no_double": (lambda: full("cooperative-navigation,agents=8", 12, "agents"), "no_double"),
     "2 agents, depth 17, fixed roles": (lambda: held_roles(Played("physical-deception"), 14), "distinct_targets"),
@@ -133,71 +110,37 @@ REACH = {
 }
 
 
-def ended(profile: PolicyProfile, claim: str, *more: str) -> Ended:
-    """One question, and how it ended."""
-    return ran(profile, "verify", "--property", claim, *more)
-
-
-def ran(profile: PolicyProfile, verb: str, *more: str) -> Ended:
+def asked(profile: PolicyProfile, verb: str, *more: str) -> Ended:
     """One command about a profile, and how it ended."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "profile.json"
         path.write_text(dumps(profile))
-        return spent([verb, str(path), *more])
-
-
-# A process counts the memory of the one that it came from, and this benchmark grows: so a small one stands between.
-SPENDING = """
-import os, resource, subprocess, sys
-limit, *words = sys.argv[1:]
-command = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-resource.prlimit(command.pid, resource.RLIMIT_CPU, (int(limit), int(limit)))
-_, status, used = os.wait4(command.pid, 0)
-print(os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, used.ru_maxrss)
-"""
-
-
-def spent(words: list[str]) -> Ended:
-    """A command of maviper's, and how it ended."""
-    return spent_by([sys.executable, "-m", "maviper", *words])
-
-
-def spent_by(words: list[str]) -> Ended:
-    """Any command, and how it ended."""
-    compiled = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    command = [sys.executable, "-S", "-c", SPENDING, str(LIMIT), *words]
-    ended = subprocess.run(command, capture_output=True, text=True, check=True, env=compiled)
-    code, seconds, kilobytes = ended.stdout.split()
-    return Ended(ANSWERS.get(int(code), ""), float(seconds), int(kilobytes) / 1024)
+        return spent(verb, path, *more, limit=LIMIT)
 
 
 def command(name: str, expert: str = "") -> Ended:
-    """A command of REACH, and how it ended; what cannot be replayed is compiled all the same. `expert`: of
-    CartPole; "": one that is trained.
-    """
+    """A command of REACH, and how it ended. `expert`: of CartPole; "": one that is trained."""
     with tempfile.TemporaryDirectory() as folder:
         if name == DEMO:
-            runs = [spent(["verify", str(PROFILE), "-o", f"{folder}/answers"]) for _ in range(RUNS)]
-            found = min(runs[1:], key=lambda run: run.seconds)
-        elif name == REFUSED:
-            return ran(COMPILED[MANY](), "verify", "--property", "distinct_targets")._replace(answer="REFUSED")
-        elif name in OUTSIDE:
-            if expert:
-                shutil.copy(expert, Path(folder) / ZIP)
-            else:
-                train_cartpole(Path(folder) / ZIP)
-            if name.startswith("evaluate"):
-                spent([word.format(folder=folder) for word in OUTSIDE["extract CartPole"]])
-            found = spent([word.format(folder=folder) for word in OUTSIDE[name]])
-            if name.startswith("evaluate"):
-                rows = json.loads((Path(folder) / "tree.json").read_text())["provenance"]["evaluation"]
-                beside(round(rows["episodes"] * (rows["agent return"] + rows["agent expert return"])), found.seconds)
-        elif name in EXTRACTIONS:
-            found = spent(["extract", *EXTRACTIONS[name], "-o", str(Path(folder) / "result.json")])
+            runs = [spent("verify", PROFILE, "-o", f"{folder}/answers", limit=LIMIT) for _ in range(RUNS)]
+            return min(runs[1:], key=lambda run: run.seconds)
+        if name == REFUSED:
+            return asked(COMPILED[MANY](), "verify", "--property", "distinct_targets")
+        if name in COMPILED:
+            return asked(COMPILED[name](), "compile", "--target", "c,python,json", "-o", f"{folder}/code")
+        if name in EXTRACTIONS:
+            return spent("extract", *EXTRACTIONS[name], "-o", f"{folder}/result.json", limit=LIMIT)
+        if expert:
+            shutil.copy(expert, Path(folder) / ZIP)
         else:
-            code = str(Path(folder) / "code")
-            found = ran(COMPILED[name](), "compile", "--target", "c,python,json", "-o", code)
-    return found._replace(answer="DONE" if found.answer else "")
+            train_cartpole(Path(folder) / ZIP)
+        commands = {one: [word.format(folder=folder) for word in words] for one, words in OUTSIDE.items()}
+        found = spent(*commands["extract CartPole"], limit=LIMIT)
+        if name.startswith("evaluate"):
+            found = spent(*commands[name], limit=LIMIT)
+            rows = json.loads((Path(folder) / "tree.json").read_text())["provenance"]["evaluation"]
+            beside(round(rows["episodes"] * (rows["agent return"] + rows["agent expert return"])), found.seconds)
+        return found
 
 
 def beside(steps: int, seconds: float) -> None:
@@ -224,39 +167,41 @@ def train_cartpole(place: Path) -> None:
     learner.save(place)
 
 
+def answer_of(name: str, ended: Ended) -> str:
+    """What a command said; "" where it gave no answer. What cannot be replayed is compiled all the same."""
+    said = ANSWERS.get(ended.code, "")
+    return "REFUSED" if name == REFUSED else said if name in CASES or not said else "DONE"
+
+
 def main() -> None:
     """The table, or its figures."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = reader(__doc__)
     parser.add_argument("cases", nargs="*", metavar="CASE", help=f"some of: {'; '.join([*CASES, *REACH])}")
-    parser.add_argument("--json", action="store_true")
     parser.add_argument("--expert", metavar="ZIP", default="", help="of CartPole, in place of one that is trained")
     options = parser.parse_args()
-    found = {}
     installed = find_spec("stable_baselines3") is not None
-    if not installed and not options.json:
-        print("not run: extract CartPole, evaluate CartPole (stable-baselines3 is not installed)")
+    if not installed:
+        print("not run: extract CartPole, evaluate CartPole (stable-baselines3 is not installed)", file=sys.stderr)
+    found = {}
     for name in options.cases or [each for each in (*CASES, *REACH) if installed or each not in OUTSIDE]:
-        found[name] = one = command(name, options.expert) if name in REACH else ended(CASES[name][0](), CASES[name][1])
+        if name in REACH:
+            found[name] = command(name, options.expert)
+        else:
+            made, claim = CASES[name]
+            found[name] = asked(made(), "verify", "--property", claim)
         if not options.json:
-            answer = one.answer or "NO ANSWER"
-            print(f"{name:36} {answer:9}  CPU {one.seconds:6.1f} s  {one.megabytes:6.0f} MB", flush=True)
-    asked = [one for name, one in found.items() if name in CASES]
+            print(f"{name}: {answer_of(name, found[name]) or 'NO ANSWER'}", flush=True)
+    questions = [one for name, one in found.items() if name in CASES]
     figures = [
-        figure("large questions without an answer", sum(not one.answer for one in found.values()), 0, 0),
-        figure("large questions, most CPU, s", max((one.seconds for one in asked), default=0), LIMIT, 30),
-        figure("large questions, most memory, GB", max((one.megabytes for one in asked), default=0) / 1000, 2, 0.5),
+        figure("large questions without an answer", sum(not answer_of(*each) for each in found.items()), 0),
+        figure("large questions, most CPU, s", max((one.seconds for one in questions), default=0), LIMIT, 30),
+        figure("large questions, most memory, GB", max((one.megabytes for one in questions), default=0) / 1000, 2, 0.5),
     ]
     for name, (seconds, megabytes) in REACH.items():
         if name in found:
             figures.append(figure(f"{name}, CPU, s", found[name].seconds, seconds, seconds / 2))
             figures.append(figure(f"{name}, memory, MB", found[name].megabytes, megabytes, megabytes / 2))
-    if options.json:
-        print(json.dumps({"figures": figures}))
-
-
-def figure(name: str, value: float, reach: float, stretch: float) -> dict[str, str | float]:
-    """A figure beside its targets; less is better."""
-    return {"name": name, "value": value, "reach": reach, "stretch": stretch, "better": "lower"}
+    tell(figures, options.json)
 
 
 if __name__ == "__main__":

@@ -1,27 +1,23 @@
 """Claims about six flows with margins from .01 to .3: verdicts, processor seconds, ratios to each plant's widest claim.
 
-    python tests/benchmarks/margins.py [--dense N] [NAME ...]
+    python -m tests.benchmarks.margins [--dense N] [NAME ...]
 
 The plants are world files in tests/benchmarks/margins; trees of depth 3 to 5 are fitted to rules of one line by
 scikit-learn. A margin is how far N simulated episodes (--dense; Runge-Kutta of this file, and the product's own play,
 which looks for an episode that leaves the region) stay inside the claim's bounds. Without it nothing is simulated.
 """
 
-import argparse
-import sys
-import time
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
 
 import numpy as np
 from sklearn.tree import DecisionTreeClassifier
 
+from tests.benchmarks.common import reader, seconds
 from tests.support import system_cases as cases
 from tests.support.flows import actions, rate, starts_of
 from verify.claims.region import UNBOUNDED
 from verify.flows.decide import decide
-from verify.flows.playing import FlowPlay
+from verify.flows.episodes import FlowPlay
 from verify.question import Question
 from verify.subjects import ClosedLoop
 from verify.systems.files import statement_of
@@ -110,7 +106,7 @@ def simulate(system, profile, column, count):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = reader(__doc__)
     parser.add_argument("names", nargs="*", default=list(CLAIMS))
     parser.add_argument("--dense", type=int, metavar="N")
     options = parser.parse_args()
@@ -128,9 +124,8 @@ def main():
                 least, most = simulate(system, profile, column, options.dense)
                 broken = next(FlowPlay(profile, system, claim).breaking(options.dense), None)
                 margin = f", margin {min(least - low, high - most):.4f}, own play {'breaks it' if broken else 'agrees'}"
-            began = time.process_time()  # other work on the machine does not count
-            found = decide(Question(ClosedLoop(profile, system), claim, UNBOUNDED))
-            took = time.process_time() - began
+            question = Question(ClosedLoop(profile, system), claim, UNBOUNDED)
+            took, found = seconds(lambda asked=question: decide(asked))
             widest = widest or took
             print(f"{name}: {variable} in [{low}, {high}]: {found.verdict.value}, {found.boxes:,} sets, {took:.1f} s, ")
             print(f"    {took / widest:.2f} times the widest claim{margin}", flush=True)

@@ -1,13 +1,12 @@
 """What cppcheck's MISRA C:2012 checker finds in the generated headers, by rule.
 
-    python tests/benchmarks/misra.py [HEADER ...] [--lines] [--json]
+    python -m tests.benchmarks.misra [HEADER ...] [--lines] [--json]
 
 Without headers: the committed profile's, in each style. A header is checked as a translation unit that only includes
 it; rules about a whole program (unused macros and tags, one definition) are the including program's matter. The text of
 the rules is not free, so only their numbers are printed. What the checker does not implement it does not find.
 """
 
-import argparse
 import json
 import re
 import shutil
@@ -18,6 +17,7 @@ from pathlib import Path
 
 from codegen.targets import emit
 from maviper import load
+from tests.benchmarks.common import figure, reader, tell
 
 STYLES = ("nested", "ordered", "walk")
 FOLDER = Path(__file__).parents[2] / "generated" / "physical_deception"
@@ -83,26 +83,22 @@ def headers(paths: list[str]) -> dict[str, str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = reader(__doc__)
     parser.add_argument("headers", nargs="*")
     parser.add_argument("--lines", action="store_true", help="every line that breaks a rule")
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     figures = []
     for name, text in headers(options.headers).items():
         found = findings(text)
-        total = sum(map(len, found.values()))
-        figures.append({"name": f"{name}: MISRA findings", "value": total, "better": "lower"})
-        if name == "walk" or options.headers:
-            figures[-1] |= {"reach": 0, "stretch": 0}
+        reach = 0 if name == "walk" or options.headers else None
+        figures.append(figure(f"{name}: MISRA findings", sum(map(len, found.values())), reach))
         if not options.json:
-            print(f"{name}: {total} findings")
+            print(name)
             for rule, lines in found.items():
                 print(f"  {rule:>5}  {len(lines)}")
                 for line in lines if options.lines else ():
                     print(f"           {line}")
-    if options.json:
-        print(json.dumps({"figures": figures}))
+    tell(figures, options.json)
 
 
 if __name__ == "__main__":

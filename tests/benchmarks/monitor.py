@@ -24,7 +24,6 @@ claims about episodes of games whole episodes are played: they fail while vouche
 control has the landmarks of other episodes. Where trees test differences, episodes start in the region of the claim.
 """
 
-import argparse
 import json
 import math
 import tempfile
@@ -43,6 +42,7 @@ from maviper.compilation.monitors import load_proof
 from maviper.files.runs import read_unpacked
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.observing import call_in_file
+from tests.benchmarks.common import figure, reader, tell
 from tests.support.followed import Followed, Shadowed, arriving, flying
 from tests.support.monitored import acting, compiled, formula_of, meets
 from tests.support.monitors import certify
@@ -128,6 +128,7 @@ RECORDED = (
     *("states", "vouched", "fails_while_vouched", "lost", "fails_elsewhere", "control_fails"),
     *("calm", "refused", "false_alarms", "warning"),
 )
+TARGETS = {"ratio": 2.0, "fails_while_vouched": 0, "refused": 0, "false_alarms": 0.05}
 FIGURES = ("ratio", "decision_ns", "step_ns", *RECORDED)
 RECORD = GENERATED / "monitors"
 INTRO = """# Whether the words of monitors hold
@@ -336,8 +337,7 @@ def page_of(kept: list[dict[str, Any]]) -> str:
 
 def main() -> None:
     """Prints the figures, or records what of them follows from seeds alone."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", action="store_true")
+    parser = reader(__doc__)
     parser.add_argument("--states", type=int, default=STATES)
     parser.add_argument("--only", default="", metavar="WORD", help="proofs whose name holds it")
     parser.add_argument("--costs", action="store_true", help="costs alone, of all monitors in turn")
@@ -347,20 +347,12 @@ def main() -> None:
     if given.record:
         record_rows(given.states, given.only, new=given.new)
         return
-    if given.json:
-        found = costs(given.only) if given.costs else dict(measured(given.states, given.only))
-        targets = {"ratio": 2.0, "fails_while_vouched": 0, "refused": 0, "false_alarms": 0.05}
-        figures = [
-            {"name": f"{proof}: {name}", "value": row[name], "reach": reach, "stretch": reach, "better": "lower"}
-            for proof, row in found.items()
-            for name, reach in targets.items()
-            if name in row
-        ]
-        print(json.dumps({"figures": figures}))
-        return
-    print(f"{'':50}" + "".join(f"{name:>20}" for name in FIGURES), flush=True)
-    for proof, row in costs(given.only).items() if given.costs else measured(given.states, given.only):
-        print(f"{proof:50}" + "".join(f"{row.get(name, np.nan):20,.4g}" for name in FIGURES), flush=True)
+    found = costs(given.only).items() if given.costs else measured(given.states, given.only)
+    told = TARGETS if given.json else dict.fromkeys(FIGURES) | TARGETS
+    rows = (
+        (f"{proof}: {name}", row[name], reach) for proof, row in found for name, reach in told.items() if name in row
+    )
+    tell((figure(*row) for row in rows), given.json)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from maviper.reproduction.statistics import Estimate, holm, of_differences
+from maviper.reproduction.statistics import Estimate, of_differences
 
 BETTER, WORSE, NOT_DECIDED = "BETTER", "WORSE", "NOT DECIDED"
 
@@ -35,25 +35,6 @@ class Paired:
     def p_equal(self, margin):
         """Of the mean lying within the margin on both sides: two one-sided tests."""
         return of_differences(self.differences).p_equal(margin)
-
-    def turned(self):
-        """With the other one first."""
-        return Paired(tuple(-each for each in self.differences))
-
-
-def verdicts(family, alpha, margin):
-    """A word for each comparison of a family, Holm-corrected over it."""
-    differ = holm([each.p_differs() for each in family])
-    equal = holm([each.p_equal(margin) for each in family])
-    words = []
-    for each, apart, alike in zip(family, differ, equal, strict=True):
-        if alike <= alpha:
-            words.append(f"EQUAL within {margin:g}".replace("0.", "."))
-        elif apart <= alpha:
-            words.append(BETTER if each.mean > 0 else WORSE)
-        else:
-            words.append(NOT_DECIDED)
-    return words
 
 
 def detectable(deviation, seeds, alpha, power):

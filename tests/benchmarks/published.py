@@ -5,11 +5,10 @@
 
 The register stands in NAME.toml: claims, cells in the order in which they are made, and their words. `published` is the
 default; `steps` undoes what the released code does besides its text, one by one, and has a figure; `splits` compares
-splits by every threshold with histograms; `factorial` combines what MAVIPER and IVIPER differ in; `learner` has our own
-algorithm beside the paper's; `rows` and `direct` have what others propose; `random-experts` has the expert as the unit,
-`more-experts` has MADDPG's so, and predator-prey; `learner-experts` and `learner-more-experts` have our algorithm over
-experts; `regret` has it with other splits. Where a register has experts of its own they are trained first: --train
-makes those that are missing in the folder of --experts, and goes on with those that were interrupted.
+splits by every threshold with histograms; `factorial` combines what MAVIPER and IVIPER differ in; `random-experts` has
+the expert as the unit, `more-experts` has MADDPG's so, and predator-prey; `learner-experts` and `learner-more-experts`
+have our algorithm over experts. Where a register has experts of its own they are trained first: --train makes those
+that are missing in the folder of --experts, and goes on with those that were interrupted.
 --plan prints a register with its cells, CPU time and power. Without an option the missing cells are made, one after the
 other, then the tables are printed; --tables only prints. Every cell is a file in the folder, so an interrupted run goes
 on where it was. --record writes what the finished cells come to, the tables and figures into a folder, in the form of
@@ -281,8 +280,7 @@ def main():
     parser.add_argument(
         "--register",
         default="published",
-        help="published, steps, splits, factorial, learner, rows, direct, regret, random-experts, more-experts, "
-        "learner-experts or learner-more-experts",
+        help="published, steps, splits, factorial, random-experts, more-experts, learner-experts, learner-more-experts",
     )
     parser.add_argument("--plan", action="store_true", help="print cells, CPU time and power")
     parser.add_argument("--tables", action="store_true", help="make nothing")

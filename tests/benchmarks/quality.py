@@ -1,6 +1,6 @@
 """What trees keep of an expert: every algorithm and preset beside each other, over extraction seeds.
 
-    python tests/benchmarks/quality.py [EXPERT] [--seeds 3] [--algorithms a,b] [--presets a,b] [--max-depth 4]
+    python -m tests.benchmarks.quality [EXPERT] [--seeds 3] [--algorithms a,b] [--presets a,b] [--max-depth 4]
                                        [--critic learned|measured|none] [--set NAME=VALUE] [--cross] [--demo]
                                        [--jobs 2] [--full] [--json]
 
@@ -11,8 +11,6 @@ preset's teams against the trees of every other algorithm of that preset too (th
 demo's small extraction. Settings are the preset's, early stopping included.
 """
 
-import argparse
-import json
 import time
 
 import numpy as np
@@ -25,6 +23,7 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.bundles import FITTED_Q
 from maviper.extraction.settings import RELEASED, Settings
 from maviper.files.jobs import side_by_side
+from tests.benchmarks.common import figure, reader, tell
 
 EPISODES, DRAWS = 1_000, 2_000
 ALGORITHMS = ("maviper", "iviper", "imitation", "fitted-q", "maviper-no-prediction", "maviper-iviper-resampling")
@@ -76,7 +75,7 @@ def text(found):
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = reader(__doc__)
     parser.add_argument("expert", nargs="?", default="physical-deception")
     parser.add_argument("--seeds", type=int, default=None)
     parser.add_argument("--algorithms", default="maviper")
@@ -88,7 +87,6 @@ def main() -> None:
     parser.add_argument("--demo", action="store_true")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--full", action="store_true")
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     seeds = range(options.seeds or (10 if options.full else 3))
     algorithms = ALGORITHMS if options.algorithms == "all" else options.algorithms.split(",")
@@ -125,9 +123,8 @@ def main() -> None:
                 lower = measure.lower_is_better and of == "value"
                 worse = (kept if of == "ratio" else found)[2 if lower else 1]
                 name = f"{measure.label}, {algorithm}, {preset}: {of}, worse end"
-                better = "lower" if lower else "higher"
-                figures.append({"name": name, "value": worse, "reach": reach, "stretch": stretch, "better": better})
-        figures.append({"name": f"{algorithm}, {preset}: seconds per run", "value": seconds, "better": "lower"})
+                figures.append(figure(name, worse, reach, stretch, "lower" if lower else "higher"))
+        figures.append(figure(f"{algorithm}, {preset}: seconds per run", seconds))
         if not options.json:
             spread = {
                 team: [round(float(run[1][world.primary(team).label].mean()), 3) for run in mine]
@@ -150,17 +147,11 @@ def main() -> None:
                 name = f"{measure.label} of {', '.join(kinds[0])} against trees of {algorithm}, {preset}"
                 rows.append((name, "", found, None, None))
                 if (options.expert, team) == ("physical-deception", "defenders"):
-                    goal = {"reach": 0.98, "stretch": 0.99, "better": "higher"}
-                    figures.append({"name": f"{name}: worse end", "value": found[1], **goal})
-    if options.json:
-        print(json.dumps({"figures": figures}))
-        return
-    for label, kind, found, kept, theirs in sorted(rows, key=lambda row: row[0]):
+                    figures.append(figure(f"{name}: worse end", found[1], 0.98, 0.99, "higher"))
+    for label, kind, found, kept, theirs in sorted(rows, key=lambda row: row[0]) if not options.json else []:
         ratio = "" if kept is None else f"  expert {theirs:.3f}  ratio {text(kept)}"
         print(f"{label:<28} {kind:<36} {text(found)}{ratio}")
-    for item in figures:
-        if "reach" in item:
-            print(f"{item['name']} {item['value']:.3f} (reach {item['reach']:g}, stretch {item['stretch']:g})")
+    tell(figures, options.json)
 
 
 if __name__ == "__main__":

@@ -121,28 +121,13 @@ def world_of(register, game, label):
     return find_built_in(game) if recipe_of(register, label) else expert_of(game, label)[1]
 
 
-def with_early_stop(given):
-    """What an extraction is asked for, with the stop of MAVIPER that the preset `paper` had when plans were written."""
-    early = given["preset"] == PAPER and given["algorithm"] in JOINT
-    return {"patience": EARLY, **given} if early else given
-
-
 def settings_of(register, world, cell):
-    """What the cell's extraction is asked for."""
+    """What the cell's extraction is asked for, with the stop that MAVIPER had in `paper` when it was registered."""
     given = {**register["presets"][cell.preset], **register["algorithms"][cell.algorithm]}
-    given = with_early_stop(given)
+    if given["preset"] == PAPER and given["algorithm"] in JOINT:
+        given = {"patience": EARLY, **given}
     given = {name: value[cell.game] if isinstance(value, dict) else value for name, value in given.items()}
     return Settings.of({**given, "max_depth": cell.depth, "seed": cell.seed}, world).complete().deal_budget(world)
-
-
-def trees_of(register, expert, world, cell):
-    """The cell's profile: extracted, or learned by reward alone, where its algorithm says `direct`."""
-    direct = register["algorithms"][cell.algorithm].get("direct")
-    if direct is not None:
-        from tests.benchmarks import gradient  # torch takes a second
-
-        return gradient.trained(world, cell.depth, cell.seed, direct)
-    return extract(world, expert, settings_of(register, world, cell))
 
 
 def make(register, digest, cell, folder, experts):
@@ -150,7 +135,7 @@ def make(register, digest, cell, folder, experts):
     started = time.process_time()
     trained = recipe_of(register, cell.expert)
     expert, world = find_trained(experts, cell.game, cell.expert) if trained else expert_of(cell.game, cell.expert)
-    profile = trees_of(register, expert, world, cell)
+    profile = extract(world, expert, settings_of(register, world, cell))
     lineups = {name: each for name, each in replacing(world, expert, profile).items() if name != "all"}
     lineups["expert"] = [expert] * len(world.agents), tuple(world.teams)
     values = {}

@@ -11,8 +11,6 @@ the default tier's effort tells from the whole of it. Costs are of one core of t
 shares the core. The target of the sum is 30 % of the estimate.
 """
 
-import argparse
-import json
 import tempfile
 import tomllib
 from dataclasses import replace
@@ -28,6 +26,7 @@ from maviper.reproduction.cells.plan import Asked, plan_cells
 from maviper.reproduction.cells.responding import UNTRAINED, USUAL
 from maviper.reproduction.cells.store import Store
 from maviper.reproduction.run import reproduce_paper, request
+from tests.benchmarks.common import figure, reader, tell
 
 TABLE = Path(costs.__file__).with_name(costs.FILE)
 HEAD = (
@@ -85,12 +84,11 @@ def write(found):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = reader(__doc__)
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--finished", action="store_true")
     parser.add_argument("--effort", action="store_true")
-    parser.add_argument("--json", action="store_true")
     tier = parser.add_mutually_exclusive_group()
     tier.add_argument("--quick", action="store_true")
     tier.add_argument("--full", action="store_true")
@@ -105,26 +103,24 @@ def main():
         for (name, unit), (seconds,) in found.items():
             print(f"{seconds:.3f} CPU s " + (f"for {unit} of {name}" if unit else f"to begin {name}"))
     else:
-        tell(found, tasks, given.json)
+        compare(found, tasks, given.json)
     if given.write:
         trained = {key for key, task in tasks.items() if any(task.effort.values())}  # --effort is for these
         write({key: seconds for key, seconds in found.items() if key not in trained})
 
 
-def tell(found, tasks, as_json):
+def compare(found, tasks, as_json):
     """Prints what was measured beside what was estimated."""
     spent = {key: sum(seconds) for key, seconds in found.items()}
     expected = {key: len(found[key]) * costs.estimate(tasks[key]) for key in found}
     ratio = sum(spent.values()) / sum(expected.values())
-    if as_json:
-        figure = {"name": "CPU time less its estimate, share", "value": abs(ratio - 1), "better": "lower"}
-        print(json.dumps({"figures": [{**figure, "reach": REACH, "stretch": STRETCH}]}))
-    else:
+    if not as_json:
         print(f"{'cells':>6}  {'median':>7}  {'estimate':>8}  {'ratio':>6}  what, depth")
         for key in sorted(found):
             middle, guess = median(found[key]), costs.estimate(tasks[key])
             print(f"{len(found[key]):>6}  {middle:>7.1f}  {guess:>8.1f}  {middle / guess:>6.2f}  {key[0]}, {key[1]}")
         print(f"all together {sum(spent.values()):.0f} CPU s, {ratio:.2f} of the estimate")
+    tell([figure("CPU time less its estimate, share", abs(ratio - 1), REACH, STRETCH)], as_json)
 
 
 if __name__ == "__main__":

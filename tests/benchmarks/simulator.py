@@ -1,6 +1,6 @@
 """Joint steps per second of our simulators against mpe2, VMAS and JaxMARL: one process, one core, interleaved rounds.
 
-    python tests/benchmarks/simulator.py [--rounds 5 | --full] [--game predator-prey] [--json]
+    python -m tests.benchmarks.simulator [--rounds 5 | --full] [--game predator-prey] [--json]
 
 A step is the dynamics, float32 observations of all agents and their rewards; everybody resets after 25 steps, and the
 resets count. Actions are uniform and drawn before the clock starts; compilation is not counted. What counts is CPU time
@@ -9,9 +9,7 @@ other two in float32. A peer's fastest way is taken: JaxMARL is jitted and mappe
 scan, without its automatic resets; VMAS runs on the CPU. Peers: the extra maviper[bench]; who is missing is said.
 """
 
-import argparse
 import contextlib
-import json
 import os
 import sys
 import time
@@ -20,6 +18,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+
+from tests.benchmarks.common import figure, reader, tell, turns
 
 STEPS = 25
 OVER_MPE2, OVER_PEERS = 300, 1.0  # what the figures are to reach
@@ -219,10 +219,9 @@ def compared(game: Game, rounds: int) -> tuple[list[Player], list[str]]:
     for player in everybody:  # compiles, and warms up
         player.turn(0)
         player.rates.clear()
-    for turn in range(rounds):
-        first = turn % len(everybody)
-        for player in everybody[first:] + everybody[:first]:
-            player.turn(turn + 1)
+    for seed, order in enumerate(turns(everybody, rounds), 1):
+        for player in order:
+            player.turn(seed)
     return everybody, missing
 
 
@@ -243,7 +242,7 @@ def figures(game: Game, everybody: list[Player]) -> list[dict]:
             others.append((f"the better peer ({best.who})", best, OVER_PEERS))
         for label, other, reach in others:
             value = float(np.median(ratios(mine, other)))
-            rows.append({"name": f"{name}: steps/s over {label}", "value": value, "reach": reach, "better": "higher"})
+            rows.append(figure(f"{name}: steps/s over {label}", value, reach, better="higher"))
     return rows
 
 
@@ -260,11 +259,10 @@ def show(game: Game, everybody: list[Player]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = reader(__doc__)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--game", choices=[game.name for game in GAMES], help="only this one")
     parser.add_argument("--full", action="store_true", help="25 rounds")
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     pin()
     warnings.filterwarnings("ignore", module="gym|jax|vmas|torch|pygame")
@@ -277,12 +275,7 @@ def main() -> None:
                 print(line, file=sys.stderr)
             if not options.json:
                 show(game, everybody)
-    if options.json:
-        print(json.dumps({"figures": found}))
-        return
-    print()
-    for figure in found:
-        print(f"{figure['name']}: {figure['value']:.2f} (to reach: {figure['reach']})")
+    tell(found, options.json)
 
 
 if __name__ == "__main__":

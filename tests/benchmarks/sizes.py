@@ -1,21 +1,21 @@
 """What a checkout without history and a wheel take, beside the bars of a release: 15 MB and 6 MB.
 
-    python tests/benchmarks/sizes.py [--wheel FILE] [--json]
+    python -m tests.benchmarks.sizes [--wheel FILE] [--json]
 
 A checkout is what `git archive` holds: the bytes of all committed files at HEAD. Its largest folders and files are
 listed. Without --wheel a wheel is built from that archive, in a folder of its own, which takes a minute.
 """
 
-import argparse
 import gzip
 import io
-import json
 import subprocess
 import sys
 import tarfile
 import tempfile
 from collections import Counter
 from pathlib import Path
+
+from tests.benchmarks.common import figure, reader, tell
 
 ROOT = Path(__file__).parents[2]
 BARS = {"checkout without history, MB": 15.0, "wheel, MB": 6.0}
@@ -58,20 +58,16 @@ def by_folder(files: dict[str, int]) -> Counter[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = reader(__doc__)
     parser.add_argument("--wheel", type=Path, help="measure this one instead of building one")
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     files = committed()
     with tempfile.TemporaryDirectory() as name:
         wheel = (options.wheel or built(Path(name))).stat().st_size
     values = dict(zip(BARS, (sum(files.values()) / MB, wheel / MB), strict=True))
+    tell((figure(name, value, BARS[name]) for name, value in values.items()), options.json)
     if options.json:
-        figures = [{"name": name, "value": of, "reach": BARS[name], "better": "lower"} for name, of in values.items()]
-        print(json.dumps({"figures": figures}))
         return
-    for name, value in values.items():
-        print(f"{name}: {value:.2f} (reach {BARS[name]:g}{', missed' if value > BARS[name] else ''})")
     print(f"the checkout as a .tar.gz, MB: {packed_archive() / MB:.2f}")
     for title, sizes in (("folders", by_folder(files)), ("files", Counter(files))):
         print(f"\n{title}, MB")

@@ -1,6 +1,6 @@
 """How fast the C of trees with sums decides, as ratios to the same by hand and to LightGBM, in one interleaved run.
 
-    python tests/benchmarks/sums.py [--rounds 21] [--compiler gcc] [--json]
+    python -m tests.benchmarks.sums [--rounds 21] [--compiler gcc] [--json]
 
 Trees of 64 leaves over 18 features, random observations. By hand: nested ifs with the same sums and thresholds, leaves
 with the same sums, cut to the same bounds, in plain C without anything that keeps roundings apart. chain: the next
@@ -9,9 +9,8 @@ LightGBM: a tree of its own with linear leaves, imported, against LGBM_BoosterPr
 rows of doubles, called from C. Medians over rounds of the ratio within a round.
 """
 
-import argparse
-import json
 import subprocess
+import sys
 import tempfile
 from importlib.util import find_spec
 from pathlib import Path
@@ -24,6 +23,7 @@ from codegen.importers.origin import Names, profile_of
 from codegen.profiles import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, Sum
 from codegen.targets import emit
+from tests.benchmarks.common import figure, reader, tell
 
 FEATURES, ACTIONS, LEVELS, OUTPUTS, TERMS = 18, 5, 6, 4, 4
 POOL = 1 << 15
@@ -211,16 +211,15 @@ def figures(name, row, times):
     reach, stretch = REACH[row]
     for place, how in ((0, "chain"), (2, "free")):
         ratio = float(np.median(times[:, place + 1] / times[:, place]))
-        yield {"name": f"{name}, {how}", "value": ratio, "reach": reach, "stretch": stretch, "better": "lower"}
+        yield figure(f"{name}, {how}", ratio, reach, stretch)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = reader(__doc__)
     parser.add_argument("--rounds", type=int, default=21)
     parser.add_argument("--compiler", default="gcc")
-    parser.add_argument("--json", action="store_true")
     given = parser.parse_args()
-    found, missing = [], []
+    found = []
     for flags in ([], ["-march=native"]):
         with_flags = " ".join(["", *flags])
         for name, row, arithmetic, outputs in (
@@ -233,17 +232,11 @@ def main():
             times = np.concatenate(each)
             found += figures(f"{name} over by hand{with_flags}", row, times)
         if find_spec("lightgbm") is None:
-            missing.append("lightgbm is not installed: pip install lightgbm")
+            print("lightgbm is not installed: pip install lightgbm", file=sys.stderr)
         else:
             times = against_lightgbm(given.compiler, flags, given.rounds)
             found += figures(f"linear leaves over LightGBM's single row{with_flags}", "LightGBM", times)
-    if given.json:
-        print(json.dumps({"figures": found, "missing": missing}))
-        return
-    for each in found:
-        print(f"{each['value']:6.3f}  (reach {each['reach']}, stretch {each['stretch']})  {each['name']}")
-    for each in missing:
-        print(each)
+    tell(found, given.json)
 
 
 if __name__ == "__main__":

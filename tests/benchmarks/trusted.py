@@ -6,20 +6,20 @@ Lines are counted as in the tables of `verify/checker/README.md`: all lines of t
 imports, directly or not.
 """
 
-import argparse
-import json
 import subprocess
 import sys
 from pathlib import Path
+
+from tests.benchmarks.common import figure, reader, tell
 
 ROOT = Path(__file__).parents[2]
 ACCEPT = "verify.checker.accept"  # gives each proof about a system to what checks it
 PATHS = {
     "decisions": "verify.checker.decisions.certificates",
     "episodes": "verify.checker.episodes.forever",
-    "systems, symbolic states": "verify.checker.systems.certificates",
-    "systems, boxes and forms": "verify.checker.covers.forever",
-    "continuous time": "verify.checker.flows.certificates",
+    "systems, symbolic states": "verify.checker.systems.branch_proofs",
+    "systems, boxes and forms": "verify.checker.covers.invariants",
+    "continuous time": "verify.checker.flows.sweep",
     "systems, all": ACCEPT,
     "counterexamples in real arithmetic": "verify.states.state",
 }
@@ -42,15 +42,10 @@ def count_lines(modules: set[str]) -> int:
 
 def main() -> None:
     """Prints a line for each kind."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
+    options = reader(__doc__).parse_args()
     bases = {kind: imported(module) for kind, module in PATHS.items()}
-    if options.json:
-        print(json.dumps({kind: {"modules": len(base), "lines": count_lines(base)} for kind, base in bases.items()}))
-        return
-    for kind, base in bases.items():
-        print(f"{count_lines(base):>6,} lines in {len(base):>2} modules: {kind}")
+    figures = (figure(f"{kind}, lines in {len(base)} modules", count_lines(base)) for kind, base in bases.items())
+    tell(figures, options.json)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """How fast claims are decided and proofs are checked, in one interleaved run.
 
-    python tests/benchmarks/verifier.py [--rounds 3] [--full] [--json]
+    python -m tests.benchmarks.verifier [--rounds 3] [--full] [--json]
 
 Teams: trees fitted to hand-written experts (fixed roles; the nearer of two matchings), teams that hold fixed roles
 under fitted splits, and teams that swap their roles at adjacent floats, whose claim needs both trees.
@@ -14,24 +14,16 @@ features that are off by up to 1/100 (steady, against our own query, as nobody e
 three agents, the checker's time for a branch, and the bytes of a proof that leaves settle. --full adds larger trees.
 
 --commands measures whole commands instead, process start included, in seconds of user and system time, so that other
-work on the machine does not count; wall time stands beside it. A process that imports what the outcome needs is timed
-between them.
+work on the machine does not count. A process that imports what the outcome needs is timed between them.
 """
 
-import argparse
 import gc
-import json
 import math
-import os
 import statistics
-import subprocess
 import sys
 import tempfile
-import time
 from fractions import Fraction
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
 
 import numpy as np
 from sklearn.tree import DecisionTreeClassifier
@@ -43,12 +35,13 @@ from codegen.policy_json import dumps
 from codegen.profiles import ensure
 from maviper.worlds import find
 from tests.benchmarks import direct
+from tests.benchmarks.common import listed, reader, seconds, spent, spent_by, tell
 from tests.support.zone_cases import stated
 from verify.checker.decisions import walk as decisions
 from verify.checker.envelope import numbers
 from verify.claims.decisions import DistinctTargets, NoDouble, formula
-from verify.claims.uncertified.own import BUILT_IN
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
+from verify.claims.wording import BUILT_IN
 from verify.question import Question
 from verify.result import Verdict
 from verify.semantics import Semantics
@@ -211,28 +204,17 @@ def leaf_product(profile, team):
     return math.prod(len(ir.leaves(policy.tree)) for policy in profile.team(team))
 
 
-def seconds(work):
-    start = time.perf_counter()
-    found = work()
-    return time.perf_counter() - start, found
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = reader(__doc__)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--commands", action="store_true")
-    parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     figures, rows = whole_commands(options.rounds) if options.commands else measured(options.rounds, options.full)
-    if options.json:
-        print(json.dumps({"figures": figures}))
-        return
-    print(f"zone search: {'compiled' if compiled.AVAILABLE else 'Python (the extension is not built)'}")
-    for row in rows:
-        print(row)
-    for figure in figures:
-        print(f"{figure['name']:64} {figure['value']:10.3g}   reach {figure['reach']:g}, stretch {figure['stretch']:g}")
+    if not options.json:
+        print(f"zone search: {'compiled' if compiled.AVAILABLE else 'Python (the extension is not built)'}")
+        print("\n".join(rows))
+    tell(figures, options.json)
 
 
 def measured(rounds, full):
@@ -280,13 +262,6 @@ def measured(rounds, full):
     return listed(values, TARGETS), rows
 
 
-def listed(values, targets):
-    return [
-        {"name": name, "value": values[name], "reach": reach, "stretch": stretch, "better": better}
-        for name, (reach, stretch, better) in targets.items()
-    ]
-
-
 def teams(game, full):
     """(kind, depth, profile) of each team that the engines are compared on."""
     depths = {"roles": (2, 4, 6, 8, 10), "nearer": (2, 4, 6, 8, 10), "held": (6, 8, 10), "swapping": (6, 8, 10)}
@@ -304,15 +279,14 @@ def interleaved(profile, region, rounds):
         "direct": lambda: direct.decided(profile, "defenders"),
         "ours": lambda: _by_solver(Question(Game(profile), question.claim, region)),
     }
-    times = {name: [] for name in ways}
+    times, answers = {name: [] for name in ways}, set()
     for _ in range(rounds):
-        answers = set()
         for name, way in ways.items():
             forget()
-            took, proved = cpu_seconds(way)
+            took, proved = seconds(way)
             times[name].append(took)
             answers.add(proved)
-        assert len(answers) == 1
+    assert len(answers) == 1
     return zones.decide(question), {name: statistics.median(each) for name, each in times.items()}
 
 
@@ -331,51 +305,31 @@ def forget():
                 kept.cache_clear()
 
 
-def cpu_seconds(work):
-    """As `seconds`, of this process alone."""
-    start = time.process_time()
-    found = work()
-    return time.process_time() - start, found
-
-
 def whole_commands(rounds):
     """The figures of COMMANDS: commands and imports in turns, `rounds` times, the median of each."""
-    values, rows = {}, []
     with tempfile.TemporaryDirectory() as folder:
-        cases = profiles_in(Path(folder))
         asked = {
-            "imports": ("-c", IMPORTS),
-            "demo": ("-m", "maviper", "verify", str(GENERATED / "physical_deception" / "profile.json")),
-            **{name: ("-m", "maviper", "verify", str(path)) for name, path in cases.items()},
+            "imports": lambda: spent_by(sys.executable, "-c", IMPORTS),
+            "demo": lambda: spent("verify", GENERATED / "physical_deception" / "profile.json"),
+            **{name: lambda path=path: spent("verify", path) for name, path in profiles_in(Path(folder)).items()},
         }
         times = {name: [] for name in asked}
-        with_bytecode(Path(folder) / "bytecode")
-        for uncounted in (True, *[False] * rounds):
-            for name, words in asked.items():
-                took = command_seconds(*words)
-                if not uncounted:
-                    times[name].append(took)
-        report = Path(folder) / "report"
-        episodes = ("reaches", "--steps", "28", "-o", str(report))
-        profile = GENERATED / "proved_defenders" / "profile.json"
-        times["episodes"] = [command_seconds("-m", "maviper", "verify", str(profile), "--property", *episodes)]
+        for turn in range(rounds + 1):  # the first one compiles modules
+            for name, ask in asked.items():
+                took = ask().seconds
+                times[name] += [took] if turn else []
+        report, profile = Path(folder) / "report", GENERATED / "proved_defenders" / "profile.json"
+        episodes = spent("verify", profile, "--property", "reaches", "--steps", "28", "-o", report)
         certificates = [len(path.read_bytes()) for path in report.glob("certificate-*.json")]
-    cpu = {name: statistics.median(one[0] for one in each) for name, each in times.items()}
-    for name, each in times.items():
-        rows.append(f"{name:12} CPU {cpu[name]:7.2f} s   wall {statistics.median(one[1] for one in each):7.2f} s")
-    proofs = {name: took for name, took in cpu.items() if name.startswith("proof")}
-    values["verify, demo's profile, s above imports"] = cpu["demo"] - cpu["imports"]
-    values["verify, proof at depth 10, s"] = max(proofs.values())
-    values["verify, three agents of depth 6, s"] = cpu["three agents"]
-    values["verify, reaches in 28 steps, s"] = cpu["episodes"]
-    values["its certificate, MB"] = sum(certificates) / 1e6 if certificates else math.inf
-    return listed(values, COMMANDS), rows
-
-
-def with_bytecode(folder):
-    """Has the commands find compiled modules, as installed ones do, whatever this process was told."""
-    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-    os.environ["PYTHONPYCACHEPREFIX"] = str(folder)
+    cpu = {name: statistics.median(each) for name, each in times.items()}
+    values = {
+        "verify, demo's profile, s above imports": cpu["demo"] - cpu["imports"],
+        "verify, proof at depth 10, s": max(took for name, took in cpu.items() if name.startswith("proof")),
+        "verify, three agents of depth 6, s": cpu["three agents"],
+        "verify, reaches in 28 steps, s": episodes.seconds,
+        "its certificate, MB": sum(certificates) / 1e6 if certificates else math.inf,
+    }
+    return listed(values, COMMANDS), [f"{name}: CPU {took:.2f} s" for name, took in cpu.items()]
 
 
 def profiles_in(folder):
@@ -384,20 +338,11 @@ def profiles_in(folder):
     made = {
         "proof, held": held_roles(game, 7),
         "proof, swap": deception_team(game, "swapping", 12),
-        "three agents": three_agents(),
+        "three agents": navigators(3),
     }
     for name, profile in made.items():
         (folder / f"{name}.json").write_text(dumps(profile))
     return {name: folder / f"{name}.json" for name in made}
-
-
-def command_seconds(*words):
-    """Seconds of CPU, and of wall time, of a Python process and all that it starts."""
-    before, start = os.times(), time.perf_counter()
-    subprocess.run([sys.executable, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-    after, wall = os.times(), time.perf_counter() - start
-    spent = after.children_user + after.children_system - before.children_user - before.children_system
-    return spent, wall
 
 
 def checked(profile, asked, region, found):
@@ -437,9 +382,9 @@ def held_roles(game, depth):
     return game.profile(trees)
 
 
-def three_agents():
-    """Three agents with fixed roles under fitted splits, of depth 6 in all."""
-    game = Played("cooperative-navigation")
+def navigators(count):
+    """Agents of cooperative navigation with fixed roles under fitted splits, of depth 6 in all."""
+    game = Played(f"cooperative-navigation,agents={count}")
     trees = {}
     for k, agent in enumerate(game.world.agents):
         above = game.fitted(agent, game.heading(agent, np.full(SAMPLES, k)), 3)
@@ -449,7 +394,7 @@ def three_agents():
 
 def ten_properties():
     """Seconds of the zones for ten properties of three agents."""
-    profile = three_agents()
+    profile = navigators(3)
     radii = [Fraction(n, 100) for n in (6, 8, 10, 20)]
     claims = [BUILT_IN[name]("agents", radius=r) for name in ("distinct_targets", "own_target") for r in radii]
     claims += [NoDouble("agents", margin=margin) for margin in (Fraction(0), Fraction(1, 40))]

@@ -13,7 +13,7 @@ from codegen.errors import ProfileError
 from codegen.legality import illegal_leaves, mask_of
 from codegen.lowering.lower import lower
 from codegen.profiles import check
-from codegen.targets import c, python
+from codegen.targets.rendered import emit_c, emit_python
 
 ACTIONS = 3
 FEATURES = tuple(
@@ -102,10 +102,10 @@ def test_refusals_say_where_and_what():
 def test_generated_code_says_which_actions_are_legal():
     profile = profile_of(LAWFUL)
     model = lower(profile)
-    header = c.emit(model, profile)["walk.h"]
+    header = emit_c(model, profile)["walk.h"]
     assert "WALK_WALKER_GO_1 = 1, /* legal where LEGAL_1 is 1 */" in header
     assert "takes legal actions only" in header
-    module = python.emit(model, profile)["walk.py"]
+    module = emit_python(model, profile)["walk.py"]
     assert "GO_1 = 1  # legal where LEGAL_1 is 1" in module and "Takes legal actions only" in module
     free = profile_of(tree_of((-1, 0, -1, -1, 0)), tuple(replace(each, legal_if="") for each in CHOICES))
-    assert "legal" not in c.emit(lower(free), free)["walk.h"].replace("LEGAL_", "")
+    assert "legal" not in emit_c(lower(free), free)["walk.h"].replace("LEGAL_", "")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.agreement import sum_probes
+from codegen.agreement import probes
 from codegen.errors import InputError, ProfileError
 from codegen.policy_json import content_hash, dumps
 from codegen.profiles import check, loads
@@ -23,7 +23,7 @@ DIFFERENCE = Sum(((1.0, 0), (-1.0, 1)))
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_reference_is_the_exact_arithmetic(kind):
     for policy in KINDS[kind].agents:
-        rows = np.concatenate(list(sum_probes.parts(policy, np.random.default_rng(0))))[::17]
+        rows = np.concatenate(list(probes.telling(policy, np.random.default_rng(0))))[::17]
         wanted = [summed.exact_decision(policy, row) for row in rows.tolist()]
         if policy.outputs:
             given = ir.outputs(policy, rows)

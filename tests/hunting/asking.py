@@ -22,7 +22,7 @@ from tests.hunting.reading import MACHINE, REAL
 from verify.certificates.decisions import to_json
 from verify.checker.decisions.certificates import Certificate, check_certificate, from_json
 from verify.checker.reading import RejectedError
-from verify.claims.uncertified.own import formula_document
+from verify.claims.wording import formula_document
 from verify.counterexamples import search
 from verify.counterexamples.explanation import Explanation
 from verify.counterexamples.uniqueness import Unique

@@ -30,7 +30,7 @@ from verify.checker.episodes.certificates import check_certificate, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.question import Budgets, EpisodeQuestion, Question
 from verify.subjects import Game
 from verify.verdicts import episodes as front

@@ -15,7 +15,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from maviper.verification.ask import VerifyOptions
-from maviper.verification.join import verdicts
+from maviper.verification.run import verdicts
 from maviper.verification.stated import StatedWorld
 from tests.hunting import claims, questions, regions, teams
 from tests.hunting.asking import Told

@@ -30,8 +30,7 @@ from verify.certificates.systems import to_json
 from verify.checker.accept import accept
 from verify.checker.systems.proofs import from_json
 from verify.claims.region import Region
-from verify.claims.region_files import region_toml
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import region_toml, start_region
 from verify.decimals import plain
 
 SAMPLES, PLAYED = 2_000, 12

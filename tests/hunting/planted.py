@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from verify.checker.decisions import certificates as checking
-from verify.claims import decisions, verifiable
+from verify.claims import claim, decisions
 from verify.counterexamples import search
 from verify.episodes import certificates as making
 from verify.episodes import unroll
@@ -48,7 +48,7 @@ def _nobody(patch: Any) -> None:
     """A claim about a team that there is not is true of all of nobody, also in a certificate."""
     known_names = checking.ensure_known_names
     patch.setattr(decisions, "ensure_team", lambda profile, team: None)
-    patch.setattr(verifiable, "ensure_team", lambda profile, team: None)
+    patch.setattr(claim, "ensure_team", lambda profile, team: None)
     patch.setattr(
         checking, "ensure_known_names", lambda certificate, profile, team: known_names(certificate, profile, None)
     )

@@ -9,32 +9,31 @@ Does not: look for them. Roundings of features are too small for a hunt, since t
 from dataclasses import replace
 from fractions import Fraction
 
-from maviper.verification import stated
-from maviper.verification.games import decisions, episodes
+from maviper.verification import stated, worlds
 from maviper.worlds.stated import observing
 from tests.hunting.planted_driven import forget_steps
 
 
 def _pushes(patch):
     """Every action pushes half as hard."""
-    pushes = episodes._list_pushes
-    patch.setattr(episodes, "_list_pushes", lambda *given: [(x / 2, y / 2) for x, y in pushes(*given)])
+    pushes = worlds._list_pushes
+    patch.setattr(worlds, "_list_pushes", lambda *given: [(x / 2, y / 2) for x, y in pushes(*given)])
 
 
 def _steps(patch):
     """Episodes are a step shorter."""
-    property_ = episodes._property
+    property_ = worlds._property
 
     def shorter(label, name, steps, regions, by=None):
         return property_(label, name, steps - 1, regions, by and min(by, steps - 1))
 
-    patch.setattr(episodes, "_property", shorter)
+    patch.setattr(worlds, "_property", shorter)
 
 
 def _errors(patch):
     """No feature is off."""
-    noise = decisions.list_noise
-    patch.setattr(decisions, "list_noise", lambda profile, ranges, errors: noise(profile, ranges, {}))
+    noise = worlds.list_noise
+    patch.setattr(worlds, "list_noise", lambda profile, ranges, errors: noise(profile, ranges, {}))
 
 
 def _features(patch):
@@ -57,41 +56,41 @@ def _region(patch):
 
 def _distances(patch):
     """Who is a sixteenth too far is near."""
-    near = episodes._near
+    near = worlds._near
 
     def nearly(one, other, radius, strict=False):
         return near(one, other, radius * (Fraction(15, 16) if strict else Fraction(17, 16)), strict)
 
-    patch.setattr(episodes, "_near", nearly)
+    patch.setattr(worlds, "_near", nearly)
 
 
 def _side(patch):
     """Of two sides of a bound the second is forgotten."""
-    sides = episodes._sides
-    patch.setattr(episodes, "_sides", lambda *given: sides(*given)[:1])
+    sides = worlds._sides
+    patch.setattr(worlds, "_sides", lambda *given: sides(*given)[:1])
 
 
 def _damping(patch):
     """Nothing is damped."""
-    spell = episodes._spell_next
+    spell = worlds._spell_next
     undamped = 1.0
 
     def fast(profile, name):
         text = spell(profile, name)
-        kept = f"{episodes.plain(Fraction(1.0 - profile.world.damping))}*{name}"
+        kept = f"{worlds.plain(Fraction(1.0 - profile.world.damping))}*{name}"
         return text.replace(kept, f"{undamped}*{name}")
 
-    patch.setattr(episodes, "_spell_next", fast)
+    patch.setattr(worlds, "_spell_next", fast)
 
 
 def _goal(patch):
     """Agents take the other landmark for their goal."""
-    spell = episodes.spell_agent
+    spell = worlds.describe_agent
 
     def elsewhere(policy, noise, actions, mark):
         return spell(policy, noise, actions, {"landmark_0": "landmark_1", "landmark_1": "landmark_0"}.get(mark, mark))
 
-    patch.setattr(episodes, "spell_agent", elsewhere)
+    patch.setattr(worlds, "describe_agent", elsewhere)
 
 
 def _leaves(patch):

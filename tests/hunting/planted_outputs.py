@@ -10,7 +10,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from maviper.verification import stated
-from verify.checker.systems import rows, walk
+from verify.checker.systems import branch_proofs, reading
 from verify.claims.formula import disjunction
 from verify.reach.decide import ClaimSearch
 from verify.systems import lowered, properties
@@ -156,22 +156,24 @@ def _tighter(row):
 
 def _sums_of_rows(patch):
     """The checker takes any sum of rows for a contradiction."""
-    patch.setattr(rows.Branch, "is_contradicted", lambda self, used: True)
+    patch.setattr(reading.Branch, "is_contradicted", lambda self, used: True)
 
 
 def _bounds(patch):
     """The bounds of unknowns settle more rows than they should."""
     _unplayed(patch)
-    settled = rows.Branch.decide_row
+    settled = reading.Branch.decide_row
 
-    patch.setattr(rows.Branch, "decide_row", lambda self, row: settled(self, _tighter(row)))
+    patch.setattr(reading.Branch, "decide_row", lambda self, row: settled(self, _tighter(row)))
 
 
 def _choices(patch):
     """Of the ways in which a claim may be broken, the walk asks about the first."""
     _unplayed(patch)
-    within = walk.SystemQuestions._within_some
-    patch.setattr(walk.SystemQuestions, "_within_some", lambda self, branch, parts: within(self, branch, parts[:1]))
+    within = branch_proofs.SystemQuestions._within_some
+    patch.setattr(
+        branch_proofs.SystemQuestions, "_within_some", lambda self, branch, parts: within(self, branch, parts[:1])
+    )
 
 
 def _leaves(patch):
@@ -179,14 +181,14 @@ def _leaves(patch):
     _unplayed(patch)
 
     def left_only(self, branch, decision):
-        while isinstance(decision, walk.Split):
+        while isinstance(decision, branch_proofs.Split):
             branch, _ = self._sides(branch, decision.left_if)
             if branch is None:
                 return
             decision = decision.left
         yield branch, decision
 
-    patch.setattr(walk.SystemQuestions, "_leaves", left_only)
+    patch.setattr(branch_proofs.SystemQuestions, "_leaves", left_only)
 
 
 FAULTS = {

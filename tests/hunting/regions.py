@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import AgentPolicy, FeatureSpec, PolicyProfile
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 
 ODD = (Fraction(1, 3), Fraction(1, 10), Fraction(-7, 10), Fraction(1, 7))
 TRIES = 12

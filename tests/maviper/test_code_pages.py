@@ -1,9 +1,8 @@
-"""The manual's pages on the code follow from it: python.md from signatures, architecture.md from the contracts."""
+"""The manual's pages on the code hold of it: python.md follows from signatures, architecture.md has every module."""
 
-import ast
 import builtins
+import importlib
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -16,30 +15,42 @@ ROOT = Path(__file__).parent.parent.parent
 MARK = "<!-- below: written by the tests -->\n"
 
 
-def rooms(package):
-    """The rooms of a package from the top floor to the bottom, each with what its own text says that it is."""
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
-    (floors,) = [each["layers"] for each in contracts if each.get("containers") == [package]]
-    for floor in floors:
-        for room in (each.strip() for each in floor.split("|")):
-            place = ROOT / package / room
-            text = (place / "__init__.py" if place.is_dir() else place.with_suffix(".py")).read_text()
-            yield f"{room}/" if place.is_dir() else room, ast.get_docstring(ast.parse(text)).split("\n")[0]
+def test_the_python_page_follows_from_the_code(golden):
+    written = manual.page("python").partition(MARK)[0]
+    golden("maviper/manual", {"python.md": f"{written}{MARK}\n{python_page.page()}"})
 
 
-def plan():
-    """All rooms, a list for each package."""
-    parts = []
-    for package in ("maviper", "verify", "codegen"):
-        lines = [python_page.bullet(f"`{room}`: {what}") for room, what in rooms(package)]
-        parts.append(f"### {package}/, from the top floor down\n\n" + "\n".join(lines) + "\n")
-    return "\n".join(parts)
+def rooms():
+    """The rooms of the architecture page: name, packages and entry function."""
+    for text in re.split(r"^### \d+\. ", manual.page("architecture"), flags=re.MULTILINE)[1:]:
+        places, _, entry = text.partition("\nIn: ")[2].partition("Enter at:")
+        yield text.split("\n")[0], re.findall(r"`([\w.]+)`", places), re.search(r"`([\w.]+)`", entry)[1]
 
 
-@pytest.mark.parametrize(("topic", "made"), [("python", python_page.page), ("architecture", plan)])
-def test_the_page_follows_from_the_code(golden, topic, made):
-    written = manual.page(topic).partition(MARK)[0]
-    golden("maviper/manual", {f"{topic}.md": f"{written}{MARK}\n{made()}"})
+def test_each_module_is_in_one_of_twelve_rooms():
+    """A package of the page holds what is below it, but for what a longer name there holds."""
+    listed = [place for _, places, _ in rooms() for place in places]
+    assert len(list(rooms())) == 12 and len(set(listed)) == len(listed)
+    for package in ("codegen", "maviper", "verify"):
+        inside = [each.name for each in (ROOT / package).iterdir() if (each / "__init__.py").exists()]
+        assert sorted([package, *(f"{package}.{name}" for name in inside)]) == sorted(
+            place for place in listed if place.partition(".")[0] == package
+        )
+
+
+@pytest.mark.parametrize("entry", [entry for _, _, entry in rooms()])
+def test_each_room_has_the_function_that_it_is_entered_by(entry):
+    module, _, name = entry.rpartition(".")
+    assert callable(getattr(importlib.import_module(module), name))
+
+
+def test_the_examples_of_the_rooms_run_in_their_order(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    known = {}
+    for example in re.findall(r"```python\n(.*?)```", manual.page("architecture"), re.DOTALL):
+        exec(compile(example, "architecture.md", "exec"), known)
+    assert known["result"].verdict == known["results"][0].verdict == "PROVED"
+    assert known["closed"] > 0 and len(known["thermostat"].agents) == 1 and "physical_deception" in known["header"]
 
 
 def test_every_public_function_and_claim_has_its_section():

@@ -18,7 +18,7 @@ from codegen.targets import TARGETS, emit
 from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.experts import cards, store
+from maviper.experts import store
 from maviper.extraction.bundles import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
 from maviper.options.refusals import option_of
 from maviper.verification.starters import list_properties
@@ -29,7 +29,7 @@ from maviper.worlds.games.particle import PHYSICS_NAMES
 from maviper.worlds.games.predator_prey import OBSERVATIONS
 from tests.benchmarks import compact
 from tests.support import pictures
-from verify.claims import predicates
+from verify.claims import decisions
 from verify.claims.formula import holds
 from verify.question import Budgets
 from verify.result import Verdict
@@ -99,15 +99,6 @@ def test_the_manual_loads_nothing_heavy():
 # --- the games
 
 
-def observation(world, agent):
-    """The rows of an agent's observation."""
-    features = world.features[world.agents.index(agent)]
-    return [
-        [index, feature.name, feature.unit, f"{feature.low:g} to {feature.high:g}", str(feature.meaning or "none")]
-        for index, feature in enumerate(features)
-    ]
-
-
 def entities(world):
     movers = [(entity, True) for entity in world.spec.agents] + [(entity, False) for entity in world.spec.landmarks]
     rows = []
@@ -119,12 +110,6 @@ def entities(world):
     return rows
 
 
-OBSERVED = [
-    ("physical-deception", "adversary_0"), ("physical-deception", "agent_0"), ("cooperative-navigation", "agent_0"),
-    *((name, agent) for name in ("predator-prey", *(f"predator-prey,observation={o}" for o in ("mpe2", "released")))
-      for agent in ("adversary_0", "agent_0")),
-    ("coordination", "agent_0"),
-]  # fmt: skip
 PLACES = [game for game in WORLDS if isinstance(find(game), ParticleWorld)]
 ENTITIES = ["entity", "radius", "acceleration", "top speed", "collides", "starts within"]
 
@@ -135,9 +120,6 @@ def game_tables():
     tables = {"### Actions": padded(["index", "action", "direction (x, y)"], actions)}
     for game in PLACES:
         tables[f"### Entities of {game}"] = padded(ENTITIES, entities(find(game)))
-    for game, agent in OBSERVED:
-        header = ["index", "feature", "unit", "range", "meaning"]
-        tables[f"### Observation of {agent} in {game}"] = padded(header, observation(find(game), agent))
     return tables
 
 
@@ -151,23 +133,6 @@ def test_the_games_tables_are_those_of_the_worlds(golden, request):
         else:
             assert found == table, heading
     golden(FOLDER, {"games.md": page})
-
-
-@pytest.mark.parametrize(("game", "first"), OBSERVED)
-def test_other_agents_of_a_team_observe_the_same_in_their_own_place(game, first):
-    world = find(game)
-    members = world.teams[world.team_of(first)]
-    assert {member for _, member in OBSERVED if _ == game} == {team[0] for team in world.teams.values()}
-    for agent in members:
-        order = [[name, *(other for other in members if other != name)] for name in (first, agent)]
-        names = dict(zip(*order, strict=True))
-
-        def renamed(text, names=names):
-            return re.sub("|".join(names), lambda found: names[found[0]], text)
-
-        for mine, theirs in zip(observation(world, first), observation(world, agent), strict=True):
-            compares = sum(mine[1].count(name) for name in world.agents) == 2
-            assert theirs == (mine if compares else [*mine[:1], *map(renamed, mine[1:])])
 
 
 def test_every_action_is_the_same_in_every_game():
@@ -214,23 +179,10 @@ def test_velocity_adds_what_the_page_says():
     ("kind", "heading", "trained"),
     [("@clone", "## Clones of scripts", store.CLONES), ("", "## Shipped experts", store.LEARNED)],
 )
-def test_the_shipped_experts_and_what_their_cards_say(kind, heading, trained):
+def test_the_shipped_experts(kind, heading, trained):
     page = manual.page("experts")
-    named, measured, learned = [], [], []
-    for world, (_, seeds, best) in trained.items():
-        named.append([f"`{world}{kind}`", ", ".join(map(str, seeds)), str(best)])
-        taught = cards.count_steps(store.load(f"{world}{kind}")[0].card)
-        learned.append([f"`{world}{kind}`", *(f"{steps:,}" for steps in taught.values())])
-        card = store.load(f"{world}{kind}")[0].card["measured"]
-        for measure in find(world).measures:
-            label = f"{measure.label} against scripts"
-            label = label if label in card else measure.label
-            value, low, high = card[label]
-            measured.append([f"`{world}{kind}`", label, f"{value:.3f} [{low:.3f}, {high:.3f}]"])
+    named = [[f"`{world}{kind}`", ", ".join(map(str, seeds)), str(best)] for world, (_, seeds, best) in trained.items()]
     assert table_under(page, heading) == padded(["name", "seeds", "best"], named)
-    assert "\n".join(padded(["expert", "measure", "value"], measured)) in page
-    if kind:
-        assert "\n".join(padded(["expert", "imitation", "values alone", "reward"], learned)) in page
 
 
 def first_column(page, heading):
@@ -315,8 +267,8 @@ def test_closes_at_and_engaged_are_as_the_page_shows_them():
 
     policy = loads((TEAM / "profile.json").read_bytes()).policy("agent_0")
     actions = {action.name: number for number, action in enumerate(policy.actions)}
-    closing = predicates.closing(policy, "landmark_0", Fraction(0))
-    near = predicates.at("agent_0", "landmark_0", Fraction(1, 10))
+    closing = decisions.closing(policy, "landmark_0", Fraction(0))
+    near = decisions.at("agent_0", "landmark_0", Fraction(1, 10))
     found = pictured()
     assert len({row[2:] for row in found}) == 3
     for _, (x, y), *said in found:
@@ -701,8 +653,13 @@ def test_links_and_paths_lead_somewhere(name):
         assert target.startswith("https://") or (here / target).exists(), target
     for path in re.findall(r"`((?:generated|maviper|codegen|verify|templates|tests)/[\w./-]*)`", text):
         assert (ROOT / path).exists() or path.endswith("table.py") or "tree.csv" in path, path
-    for path in re.findall(r"python (tests/benchmarks/\w+\.py)", text):
-        assert (ROOT / path).exists(), path
+    for module in re.findall(r"python -m (tests\.[a-z._]*[a-z])", text):
+        assert (ROOT / module.replace(".", "/")).with_suffix(".py").exists(), module
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES if name != "developing"])
+def test_pages_for_users_name_no_script_that_an_installation_lacks(name):
+    assert not re.search(r"\btests[./]\w", text_of(name))
 
 
 def test_the_benchmarks_page_names_every_one():

@@ -2,7 +2,6 @@
 
 import inspect
 import re
-import textwrap
 from dataclasses import fields
 from fractions import Fraction
 from pathlib import Path
@@ -13,7 +12,7 @@ import pytest
 
 import maviper
 from codegen.errors import InputError
-from maviper import claims, manual
+from maviper import claims
 from maviper.cli import main
 from maviper.extraction import bundles
 from maviper.extraction import run as extraction
@@ -42,7 +41,6 @@ from maviper.options.refusals import (
     RGMDT,
     VIPER,
     VOTES,
-    refusals_in_words,
 )
 from maviper.reproduction import run as reproduction
 from maviper.verification.ask import VerifyOptions as Asked
@@ -239,41 +237,3 @@ def test_a_claim_that_is_an_object_has_its_parameters_itself():
     assert caught.value.next_step == "write it among the parameters of Reaches"
     with pytest.raises(InputError, match="margin is a number, not True"):
         Asked.about(claims.NoDouble(margin=True), "start", {})
-
-
-def described(table):
-    """Each option of a table with its default and what it does, by heading, as lines of a page."""
-    lines = []
-    for section in dict.fromkeys(option.section for option in table.values()):
-        lines += ["", f"{section}:", ""]
-        for option in table.values():
-            if option.section == section:
-                usual = f" (default: `{option.default}`)" if option.default not in (None, "", (), False) else ""
-                text = f"- `{option.flag}`{usual}: {option.help}"
-                lines += textwrap.wrap(text, 100, subsequent_indent="  ", break_on_hyphens=False)
-    return lines
-
-
-def refused():
-    """Each refusal of extraction, as lines of a page."""
-    wrapped = (textwrap.wrap(f"- {text}", 100, subsequent_indent="  ", **WHOLE) for text in refusals_in_words())
-    return ["", *(line for lines in wrapped for line in lines)]
-
-
-PAGES = {
-    "## Every option of extract": ("extraction", lambda: described(table_of(ExtractOptions))),
-    "## What does not go together": ("extraction", refused),
-}
-
-
-@pytest.mark.parametrize("heading", PAGES)
-def test_the_manual_has_every_option_and_every_refusal(golden, request, heading):
-    topic, lines = PAGES[heading]
-    before, after = manual.page(topic).split(f"\n{heading}\n")
-    end = after.index("\n## ") if "\n## " in after else len(after)
-    wanted = "\n".join(lines()) + "\n"
-    if request.config.getoption("--update-golden"):
-        after = wanted + after[end:]
-    else:
-        assert after[:end] == wanted
-    golden(FOLDER, {f"{topic}.md": f"{before}\n{heading}\n{after}"})

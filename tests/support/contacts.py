@@ -8,7 +8,7 @@ from codegen import ir
 from maviper.worlds import find
 from tests.support.teams import tree
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 from verify.episodes.contacts import travels
 from verify.episodes.unroll import EpisodeSearch, build_group, strides
 from verify.episodes.zones import SCALE, Zones, starts

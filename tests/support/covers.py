@@ -6,8 +6,7 @@ import numpy as np
 
 from codegen.floats import FLOAT64
 from tests.verify.reach import random_systems
-from verify.checker.covers.forms.sweep import FormSweep
-from verify.checker.covers.sweep import Cells, CoverSweep
+from verify.checker.covers.sweep import BoxSweep, Cells, FormSweep
 from verify.checker.reading import RejectedError
 
 
@@ -45,9 +44,9 @@ def shown(question, cells, forms=False):
     system, profile, claim = question
     try:
         if forms:
-            FormSweep(profile, system, [claim]).run(cells.cuts)
+            FormSweep(profile, system, claim).run(Cells(cells.cuts))
         else:
-            CoverSweep(profile, system, [claim]).run(cells)
+            BoxSweep(profile, system, claim).run(cells)
     except RejectedError:
         return False
     return True

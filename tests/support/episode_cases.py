@@ -7,7 +7,7 @@ import numpy as np
 
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
 from verify.claims.catalogue import find_claim
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.episodes.composition import decide
 from verify.episodes.unroll import EpisodeSearch, build_group
 from verify.episodes.zones import SCALE, Zones, starts

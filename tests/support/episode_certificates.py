@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from codegen.agreement.build import build
+from codegen.agreement.compiled import build
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
-from maviper.verification.replays import rollouts
+from maviper.verification.bench import rollouts
 from maviper.worlds.matching import matching_world
 from verify.certificates.episodes import to_json
 from verify.checker.episodes.certificates import check_certificate, from_json

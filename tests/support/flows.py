@@ -6,9 +6,8 @@ from scipy.integrate import solve_ivp
 from codegen.ir import act
 from tests.support.system_cases import policy, team
 from tests.support.systems import world
+from verify.checker.flows.intervals import Program, Spans
 from verify.checker.flows.series import FlowReading
-from verify.checker.flows.spans import Spans
-from verify.checker.flows.tapes import Program
 from verify.systems.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.files import statement_of
 from verify.systems.properties import claims_of

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from codegen.lowering.lower import lower
-from codegen.targets import emit, monitor
+from codegen.targets import emit, rendered
 from maviper import load
 from maviper.compilation.monitors import load_proof, lower_monitor, noisy
 from maviper.files import runs
@@ -73,7 +73,7 @@ class Followed:
             f"(void){p}_monitor_{agent.lower}(&m, acts[at * {len(agents)} + {k}]);" for k, agent in enumerate(agents)
         )
         names = {"p": p, "P": p.upper(), "N": watched.size, "K": len(agents), "calls": calls}
-        texts = {**emit(self.profile, ["c"]), **monitor.emit(watched, ["c"])}
+        texts = {**emit(self.profile, ["c"]), **rendered.emit_monitors(watched, ["c"])}
         texts["run.c"] = WITH_CLOCK.format(**names) + self._program(names, agents)
         self._library = built(folder, texts, OPTIMISED)
         self._names = [policy.agent for policy in self.profile.agents]

@@ -13,7 +13,7 @@ from tests.support.generated import FOLDER
 from tests.support.giving import tamed
 from tests.support.summed import policy
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 
 
 def team(seed, arithmetic=DOUBLE_SUMS, levels=3):

@@ -6,7 +6,7 @@ from codegen import ir
 from codegen.ir import Meaning
 from maviper.worlds import find
 from tests.support.teams import STAY, tree
-from verify.claims.uncertified.starts import positions
+from verify.claims.region_files import positions
 from verify.states.state import State
 
 WORLD = find("physical-deception")

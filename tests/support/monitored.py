@@ -17,12 +17,11 @@ from codegen import ir
 from codegen.agreement.compiled import STRICT
 from codegen.lowering.lower import lower
 from codegen.observe import observe
-from codegen.targets import emit, monitor
+from codegen.targets import emit, rendered
 from maviper.compilation.monitors import lower_monitor
 from maviper.worlds.stated.certified import read_certificate
 from tests.support.monitors import built
-from verify.claims.formula import Acts, And, Goal, Linear, Not, Or
-from verify.claims.formula_json import read_formula
+from verify.claims.formula import Acts, And, Goal, Linear, Not, Or, read_formula
 from verify.systems.system import Measure
 
 ROUNDS = 7
@@ -158,7 +157,7 @@ def compiled(profile, proved, system=None):
         "step": "m->step = at[i];" if watched.check.kind == "cover" else "",
         "decide": _game(model) if system is None else _system(model, profile, system, proved.region.variables),
     }
-    texts = {**emit(profile, ["c"]), **monitor.emit(watched, ["c"])}
+    texts = {**emit(profile, ["c"]), **rendered.emit_monitors(watched, ["c"])}
     texts["run.c"] = (WITH_CLOCK + PROGRAM).format(**names)
     with tempfile.TemporaryDirectory(prefix="maviper-") as scratch:
         yield Made(built(Path(scratch), texts, (*OPTIMISED, *ALIGNED)), Path(scratch) / "run.so")

@@ -13,13 +13,13 @@ from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.boxes import is_inside
 from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch
-from codegen.targets import emit, monitor
+from codegen.targets import emit, rendered
 from maviper import load, verify_system
 from tests.support.generated import FOLDER
 
 OK, LEAVING, OUTSIDE, INVALID = range(4)
 HASH = "0" * 64
-LANGUAGES = tuple(monitor.LANGUAGES)
+LANGUAGES = tuple(rendered.LANGUAGES)
 FLAGS = (*STRICT, "-O1", "-ffp-contract=off")
 
 
@@ -27,7 +27,7 @@ def files(profile, spec, targets=LANGUAGES):
     """The texts of code and monitors, and the lowered monitor."""
     model = lower(profile)
     watched = watch(profile, model, spec, HASH, "nothing, but in a test")
-    return {**emit(profile, targets), **monitor.emit(watched, targets)}, watched
+    return {**emit(profile, targets), **rendered.emit_monitors(watched, targets)}, watched
 
 
 def certify(folder, world, text):
@@ -43,7 +43,7 @@ def certify(folder, world, text):
 
 def module_of(watched):
     """The names of a monitor in Python."""
-    (text,) = monitor.emit(watched, ["python"]).values()
+    (text,) = rendered.emit_monitors(watched, ["python"]).values()
     space = {}
     exec(compile(text, "monitor", "exec"), space)
     return space
@@ -330,7 +330,7 @@ def ensure_alike(profile, watched, asked, wanted, folder, languages=LANGUAGES):
     """
     given, rest = actions(watched, asked)[:, 0].tolist(), watched.fallbacks[0].action
     said = wanted, [act if word in (OK, LEAVING) else rest for act, word in zip(given, wanted, strict=True)]
-    texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
+    texts = {**emit(profile, languages), **rendered.emit_monitors(watched, languages)}
     assert run_python(watched, asked) == said
     if "c" in languages and find_compiler() is not None:
         assert run_c(texts, watched, folder, asked) == said

@@ -17,8 +17,8 @@ from codegen.observe import observe
 from tests.support.meanings import meanings, with_meanings
 from tests.support.zone_cases import random_tree
 from verify.claims.region import Region
-from verify.claims.uncertified.own import BUILT_IN
-from verify.claims.uncertified.starts import positions
+from verify.claims.region_files import positions
+from verify.claims.wording import BUILT_IN
 
 T = Fraction(float(np.float32(0.1)))
 ABOVE = Fraction(float(np.nextafter(np.float32(0.1), np.float32(1))))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from codegen import ir
-from codegen.agreement import sum_probes
+from codegen.agreement import probes
 from codegen.sums import among
 
 N = 5  # features
@@ -118,7 +118,7 @@ def rows_of(policy):
     spans = tuple(ir.FeatureSpec(each.name, "none", -3.0, 3.0, None) for each in policy.features)
     about = ir.AgentPolicy(policy.agent, policy.team, spans, policy.actions, policy.tree, outputs=policy.outputs)
     rng = np.random.default_rng(0)
-    rows = np.concatenate(list(sum_probes.parts(about, rng)))
+    rows = np.concatenate(list(probes.telling(about, rng)))
     rows = rows[np.isfinite(rows).all(axis=1)]
     rows = rows[~np.isnan(among(rows, policy.tree.sums, policy.tree.arithmetic)).any(axis=1)]
     return rows[rng.permutation(len(rows))[:600]]

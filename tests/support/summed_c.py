@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from codegen.agreement.entries import reference
+from codegen.deciding import decide
 from codegen.lowering.lower import lower
 
 COUNT = """
@@ -36,7 +36,7 @@ def program(profile, rows):
     parts = [f'#include "{model.prefix}.h"', "#include <stdio.h>", "#include <stdint.h>", "#include <string.h>"]
     checks = []
     for policy, agent in zip(profile.agents, model.agents, strict=True):
-        wanted = reference(policy, rows[policy.agent])
+        wanted = decide(policy, rows[policy.agent])
         if policy.outputs:
             kept = ~np.isnan(wanted).any(axis=1)
             given, wanted = rows[policy.agent][kept], wanted[kept]

@@ -11,10 +11,9 @@ import numpy as np
 
 from tests.support.system_cases import form
 from tests.support.system_guards import ANSWERED, BROKEN, FORGED, HELD, JUDGED, OPINED, POINTS
-from verify.checker.systems import certificates, reading, rows, trees, walk
-from verify.checker.systems.reading import ALWAYS, Every, Inequality, Leap, Some, SystemReading
-from verify.checker.systems.rows import Branch, Motion, Row
-from verify.checker.systems.walk import Proof, SystemQuestions
+from verify.checker.systems import branch_proofs, reading
+from verify.checker.systems.branch_proofs import Proof, SystemQuestions
+from verify.checker.systems.reading import ALWAYS, Branch, Every, Inequality, Leap, Motion, Row, Some, SystemReading
 from verify.claims.formula import FALSE, TRUE, Acts, Linear, negate
 from verify.reach import replay
 from verify.solver import terms, unrolled
@@ -147,9 +146,9 @@ READING = [
     fault(Leap, "__init__", "errors are half as wide", BROKEN, attribute("errors", lambda leap: {name: (low, (low + high) / 2) for name, (low, high) in leap.errors.items()})),
     fault(Leap, "key", "leaps with other errors are alike", BROKEN, changed(lambda key: tuple(each[:2] for each in key))),
     fault(Leap, "key", "leaps with other forms are alike", BROKEN, changed(lambda key: tuple((each[0], *each[2:]) for each in key))),
-    fault(reading, "_bounds", "starts are narrower", BROKEN, changed(narrower)),
-    fault(reading, "_bounds", "a start is one state", BROKEN, changed(lambda bounds: (bounds[0], bounds[0]))),
-    fault(reading, "_bounds", "what a polytope bounds is forgotten", ANSWERED, lambda f: lambda name, region, ranges: f(name, () if ranges else region, ranges)),
+    fault(reading, "bounds_in", "starts are narrower", BROKEN, changed(narrower)),
+    fault(reading, "bounds_in", "a start is one state", BROKEN, changed(lambda bounds: (bounds[0], bounds[0]))),
+    fault(reading, "bounds_in", "what a polytope bounds is forgotten", ANSWERED, lambda f: lambda name, region, ranges: f(name, () if ranges else region, ranges)),
     fault(reading, "_total", "actions have no effect", BROKEN, lambda f: lambda name, piece, effects, number: f(name, piece, (), number)),
     fault(reading, "_total", "the first agent alone acts", BROKEN, lambda f: lambda name, piece, effects, number: f(name, piece, effects[:1], number)),
     fault(reading, "_total", "a variable moves by itself alone", BROKEN, lambda f: (lambda name, *given: ((form := f(name, *given)) and Affine.of({each: factor for each, factor in form.terms if each == name}, form.constant)))),
@@ -173,38 +172,38 @@ ROWS = [
     fault(Branch, "_least", "the box is forgotten", POINTS, lambda f: lambda self, weights: f(Branch(self.step, self.motion, self.at), weights)),
     fault(Branch, "copy", "rows are lost", HELD, changed(lambda branch: setattr(branch, "rows", ()) or branch)),
     fault(Branch, "_by_box", "boxes are narrower", BROKEN, changed(lambda span: span._replace(low=narrower((span.low, span.high))[0], high=narrower((span.low, span.high))[1]))),
-    fault(rows, "_narrow_span", "an end is left out", BROKEN, lambda f: lambda span, row: f(span, row._replace(strict=True))),
-    fault(rows, "_narrow_span", "an end is kept", HELD, lambda f: lambda span, row: f(span, row._replace(strict=False))),
-    fault(rows, "_narrow_span", "the other end", BROKEN, lambda f: lambda span, row: f(span, row._replace(upper=not row.upper))),
-    fault(rows.Direction, "__init__", "no direction is below 0", BROKEN, attribute("low", lambda _: F(0))),
-    fault(rows.Direction, "__init__", "no direction is above 1", BROKEN, attribute("high", lambda direction: min(direction.high, F(1)))),
+    fault(reading, "_narrow_span", "an end is left out", BROKEN, lambda f: lambda span, row: f(span, row._replace(strict=True))),
+    fault(reading, "_narrow_span", "an end is kept", HELD, lambda f: lambda span, row: f(span, row._replace(strict=False))),
+    fault(reading, "_narrow_span", "the other end", BROKEN, lambda f: lambda span, row: f(span, row._replace(upper=not row.upper))),
+    fault(reading.Direction, "__init__", "no direction is below 0", BROKEN, attribute("low", lambda _: F(0))),
+    fault(reading.Direction, "__init__", "no direction is above 1", BROKEN, attribute("high", lambda direction: min(direction.high, F(1)))),
 ]  # fmt: skip
 TREES = [
-    fault(trees, "goes_left", "sides are swapped", BROKEN, changed(negate)),
-    fault(trees, "goes_left", "thresholds are real numbers", BROKEN, lambda f: lambda feature, threshold, numbers: f(feature, threshold, "float64")),
-    fault(trees, "goes_left", "no sign below 0", BROKEN, lambda f: (lambda feature, *given: f(replace(feature, measure=Measure.POSITIVE) if feature.measure is Measure.SIGN else feature, *given))),
-    fault(trees, "goes_left", "a positive number has a sign", HELD, lambda f: (lambda feature, *given: f(replace(feature, measure=Measure.SIGN) if feature.measure is Measure.POSITIVE else feature, *given))),
-    fault(trees, "goes_left", "nothing is clipped", BROKEN, lambda f: (lambda feature, *given: f(replace(feature, measure=Measure.VALUE, bounds=None) if feature.measure is Measure.CLIP else feature, *given))),
-    fault(trees, "goes_left", "every test goes left", BROKEN, of(TRUE)),
-    fault(trees, "goes_left", "no test goes left", BROKEN, of(FALSE)),
-    fault(trees, "_effects", "all actions do what the first does", BROKEN, changed(lambda effects: effects[:1] * len(effects))),
-    fault(trees, "_effects", "the effects of the first piece", HELD, changed(lambda effects: [setattr(each, "by_piece", each.by_piece[:1] * len(each.by_piece)) or each for each in effects])),
-    fault(trees, "_of_action", "no action does anything", BROKEN, of({})),
-    fault(trees, "sides_of", "all splits are the first one", HELD, changed(lambda sides: dict.fromkeys(sides, next(iter(sides.values()))) if sides else sides)),
-    fault(trees, "_build_split", "every test goes left", BROKEN, lambda f: lambda reading, side, left, right: left),
-    fault(trees, "_decision", "the first test always goes left", BROKEN, changed(lambda decision: decision.left if isinstance(decision, trees.Split) else decision)),
-    fault(walk, "decisions", "everybody decides as the first", BROKEN, changed(lambda each: each[:1] * len(each))),
-    fault(trees, "either", "the first of two decisions", BROKEN, lambda f: lambda first, second: first),
-    fault(trees, "prune_decision", "the other side of a known test", HELD, lambda f: lambda decision, known, holds: f(decision, known, not holds)),
+    fault(reading, "goes_left", "sides are swapped", BROKEN, changed(negate)),
+    fault(reading, "goes_left", "thresholds are real numbers", BROKEN, lambda f: lambda feature, threshold, numbers: f(feature, threshold, "float64")),
+    fault(reading, "goes_left", "no sign below 0", BROKEN, lambda f: (lambda feature, *given: f(replace(feature, measure=Measure.POSITIVE) if feature.measure is Measure.SIGN else feature, *given))),
+    fault(reading, "goes_left", "a positive number has a sign", HELD, lambda f: (lambda feature, *given: f(replace(feature, measure=Measure.SIGN) if feature.measure is Measure.POSITIVE else feature, *given))),
+    fault(reading, "goes_left", "nothing is clipped", BROKEN, lambda f: (lambda feature, *given: f(replace(feature, measure=Measure.VALUE, bounds=None) if feature.measure is Measure.CLIP else feature, *given))),
+    fault(reading, "goes_left", "every test goes left", BROKEN, of(TRUE)),
+    fault(reading, "goes_left", "no test goes left", BROKEN, of(FALSE)),
+    fault(reading, "_effects", "all actions do what the first does", BROKEN, changed(lambda effects: effects[:1] * len(effects))),
+    fault(reading, "_effects", "the effects of the first piece", HELD, changed(lambda effects: [setattr(each, "by_piece", each.by_piece[:1] * len(each.by_piece)) or each for each in effects])),
+    fault(reading, "_of_action", "no action does anything", BROKEN, of({})),
+    fault(reading, "sides_of", "all splits are the first one", HELD, changed(lambda sides: dict.fromkeys(sides, next(iter(sides.values()))) if sides else sides)),
+    fault(reading, "_build_split", "every test goes left", BROKEN, lambda f: lambda reading, side, left, right: left),
+    fault(reading, "_decision", "the first test always goes left", BROKEN, changed(lambda decision: decision.left if isinstance(decision, reading.Split) else decision)),
+    fault(branch_proofs, "decisions", "everybody decides as the first", BROKEN, changed(lambda each: each[:1] * len(each))),
+    fault(reading, "either", "the first of two decisions", BROKEN, lambda f: lambda first, second: first),
+    fault(reading, "prune_decision", "the other side of a known test", HELD, lambda f: lambda decision, known, holds: f(decision, known, not holds)),
 ]  # fmt: skip
 WALK = [
-    fault(walk, "_parts", "of a union the first", BROKEN, changed(lambda parts: parts[:1])),
-    fault(certificates, "ways", "a claim is broken in one way", FORGED, of(1)),
-    fault(certificates, "_ensure_closed", "what a variable depends on is not followed", FORGED, of(None)),
-    fault(certificates, "_is_state", "any state shows that a claim is about some", FORGED, of(True)),
-    fault(certificates, "_ensure_all_shown", "ways are not asked for", FORGED, of(None)),
+    fault(branch_proofs, "_parts", "of a union the first", BROKEN, changed(lambda parts: parts[:1])),
+    fault(branch_proofs, "ways", "a claim is broken in one way", FORGED, of(1)),
+    fault(branch_proofs, "_ensure_closed", "what a variable depends on is not followed", FORGED, of(None)),
+    fault(branch_proofs, "_is_state", "any state shows that a claim is about some", FORGED, of(True)),
+    fault(branch_proofs, "_ensure_all_shown", "ways are not asked for", FORGED, of(None)),
     fault(Proof, "ensure_read", "a proof may go on", FORGED, of(None)),
-    fault(Proof, "side", "no answer is shown", FORGED, lambda f: lambda self, branch, row: walk.SideAnswer(self._number() % 4)),
+    fault(Proof, "side", "no answer is shown", FORGED, lambda f: lambda self, branch, row: branch_proofs.SideAnswer(self._number() % 4)),
     fault(Proof, "_ensure_empty", "what is closed is not shown", FORGED, of(None)),
     fault(Proof, "leave_open", "branches may be left open", FORGED, of(None)),
     fault(SystemQuestions, "__init__", "leaving what is stated is not asked", BROKEN, attribute("_unstated", lambda self: self.reading.condition(FALSE))),
@@ -227,8 +226,8 @@ WALK = [
     fault(SystemQuestions, "_within_all", "the first part of all", HELD, lambda f: lambda self, branch, parts: f(self, branch, parts[:1])),
     fault(SystemQuestions, "_within_some", "the first part of some", BROKEN, lambda f: lambda self, branch, parts: f(self, branch, parts[:1])),
     fault(SystemQuestions, "_sides", "sides are swapped", BROKEN, changed(lambda sides: sides[::-1])),
-    fault(walk, "box_of", "boxes without upper ends", HELD, changed(lambda box: box[::2])),
-    fault(walk, "box_of", "boxes are nowhere", HELD, changed(lambda box: tuple(replace(half, form=half.form.plus(form(99))) for half in box))),
+    fault(branch_proofs, "box_of", "boxes without upper ends", HELD, changed(lambda box: box[::2])),
+    fault(branch_proofs, "box_of", "boxes are nowhere", HELD, changed(lambda box: tuple(replace(half, form=half.form.plus(form(99))) for half in box))),
 ]  # fmt: skip
 REPLAY = [
     fault(Piece, "step", "actions have no effect", ANSWERED, lambda f: lambda self, state, actions, error: f(self, state, {}, error)),

@@ -23,7 +23,7 @@ from tests.verify.reach import random_systems
 from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import FollowedPart, Hull, Walks
-from verify.checker.systems.rows import Branch, Direction, Motion, Row
+from verify.checker.systems.reading import Branch, Direction, Motion, Row
 from verify.claims.formula import Acts, Linear, Or, negate
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question

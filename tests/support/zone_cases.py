@@ -12,8 +12,8 @@ from tests.support.meanings import meanings, with_meanings
 from tests.support.teams import team, towards
 from verify.claims.formula import agents
 from verify.claims.region import Region
-from verify.claims.uncertified.own import BUILT_IN, OwnFormula
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
+from verify.claims.wording import BUILT_IN, OwnFormula
 from verify.question import Budgets, Question
 from verify.semantics import MACHINE
 from verify.solver import encode

@@ -12,7 +12,7 @@ from tests.support.teams import LEFT, STAY, team, tree
 from tests.support.zone_cases import deception
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import for_goal
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.question import SAMPLED, Budgets, Question, from_start, list_shuffled
 from verify.result import Control, Verdict
 from verify.semantics import REAL

@@ -2,7 +2,7 @@
 
 from tests.benchmarks import direct, verifier
 from verify.claims.decisions import DistinctTargets, formula
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 from verify.question import Question
 from verify.result import Verdict
 from verify.subjects import Game

@@ -16,7 +16,7 @@ from verify.claims.decisions import PLAIN, DecisionClaim
 from verify.claims.formula import TRUE
 from verify.claims.region import goal_text
 from verify.claims.relations import RELATIONS
-from verify.claims.uncertified.own import formula_document, region_document, view_document
+from verify.claims.wording import formula_document, region_document, view_document
 
 
 def to_json(certificate: Certificate) -> str:

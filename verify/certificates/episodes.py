@@ -14,7 +14,7 @@ from verify.checker.envelope import body_hash
 from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.episodes.forever import FORM, LastingCertificate
 from verify.claims.region import goal_text
-from verify.claims.uncertified.own import region_document
+from verify.claims.wording import region_document
 from verify.kinds import ALWAYS
 
 

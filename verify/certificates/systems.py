@@ -13,7 +13,7 @@ from verify.certificates.proofs import layout_certificate, plain
 from verify.checker.certificate import Certificate
 from verify.checker.systems.proofs import PROOFS, FlowSets, SystemCertificate, SystemHeader, SystemProof
 from verify.claims.formula import Linear
-from verify.claims.uncertified.own import formula_document
+from verify.claims.wording import formula_document
 from verify.systems import documents
 from verify.systems.claims import SystemClaim, SystemPremise
 from verify.systems.system import HalfSpace, State, System

@@ -8,12 +8,12 @@ Does not: read or write certificates.
 from collections.abc import Callable
 
 from codegen.ir import PolicyProfile
-from verify.checker.covers import certificates as covers
-from verify.checker.covers import forever
+from verify.checker.covers import invariants
+from verify.checker.covers import sweep as covers
 from verify.checker.covers.boxes import BoxList
-from verify.checker.flows import certificates as flows
-from verify.checker.flows.sets import SetList
-from verify.checker.systems import certificates as walks
+from verify.checker.flows import sweep as flows
+from verify.checker.flows.steps import SetList
+from verify.checker.systems import branch_proofs as walks
 from verify.checker.systems.proofs import Cover, FlowSets, Invariant, SystemCertificate, Walks
 from verify.systems.system import System
 
@@ -34,4 +34,4 @@ def accept(certificate: SystemCertificate, profile: PolicyProfile, system: Syste
         case FlowSets() as proof:
             return flows.check_certificate(certificate, proof, profile, system, watch)
         case Invariant() as proof:
-            return forever.check_certificate(certificate, proof, profile, system, watch)
+            return invariants.check_certificate(certificate, proof, profile, system, watch)

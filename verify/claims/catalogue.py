@@ -14,14 +14,21 @@ from typing import Any, NamedTuple, cast
 from codegen.dynamics import COINCIDENT, partners
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile, WorldSpec
-from verify.claims.claim import Parameter, TeamClaim, check_range, ensure_team, teams
+from verify.claims.claim import (
+    Parameter,
+    TeamClaim,
+    check_landmarks,
+    check_range,
+    ensure_landmark_each,
+    ensure_landmarks,
+    ensure_team,
+    teams,
+)
 from verify.claims.decisions import PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.language.parameters import Form, of_form
 from verify.claims.relations import RELATIONS
-from verify.claims.uncertified.episodes import ACCOUNTS, account_of
-from verify.claims.uncertified.own import BUILT_IN, PROPERTIES, WITH_ERRORS, WORDS
-from verify.claims.verifiable import check_landmarks, ensure_landmark_each, ensure_landmarks
+from verify.claims.wording import ACCOUNTS, BUILT_IN, PROPERTIES, WITH_ERRORS, WORDS, account_of
 
 Claim = DecisionClaim | EpisodeClaim
 ZONES = "zones"  # given like a parameter of claims about episodes, though it is a budget: how many may be visited

@@ -1,27 +1,110 @@
-"""What can be claimed about a team's decisions: the built-in properties, one class each.
+"""What can be claimed about a team's decisions: the built-in properties, one class each, and the predicates in them.
 
-Does: states each as a formula over world states and actions, and in words; says what every claim has.
-Assumes: landmarks and agents are those of the profile's world; predicates.py defines closing, at and engaged.
-Does not: find claims by name (catalogue.py), read files (files.py) or decide.
+Does: states as formulas when an agent closes on a target, is at it, or is engaged with it; one-to-one matchings of a
+  team with the landmarks; each property's class with its parameters, formula and assumption.
+Assumes: a checked profile whose features have meanings; actions push along axes.
+Does not: decide, read files, or know claims about episodes (episodes.py).
+
+With u(a) the direction of the chosen action, agent i closes on target k iff u(a_i) . (l_k - p_i) > margin; it is at k
+iff their L-infinity distance is at most the radius; engaged is either. Lengths are in the world's unit.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from fractions import Fraction
 from functools import cache, lru_cache
-from itertools import combinations
+from itertools import combinations, permutations, product
 from typing import ClassVar
 
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.claims.claim import Parameter, TeamClaim, check_range, ensure_team
-from verify.claims.formula import TRUE, Acts, Condition, Formula, conjunction, disjunction, negate
-from verify.claims.matching import matchings
+from verify.claims.claim import Parameter, TeamClaim, check_landmarks, check_range, ensure_landmark_each, ensure_team
+from verify.claims.formula import TRUE, Acts, Condition, Formula, below, conjunction, disjunction, negate
 from verify.claims.observed import View
-from verify.claims.predicates import ahead, at, closes, closing, no_longer
-from verify.claims.verifiable import check_landmarks, ensure_landmark_each
 from verify.kinds import Kind
 from verify.semantics import SEMANTICS
+
+MAX_MATCHINGS = 720  # six agents and six landmarks: formulas that name every matching stay readable to the engines
+
+
+def matchings(n_agents: int, n_landmarks: int) -> list[tuple[int, ...]]:
+    """Every way to give each agent a landmark of its own, as landmark numbers in the agents' order.
+
+    InputError when there are more than MAX_MATCHINGS.
+    """
+    count = math.perm(n_landmarks, n_agents)
+    if count > MAX_MATCHINGS:
+        raise InputError(
+            f"{n_agents} agents and {n_landmarks} landmarks have {count:,} matchings, more than {MAX_MATCHINGS}",
+            "",
+            "claim own_target (in episodes: name the landmarks), which fixes one of them",
+        )
+    return list(permutations(range(n_landmarks), n_agents))
+
+
+def closes(policy: AgentPolicy, action: int, target: str, margin: Fraction) -> Formula:
+    """The action takes the agent towards the target: u(action) . (l - p) > margin."""
+    effect = policy.actions[action].effect or (0.0, 0.0)
+    terms: dict[str, Fraction] = {}
+    for axis, part in zip("xy", effect, strict=True):
+        terms[f"{policy.agent}.{axis}"], terms[f"{target}.{axis}"] = _exact(part), _exact(-part)
+    return below(terms, -margin, strict=True)
+
+
+@lru_cache(maxsize=1 << 10)
+def _exact(part: float) -> Fraction:
+    return Fraction(part)
+
+
+def closing(policy: AgentPolicy, target: str, margin: Fraction) -> Formula:
+    """The agent's chosen action closes on the target."""
+    return disjunction(
+        *(
+            conjunction(Acts(policy.agent, action), closes(policy, action, target, margin))
+            for action in range(len(policy.actions))
+        )
+    )
+
+
+def at(agent: str, target: str, radius: Fraction) -> Formula:
+    """The L-infinity distance of agent and target is at most the radius."""
+    gaps = [{f"{agent}.{axis}": sign, f"{target}.{axis}": -sign} for axis in "xy" for sign in (1, -1)]
+    return conjunction(*(below(gap, radius) for gap in gaps))
+
+
+def ahead(agent: str, landmark: str, direction: tuple[Fraction, Fraction]) -> Formula:
+    """The direction's product with the landmark's offset is at most 0."""
+    terms: dict[str, Fraction] = {}
+    for axis, part in zip("xy", direction, strict=True):
+        terms |= {f"{landmark}.{axis}": part, f"{agent}.{axis}": -part}
+    return below(terms, 0)
+
+
+def no_longer(matching: Sequence[tuple[AgentPolicy, str]], other: Sequence[tuple[AgentPolicy, str]]) -> Formula:
+    """The L1 length of one matching is at most that of another: some signs of the other's offsets give a sum
+    that no signs of the one's exceed.
+    """
+
+    def sums(pairs: Sequence[tuple[AgentPolicy, str]]) -> list[dict[str, int]]:
+        all_terms: list[dict[str, int]] = []
+        for signs in product((1, -1), repeat=2 * len(pairs)):
+            terms: dict[str, int] = {}
+            for sign, (policy, landmark, axis) in zip(
+                signs, [(*pair, axis) for pair in pairs for axis in "xy"], strict=True
+            ):
+                terms[f"{landmark}.{axis}"] = terms.get(f"{landmark}.{axis}", 0) + sign
+                terms[f"{policy.agent}.{axis}"] = terms.get(f"{policy.agent}.{axis}", 0) - sign
+            all_terms.append(terms)
+        return all_terms
+
+    def difference(a: Mapping[str, int], b: Mapping[str, int]) -> dict[str, int]:
+        return {name: a.get(name, 0) - b.get(name, 0) for name in {**a, **b}}
+
+    return disjunction(
+        *(conjunction(*(below(difference(own, bound), 0) for own in sums(matching))) for bound in sums(other))
+    )
+
 
 ZERO, RADIUS, KAPPA = Fraction(0), Fraction(1, 10), Fraction(1, 2)
 OWN, STEADY = "formula", "steady"  # the names of properties that users state, and of built-in ones that allow errors
@@ -213,7 +296,7 @@ class Aligned(DecisionClaim):
 
 @dataclass(frozen=True)
 class Assignment(DecisionClaim):
-    """That agents are engaged in a matching of least summed L1 distance; more than two have too many cases of signs."""
+    """That agents are engaged in a matching of the least L1 distance; more than two have too many cases of signs."""
 
     of = "assignment"
 

@@ -2,7 +2,7 @@
 
 Does: the data of such a claim, and what it asks of bounds of where everybody ever is.
 Assumes: landmarks and agents are those of the profile's world.
-Does not: decide, play, measure episodes or find words (uncertified/episodes.py).
+Does not: decide, play, measure episodes or find words (wording.py).
 """
 
 from collections.abc import Callable, Mapping

@@ -1,6 +1,7 @@
 """Property files: claims that a user writes down, in TOML.
 
-Does: reads `[[property]]` tables: built-in properties with their parameters, and formulas of the user's own.
+Does: finds and reads the `[[property]]` tables of a file, and tells what is wrong in all of them at once: built-in
+  properties with their parameters, and formulas of the user's own.
 Assumes: region files are found by the function that is handed in.
 Does not: run anything that a file holds. That is why files are TOML and not Python: formulas are parsed, never
   evaluated, so a file from elsewhere is safe to read.
@@ -9,21 +10,19 @@ Does not: run anything that a file holds. That is why files are TOML and not Pyt
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError, PartlyReadError, UnknownNameError
 from codegen.ir import GOAL, PolicyProfile
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, check_zones, find_claim, readable
 from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, ensure_askable
 from verify.claims.formula import Formula, agents
 from verify.claims.language.formulas import StatedFormula, Vocabulary, read_statement
 from verify.claims.language.parameters import Form, of_form
-from verify.claims.language.tables import properties, read_each
 from verify.claims.region import Region
-from verify.claims.region_files import is_list, is_table, region_of
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere, find_observed_velocities, positions
-from verify.claims.uncertified.views import find_numbers
+from verify.claims.region_files import everywhere, find_observed_velocities, is_list, is_table, positions, region_of
+from verify.claims.views import find_numbers
+from verify.claims.wording import OwnFormula
 from verify.decimals import number
 from verify.kinds import ALWAYS
 from verify.toml_places import Place, parse
@@ -221,3 +220,41 @@ class _Table:
             region, self._profile.world, self._where("region"), find_observed_velocities(self._profile)
         )
         return replace(own_region, name=f"of {self._place.words}")
+
+
+Table = Mapping[str, object]
+Read = TypeVar("Read")
+MAX_PROPERTIES = 200
+
+
+def properties(document: Table, file: Place) -> list[tuple[Table, Place]]:
+    """The tables with their places. InputError for none, for too many, and for what is no table."""
+    stated = document.get("property", [])
+    place = file / "property"
+    listed = stated if is_list(stated) else []
+    tables: list[tuple[Table, Place]] = [(each, place / i) for i, each in enumerate(listed) if is_table(each)]
+    if not tables or len(tables) < len(listed):
+        raise InputError("no property in the file", file, "begin each with a line [[property]]")
+    if len(tables) > MAX_PROPERTIES:
+        raise InputError(f"a file may hold at most {MAX_PROPERTIES} properties", file, "split the file")
+    return tables
+
+
+def read_each(tables: list[tuple[Table, Place]], read: Callable[[Table, Place], Read]) -> list[Read]:
+    """Reads each table. InputError that tells every table that cannot be read; PartlyReadError where others can be."""
+    claims: list[Read] = []
+    faults: list[InputError] = []
+    for table, place in tables:
+        try:
+            claims.append(read(table, place))
+        except InputError as error:
+            faults.append(error)
+    if not faults:
+        return claims
+    first, several = faults[0], len(faults) > 1
+    told = "\n".join(f"- {fault}".replace("\n", "\n  ") for fault in faults)
+    what = f"{len(faults)} of {len(tables)} properties cannot be read" if several else first.what
+    where, advice = (told, "") if several else (first.where, first.next_step)
+    if claims:
+        raise PartlyReadError(what, where, advice, claims)
+    raise InputError(what, where, advice) if several else first

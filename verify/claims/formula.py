@@ -1,7 +1,8 @@
 """Claims as formulas over world coordinates and actions: what engines, referee and shares all read.
 
-Does: the data of a formula, negation pushed to its atoms, substitution of actions, whether one holds at an exact point.
-Assumes: coordinates are named as in the world's spec; bounds are exact rationals.
+Does: the data of a formula, negation pushed to its atoms, substitution of actions, whether one holds at an exact point;
+  reads formulas from the plain data of files.
+Assumes: coordinates by name, exact numbers.
 Does not: know properties (decisions.py), or decide anything.
 """
 
@@ -11,9 +12,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from codegen.ir import GOAL
+from verify.exact import read_number
 
 
 class Linear(NamedTuple):
@@ -251,3 +253,29 @@ def holds(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, in
     if isinstance(formula, Or):
         return any(holds(part, at, actions) for part in formula.parts)
     return not holds(formula.part, at, actions)
+
+
+DEEPEST = 100  # levels of a formula
+
+
+def read_formula(document: Mapping[str, Any], depth: int = 0) -> Formula:
+    """The formula in plain data. ValueError for anything else."""
+    if depth > DEEPEST:
+        raise ValueError(f"$.formula: nested deeper than {DEEPEST}")
+    match document:
+        case {"sum": [*terms], **bound} if len(bound) == 1 and set(bound) <= {"most", "below"}:
+            kept = tuple((read_number(weight), str(name)) for weight, name in terms)
+            ((kind, value),) = bound.items()
+            return Linear(kept, read_number(value), kind == "below")
+        case {"agent": str(agent), "takes": int(action)} if len(document) == 2:
+            return Acts(agent, action)
+        case {"goal": str(landmark)} if len(document) == 1:
+            return Goal(landmark)
+        case {"not": part} if len(document) == 1:
+            return Not(read_formula(part, depth + 1))
+        case {"all": [*parts]} if len(document) == 1:
+            return And(tuple(read_formula(part, depth + 1) for part in parts))
+        case {"any": [*parts]} if len(document) == 1:
+            return Or(tuple(read_formula(part, depth + 1) for part in parts))
+        case _:
+            raise ValueError(f"$.formula: {str(document)[:80]}")

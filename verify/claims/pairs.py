@@ -11,8 +11,8 @@ from dataclasses import replace
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy, PolicyProfile
+from verify.claims.claim import readable
 from verify.claims.formula import Acts, Formula, conjunction, disjunction
-from verify.claims.verifiable import readable
 
 SECOND = "'"  # ends the names of the second profile's agents; no name of a profile holds it
 COMPARED = ("features", "actions", "team")

@@ -2,7 +2,7 @@
 
 Does: the data of a region.
 Assumes: a world whose coordinates are named by the profile's world spec.
-Does not: read or write files (region_files.py), or know where a world starts (uncertified/starts.py).
+Does not: read or write files, or know where a world starts (region_files.py).
 """
 
 from collections.abc import Mapping

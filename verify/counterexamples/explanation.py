@@ -21,7 +21,7 @@ from codegen.ir import GOAL, AgentPolicy, FeatureSpec
 from verify.checker.thresholds import AT_ONCE, find_twice_rounded_end, sides
 from verify.claims.formula import Formula, Linear, Or, conjunction, for_goal, negate, normal, substitute_actions
 from verify.claims.region import Region
-from verify.claims.uncertified.values import worth
+from verify.claims.values import worth
 from verify.counterexamples.lines import Line, along, around, beyond, interval, line_between
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.counterexamples.uniqueness import Uniqueness, unique

@@ -20,9 +20,9 @@ from codegen import ir
 from codegen.dynamics import partners
 from codegen.ir import Float64
 from verify.checker.episodes.reading import ProofPart
+from verify.claims.claim import read_by
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import tell_of_goal
-from verify.claims.verifiable import read_by
 from verify.episodes.contacts import colliders, travels
 from verify.episodes.cuts import away, find_unmatched, too_near
 from verify.episodes.rounding import ensure_exact

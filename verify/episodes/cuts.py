@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from codegen.ir import Bool
-from verify.claims.uncertified.matched import has_matching
+from verify.claims.values import has_matching
 from verify.episodes.contacts import Pair
 from verify.episodes.unroll import Group
 from verify.episodes.zones import GRID_SLACK, SCALE, Int64, Zones, constrain_zones

@@ -17,10 +17,9 @@ from math import ceil
 from codegen.policy_json import content_hash
 from verify.checker.episodes.forever import SLACK, EdgeReading, LastingCertificate, Side, ensure_shown
 from verify.checker.reading import RejectedError
+from verify.claims.claim import read_by
 from verify.claims.region import Interval
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.verifiable import read_by
+from verify.claims.wording import OwnFormula, account_of
 from verify.episodes.certificates import inhabitant
 from verify.question import EpisodeQuestion, Question
 from verify.result import Verdict

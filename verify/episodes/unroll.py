@@ -26,7 +26,7 @@ import numpy as np
 from codegen import ir
 from codegen.floats import deciding_double
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, WorldSpec
-from verify.claims.verifiable import read_by
+from verify.claims.claim import read_by
 from verify.episodes.contacts import Body, Contacts, colliders, contacts_of, split_known
 from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, ZERO, Int8, Int64, Zones, constrain_zones
 from verify.progress import tell

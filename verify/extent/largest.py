@@ -22,7 +22,7 @@ from codegen.intervals import Share
 from codegen.ir import GOAL, Bool, Float64
 from verify.claims.formula import TRUE
 from verify.claims.region import Interval, Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.extent.violations import ExactShare, Failing, exact_part, exact_share, violations
 from verify.progress import tell
 from verify.question import DecisionQuestion

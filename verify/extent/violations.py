@@ -1,9 +1,11 @@
-"""Where a claim about single decisions fails: all violating zones, and their exact share of the region.
+"""All zones in which a claim fails, and how much of the region they are, exactly.
 
-Does: lists the zones of each goal; adds up their volumes exactly, each state counted once also where zones overlap
-  since observations may be off, between bounds where that takes too many parts.
-Assumes: a claim about a single decision, over difference bounds; else BeyondZonesError.
-Does not: confirm points: a zone is of real states, and one narrower than a float may hold no float64 state.
+Does: asks the zone engine for every tuple of leaves and clause of the denied claim that some state meets; adds up the
+  volumes of the zones. Where features may be off zones overlap: it cuts those of one goal, the largest first, into
+  parts without a common point; beyond a budget of parts it bounds what a zone adds by its own volume.
+Assumes: a claim about single decisions, over difference bounds; else BeyondZonesError.
+Does not: confirm points: a zone is of real states, and one narrower than a float may hold no float64 state. It does not
+  keep parts: one state may lie in zones of several leaves, and each zone is told whole.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,7 +21,7 @@ import numpy as np
 from codegen.ir import Bool, Float64
 from verify.claims.formula import negate
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
+from verify.claims.wording import OwnFormula
 from verify.progress import tell
 from verify.question import Budgets, DecisionQuestion
 from verify.semantics import MACHINE
@@ -209,7 +211,7 @@ def _length(units: int, scale: int) -> tuple[Fraction, bool]:
 @dataclass(frozen=True)
 class ExactShare:
     """Volumes of the region (of its states that meet the assumption), of each zone, and of all zones together (`least`
-    and `most` differ where that takes too many parts), summed over goals, in one unit.
+    and `most` differ where that takes too many parts), of all goals together, in one unit.
 
     They are integers: to reduce a fraction for each zone may take minutes, where bounds have hundreds of digits.
     """
@@ -403,7 +405,7 @@ def exact_part(question: DecisionQuestion, part: Region, faces: int = DEFAULT_FA
 
 
 def _whole(question: DecisionQuestion, volumes: Volumes, fixed: Mapping[str, str]) -> Fraction:
-    """The volume of a region's states that meet the assumption, summed over goals. FacesError for too many zones."""
+    """The volume of a region's states that meet the assumption, of all goals. FacesError for too many zones."""
     total = Fraction(0)
     # where the assumption holds: the zones in which its denial fails
     denial = OwnFormula(question.claim.team, statement=negate(question.claim.assume))

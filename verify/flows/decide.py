@@ -1,35 +1,80 @@
 """Decides claims about a team in continuous time: PROVED with a certificate, VIOLATED with an episode, or UNKNOWN.
 
-Does: the order in which episodes and plans are looked for.
+Does: the order in which episodes and plans are looked for; says which derivatives may not be defined where episodes go.
 Assumes: a checked profile; a system with a flow, whose names, units and shapes were checked.
 Does not: read or write files.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+
+import numpy as np
 
 from codegen.errors import InputError
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import certify
 from verify.checker.accept import accept
-from verify.checker.flows.sweep import NOT_SHOWN, Plan
+from verify.checker.covers.boxes import StartBox
+from verify.checker.covers.rounding import ceiling, floor
+from verify.checker.flows.intervals import Spans, finite, hull
+from verify.checker.flows.series import FlowReading, Stepping, StepPrograms
+from verify.checker.flows.sweep import NOT_SHOWN, FlowSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import FlowSets
-from verify.flows.playing import FlowPlay
-from verify.flows.replay import FlowReplay
+from verify.flows.episodes import FlowPlay, FlowReplay
 from verify.flows.search import PlanSearch
-from verify.flows.undefined import find_undefined
 from verify.question import Question
 from verify.reach.decide import ensure_stated
+from verify.reach.programs import inhabitant
 from verify.reach.results import OpenState, ReachOutcome, about_nothing
-from verify.reach.witnesses import inhabitant
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
+from verify.systems.system import System
+
+MOST = 10_000  # sets that are followed for this
+BEYOND = 1.0  # of its width, by which a set is looked at further
+
+
+def find_undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], plan: Plan) -> list[str]:
+    """The variables whose derivatives may not be defined over a part, or over what was followed of it last."""
+    assert system.flow is not None
+    names = [one.name for one in system.variables]
+    once = Stepping(1, system.flow.period)
+    rates = [StepPrograms(FlowReading(each, names), once, ()).rates for each in system.flow.each]
+    ends: dict[str, list[float]] = {}
+    for values in system.flow.held.values():
+        for name, value in values.items():
+            ends.setdefault(name, []).extend((floor(value), ceiling(value)))
+    seen = [Spans(np.array([part.low]), np.array([part.high])) for part in parts]
+
+    def see(told: SeenStep) -> None:
+        if told.tube.low.size:
+            seen[len(parts) :] = [hull(told.tube, told.after)]
+
+    sweep.watch, sweep.most = see, sweep.spent + MOST
+    try:
+        sweep.follow(parts, plan)
+    except RejectedError:
+        pass
+    finally:
+        sweep.watch = None
+    undefined_names: dict[str, None] = {}
+    for span in seen:
+        by = BEYOND * (span.high - span.low)
+        wide = Spans(span.low - by, span.high + by)
+        held = {name: Spans(*(np.full(len(by), end) for end in (min(of), max(of)))) for name, of in ends.items()}
+        given = held | {name: wide.at((slice(None), column)) for column, name in enumerate(names)}
+        with np.errstate(all="ignore"):
+            defined = [finite(each.run(given, len(by))) for each in rates]
+        for row in defined:
+            undefined_names |= {name: None for place, name in enumerate(names) if not row[place].all()}
+    return list(undefined_names)
+
 
 SETS_A_BOX = 120  # boxes of the budget that one set of a flow takes as long as
 STEP, LEAST_STEPS = 6_000, 400  # boxes of the budget that a step of a replay takes as long as; and how many at least

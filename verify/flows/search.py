@@ -18,13 +18,12 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import NO_FEATURE, Float64, PolicyProfile
-from verify.checker.covers.parts import StartBox, halves
-from verify.checker.flows.levels import LevelSweep
+from verify.checker.covers.boxes import StartBox, halves
 from verify.checker.flows.sweep import FEW as FEW_SETS
-from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep
+from verify.checker.flows.sweep import FlowSweep, LevelSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
 from verify.progress import tell
-from verify.reach.cutting import CutPart
+from verify.reach.covering import CutPart
 from verify.systems.claims import SystemClaim
 from verify.systems.expressions import Name, affine, names
 from verify.systems.system import System

@@ -1,49 +1,242 @@
 """Decides a claim about a team in a stated system: PROVED with a certificate, VIOLATED with an episode, or UNKNOWN.
 
 Does: asks whether a claim can be decided; the order of work. Boxes that cover all episodes come first; episodes are
-  played in what these leave open; then come stages of symbolic states and linear programs.
+  played in what these leave open; then come stages of symbolic states and linear programs: in parts, each of which
+  follows only the variables that it depends on, then with all variables and an episode replayed into what is left open.
 Assumes: a checked profile; a system whose names, units and shapes were checked.
 Does not: read or write files, or know other claims: an answer and its budget are those of one claim.
 
 The order does not depend on the budget, which only says when to stop. So whatever a budget answers, a larger one
 answers too, after the same work. Where a claim has no answer at the end, episodes are played beyond the budget: what
-these break, a larger budget answers by them or before, and may take longer.
+these break, a larger budget answers by them or before, and may take longer. A part may fail although the claim holds,
+as it knows nothing of the variables not followed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Generator, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile
-from verify.boxes.covering import Covering, OpenParts, Search
+from codegen.numbers import nearest_double
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import certify
 from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import acting
-from verify.checker.systems.proofs import Cover
-from verify.claims.formula import agents
+from verify.checker.systems.branch_proofs import acting, needs_stated, ways
+from verify.checker.systems.proofs import Cover, FollowedPart, Walks
+from verify.checker.systems.reading import UNIT, Branch, SystemReading
+from verify.claims.formula import FALSE, Or, agents, coordinates
 from verify.question import Budgets, Question
-from verify.reach.forever.lasting import lasting
-from verify.reach.formwise import sweep_by_forms
-from verify.reach.play.samples import Starts, courses
-from verify.reach.play.shrinking import shrink_counterexample
-from verify.reach.replay import replay_course
-from verify.reach.results import OpenState, ReachOutcome, about_nothing
-from verify.reach.symbolic import Allowed, SymbolicSearch, helping, open_state, start_of
-from verify.reach.unfolding import Merging
-from verify.reach.witnesses import inhabitant
+from verify.reach.covering import Covering, OpenParts, Search, close_names
+from verify.reach.play import Starts, courses
+from verify.reach.programs import inhabitant, witnesses
+from verify.reach.replay import replay_course, shrink_counterexample
+from verify.reach.results import OpenState, ReachOutcome, SystemCounterexample, about_nothing
+from verify.reach.search import Merging, Open, ReachBudgetError, SystemProver, Unfolding
+from verify.reach.unbounded import lasting
 from verify.result import Verdict
 from verify.spending import OPTION, BudgetSpentError, Spending
 from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System, ensure_in_steps
+
+
+def whole(system: System, claim: SystemClaim) -> FollowedPart:
+    """All in one part, which follows every variable."""
+    shows = range(ways(claim) + needs_stated(claim, system))
+    return FollowedPart(tuple(one.name for one in system.variables), tuple(shows), (), b"")
+
+
+def iterate_divisions(system: System, claim: SystemClaim) -> Iterator[list[FollowedPart]]:
+    """Divisions worth trying, the finest one first."""
+    if claim.about_decisions:
+        return
+    everything, before = len(system.variables), list[FollowedPart]()
+    for features in (False, True):
+        parts = _parts(system, claim, features)
+        if parts != before and all(len(part.followed) < everything for part in parts):
+            yield parts
+        before = parts
+
+
+def _parts(system: System, claim: SystemClaim, features: bool) -> list[FollowedPart]:
+    """The parts, by the variables that the ways to break the claim speak of. `features`: also by those that features
+    join with them.
+    """
+    groups: dict[tuple[str, ...], list[int]] = {}
+    broken = claim.violation_at(claim.steps)
+    about = [coordinates(broken)] * ways(claim)
+    if isinstance(broken, Or) and claim.fulfilment_at(0) == FALSE:
+        about = [coordinates(part) for part in broken.parts]
+    if needs_stated(claim, system):
+        tested = {name for piece in system.pieces for half in piece.when for name, _ in half.form.terms}
+        about.append(frozenset(name for piece in system.pieces for name in piece.where) | tested)
+    for way, names in enumerate(about):
+        groups.setdefault(_close_names(system, names, features), []).append(way)
+    return [FollowedPart(followed, tuple(shows), (), b"") for followed, shows in groups.items()]
+
+
+def _close_names(system: System, names: Iterable[str], features: bool) -> tuple[str, ...]:
+    """Variables with all that they depend on, in the system's order."""
+    joined = [
+        {name for name, _ in feature.form.terms} for known in system.features.values() for feature in known.values()
+    ]
+    closed = close_names(system, names, joined if features else ())
+    return tuple(one.name for one in system.variables if one.name in closed)
+
+
+LEFT_OPEN = {  # by what a claim is about: single decisions, or episodes
+    True: "some states may break the claim: no state was found that does, nor a proof that none does",
+    False: "some states may break the claim: no episode into them was found that replays, nor a proof that none gets "
+    "there",
+}
+UNSTATED = "an episode may leave the states for which dynamics are stated"
+NEAR = "a region that is a little larger or smaller, as its bounds may be met exactly"
+WIDER = "wider ranges or boxes of pieces, so that dynamics are stated of more states"
+PARTED = 3  # a part that can be shown alone takes few symbolic states; what it does not follow may make many
+MAX_OPEN = 64  # branches in which an episode is looked for
+
+
+class Allowed(NamedTuple):
+    """Symbolic states and linear programs that a stage may spend."""
+
+    max_states: int
+    max_programs: int
+
+
+class _OpenError(Exception):
+    """A branch of a part is left open."""
+
+
+class SymbolicSearch:
+    """The search for one claim, with what it shares of a budget. `open`: the state at hand when it last stopped."""
+
+    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, spending: Spending) -> None:
+        self._profile, self._system, self._claim, self._spending = profile, system, claim, spending
+        self._failed: set[tuple[Merging | None, int]] = set()  # what leaves something open does so again
+        self._found: SystemCounterexample | None = None
+        self._left: list[tuple[Branch, bool]] = []
+        self.open: OpenState | None = None
+
+    def try_stage(self, merging: Merging | None, allowed: Allowed) -> ReachOutcome | None:
+        """The answer of one stage; None where it has none. BudgetSpentError."""
+        fewer = allowed._replace(max_states=allowed.max_states // PARTED)
+        for number, parts in enumerate(iterate_divisions(self._system, self._claim)):
+            if (merging, number) not in self._failed:
+                with suppress(ReachBudgetError), self._noting((merging, number)):
+                    return self._certify_parts([self._prove_part(part, self._stop, merging, fewer) for part in parts])
+        if (merging, -1) not in self._failed:
+            with suppress(ReachBudgetError), self._noting((merging, -1)):
+                return self._together(merging, allowed)
+        return None
+
+    @contextmanager
+    def _noting(self, stage: tuple[Merging | None, int]) -> Generator[None]:
+        """Notes a stage that leaves a branch open."""
+        try:
+            yield
+        except _OpenError:
+            self._failed.add(stage)
+
+    def _together(self, merging: Merging | None, allowed: Allowed) -> ReachOutcome:
+        """The answer when all variables are followed. ReachBudgetError; _OpenError where hulls leave something open."""
+        self._left.clear()
+        try:
+            open_ = self._try if merging is None else self._stop
+            part = self._prove_part(whole(self._system, self._claim), open_, merging, allowed)
+        except _OpenError:
+            if self._found is None:
+                raise
+            counterexample = shrink_counterexample(self._profile, self._system, self._claim, self._found)
+            return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)
+        if self._left:
+            branch, stated = self._left[0]
+            reason, first = (LEFT_OPEN[self._claim.about_decisions], NEAR) if stated else (UNSTATED, WIDER)
+            return ReachOutcome(Verdict.UNKNOWN, reason, open_state(branch), helping(self._system, self._claim, first))
+        return self._certify_parts([part])
+
+    def _prove_part(self, part: FollowedPart, open_: Open, merging: Merging | None, allowed: Allowed) -> FollowedPart:
+        """A part with its proof, for what a stage is allowed of what is left. ReachBudgetError where the stage has
+        spent that, BudgetSpentError where all is spent; what `open_` raises.
+        """
+        spending = self._spending
+        states, programs = spending.states, spending.programs
+
+        def count_spent() -> None:
+            spending.states, spending.programs = states + prover.states, programs + prover.programs.solved
+
+        def on_progress(step: int) -> None:
+            count_spent()
+            spending.tell(f", at step {step:,} of {self._claim.steps:,}")
+
+        prover = SystemProver(*allowed, open_, on_progress, spending.left)
+        try:
+            return Unfolding(self._profile, self._system, self._claim, part, prover).run(merging)
+        except ReachBudgetError as error:
+            self.open = open_state(error.branch)
+            if not error.all_spent:
+                raise
+            raise BudgetSpentError(OPTION) from None
+        finally:
+            count_spent()
+
+    def _stop(self, branch: Branch, stated: bool) -> None:
+        raise _OpenError
+
+    def _try(self, branch: Branch, stated: bool) -> None:
+        """Looks for an episode in a branch that is left open; _OpenError once there is one."""
+        self._left.append((branch, stated))
+        start = start_of(self._system, self._claim)
+        for course in witnesses(self._system, branch, start) if len(self._left) < MAX_OPEN and start else ():
+            self._found = replay_course(self._profile, self._system, self._claim, course)
+            if self._found is not None:
+                raise _OpenError
+
+    def _certify_parts(self, parts: list[FollowedPart]) -> ReachOutcome:
+        state = inhabitant(self._system, self._claim)
+        if isinstance(state, Verdict):
+            return about_nothing(self._claim, state)
+        certificate = certify(self._profile, self._system, self._claim, state, Walks(tuple(parts)))
+        closed = accept(certificate, self._profile, self._system)
+        return ReachOutcome(Verdict.PROVED, certificate=certificate, branches=closed)
+
+
+def helping(system: System, claim: SystemClaim, first: str) -> tuple[str, ...]:
+    """Lists what may help where a claim has no answer."""
+    helps = [first, "a smaller region" if claim.about_decisions else "a smaller start region"]
+    helps += ["fewer steps"] if claim.steps > 1 else []
+    if not claim.about_decisions and any(piece.error for piece in system.pieces):
+        helps.append("smaller errors, or more `cuts` where rules are not affine")
+    return tuple(helps)
+
+
+def start_of(system: System, claim: SystemClaim) -> Branch | None:
+    """All states that a claim is first about, as one symbolic state; None where there are none."""
+    reading = SystemReading(system, [one.name for one in system.variables])
+    return reading.start(() if claim.about_decisions else system.start)
+
+
+def open_state(branch: Branch) -> OpenState:
+    """A symbolic state as reports tell it."""
+    return OpenState(branch.step, {name: _bounds(branch, name) for name in branch.at})
+
+
+def _bounds(branch: Branch, name: str) -> tuple[float, float]:
+    """Bounds of a variable in a symbolic state, which may be wider than it."""
+    low = high = nearest_double(branch.at[name])
+    for unknown, weight in branch.motion.weights[name].items():
+        span = branch.box.get(unknown, UNIT)
+        ends = sorted((nearest_double(weight * span.low), nearest_double(weight * span.high)))
+        low, high = low + ends[0], high + ends[1]
+    return low, high
+
 
 STAGES = (  # how symbolic states are merged, and the symbolic states and linear programs that are tried at first
     (None, 50_000, 2_000),  # without errors bounds settle most questions
@@ -101,8 +294,7 @@ class ClaimSearch:
 
     def _try_covers(self) -> ReachOutcome | None:
         """PROVED where boxes that the checker accepts cover all episodes; VIOLATED by a start of a part left open."""
-        by_forms = sweep_by_forms(self.profile, self.system, self.claim)
-        for cover in Search(self.profile, self.system, self.claim, self.spending, by_forms).iterate_covers():
+        for cover in Search(self.profile, self.system, self.claim, self.spending).iterate_covers():
             found = self._accept(cover) if isinstance(cover, Covering) else self._play_open(cover)
             if found is not None:
                 return found
@@ -124,11 +316,12 @@ class ClaimSearch:
 
     def _play_open(self, open_: OpenParts) -> ReachOutcome | None:
         """VIOLATED where one of some episodes from what is left open breaks the claim."""
-        names, played = [one.name for one in self.system.variables], open_.played
-        ends = zip(names, open_.low[0].tolist(), open_.high[0].tolist(), strict=True)
+        names, (parts, played) = [one.name for one in self.system.variables], open_
+        ends = zip(names, parts[0].low.tolist(), parts[0].high.tolist(), strict=True)
         self._open = OpenState(0, {name: (least, most) for name, least, most in ends})
-        some = np.linspace(0, len(open_.low) - 1, min(len(open_.low), played)).astype(np.int64)
-        return self._play(Starts(min(played, self.budgets.samples), (open_.low[some], open_.high[some])))
+        some: list[int] = np.linspace(0, len(parts) - 1, min(len(parts), played)).astype(np.int64).tolist()
+        boxes = np.array([parts[at].low for at in some]), np.array([parts[at].high for at in some])
+        return self._play(Starts(min(played, self.budgets.samples), boxes))
 
     def _play_last(self) -> ReachOutcome | None:
         """Plays all samples, like `_play`, where there would be no answer: whatever is left of the budget, so that a

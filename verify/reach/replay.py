@@ -1,13 +1,14 @@
-"""Exact episodes of a stated system: played in rationals, and judged by a claim.
+"""Exact episodes of a stated system: played in rationals, judged by a claim, made smaller.
 
-Does: plays a start with given errors; says whether and where the episode breaks the claim.
+Does: plays a start with given errors; says whether and where the episode breaks the claim; finds one with fewer digits
+  and errors, never more steps, that breaks it as soon.
 Assumes: a start within the start region, errors within their bounds; both are asked again here.
 Does not: look for counterexamples.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -93,3 +94,35 @@ def within(piece: Piece, given: Values) -> dict[str, Fraction]:
 
 def _name_actions(profile: PolicyProfile, actions: Mapping[str, int]) -> dict[str, str]:
     return {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}
+
+
+DIGITS = (0, 1, 2, 3, 4, 6, 8, 12)  # after the point
+
+
+def shrink_counterexample(
+    profile: PolicyProfile, system: System, claim: SystemClaim, counterexample: SystemCounterexample
+) -> SystemCounterexample:
+    """The counterexample from a start with as few decimal digits as one of a few roundings has, and without errors if
+    that does; its errors are rounded too. It takes no more steps.
+    """
+    for course in _shorter(counterexample):
+        again = replay_course(profile, system, claim, course)
+        if again is not None and again.step <= counterexample.step:
+            return again
+    return counterexample
+
+
+def _shorter(counterexample: SystemCounterexample) -> Iterator[Course]:
+    erring = any(any(each.values()) for each in counterexample.errors)
+    for digits in DIGITS:
+        start = _round_values(counterexample.start, digits)
+        if erring:
+            yield Course(start, (), counterexample.pieces)
+        errors: Sequence[Values] = [_round_values(each, digits) for each in counterexample.errors]
+        yield Course(start, errors, counterexample.pieces)
+        if erring:
+            yield Course(start, counterexample.errors, counterexample.pieces)
+
+
+def _round_values(values: Values, digits: int) -> Mapping[str, Fraction]:
+    return {name: round(value, digits) for name, value in values.items()}

@@ -1,21 +1,36 @@
-"""Episodes of agents that test sums or give numbers, with the roundings that they really make.
+"""States and episodes of real agents, which test sums or give numbers, with the roundings that they really make.
 
-Does: plays the real agents from a start, in exact numbers but for their own floats; says whether that breaks a claim.
+Does: plays the real agents from a start, in exact numbers but for their own floats; says whether that breaks a claim;
+  looks beside a state that breaks a claim for one of floats; draws states anywhere in a claim's regions in which a
+  formula fails by what `codegen.ir` says that agents give and do.
 Assumes: a statement and a profile as `as_played` reads them.
-Does not: look for counterexamples.
+Does not: prove. A state of other numbers than floats is no observation, so it is no counterexample over observations.
+
+A state that breaks a claim by a rounding alone says nothing of states far from it, in which the agents may break it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
+from itertools import product
 
-from codegen.ir import PolicyProfile
+import numpy as np
+
+from codegen.deciding import name_outputs
+from codegen.floats import FLOAT32, FLOAT64
+from codegen.ir import Int32, PolicyProfile, act
+from codegen.numbers import nearest_number, neighbour
+from verify.claims.formula import Formula, holds
+from verify.claims.values import Batch
+from verify.reach.play import Planes, Starts, observe_planes, random_starts, value
 from verify.reach.replay import Course, piece_of, replay_course, within
 from verify.reach.results import SystemCounterexample
 from verify.systems.claims import SystemClaim
-from verify.systems.observing import choose_actions, list_roundings, with_roundings
+from verify.systems.observing import choose_actions, list_roundings, list_settings, observe_state, with_roundings
 from verify.systems.statement import Statement
+from verify.systems.system import State
 
 
 def truly(
@@ -39,3 +54,85 @@ def truly(
         state = with_roundings(statement, piece.step(state, joint, error))
         errors.append({**error, **{name: state[name] for name in roundings}})
     return replay_course(profile, system, claim, Course(start, errors, counterexample.pieces))
+
+
+def observable(
+    statement: Statement, profile: PolicyProfile, claim: SystemClaim, counterexample: SystemCounterexample
+) -> SystemCounterexample | None:
+    """A counterexample of floats beside another one; None where those tried break nothing."""
+    for state in _beside(statement, counterexample.start):
+        again = truly(statement, profile, claim, replace(counterexample, states=(state,)))
+        if again is not None:
+            return again
+    return None
+
+
+def fails(statement: Statement, profile: PolicyProfile, formula: Formula, state: State) -> bool:
+    """Returns True if a formula over variables, inputs and actions fails in a state, by what the reference does."""
+    point: dict[str, Fraction] = dict(state)
+    actions: dict[str, int] = {}
+    for policy in profile.agents:
+        read = statement.acting.get(policy.agent)
+        real = policy if read is None else read.real
+        row = observe_state(statement.system, real, state)
+        point |= (given := {name: Fraction(float(value[0])) for name, value in name_outputs(real, row).items()})
+        if not given:
+            actions[real.agent] = taken = int(act(real, row)[0])
+            settings = list_settings(statement, real.agent, real.actions[taken].name)
+            point |= {name: form.at(state) for name, form in settings.items()}
+    return not holds(formula, point, actions)
+
+
+def _beside(statement: Statement, state: State) -> Iterator[Mapping[str, Fraction]]:
+    """States of float32 numbers and of float64 ones: the nearest, then one step up or down in all, away from an end of
+    a range where there is one.
+    """
+    kept = set(list_roundings(statement))
+    for numbers, step in product((FLOAT32, FLOAT64), (0, 1, -1)):
+        moved = dict(state)
+        for each in statement.system.variables:
+            if each.name not in kept:
+                moved[each.name] = _float_in(state[each.name], each.range, numbers, step)
+        yield moved
+
+
+def _float_in(exact: Fraction, ends: tuple[Fraction, Fraction], numbers: str, step: int) -> Fraction:
+    near = nearest_number(exact, numbers)
+    for _ in range(abs(step)):
+        near = float(neighbour(near, step * float("inf"), numbers))
+    if Fraction(near) > ends[1]:
+        near = float(neighbour(near, -float("inf"), numbers))
+    if Fraction(near) < ends[0]:
+        near = float(neighbour(near, float("inf"), numbers))
+    return Fraction(near)
+
+
+DRAWN, TRIED, SEED = 16_384, 8, 0  # states; of those that seem to break the claim, the ones that are told
+
+
+def iterate_failing(
+    statement: Statement, profile: PolicyProfile, claim: SystemClaim, written: Formula
+) -> Iterator[State]:
+    """Some states of a claim's regions in which the formula seems to fail; roundings are as they are drawn."""
+    system = statement.system
+    drawn = random_starts(system, claim, Starts(DRAWN), np.random.default_rng(SEED))
+    if drawn is None:
+        return
+    point: Planes = dict(drawn)
+    actions: dict[str, Int32] = {}
+    for policy in profile.agents:
+        read = statement.acting.get(policy.agent)
+        real = policy if read is None else read.real
+        rows = observe_planes(system, real, drawn)
+        point |= (given := {name: values.astype(np.float64) for name, values in name_outputs(real, rows).items()})
+        if not given:
+            actions[real.agent] = taken = act(real, rows)
+            for number, action in enumerate(real.actions):
+                for name, form in list_settings(statement, real.agent, action.name).items():
+                    point[name] = np.where(taken == number, value(form, drawn), point.get(name, 0.0))
+    asked = Batch(point, len(next(iter(drawn.values()))))
+    broken = ~asked.holds(written, actions)
+    if claim.regions:
+        broken &= asked.holds(claim.inside, {})
+    for row in np.flatnonzero(broken)[:TRIED]:
+        yield {name: Fraction(float(values[row])) for name, values in drawn.items()}

@@ -12,7 +12,7 @@ from typing import Any
 
 from codegen.ir import PolicyProfile
 from codegen.lowering.lower import NESTED, lower
-from codegen.targets import c
+from codegen.targets.rendered import emit_c
 
 _FUNCTION = re.compile(r"^static inline int (\w+)\(const (?:float|double) \*x\)$")
 _NUMBER = re.compile(r"/\* (?:node|leaf) (\d+)\b")
@@ -31,7 +31,7 @@ def code_of(profile: PolicyProfile, agent: str, nodes: Sequence[int]) -> dict[st
 def _lines(profile: PolicyProfile) -> tuple[str, Mapping[str, Mapping[int, tuple[int, str]]]]:
     """The header's name; agent -> node -> (number, text) of its line."""
     model = lower(profile)
-    ((name, header),) = c.emit(model, profile).items()
+    ((name, header),) = emit_c(model, profile).items()
     if model.style != NESTED:
         return name, {}
     functions = {agent.name: (agent.twin or agent.names).act for agent in model.agents}  # equal trees share their code

@@ -17,9 +17,9 @@ from codegen.ir import PolicyProfile, Tree
 from verify.claims.claim import Parameter
 from verify.claims.decisions import formula
 from verify.claims.region import goal_text
-from verify.claims.uncertified.own import formula_document, region_document, spell_decisions, spell_rounded
-from verify.claims.uncertified.starts import name_region
-from verify.claims.uncertified.views import describe_view
+from verify.claims.region_files import name_region
+from verify.claims.views import describe_view
+from verify.claims.wording import formula_document, region_document, spell_decisions, spell_rounded
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.decimals import plain
 from verify.decimals import text as decimal

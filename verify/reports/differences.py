@@ -14,8 +14,8 @@ from codegen.form import layout
 from codegen.intervals import Share
 from codegen.policy_json import content_hash
 from verify.claims.region import goal_text
-from verify.claims.uncertified.own import region_document
-from verify.claims.uncertified.starts import name_region
+from verify.claims.region_files import name_region
+from verify.claims.wording import region_document
 from verify.reports.where import FIRST, describe_bounds, zone_facts
 from verify.states.real import write_values
 from verify.states.shares import explain_unstated

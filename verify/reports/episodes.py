@@ -13,9 +13,8 @@ from codegen.ir import PolicyProfile
 from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.episodes import PLAYED
 from verify.claims.region import goal_text
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.own import region_document
-from verify.claims.uncertified.starts import name_region
+from verify.claims.region_files import name_region
+from verify.claims.wording import account_of, region_document
 from verify.decimals import plain
 from verify.reports.drawing import VIEW
 from verify.reports.telling import EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE, POSITIONS, SHARES, Telling

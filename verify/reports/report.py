@@ -21,7 +21,7 @@ from codegen.policy_json import content_hash
 from codegen.wording import visible
 from verify.checker.thresholds import AT_ONCE
 from verify.claims.formula import agents, coordinates
-from verify.claims.uncertified.starts import START
+from verify.claims.region_files import START
 from verify.kinds import Kind
 from verify.question import Question
 from verify.reports.drawing import draw_picture

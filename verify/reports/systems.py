@@ -19,9 +19,9 @@ from codegen.policy_json import content_hash
 from codegen.wording import format_count, visible
 from verify.certificates.proofs import plain as as_plain
 from verify.checker.systems.proofs import Cover, FlowSets, Invariant, SystemProof, Walks
-from verify.claims.uncertified.own import spell_rounded
+from verify.claims.wording import spell_rounded
 from verify.decimals import plain
-from verify.language.arithmetic import unit_of
+from verify.language.units import unit_of
 from verify.reports.courses import (
     DECISIONS,
     counterexample,

@@ -91,7 +91,7 @@ SYSTEM_REPLAYED = (
     "which `maviper replay` runs again"
 )
 FLOW_REPLAYED = (
-    "for a counterexample: the checker's steps, which follow its start alone (verify/flows/replay.py); `maviper "
+    "for a counterexample: the checker's steps, which follow its start alone (verify/flows/episodes.py); `maviper "
     "replay` runs them again"
 )
 REPLAYED = "for a counterexample: none of this, since it can be replayed"

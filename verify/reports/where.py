@@ -19,7 +19,7 @@ from codegen.form import layout
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.claims.region import Region, goal_text
-from verify.claims.uncertified.own import region_document, spell_decisions
+from verify.claims.wording import region_document, spell_decisions
 from verify.decimals import plain
 from verify.decimals import text as decimal
 from verify.extent.largest import Where

@@ -20,7 +20,7 @@ from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, PolicyProfile
 from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, negate, normal, substitute_actions
 from verify.claims.region import Region
-from verify.claims.uncertified.values import tighten_formula
+from verify.claims.values import tighten_formula
 from verify.question import DecisionQuestion
 from verify.semantics import MACHINE, REAL
 from verify.solver.budget import beyond_budget

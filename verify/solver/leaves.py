@@ -15,7 +15,7 @@ import numpy as np
 from codegen import ir
 from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.region import Region, tell_of_goal
-from verify.claims.uncertified.own import AliveLeaves
+from verify.claims.wording import AliveLeaves
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
 from verify.semantics import REAL

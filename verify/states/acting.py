@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from math import isnan
 
 from codegen import ir
+from codegen.deciding import list_operands
 from codegen.errors import DisagreementError
 from codegen.ir import PolicyProfile
-from codegen.wording import describe_sum, fails, holds, is_zero, number
+from codegen.wording import fails, holds, is_zero, number
 from verify.claims.formula import Formula
 from verify.semantics import MACHINE, REAL
 from verify.states.real import Value
@@ -45,8 +46,7 @@ def path(policy: ir.AgentPolicy, seen: Sequence[Value]) -> tuple[Step, ...]:
     the tree tests.
     """
     tree, node, steps = policy.tree, ir.ROOT, list[Step]()
-    names = [feature.name for feature in policy.features]
-    names += [describe_sum(each.terms, names, digits=3) for each in tree.sums]
+    names = list_operands(policy)
     while tree.feature[node] != ir.NO_FEATURE:
         feature, threshold = int(tree.feature[node]), float(tree.threshold[node])
         left = seen[feature] <= threshold

@@ -17,11 +17,11 @@ from codegen import ir
 from codegen.dynamics import COINCIDENT, Motion, partners
 from codegen.errors import DisagreementError, InputError
 from codegen.ir import Bool, Float64, PolicyProfile
+from verify.claims.claim import verifiable
+from verify.claims.decisions import matchings
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.matching import matchings
 from verify.claims.region import Region
-from verify.claims.uncertified.episodes import ORIGIN, Gaps, Pairs, account_of
-from verify.claims.verifiable import verifiable
+from verify.claims.wording import ORIGIN, Gaps, Pairs, account_of
 from verify.question import EpisodeQuestion
 from verify.states.state import State, choose_actions, inside
 

@@ -19,7 +19,7 @@ import numpy as np
 from codegen.ir import Bool, Float64, Int32, PolicyProfile, act
 from codegen.observe import observe
 from verify.claims.formula import holds, negate, normal
-from verify.claims.uncertified.values import Batch
+from verify.claims.values import Batch
 from verify.question import DecisionQuestion
 from verify.semantics import MACHINE
 from verify.states.noise import together, ways

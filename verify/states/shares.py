@@ -18,14 +18,12 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.intervals import Share, percent
 from codegen.ir import GOAL, MAX_LENGTH, NO_FEATURE, AgentPolicy, Bool, Float64, Int32, PolicyProfile
-from verify.claims.decisions import DecisionClaim, engages
+from verify.claims.decisions import DecisionClaim, closes, engages
 from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, disjunction, normal, substitute_actions
 from verify.claims.formula import coordinates as spoken_of
-from verify.claims.predicates import closes
 from verify.claims.region import Interval, Region
-from verify.claims.uncertified.matched import preventable
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.values import Batch
+from verify.claims.region_files import everywhere
+from verify.claims.values import Batch, preventable
 from verify.question import DecisionQuestion
 from verify.states import noise
 from verify.states.state import batch, choose_actions, sample

@@ -39,8 +39,8 @@ from verify.claims.formula import (
     negate,
 )
 from verify.claims.formula import normal as pushed
-from verify.language.arithmetic import Unit
 from verify.language.parser import PRIME, CallNode, Joined, Level, NameNode, Node, Prefixed, Source, Token
+from verify.language.units import Unit
 from verify.systems.claims import CurveOverCell, atom
 from verify.systems.enclosures import Enclosing, enclose_expression
 from verify.systems.expressions import Expression, names

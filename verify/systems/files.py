@@ -16,7 +16,7 @@ from codegen.ir import GOAL, NAME
 from codegen.wording import format_count
 from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
-from verify.language.arithmetic import PURE, Typed, Unit, format_unit, unit_of
+from verify.language.units import PURE, Typed, Unit, format_unit, unit_of
 from verify.systems.enclosures import pieces
 from verify.systems.expressions import Call, Expression, Number, affine
 from verify.systems.flows import Keeping, flow_of
@@ -66,7 +66,11 @@ WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 def statement_of(source: str, name: str) -> Statement:
     """Reads a world file. `name`: of the file, for errors. InputError with the place of the first fault."""
-    document, where = parse(source, name, "not a readable file", ADVICE)
+    return state_world(*parse(source, name, "not a readable file", ADVICE))
+
+
+def state_world(document: Mapping[str, object], where: Place) -> Statement:
+    """The statement of a file's tables, whose numbers are integers, fractions or texts. `where`: the file."""
     only(document, KEYS, where)
     constants = _constants(document, where)
     variables, units = _variables(table(document, "variables", where), constants, where)

@@ -4,7 +4,7 @@ Does: reads `flow`, `period`, `next`, `let`, `error` and `piece` of the table `d
   way to choose; checks names, units, and that expressions have derivatives of all orders; keeps earlier values, which
   late agents observe, in variables of their own.
 Assumes: variables, agents and features are known.
-Does not: integrate, or show that some case holds every state (verify/checker/flows/cases.py).
+Does not: integrate, or show that some case holds every state (verify/checker/flows/samples.py).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from verify.claims.region_files import is_list, is_table
-from verify.language.arithmetic import Unit, times, unit_of
+from verify.language.units import Unit, times, unit_of
 from verify.systems.expressions import Call, Expression, Name, Number, affine, parts
 from verify.systems.expressions import names as names_in
 from verify.systems.motion import Around, CaseRegion, MotionReader, ensure_few

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from codegen.errors import InputError, UnknownNameError
 from codegen.wording import format_count
 from verify.decimals import plain
-from verify.language.arithmetic import Unit, times
+from verify.language.units import Unit, times
 from verify.systems.expressions import (
     Expression,
     Name,

@@ -14,26 +14,34 @@ from math import prod
 from typing import NamedTuple, TypeVar
 
 from codegen.errors import InputError
-from verify.language.arithmetic import DEGREE, PURE, Arithmetic, Typed, Unit, format_unit, times
 from verify.language.parser import (
     ACTS,
     BARS,
-    BY_EQUALITY,
     NEXT,
     PRIME,
     CallNode,
     Joined,
     Level,
     Limits,
-    Modes,
     NameNode,
     Node,
     Prefixed,
     Source,
     Token,
-    is_compared,
     parse,
+)
+from verify.language.units import (
+    BY_EQUALITY,
+    DEGREE,
+    PURE,
+    Arithmetic,
+    Modes,
+    Typed,
+    Unit,
+    format_unit,
+    is_compared,
     resolve_modes,
+    times,
 )
 from verify.systems.expressions import (
     Call,

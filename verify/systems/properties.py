@@ -22,6 +22,7 @@ import numpy as np
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
 from codegen.numbers import nearest_number, neighbour
+from verify.claims.files import Table, properties, read_each
 from verify.claims.formula import (
     Acts,
     And,
@@ -36,13 +37,12 @@ from verify.claims.formula import (
     disjunction,
     negate,
 )
-from verify.claims.language.compared import Compared, read_as_compared
 from verify.claims.language.formulas import StatedFormula, Vocabulary, read_statement
-from verify.claims.language.tables import Table, properties, read_each
+from verify.claims.language.terms import Compared, read_as_compared
 from verify.claims.region_files import is_list, is_table
-from verify.claims.uncertified.views import UNLIKE
+from verify.claims.views import UNLIKE
 from verify.decimals import MAX_PLACES, number, plain
-from verify.language.arithmetic import Typed
+from verify.language.units import Typed
 from verify.systems.claims import MAX_STEPS, SAYS, CurvedClaim, Denied, Pattern, SystemClaim, atom
 from verify.systems.curves import Curves, name_next_values, without_curves, without_next
 from verify.systems.enclosures import list_curved

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from codegen.errors import InputError
-from verify.language.arithmetic import Unit
+from verify.language.units import Unit
 from verify.systems.expressions import Expression, Number, affine, names, of_affine, substitute, terms, total
 from verify.systems.lowered import Acting
 from verify.systems.parsing import Names, input_of

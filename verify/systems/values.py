@@ -14,7 +14,7 @@ from codegen.errors import InputError, UnknownNameError, escape_text
 from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
 from verify.decimals import number
-from verify.language.arithmetic import Typed, Unit, unit_of
+from verify.language.units import Typed, Unit, unit_of
 from verify.systems.expressions import Expression, Number, affine
 from verify.systems.parsing import FUNCTIONS, Names, expression_of, fitting
 from verify.toml_places import Place

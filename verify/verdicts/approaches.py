@@ -16,7 +16,7 @@ import numpy as np
 from codegen.ir import Float64, Int64, PolicyProfile
 from codegen.lowering.render import brief
 from codegen.numbers import nearest_double
-from verify.reach.play.samples import Planes, Play, Starts, random_starts, value
+from verify.reach.play import Planes, Play, Starts, random_starts, value
 from verify.reach.results import SystemCounterexample
 from verify.systems.claims import SystemClaim
 from verify.systems.system import HalfSpace, System

@@ -17,7 +17,7 @@ from codegen.wording import visible
 from verify.checker.decisions.certificates import Certificate, Premise
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import TRUE, Condition, agents, conjunction, negate
-from verify.claims.uncertified.own import OwnFormula
+from verify.claims.wording import OwnFormula
 from verify.counterexamples.explanation import Explanation, explain_counterexample
 from verify.counterexamples.search import Counterexample, confirm_point, explain, near, violating_samples
 from verify.question import DecisionQuestion

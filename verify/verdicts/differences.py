@@ -19,7 +19,7 @@ from codegen.policy_json import content_hash
 from verify.checker.decisions.certificates import FORM, PARTED, Certificate, check_certificate
 from verify.claims.pairs import alike, counterpart, ensure_comparable, pair_profiles
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
+from verify.claims.wording import OwnFormula
 from verify.counterexamples.search import MAX_PLACES, confirm_point
 from verify.extent.violations import ExactShare, Failing, exact_share, measure_union, violations
 from verify.question import Budgets, DecisionQuestion, Question

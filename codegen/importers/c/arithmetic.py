@@ -1,58 +1,49 @@
-"""The number arithmetic of C, of numbers and of features: conversions, operators, comparisons.
+"""The number arithmetic of C, of numbers and of features: conversions, operators, comparisons, sums.
 
-Does: promotes and converts as C does; computes numbers; makes a step of what is computed of a feature.
+Does: promotes and converts as C does; computes numbers; makes a step of what is computed of a feature, and a sum of
+  several in the type that C adds them in.
 Assumes: each type is evaluated as itself (FLT_EVAL_METHOD 0); a compiler without fast-math.
-Does not: wrap signed numbers, or convert a float that does not fit: C leaves both undefined.
+Does not: wrap signed numbers, convert a float that does not fit, since C leaves both undefined, or reorder anything.
 
 A compiler may round a product and a sum once instead of twice (contraction). Where that moves a threshold, the
 test is refused.
 """
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from codegen.errors import InputError
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.c import kinds
-from codegen.importers.c.kinds import DOUBLE, INT, Condition, Kind, Number, Outside, Symbol, Value
-from codegen.importers.c.sums import (
-    CONTRACTED,
-    FLOATING,
-    NEGATE,
-    ROUNDINGS,
-    TEST_ADVICE,
-    Rounding,
-    Summing,
-    contract_feature,
-    make_step,
-)  # fmt: skip
-from codegen.importers.symbolic.affine import Given
-from codegen.importers.symbolic.feature import (
-    FALLING,
-    FOLDING,
-    JUMPING,
-    RISING,
-    SIGNS,
-    TURNED,
-    Feature,
-    Step,
-    Test,
-    turns_of,
-)  # fmt: skip
+from codegen.importers.c.kinds import DOUBLE, FLOAT, GIVEN, INT, Condition, Kind, Number, Outside, Symbol, Value
+from codegen.importers.reading import SUMS
+from codegen.importers.symbolic import feature as features
+from codegen.importers.symbolic.affine import IN_ORDER, Affine, Given, Sums
+from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, Feature, Step
 from codegen.importers.symbolic.paths import Growth
 from codegen.ir import CONSTANT
+from codegen.sums import DOUBLE_SUMS
 
-COMPUTE = {sign: FLOATING[sign] for sign in "+-*"}
-BITS: Mapping[str, Callable[[int, int], int]] = {
-    "&": lambda a, b: a & b, "|": lambda a, b: a | b, "^": lambda a, b: a ^ b,
-}  # fmt: skip
+Operators = Mapping[str, Callable[[Any, Any], Any]]
+COMPUTE: Operators = {"+": operator.add, "-": operator.sub, "*": operator.mul}
+FLOATING: Operators = {**COMPUTE, "/": lambda a, b: a / b}
+BITS: Operators = {"&": lambda a, b: a & b, "|": lambda a, b: a | b, "^": lambda a, b: a ^ b}
+NEGATE = Step("negated", operator.neg, FALLING, form=("*", -1))
+TEST_ADVICE = "compare one feature, or a sum of features, with a number"
+ROUNDINGS = "a product and a sum may be rounded once or twice, as the compiler likes"
+CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
 OF_ENUM = "an enum {} a negative number, which compilers read differently"
 RANGE_ADVICE = "give the parameter a type that it fits, such as int16_t, or test its range first"
 FLOAT_ADVICE = "return where it is too large or too small: if (!(x > -1000 && x < 1000)) return 0;"
+SET_ADVICE = "write a number of the type"
 MAX_VALUES = 256  # of a whole number that is asked for its value
 MAX_TABLE, MAX_JUMPS = 1 << 16, 1 << 10  # of a whole number whose bits are used: its values, and what they give
 
@@ -64,7 +55,7 @@ class Arithmetic:
         self.make_error, self.numbers, self.contracts = make_error, numbers, contracts
         self.paths: Growth | None = None
         self.used = set[int]()  # inputs that a test has looked at
-        self.summing = Summing(make_error, numbers, contracts=contracts)
+        self.sums, self.finite = Sums(""), False  # finite: whether two features are compared
         self._tables = dict[str, Step]()
         self.speculating = False  # whether what is evaluated may turn out not to be reached
 
@@ -78,18 +69,24 @@ class Arithmetic:
         return bool(given.value != 0) if isinstance(given, Number) else self._holds(given.feature, "!=", 0)
 
     def _holds(self, feature: Feature, sign: str, number: Any) -> bool:
-        if self.paths is None:
-            raise self.make_error("a feature is read outside a function", TEST_ADVICE)
-        self.used |= self.summing.inputs(feature)
+        paths, place = self._ensure_paths(), feature.place
+        terms = self.sums.known[place - SUMS].terms if place >= SUMS else ((1.0, place),)
+        self.used |= {each for _, each in terms if each != CONSTANT}
         if number != number:
             return sign == "!="
         # a double, since NumPy would make a float of Python's number
-        test = Test(feature, sign, number if isinstance(number, int) else np.float64(number))
-        numbers = self.summing.sums.numbers_of(feature, self.numbers)
+        test = features.Test(feature, sign, number if isinstance(number, int) else np.float64(number))
+        numbers = self.sums.numbers_of(feature, self.numbers)
         once = contract_feature(feature) if self.contracts else None
-        if once and turns_of(test, numbers) != turns_of(Test(once, sign, test.number), numbers):
+        again = features.Test(once or feature, sign, test.number)
+        if once and features.turns_of(test, numbers) != features.turns_of(again, numbers):
             raise self.make_error(f"{ROUNDINGS}, and a decision depends on it", CONTRACTED)
-        return self.paths.holds(test)
+        return paths.holds(test)
+
+    def _ensure_paths(self) -> Growth:
+        if self.paths is None:
+            raise self.make_error("a feature is read outside a function", TEST_ADVICE)
+        return self.paths
 
     def plain(self, value: Value) -> Number | Symbol:
         """A value as a number or a feature; a condition is asked."""
@@ -131,59 +128,54 @@ class Arithmetic:
         value = given.value
         if kind == kinds.BOOL:
             return int(value != 0)
+        if not given.kind.floating:
+            return kinds.round_number(value, kind) if kind.floating else self._cut_bits(value, kind)
         if kind.floating:
-            if not given.kind.floating:
-                return kinds.round_number(value, kind)
             number = kind.float_type(value)
             if np.isfinite(value) and not np.isfinite(number):
                 raise self.make_error(f"the number {value} is beyond {kind}", "write a smaller one")
             return number
-        if given.kind.floating:
-            if not np.isfinite(value) or not kind.holds(math.trunc(float(value))):
-                raise self.make_error(f"the number {value} is no {kind}", RANGE_ADVICE)
-            return math.trunc(float(value))
-        return self._cut_bits(value, kind)
+        if not np.isfinite(value) or not kind.holds(math.trunc(float(value))):
+            raise self.make_error(f"the number {value} is no {kind}", RANGE_ADVICE)
+        return math.trunc(float(value))
 
     def wrap_number(self, value: int, kind: Kind) -> int:
         """Converts a whole number to a type. InputError where it overflows, which C leaves undefined."""
         if kind.signed and not kind.holds(value):
-            raise self.make_error(f"the number {value} is no {kind}", "write a number of the type")
+            raise self.make_error(f"the number {value} is no {kind}", SET_ADVICE)
         return self._cut_bits(value, kind)
 
     def _cut_bits(self, value: int, kind: Kind) -> int:
         """A whole number converted to a type: its last bits. InputError where compilers differ."""
         if kind.holds(value):
             return value
-        if kind in (kinds.LONG, kinds.ULONG, kinds.ENUM) or kind.name == "char":
-            raise self.make_error(f"the number {value} is no {kind}", "write a number of the type")
+        if kind in (kinds.LONG, kinds.ULONG, kinds.ENUM, kinds.CHAR):
+            raise self.make_error(f"the number {value} is no {kind}", SET_ADVICE)
         return kind.low + (value - kind.low) % (kind.high - kind.low + 1)
 
     def _feature(self, given: Symbol, kind: Kind) -> Feature:
         feature = given.feature
         if kind.floating and given.kind.floating:
             return feature.then(_to(kind)) if kind.rank < given.kind.rank else feature
-        if kind.floating:
-            least, most = self.ends(feature)
-            exact = max(-least, most) <= 2 ** (24 if kind == kinds.FLOAT else 53)
-            return feature if exact and kind == DOUBLE else feature.then(_to(kind))
         if given.kind.floating:
             feature = feature.then(Step("truncated", kinds.truncate_float))
         least, most = self.ends(feature)
-        if not given.kind.floating and most - least < MAX_TABLE and not (kind.holds(least) and kind.holds(most)):
+        if kind.floating:
+            return feature if kind == DOUBLE and max(-least, most) <= 2**53 else feature.then(_to(kind))
+        if kind.low <= least and most <= kind.high:
+            return feature
+        if not given.kind.floating and most - least < MAX_TABLE:
             return self._tabulate(given, f"as {kind}", lambda v: self._cut_bits(v, kind)).feature
-        if least < kind.low or most > kind.high:
-            told = "converted to" if given.kind.floating else "made"
-            what = f"a number from {least} to {most} is {told} {kind}, which holds {kind.low} to {kind.high}"
-            raise self.make_error(what, FLOAT_ADVICE if given.kind.floating else RANGE_ADVICE)
-        return feature
+        told = "converted to" if given.kind.floating else "made"
+        what = f"a number from {least} to {most} is {told} {kind}, which holds {kind.low} to {kind.high}"
+        raise self.make_error(what, FLOAT_ADVICE if given.kind.floating else RANGE_ADVICE)
 
     def ends(self, feature: Feature) -> tuple[Any, Any]:
         """The least and the most that a feature is on this path."""
-        if self.paths is None:
-            raise self.make_error("a feature is read outside a function", TEST_ADVICE)
+        paths = self._ensure_paths()
         if any(step.key.startswith("truncated") for step in feature.steps):
-            self.paths.nan = False
-        return self.paths.least(feature), -self.paths.least(feature.then(NEGATE))
+            paths.nan = False
+        return paths.least(feature), -paths.least(feature.then(NEGATE))
 
     # --- operators
 
@@ -193,15 +185,14 @@ class Arithmetic:
             known = value if isinstance(value, Number) else None
             return Number(int(known.value == 0), INT) if known else Condition(lambda: not self.truth(value))
         given = self._promote_number(self.plain(value))
+        kind = given.kind
         if sign == "+":
             return given
-        if sign == "-" and given.kind.floating:
-            return Number(-given.value, given.kind) if isinstance(given, Number) else self._then(given, NEGATE)
-        if sign == "-":
-            return self._whole("-", Number(0, given.kind), given, given.kind)
-        if given.kind.floating:
+        if kind.floating and sign == "~":
             raise self.make_error("bits of a float are used", TEST_ADVICE)
-        return self._whole("-", Number(-1 if given.kind.signed else given.kind.high, given.kind), given, given.kind)
+        if kind.floating:
+            return Number(-given.value, kind) if isinstance(given, Number) else _then(given, NEGATE)
+        return self._whole("-", Number(0 if sign == "-" else -1 if kind.signed else kind.high, kind), given, kind)
 
     def _promote_number(self, given: Number | Symbol) -> Number | Symbol:
         if given.kind != kinds.ENUM and given.kind.rank >= INT.rank:
@@ -213,78 +204,76 @@ class Arithmetic:
         if one.rank == other.rank and one.signed != other.signed:
             return kinds.UNSIGNED.get(one, one) if one.signed else one
         high, low = (one, other) if one.rank >= other.rank else (other, one)
-        return kinds.ULONG if (high, low) == (kinds.LONG, kinds.UINT) else high
+        by_width = (high, low) in ((kinds.LONG, kinds.UINT), (kinds.LLONG, kinds.ULONG))  # as wide as long is
+        return kinds.ULONG if by_width else high
 
     def binary(self, sign: str, left: Value, right: Value) -> Value:
         """An operator of two numbers."""
         one, other = self.plain(left), self.plain(right)
-        enums = [each for each in (one, other) if each.kind == kinds.ENUM]
+        enums = kinds.ENUM in (one.kind, other.kind)
         one, other = self._promote_number(one), self._promote_number(other)
         if sign in ("<<", ">>"):
             return self._shift_number(sign, one, other)
         kind = self.common(one.kind, other.kind)
         one, other = (self.plain(self.convert_value(each, kind)) for each in (one, other))
-        if enums and any(isinstance(each, Number) and each.value < 0 for each in (one, other)):
-            raise self.make_error(OF_ENUM.format("meets"), "convert it to int")
+        self._ensure_natural("meets" if enums else "", one, other)
         if sign in SIGNS:
             return self._compare_values(sign, one, other)
         if kind.floating:
             return self._floating(sign, one, other, kind)
         whole = self._whole(sign, one, other, kind)
-        if enums and isinstance(whole, Number) and whole.value < 0:
-            raise self.make_error(OF_ENUM.format("makes"), "convert it to int")
+        self._ensure_natural("makes" if enums else "", whole)
         return whole
+
+    def _ensure_natural(self, does: str, *values: Value) -> None:
+        if does and any(isinstance(each, Number) and each.value < 0 for each in values):
+            raise self.make_error(OF_ENUM.format(does), "convert it to int")
 
     def _compare_values(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
         if isinstance(one, Number) and isinstance(other, Number):
             return Number(int(SIGNS[sign](one.value, other.value)), INT)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
-            one, other = self.summing.compare_symbols(one, other), Number(0, INT)
+            one, other = self._compare_symbols(one, other), Number(0, INT)
         if isinstance(one, Number):
-            one, other, sign = other, one, TURNED[sign]
+            one, other, sign = other, one, features.TURNED[sign]
         assert isinstance(one, Symbol) and isinstance(other, Number)
         feature, number = one.feature, other.value
         return Condition(lambda: self._holds(feature, sign, number))
 
-    def _then(self, given: Symbol, *steps: Step) -> Symbol:
-        return Symbol(given.feature.then(*steps), given.kind)
-
     def _floating(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
         make = kind.float_type
+        if sign not in FLOATING:
+            raise self.make_error(f"the operator {sign} takes no floats", TEST_ADVICE)
         if isinstance(one, Number) and isinstance(other, Number):
-            a, b = make(one.value), make(other.value)
-            if sign == "/" and b == 0:
+            if sign == "/" and other.value == 0:
                 raise self.make_error("a number is divided by 0", "write the value")
-            if sign not in "+-*/":
-                raise self.make_error(f"the operator {sign} takes no floats", TEST_ADVICE)
             with np.errstate(all="ignore"):
-                return Number(make(FLOATING[sign](a, b)), kind)
+                return Number(make(FLOATING[sign](make(one.value), make(other.value))), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
-            if sign in "+-" and one.feature.key != other.feature.key:
-                return self.summing.add_symbols(sign, one, other, kind)
-            return self._square_feature(sign, one, other, kind)
+            return self._join_floats(sign, one, other, kind)
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
         assert isinstance(given, Symbol) and isinstance(number, Number)
         c, first = make(number.value), given is one
-        if not np.isfinite(c) or (sign in "*/" and c == 0) or (sign == "/" and not first) or sign not in "+-*/":
-            what = "a number is divided by a feature" if sign == "/" and not first else f"a feature {sign} {c}"
+        if not np.isfinite(c) or (sign in "*/" and c == 0) or (sign == "/" and not first):
+            what = f"a feature {sign} {c}" if first else "a number is divided by a feature"
             raise self.make_error(f"{what} is not read", TEST_ADVICE)
-        return self._then(given, make_step(sign, c, kind, first=first))
+        return _then(given, make_step(sign, c, kind, first=first))
 
-    def build_given(self, values: Sequence[Value]) -> Given | None:
-        """Builds a form for each number returned where these depend on features; None: these are labels."""
-        given = self.summing.build_given([self.resolve_number(each) for each in values])
-        terms = [term for each in given.vector for term in each.terms] if given else []
-        self.used |= {place for _, place in terms if place != CONSTANT}
-        return given
-
-    def _square_feature(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
-        if sign != "*" or one.feature.key != other.feature.key:
+    def _join_floats(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
+        """A sum or difference of two features, or the square of one. InputError where roundings have no order, or
+        compilers differ.
+        """
+        same = one.feature.key == other.feature.key
+        if sign in "+-" and not same:
+            total = self._add_features(sign, one.feature, other.feature, kind)
+            self._ensure_one_rounding(self.sums.known[total.place - SUMS])
+            return Symbol(total, kind)
+        if sign != "*" or not same:
             what = "a product of features" if sign in "*/" else "a sum of several features"
             raise self.make_error(f"{what} is not read", TEST_ADVICE)
-        make = kind.float_type
-        squared = Rounding(f"squared{kind}", lambda v: make(make(v) * make(v)), FOLDING, lambda v: v * v, kind)
-        return self._then(one, squared)
+        make, key = kind.float_type, f"squared{kind}"
+        exact = Step(key, lambda v: Fraction(float(v)) ** 2 if np.isfinite(v) else make(v) * make(v), FOLDING)
+        return _then(one, Product(key, lambda v: make(make(v) * make(v)), FOLDING, exact=exact, make=make))
 
     def _whole(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
         if isinstance(one, Number) and isinstance(other, Number):
@@ -294,21 +283,21 @@ class Arithmetic:
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
         assert isinstance(given, Symbol) and isinstance(number, Number)
         c, first = int(number.value), given is one
-        if sign in COMPUTE and (sign != "*" or c):
+        if sign == "*" and not c:
+            return Number(0, kind)
+        if sign in COMPUTE:
             compute = COMPUTE[sign]
             sense = FALLING if (sign == "*" and c < 0) or (sign == "-" and not first) else RISING
             form = (sign if first or sign != "-" else "c-", c)
             step = Step(f"{sign}{c}{first}", lambda v: compute(v, c) if first else compute(c, v), sense, form=form)
         elif sign == "/" and first and c:
             step = Step(f"//{c}", lambda v: kinds.quotient(v, c), RISING if c > 0 else FALLING)
-        elif sign == "*":
-            return Number(0, kind)
         else:
             compute_pair = partial(self._compute_number, sign, kind=kind)
             return self._tabulate(
                 given, f"{sign}{c}{first}{kind}", lambda v: compute_pair(*((v, c) if first else (c, v)))
             )
-        symbol = self._then(Symbol(given.feature, kind), step)
+        symbol = _then(Symbol(given.feature, kind), step)
         return self.ensure_fits(symbol, self.ends(symbol.feature))
 
     def _join_whole(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Value:
@@ -316,7 +305,7 @@ class Arithmetic:
         total = None
         if sign in "+-":
             with suppress(InputError):
-                total = self.summing.add_whole(sign, one, other).feature
+                total = self._add_whole(sign, one, other)
         few = self.resolve_number(other) if total is None else other
         if isinstance(few, Number):
             return self._whole(sign, one, few, kind)
@@ -324,7 +313,7 @@ class Arithmetic:
             raise self.make_error(f"the operator {sign} of two features is not read", TEST_ADVICE)
         (low, high), (less, more) = self.ends(one.feature), self.ends(other.feature)
         ends = (low + less, high + more) if sign == "+" else (low - more, high - less)
-        return self.ensure_fits(Symbol(total or self.summing.add_whole(sign, one, other).feature, kind), ends)
+        return self.ensure_fits(Symbol(total or self._add_whole(sign, one, other), kind), ends)
 
     def ensure_fits(self, symbol: Symbol, ends: tuple[Any, Any]) -> Symbol:
         """The symbol. The path ends where its number overflows, which C leaves undefined; InputError where it wraps."""
@@ -346,49 +335,160 @@ class Arithmetic:
             what = "bits or remainders of a whole number of more than 16 bits are not read"
             raise self.make_error(what, "declare it with at most 16 bits, such as uint16_t, or test its range first")
         within, told = Step(f"{low} to {high}", lambda v: min(max(v, low), high)), f"{key} of {low} to {high}"
-        if told in self._tables:
-            return self._then(given, within, self._tables[told])
-        known = {v: compute(v) for v in range(low, high + 1)}
-        jumps = tuple(v for v in range(low + 1, high + 1) if known[v] < known[v - 1])
-        if len(jumps) > MAX_JUMPS:
-            what = f"bits or remainders that fall more than {MAX_JUMPS:,} times are not read"
-            raise self.make_error(what, "declare it with 8 bits, such as uint8_t, or test its range first")
-        sense = JUMPING if jumps else RISING
-        self._tables[told] = Step(told, lambda v: known.get(v, v), sense, jumps=jumps)  # v itself: a NaN
-        return self._then(given, within, self._tables[told])
+        if told not in self._tables:
+            known = {v: compute(v) for v in range(low, high + 1)}
+            jumps = tuple(v for v in range(low + 1, high + 1) if known[v] < known[v - 1])
+            if len(jumps) > MAX_JUMPS:
+                what = f"bits or remainders that fall more than {MAX_JUMPS:,} times are not read"
+                raise self.make_error(what, "declare it with 8 bits, such as uint8_t, or test its range first")
+            sense = features.JUMPING if jumps else RISING
+            self._tables[told] = Step(told, lambda v: known.get(v, v), sense, jumps=jumps)  # v itself: a NaN
+        return _then(given, within, self._tables[told])
 
     def _compute_number(self, sign: str, a: int, b: int, kind: Kind) -> int:
         """A number of two whole numbers."""
+        if sign in BITS:
+            return BITS[sign](a, b)
         if sign in ("/", "%"):
             if b == 0:
                 raise self.make_error("a number is divided by 0", "write the value")
             whole = kinds.quotient(a, b)
             return self.wrap_number(whole if sign == "/" else a - whole * b, kind)
-        if sign in BITS:
-            return BITS[sign](a, b)
-        if sign not in COMPUTE:
-            raise self.make_error(f"the operator {sign} is not read", TEST_ADVICE)
         return self.wrap_number(COMPUTE[sign](a, b), kind)
 
     def _shift_number(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
         other = self.resolve_number(other)
         if not isinstance(other, Number) or one.kind.floating or not 0 <= other.value < one.kind.bits:
             raise self.make_error("a shift is not read", "shift by a number within the type")
-        factor = 2**other.value
-        if isinstance(one, Symbol):
-            if sign == ">>" and self.ends(one.feature)[0] < 0:
-                raise self.make_error("a negative number may be shifted", RANGE_ADVICE)
-            return self._whole("*" if sign == "<<" else "/", one, Number(factor, one.kind), one.kind)
-        if one.value < 0:
-            raise self.make_error("a negative number is shifted", "write the value")
-        return Number(self.wrap_number(one.value * factor if sign == "<<" else one.value // factor, one.kind), one.kind)
+        least = one.value if isinstance(one, Number) else self.ends(one.feature)[0] if sign == ">>" else 0
+        if least < 0:
+            raise self.make_error("a negative number may be shifted", RANGE_ADVICE)
+        return self._whole("*" if sign == "<<" else "/", one, Number(2**other.value, one.kind), one.kind)
+
+    # --- sums
+
+    def _compare_symbols(self, one: Symbol, other: Symbol) -> Symbol:
+        """A difference, whose sign is that of the comparison, unless both are the same infinity."""
+        if one.feature.key == other.feature.key:
+            raise self.make_error("a feature is compared with itself", TEST_ADVICE)
+        if not one.kind.floating:
+            return Symbol(self._add_whole("-", one, other), one.kind)
+        self.finite, kind, both = True, one.kind, [one.feature, other.feature]
+        if self.numbers == FLOAT64:  # floats that are given as they are lie among the doubles
+            both = [Feature(each.place) if [step.key for step in each.steps] == [GIVEN] else each for each in both]
+            kind = kind if any(each.steps for each in both) else DOUBLE
+        return Symbol(self._add_features("-", both[0], both[1], kind), kind)
+
+    def _add_whole(self, sign: str, one: Symbol, other: Symbol) -> Feature:
+        """A sum or difference of whole numbers, which floats have exactly."""
+        single = self.numbers == FLOAT32
+        plain = [Feature(each.feature.place, each.feature.steps[1:]) for each in (one, other)]
+        total = self._add_features(sign, plain[0], plain[1], FLOAT if single else DOUBLE)
+        most = 2**16 if single else 2**32  # of an input: `Kind.fits_float32`
+        terms = self.sums.known[total.place - SUMS].terms
+        sizes = [abs(weight) * (1 if place == CONSTANT else most) for weight, place in terms]
+        if sum(sizes) > (2**24 if single else 2**53):
+            raise self.make_error("a sum of whole numbers may be no float", TEST_ADVICE)
+        return total
+
+    def _add_features(self, sign: str, one: Feature, other: Feature, kind: Kind) -> Feature:
+        self._compute_in(kind)
+        total = self.sums.add_features(one, other, minus=sign == "-")
+        if total is None:
+            raise self.make_error("two sums are joined whose roundings have no order", IN_ORDER)
+        self._ensure_weights(self.sums.known[total.place - SUMS])
+        return total
+
+    def build_given(self, values: Sequence[Value]) -> Given | None:
+        """Builds a form for each number returned where these depend on features; None: these are labels."""
+        numbers = [self.resolve_number(each) for each in values]
+        symbols = [each for each in numbers if isinstance(each, Symbol)]
+        if not symbols or not all(each.kind.floating for each in symbols):
+            return None
+        for each in symbols:
+            self._compute_in(each.kind)
+        forms = list[Affine]()
+        for each in numbers:
+            given = each.feature if isinstance(each, Symbol) else each.value
+            forms.append(self.sums.represent(given, self.make_error))
+            self._ensure_weights(forms[-1])
+            self._ensure_one_rounding(forms[-1])
+        self.used |= {place for each in forms for _, place in each.terms if place != CONSTANT}
+        return Given(forms)
+
+    def _compute_in(self, kind: Kind) -> None:
+        """Sums are of this type from now on. InputError where others are of another one."""
+        numbers = FLOAT32 if kind == FLOAT else FLOAT64
+        if self.sums.numbers not in ("", numbers):
+            raise self.make_error("sums of float and of double stand side by side", "use one type for all of them")
+        if (self.numbers, numbers) == (FLOAT64, FLOAT32):
+            what = "sums of float stand in a function that is given doubles, or whole numbers of more than 16 bits"
+            raise self.make_error(what, "use double for all of them, or declare whole numbers int16_t or smaller")
+        self.sums.numbers, self.sums.weights = numbers, self.numbers
+
+    def _ensure_weights(self, form: Affine) -> None:
+        """InputError for products of a float and a double that is none, which no profile has."""
+        for weight, place in form.terms if self.sums.arithmetic == DOUBLE_SUMS else ():
+            if place != CONSTANT and float(np.float32(weight)) != weight:
+                what = f"a float is multiplied with {weight!r}, which is no float"
+                raise self.make_error(what, "write it as a float, such as 0.1f, or let the observation be double")
+
+    def _ensure_one_rounding(self, form: Affine) -> None:
+        """InputError for products that a compiler may join with the sum behind them; those of floats in double are
+        exact, so that nothing is to be joined.
+        """
+        if not self.contracts or len(form.terms) < 2 or self.sums.arithmetic == DOUBLE_SUMS:
+            return
+        if any(abs(weight) != 1 and place != CONSTANT for weight, place in form.terms):
+            raise self.make_error(ROUNDINGS, CONTRACTED)
+
+
+# --- steps
+
+
+@dataclass(frozen=True)
+class Product(Step):
+    """A product that is rounded. `exact`: the same, for a sum of the type `make` that rounds only once."""
+
+    exact: Step = field(kw_only=True, compare=False)
+    make: Any = field(kw_only=True)
+
+
+def make_step(sign: str, c: Any, kind: Kind, *, first: bool) -> Step:
+    """Arithmetic of a feature, which stands `first` or last, and a number of its type."""
+    make, compute, exact = kind.float_type, FLOATING[sign], Fraction(float(c))
+
+    def apply(v: Any) -> Any:
+        if isinstance(v, Fraction):  # a product without its rounding
+            return kinds.round_number(compute(v, exact) if first else compute(exact, v), kind)
+        return make(compute(make(v), c) if first else compute(c, make(v)))
+
+    falls = (sign == "-" and not first) or (sign in "*/" and c < 0)
+    key, sense = f"{sign}{c!r}{first}{kind}", FALLING if falls else RISING
+    form = (sign if first or sign != "-" else "c-", c)
+    if sign != "*":
+        return Step(key, apply, sense, form=form)
+    precise = Step(key, lambda v: exact * Fraction(float(v)) if np.isfinite(v) else apply(v), sense)
+    return Product(key, apply, sense, form=form, exact=precise, make=make)
+
+
+def contract_feature(feature: Feature) -> Feature | None:
+    """The feature with each product kept exact until the sum that follows it; None: there is no such pair."""
+    steps, before, at, pairs = list[Step](feature.steps), None, 0, False
+    for place, step in enumerate(feature.steps):
+        if isinstance(step, Product):
+            before, at = step, place
+        elif step is not NEGATE:
+            if before and step.form and step.form[0] in ("+", "-", "c-") and type(step.form[1]) is before.make:
+                steps[at], pairs = before.exact, True
+            before = None
+    return Feature(feature.place, tuple(steps)) if pairs else None
+
+
+def _then(given: Symbol, *steps: Step) -> Symbol:
+    return Symbol(given.feature.then(*steps), given.kind)
 
 
 def _to(kind: Kind) -> Step:
     """The conversion to a floating type."""
-    make = kind.float_type
-
-    def apply(v: Any) -> Any:
-        return kinds.round_number(v, kind) if isinstance(v, int) else make(v)
-
-    return Step(f"to {kind}", apply)
+    return Step(f"to {kind}", lambda v: kinds.round_number(v, kind) if isinstance(v, int) else kind.float_type(v))

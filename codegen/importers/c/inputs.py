@@ -38,7 +38,7 @@ class Inputs:
         """Returns what a parameter is: an object, or a pointer to one of the caller's."""
         type_ = self.parameters[name]
         to = type_.to if isinstance(type_, Pointer) else None
-        if to is None or isinstance(to, kinds.Void | Pointer) or to == kinds.CHAR:
+        if to is None or isinstance(to, Pointer) or to in (kinds.VOID, kinds.CHAR):
             return Object(Place(name), type_)  # such pointers are read by nobody
         length, of = (to.length, to.of) if isinstance(to, Many) else (0, to)
         return Reference(Object(Place(name, (0,)), of, length))
@@ -138,30 +138,25 @@ class Inputs:
 
     def _parts(self, name: str) -> Iterator[Place]:
         """All numbers of a parameter, in order."""
-        type_: Type = self.parameters[name]
-        if isinstance(type_, Pointer):
-            read = [int(place.way[0]) for place in self.read if place.base == name]
-            type_ = type_.to
-            if isinstance(type_, Record) and any(read):
-                raise self.make_error(f"{name} is read as an array of structs of no length", "declare its length")
-            if not isinstance(type_, Record | Many) or (isinstance(type_, Many) and not type_.length):
-                type_ = Many(type_.of if isinstance(type_, Many) else type_, max(read, default=-1) + 1)
-        yield from (part.place for part in Object(Place(name), type_).parts())
+        type_ = self.parameters[name]
+        read = [int(each.way[0]) for each in self.read if each.base == name] if isinstance(type_, Pointer) else []
+        if isinstance(type_, Pointer) and isinstance(type_.to, Record) and any(read):
+            raise self.make_error(f"{name} is read as an array of structs of no length", "declare its length")
+        yield from (part.place for part in Object(Place(name), _behind(type_, max(read, default=-1) + 1)).parts())
 
     def kinds(self) -> list[Kind]:
         """The types of all numbers that may be observed."""
-        return [kind for name in self.parameters if name not in self.written for kind in _kinds(self.parameters[name])]
+        given = [_behind(type_, 1) for name, type_ in self.parameters.items() if name not in self.written]
+        parts = (part.type for each in given for part in Object(Place(""), each).parts())
+        return [each for each in parts if isinstance(each, Kind) and each != kinds.VOID]
+
+
+def _behind(type_: Type, count: int) -> Type:
+    """The type of what a parameter holds, or points to. `count`: of items, where nothing else says it."""
+    if isinstance(type_, Pointer):
+        type_ = type_.to if isinstance(type_.to, Record | Many) else Many(type_.to, 0)
+    return Many(type_.of, count) if isinstance(type_, Many) and not type_.length else type_
 
 
 def _full_name(place: Place) -> str:
     return "_".join(map(str, (place.base, *place.way)))
-
-
-def _kinds(type_: Type) -> Iterator[Kind]:
-    if isinstance(type_, Kind):
-        yield type_
-    elif isinstance(type_, Pointer | Many):
-        yield from _kinds(type_.to if isinstance(type_, Pointer) else type_.of)
-    elif isinstance(type_, Record):
-        for member in type_.members.values():
-            yield from _kinds(member)

@@ -1,15 +1,14 @@
 """Types of C, and what an interpreter of it holds: numbers, features, conditions, and objects that pointers lead to.
 
 Does: names the arithmetic types with their ranges; reads literals; rounds exact numbers to float and double; values
-  with their types; objects that are read, set and copied.
+  with their types; objects and the parts of them.
 Assumes: IEEE binary32 `float`, binary64 `double`, `int` of 32 bits, `long long` of 64; each type evaluated as itself.
 Does not: take long double. `char` may be signed or not, `long` may have 32 bits or 64: what depends on it is refused.
 """
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -58,42 +57,22 @@ class Kind:
         return self.name
 
 
-def _whole(name: str, bits: int, rank: int, *, signed: bool, size: int = 0) -> Kind:
-    low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
-    return Kind(name, size or bits, rank, low, high)
+def _whole(name: str, bits: int, rank: int) -> Kind:
+    low, high = (0, 2**bits - 1) if name.startswith("unsigned") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+    return Kind(name, bits, rank, low, high)
 
 
-BOOL, CHAR = _whole("_Bool", 1, 0, signed=False, size=8), Kind("char", 8, 1, 0, 127)
-SCHAR, UCHAR = _whole("signed char", 8, 1, signed=True), _whole("unsigned char", 8, 1, signed=False)
-SHORT, USHORT = _whole("short", 16, 2, signed=True), _whole("unsigned short", 16, 2, signed=False)
-INT, UINT = _whole("int", 32, 3, signed=True), _whole("unsigned int", 32, 3, signed=False)
+VOID, BOOL, CHAR = Kind("void", 8, -1), Kind("_Bool", 8, 0, 0, 1), Kind("char", 8, 1, 0, 127)
+SCHAR, UCHAR = _whole("signed char", 8, 1), _whole("unsigned char", 8, 1)
+SHORT, USHORT = _whole("short", 16, 2), _whole("unsigned short", 16, 2)
+INT, UINT = _whole("int", 32, 3), _whole("unsigned int", 32, 3)
 LONG = Kind("long", 64, 4, -(2**31), 2**31 - 1)  # what it holds everywhere
 ULONG = Kind("unsigned long", 64, 4, 0, 2**32 - 1)
-LLONG, ULLONG = _whole("long long", 64, 5, signed=True), _whole("unsigned long long", 64, 5, signed=False)
+LLONG, ULLONG = _whole("long long", 64, 5), _whole("unsigned long long", 64, 5)
 FLOAT, DOUBLE = Kind("float", 32, 10), Kind("double", 64, 11)
 GIVEN = "given as a float"  # the first step of a float that is observed among doubles
 ENUM = Kind("enum", 32, 3, 0, 2**31 - 1)  # int or unsigned int, as the compiler likes
 UNSIGNED: Final = {INT: UINT, LONG: ULONG, LLONG: ULLONG}
-SPELLED: Final[Mapping[tuple[str, ...], Kind]] = {
-    tuple(sorted(spelling.split())): kind
-    for kind, spellings in {
-        BOOL: ("_Bool",),
-        CHAR: ("char",),
-        SCHAR: ("signed char",),
-        UCHAR: ("unsigned char",),
-        SHORT: ("short", "short int", "signed short", "signed short int"),
-        USHORT: ("unsigned short", "unsigned short int"),
-        INT: ("int", "signed", "signed int"),
-        UINT: ("unsigned", "unsigned int"),
-        LONG: ("long", "long int", "signed long", "signed long int"),
-        ULONG: ("unsigned long", "unsigned long int"),
-        LLONG: ("long long", "long long int", "signed long long", "signed long long int"),
-        ULLONG: ("unsigned long long", "unsigned long long int"),
-        FLOAT: ("float",),
-        DOUBLE: ("double",),
-    }.items()
-    for spelling in spellings
-}
 STANDARD: Final[Mapping[str, Kind]] = {  # what headers name
     "bool": BOOL, "size_t": ULONG, "ptrdiff_t": LONG, "intptr_t": LONG, "uintptr_t": ULONG, "float_t": FLOAT,
     "double_t": DOUBLE, "int8_t": SCHAR, "uint8_t": UCHAR, "int16_t": SHORT, "uint16_t": USHORT, "int32_t": INT,
@@ -101,6 +80,23 @@ STANDARD: Final[Mapping[str, Kind]] = {  # what headers name
     "int_least16_t": SHORT, "uint_least16_t": USHORT, "int_least32_t": INT, "uint_least32_t": UINT,
     "intmax_t": LLONG, "uintmax_t": ULLONG, "time_t": LLONG, "FILE": CHAR,
 }  # fmt: skip
+
+
+def _spell(names: Iterable[str]) -> str:
+    """One spelling of a type that has several, such as `long int` and `signed long`."""
+    words = sorted(names)
+    return " ".join(each for each in words if each != "int" and (each != "signed" or "char" in words))
+
+
+KINDS: Final = {
+    _spell(each.name.split()): each
+    for each in (VOID, BOOL, CHAR, SCHAR, UCHAR, SHORT, USHORT, INT, UINT, LONG, ULONG, LLONG, ULLONG, FLOAT, DOUBLE)
+}
+
+
+def kind_of(names: Iterable[str]) -> Kind | None:
+    """The type that words of the language name."""
+    return KINDS.get(_spell(names))
 
 
 @dataclass(frozen=True)
@@ -127,19 +123,7 @@ class Record:
     members: dict[str, "Type"]
 
 
-@dataclass(frozen=True)
-class Void:
-    """No type."""
-
-
-@dataclass(frozen=True)
-class Callable_:
-    """The type of a function."""
-
-    result: "Type"
-
-
-Type: TypeAlias = Kind | Pointer | Many | Record | Void | Callable_
+Type: TypeAlias = Kind | Pointer | Many | Record
 
 
 def size_of(type_: Type) -> tuple[int, int]:
@@ -153,8 +137,7 @@ def size_of(type_: Type) -> tuple[int, int]:
             size, align = size_of(member)
             at, most = -(-at // align) * align + size, max(most, align)
         return -(-at // most) * most, most
-    bits = type_.bits if isinstance(type_, Kind | Pointer) else 8
-    return bits // 8, bits // 8
+    return type_.bits // 8, type_.bits // 8
 
 
 @dataclass(frozen=True)
@@ -166,13 +149,12 @@ class Number:
     name: str = ""
 
 
-DECIMAL = re.compile(r"(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d{1,4})?([fF]?)")
-HEXADECIMAL = re.compile(r"(0[xX][01](?:\.[0-9a-fA-F]{0,13})?[pP][+-]?\d{1,4})([fF]?)")  # so that a double holds it
 WHOLE_NUMBER = re.compile(r"(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9]\d*)([uU]?(?:l|L|ll|LL)?|(?:l|L|ll|LL)[uU])", re.ASCII)
+DECIMAL = re.compile(r"((?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][+-]?\d{1,4})?)([fF]?)", re.ASCII)
+HEXADECIMAL = re.compile(r"(0[xX][01](?:\.[0-9a-fA-F]{0,13})?[pP][+-]?\d{1,4})([fF]?)")  # so that a double holds it
 CHARACTER = re.compile(r"'([ -&(-\[\]-~]|\\[0abfnrtv\\'\"])'")  # of ASCII
 ESCAPES = {"0": 0, "a": 7, "b": 8, "t": 9, "n": 10, "v": 11, "f": 12, "r": 13, "\\": 92, "'": 39, '"': 34}
 MAX_DIGITS = 1_000
-LEAST_INFINITE = 2**128 - 2**103  # halfway between the largest float and 2**128
 
 
 @lru_cache(maxsize=1 << 16)
@@ -184,25 +166,19 @@ def literal(text: str) -> Number | None:
         return Number(ESCAPES[match[1][1]] if len(match[1]) == 2 else ord(match[1]), INT)
     if match := WHOLE_NUMBER.fullmatch(text):
         return _parse_integer(match[1], match[2].lower())
-    match = DECIMAL.fullmatch(text)
-    if match and (match[2] or "." in match[1]):
-        digits = match[1] + (match[2] or "")
-        near = np.float64(digits)
-        if not match[3]:
-            return Number(near, DOUBLE) if np.isfinite(near) else None
+    match = DECIMAL.fullmatch(text) or HEXADECIMAL.fullmatch(text)
+    if match is None:
+        return None
+    kind, hexadecimal = FLOAT if match[2] else DOUBLE, match[1][:2].lower() == "0x"
+    try:
+        near = np.float64(float.fromhex(match[1]) if hexadecimal else match[1])
         middle = int(near.view(np.uint64)) % 2**29 == 2**28  # of two floats: the digits say which is nearer
-        if not middle and 2.0**-126 <= near < 2.0**127:
-            return Number(np.float32(near), FLOAT)
-        return _finite(Fraction(digits), FLOAT)
-    match = HEXADECIMAL.fullmatch(text)
-    if match:
-        with suppress(OverflowError):
-            return _finite(Fraction(float.fromhex(match[1])), FLOAT if match[2] else DOUBLE)
-    return None
-
-
-def _finite(exact: Fraction, kind: Kind) -> Number | None:
-    value = round_number(exact, kind)
+        if kind == DOUBLE or (not middle and 2.0**-126 <= near < 2.0**127):
+            value = kind.float_type(near)
+        else:
+            value = round_number(Fraction(float(near) if hexadecimal else match[1]), kind)
+    except OverflowError:
+        return None
     return Number(value, kind) if np.isfinite(value) else None
 
 
@@ -211,29 +187,23 @@ def _parse_integer(digits: str, suffix: str) -> Number | None:
     decimal = digits[0] != "0"
     value = int(digits, 10 if decimal else 16 if digits[:2] in ("0x", "0X") else 8)
     kinds = [INT, UINT, LONG, ULONG, LLONG, ULLONG]
-    if "u" in suffix:
-        kinds = [UINT, ULONG, ULLONG]
-    elif decimal:
-        kinds = [INT, LONG, LLONG]
-    rank = {0: 3, 1: 4, 2: 5}[suffix.count("l")]
-    fitting = [kind for kind in kinds if kind.rank >= rank and kind.holds(value)]
-    return Number(value, fitting[0]) if fitting else None
+    if "u" in suffix or decimal:
+        kinds = [each for each in kinds if each.signed != ("u" in suffix)]
+    rank = INT.rank + suffix.count("l")
+    return next((Number(value, kind) for kind in kinds if kind.rank >= rank and kind.holds(value)), None)
 
 
 def round_number(exact: Fraction | int, kind: Kind) -> Any:
     """The nearest number of a floating type, ties to even; infinite beyond the largest."""
-    if kind == DOUBLE:
-        try:
-            return np.float64(exact.numerator / exact.denominator)
-        except OverflowError:
-            return np.float64(math.inf if exact > 0 else -math.inf)
-    if abs(exact) >= LEAST_INFINITE:
-        return np.float32(math.inf if exact > 0 else -math.inf)
+    try:
+        near = exact.numerator / exact.denominator
+    except OverflowError:
+        return kind.float_type(math.inf if exact > 0 else -math.inf)
+    rest = exact - Fraction(near)
+    if kind == FLOAT and rest and not int(np.float64(near).view(np.int64)) & 1:
+        near = math.nextafter(near, math.inf if rest > 0 else -math.inf)  # odd, so that it is rounded once
     with np.errstate(over="ignore", under="ignore"):
-        near = np.float32(round_number(exact, DOUBLE))
-        beside = [near, np.nextafter(near, np.float32(-np.inf)), np.nextafter(near, np.float32(np.inf))]
-    finite = [each for each in beside if np.isfinite(each)]
-    return min(finite, key=lambda each: (abs(Fraction(float(each)) - exact), int(each.view(np.uint32)) & 1))
+        return kind.float_type(near)
 
 
 def truncate_float(v: Any) -> Any:
@@ -275,13 +245,6 @@ class Text:
     """A text."""
 
     text: str
-
-
-@dataclass(frozen=True)
-class Function:
-    """A function of the file."""
-
-    node: Any
 
 
 class Place(NamedTuple):
@@ -334,4 +297,4 @@ class Reference:
     target: Object
 
 
-Value: TypeAlias = Number | Symbol | Condition | Text | Function | Reference | Object | None
+Value: TypeAlias = Number | Symbol | Condition | Text | Reference | Object | None

@@ -1,4 +1,4 @@
-"""What C's own headers give to a decision: constants, functions of numbers,a copy of memory.
+"""What C's own headers give to a decision: constants, functions of numbers, a copy of memory.
 
 Does: fabs, fmin, fmax, floor and their like, of numbers and of features; memcpy; skips what prints.
 Assumes: IEEE 754; that functions of the standard library are not replaced.
@@ -8,86 +8,39 @@ Does not: compute what libraries round differently (sin, exp, pow), draw numbers
 # pyright: basic
 # pycparser's nodes have no declared attributes
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from codegen.importers.c import kinds
 from codegen.importers.c.arithmetic import TEST_ADVICE
-from codegen.importers.c.kinds import DOUBLE, FLOAT, INT, LONG, Kind, Number, Outside, Reference, Symbol, Type, Value
-from codegen.importers.symbolic.feature import FOLDING, Step
+from codegen.importers.c.kinds import DOUBLE, FLOAT, INT, LLONG, LONG, Kind, Number, Outside, Reference, Symbol, Value
+from codegen.importers.symbolic.feature import FOLDING, RISING, Step
 
 PRINTING = ["printf", "fprintf", "puts", "fputs", "putchar", "putc", "fputc", "fflush", "perror"]
-SINGLE, HUGE = float(np.finfo(np.float32).max), float(np.finfo(np.float64).max)
 WHOLE: Mapping[str, Kind] = {
-    "SCHAR": kinds.SCHAR, "SHRT": kinds.SHORT, "INT": INT, "LLONG": kinds.LLONG,
+    "SCHAR": kinds.SCHAR, "SHRT": kinds.SHORT, "INT": INT, "LLONG": LLONG,
     "UCHAR": kinds.UCHAR, "USHRT": kinds.USHORT, "UINT": kinds.UINT, "ULLONG": kinds.ULLONG,
-    **{f"INT{bits}": kinds.STANDARD[f"int{bits}_t"] for bits in (8, 16, 32, 64)},
-    **{f"UINT{bits}": kinds.STANDARD[f"uint{bits}_t"] for bits in (8, 16, 32, 64)},
+    **{f"{sign}INT{bits}": kinds.STANDARD[f"{sign.lower()}int{bits}_t"] for sign in ("", "U")
+       for bits in (8, 16, 32, 64)},
 }  # fmt: skip
+DOUBLES = {
+    "M_PI": math.pi, "M_PI_2": math.pi / 2, "M_PI_4": math.pi / 4, "M_E": math.e, "HUGE_VAL": math.inf,
+    "DBL_MAX": float(np.finfo(np.float64).max), "DBL_MIN": 2.0**-1022, "DBL_EPSILON": 2.0**-52,
+}  # fmt: skip
+FLOATS = {
+    "INFINITY": math.inf, "FLT_MAX": float(np.finfo(np.float32).max), "FLT_MIN": 2.0**-126, "FLT_EPSILON": 2.0**-23,
+}  # fmt: skip
+ENDS = {f"{name}_{end}": (kind, value) for name, kind in WHOLE.items()
+        for end, value in (("MAX", kind.high), ("MIN", kind.low)) if kind.signed or end == "MAX"}  # fmt: skip
 CONSTANTS: Mapping[str, Number] = {
-    "true": Number(1, INT, "true"), "false": Number(0, INT, "false"), "NULL": Number(0, INT),
-    "M_PI": Number(np.float64(math.pi), DOUBLE), "M_PI_2": Number(np.float64(math.pi / 2), DOUBLE),
-    "M_PI_4": Number(np.float64(math.pi / 4), DOUBLE), "M_E": Number(np.float64(math.e), DOUBLE),
-    "INFINITY": Number(np.float32(math.inf), FLOAT), "HUGE_VAL": Number(np.float64(math.inf), DOUBLE),
-    "FLT_MAX": Number(np.float32(SINGLE), FLOAT), "DBL_MAX": Number(np.float64(HUGE), DOUBLE),
-    "FLT_MIN": Number(np.float32(2.0**-126), FLOAT), "DBL_MIN": Number(np.float64(2.0**-1022), DOUBLE),
-    "FLT_EPSILON": Number(np.float32(2.0**-23), FLOAT), "DBL_EPSILON": Number(np.float64(2.0**-52), DOUBLE),
-    **{f"{name}_MAX": Number(kind.high, kind if kind.rank >= INT.rank else INT) for name, kind in WHOLE.items()},
-    **{f"{name}_MIN": Number(kind.low, kind if kind.rank >= INT.rank else INT) for name, kind in WHOLE.items()
-       if kind.signed},
-    "EXIT_SUCCESS": Number(0, INT), "EXIT_FAILURE": Number(1, INT),
+    "true": Number(1, INT, "true"), "false": Number(0, INT, "false"),
+    **dict.fromkeys(("NULL", "EXIT_SUCCESS"), Number(0, INT)), "EXIT_FAILURE": Number(1, INT),
+    **{name: Number(np.float64(value), DOUBLE) for name, value in DOUBLES.items()},
+    **{name: Number(np.float32(value), FLOAT) for name, value in FLOATS.items()},
+    **{name: Number(value, kind if kind.rank >= INT.rank else INT) for name, (kind, value) in ENDS.items()},
 }  # fmt: skip
-Handler = Callable[[Any, list[Any]], Value]
-
-
-def _absolute(kind: Kind) -> Handler:
-    """The absolute value, as one of a type."""
-
-    def handler(machine: Any, given: list[Any]) -> Value:
-        arithmetic = machine.arithmetic
-        value = arithmetic.plain(arithmetic.convert_value(machine.value(given[0]), kind))
-        if isinstance(value, Number):
-            whole = abs(value.value)
-            return Number(whole if kind.floating else arithmetic.wrap_number(whole, kind), kind)
-        symbol = Symbol(value.feature.then(Step("absolute", abs, FOLDING)), kind)
-        return symbol if kind.floating else arithmetic.ensure_fits(symbol, arithmetic.ends(symbol.feature))
-
-    return handler
-
-
-def _extreme(most: bool, kind: Kind) -> Handler:
-    """fmin and fmax, of which one is a number."""
-    choose, name = (max, "max") if most else (min, "min")
-
-    def handler(machine: Any, given: list[Any]) -> Value:
-        arithmetic = machine.arithmetic
-        one, other = (arithmetic.plain(arithmetic.convert_value(machine.value(each), kind)) for each in given[:2])
-        if isinstance(one, Number) and isinstance(other, Number):
-            return Number(choose(one.value, other.value), kind)
-        if isinstance(one, Symbol) and isinstance(other, Symbol):
-            raise machine.make_error("the larger or smaller of two features is not read", TEST_ADVICE)
-        symbol, c = (one, other.value) if isinstance(one, Symbol) else (other, one.value)
-        machine.paths.nan = False  # they leave a NaN out
-        step = Step(f"{name}{c!r}", lambda v: v if v != v else choose(v, c), form=(name, c, False))
-        return Symbol(symbol.feature.then(step), kind)
-
-    return handler
-
-
-def _make_step(name: str, kind: Kind, compute: Callable[[Any], Any]) -> Handler:
-    """A function that never falls."""
-
-    def handler(machine: Any, given: list[Any]) -> Value:
-        value = machine.arithmetic.plain(machine.arithmetic.convert_value(machine.value(given[0]), kind))
-        make = kind.float_type
-        if isinstance(value, Number):
-            with np.errstate(all="ignore"):
-                return Number(make(compute(make(value.value))), kind)
-        return Symbol(value.feature.then(Step(name, lambda v: make(compute(make(v))))), kind)
-
-    return handler
 
 
 def _round_away(v: Any) -> Any:
@@ -96,24 +49,75 @@ def _round_away(v: Any) -> Any:
     return whole + np.sign(v) if abs(v - whole) >= 0.5 else whole  # the difference is exact
 
 
-def _to_long(name: str, kind: Kind) -> Handler:
-    """The nearest whole number, as a long."""
-    rounds = _make_step(name, kind, _round_away)
-    return lambda machine, given: machine.arithmetic.convert_value(rounds(machine, given), LONG)
+ROUNDING = {"floor": np.floor, "ceil": np.ceil, "trunc": np.trunc, "round": _round_away}
+EXTREME = {"fmin": min, "fmax": max}
+FUNCTIONS: Mapping[str, tuple[str, Kind]] = {  # what each computes, in which type
+    "abs": ("fabs", INT), "lround": ("round", DOUBLE), "lroundf": ("round", FLOAT),
+    **{f"{name}{end}": (name, kind) for end, kind in (("", DOUBLE), ("f", FLOAT))
+       for name in ("fabs", *EXTREME, *ROUNDING)},
+}  # fmt: skip
+RESULTS = {**{name: kind for name, (_, kind) in FUNCTIONS.items()}, "lround": LONG, "lroundf": LONG, "isnan": INT}
+LIBRARY = {*FUNCTIONS, *PRINTING, "assert", "isnan", "memcpy"}
 
 
-def _is_nan(machine: Any, given: list[Any]) -> Value:
-    machine.paths.nan &= isinstance(machine.arithmetic.plain(machine.value(given[0])), Number)
-    return Number(0, INT)
+def call_library(machine: Any, name: str, given: list[Any]) -> Value:
+    """What a function of LIBRARY gives for the nodes of its arguments."""
+    if name in PRINTING:
+        machine.notes["what is printed is skipped"] = None
+        return None
+    if name == "assert":
+        if not machine.truth(given[0]):
+            raise Outside("observations for which its assertions hold")
+        return None
+    values = [machine.value(each) for each in given]
+    if name == "isnan":
+        number = machine.arithmetic.plain(values[0])
+        if not number.kind.floating:
+            raise machine.make_error("isnan takes a float or a double", "leave it out: a whole number is never NaN")
+        machine.paths.nan &= isinstance(number, Number)
+        return Number(0, INT)
+    if name == "memcpy":
+        return _copy_memory(machine, *values)
+    (called, kind), arithmetic = FUNCTIONS[name], machine.arithmetic
+    numbers = [arithmetic.plain(arithmetic.convert_value(each, kind)) for each in values]
+    if called in EXTREME:
+        return _extreme(machine, called, kind, *numbers)
+    (value,), make = numbers, kind.float_type
+    compute, sense = (abs, FOLDING) if called == "fabs" else (lambda v: make(ROUNDING[called](make(v))), RISING)
+    if isinstance(value, Number):
+        result = compute(value.value)
+        number = Number(result if kind.floating else arithmetic.wrap_number(result, kind), kind)
+        return arithmetic.convert_value(number, RESULTS[name])
+    symbol = Symbol(value.feature.then(Step(f"{called} {kind}", compute, sense)), kind)
+    symbol = symbol if kind.floating else arithmetic.ensure_fits(symbol, arithmetic.ends(symbol.feature))
+    return arithmetic.convert_value(symbol, RESULTS[name])
 
 
-def _copy_memory(machine: Any, given: list[Any]) -> Value:
+def _extreme(machine: Any, called: str, kind: Kind, one: Number | Symbol, other: Number | Symbol) -> Value:
+    """fmin and fmax, of which one is a number."""
+    choose = EXTREME[called]
+    if isinstance(one, Symbol) and isinstance(other, Symbol):
+        raise machine.make_error("the larger or smaller of two features is not read", TEST_ADVICE)
+    one, other = (one, other) if isinstance(one, Symbol) else (other, one)
+    assert isinstance(other, Number)
+    c = other.value
+    if isinstance(one, Number):
+        return Number(choose(one.value, c), kind)
+    machine.paths.nan = False  # they leave a NaN out
+    step = Step(f"{called}{c!r}", lambda v: v if v != v else choose(v, c), form=(called[1:], c, False))
+    return Symbol(one.feature.then(step), kind)
+
+
+def _copy_memory(machine: Any, target: Value, source: Value, size: Value) -> Value:
     """memcpy of whole items."""
-    target, source, size = (machine.value(each) for each in given)
-    pointers = isinstance(target, Reference) and isinstance(source, Reference)
-    if not pointers or target.target.type != source.target.type or not isinstance(size, Number):
+    if not (
+        isinstance(target, Reference)
+        and isinstance(source, Reference)
+        and isinstance(size, Number)
+        and target.target.type == source.target.type
+    ):
         raise machine.make_error("a copy of memory is not read", "copy item by item")
-    count, rest = divmod(int(size.value), kinds.size_of(target.target.type)[0])
+    count, rest = divmod(size.value, kinds.size_of(target.target.type)[0])
     if rest:
         raise machine.make_error("a copy is not of whole items of one type", "copy item by item")
     for at in range(count):
@@ -122,31 +126,3 @@ def _copy_memory(machine: Any, given: list[Any]) -> Value:
             raise machine.make_error("a copy goes beyond an array", "stay within the declared length")
         machine.store(to, machine.load(from_))
     return target
-
-
-def _skip_print(machine: Any, given: list[Any]) -> Value:
-    machine.note("what is printed is skipped")
-    return None
-
-
-def _assertion(machine: Any, given: list[Any]) -> Value:
-    if not machine.truth(given[0]):
-        raise Outside("observations for which its assertions hold")
-    return None
-
-
-FUNCTIONS: Mapping[str, Handler] = {
-    "fabs": _absolute(DOUBLE), "fabsf": _absolute(FLOAT), "abs": _absolute(INT), "labs": _absolute(LONG),
-    "llabs": _absolute(kinds.LLONG), "fmin": _extreme(False, DOUBLE), "fminf": _extreme(False, FLOAT),
-    "fmax": _extreme(True, DOUBLE), "fmaxf": _extreme(True, FLOAT),
-    **{f"{name}{end}": _make_step(f"{name}{end}", kind, compute) for end, kind in (("", DOUBLE), ("f", FLOAT))
-       for name, compute in (("floor", np.floor), ("ceil", np.ceil), ("trunc", np.trunc), ("round", _round_away))},
-    "lround": _to_long("round", DOUBLE), "lroundf": _to_long("roundf", FLOAT),
-    "isnan": _is_nan, "memcpy": _copy_memory, "assert": _assertion,
-    **dict.fromkeys(PRINTING, _skip_print),
-}  # fmt: skip
-RESULTS: Mapping[str, Type] = {
-    **{name: FLOAT if name.endswith("f") else DOUBLE for name in FUNCTIONS if name[0] in "fcrnst"},
-    **dict.fromkeys(("labs", "lround", "lroundf"), LONG), "llabs": kinds.LLONG,
-    **dict.fromkeys(("abs", "isnan"), INT),
-}  # fmt: skip

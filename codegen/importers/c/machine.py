@@ -1,41 +1,83 @@
-"""An interpreter of C on one path: expressions, whose values may be features, and statements.
+"""An interpreter of C on one path: what a file declares, expressions, whose values may be features, and statements.
 
-Does: constants, operators, casts, assignments; the type of an expression without computing it; branches, loops, switch,
-  calls of functions of the file, from their first statement to their return.
+Does: types of declarations, typedefs, struct tags, enumerators, scopes; variables, members and items, which are read,
+  set and initialized; operators, casts, assignments; the type of an expression without computing it; branches, loops,
+  switch, calls of functions of the file, from their first statement to their return.
 Assumes: nodes of pycparser; `Growth` counts the work, so that what does not end is refused.
-Does not: compute (arithmetic.py), choose functions (source.py), or call what the file does not hold, but library.py.
+Does not: compute (arithmetic.py), choose functions (source.py), call what the file does not hold, but library.py, or
+  let anything be kept between decisions.
 """
 
 # pyright: basic
 # pycparser's nodes have no declared attributes
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import PurePath
 from typing import Any, TypeAlias
 
-from pycparser import c_ast
+from pycparser import c_ast, c_generator
 
 from codegen.errors import InputError, escape_text
 from codegen.importers.c import kinds
-from codegen.importers.c.arithmetic import TEST_ADVICE
-from codegen.importers.c.kinds import (
-    INT,
-    Condition,
-    Function,
-    Kind,
-    Number,
-    Object,
-    Reference,
-    Symbol,
-    Text,
-    Type,
-    Value,
-)
-from codegen.importers.c.library import CONSTANTS, FUNCTIONS, RESULTS
-from codegen.importers.c.objects import KEPT, Objects, acts, collect_assigned, is_const, parameters_of, text_of
+from codegen.importers.c.arithmetic import TEST_ADVICE, Arithmetic
+from codegen.importers.c.inputs import Inputs
+from codegen.importers.c.kinds import INT, Kind, Many, Number, Object, Pointer, Record, Reference, Text, Type, Value
+from codegen.importers.c.library import CONSTANTS, LIBRARY, RESULTS, call_library
 from codegen.importers.symbolic.feature import SIGNS
-from codegen.importers.symbolic.paths import MAX_CALLS, STATE_ADVICE
+from codegen.importers.symbolic.paths import MAX_CALLS, STATE_ADVICE, Growth
 
+ADVICE = "give functions of ifs, comparisons with numbers, and returns"
+KEPT = "the {} keeps what earlier decisions set"
+MAX_SHOWN, MAX_LENGTH = 60, 1 << 20
+PLAIN_TEXT = re.compile(r'"(?:[ -\[\]-~]|\\["\\])*"')  # of ASCII; adjacent ones are one for the parser
+COUNTING = ("++", "--", "p++", "p--")
 CALL_ADVICE = "a decision may depend on the observation alone; give what the call answers as a feature"
 Open: TypeAlias = "tuple[Any, Open] | None"  # statements that follow: the first, and the others; None ends a scope
+
+
+def text_of(node: Any) -> str:
+    """A node as C, short enough for a line."""
+    return escape_text(" ".join(c_generator.CGenerator().visit(node).split()))[:MAX_SHOWN]
+
+
+def walk(node: Any) -> Iterator[Any]:
+    """A node and all below it."""
+    open_ = [node]
+    while open_:
+        each = open_.pop()
+        yield each
+        open_ += [child for _, child in each.children()]
+
+
+def collect_assigned(node: Any) -> set[str]:
+    """The names that are assigned to, counted up or down, or whose address is taken, below a node; but not its own."""
+    assigned, own = set[str](), set[str]()
+    for each in walk(node):
+        target = None
+        if isinstance(each, c_ast.Assignment):
+            target = each.lvalue
+        elif isinstance(each, c_ast.UnaryOp) and each.op in (*COUNTING, "&"):
+            target = each.expr
+        elif isinstance(each, c_ast.Decl) and "static" not in each.storage and each.name:
+            own.add(each.name)
+        while isinstance(target, c_ast.ArrayRef | c_ast.StructRef):
+            target = target.name
+        if isinstance(target, c_ast.ID):
+            assigned.add(target.name)
+    return assigned - own
+
+
+def is_const(node: Any) -> bool:
+    """Returns True if a declaration of an object says that it is constant."""
+    while isinstance(node, c_ast.Decl | c_ast.ArrayDecl | c_ast.Typename):
+        node = node.type
+    return "const" in getattr(node, "quals", ())
+
+
+def parameters_of(node: Any) -> list[Any]:
+    """The parameters of a function; `void` is none."""
+    given = list(node.decl.type.args.params) if node.decl.type.args is not None else []
+    return [each for each in given if isinstance(each, c_ast.Decl) and each.name]
 
 
 class _Jump(Exception):
@@ -45,66 +87,249 @@ class _Jump(Exception):
         self.kind, self.value = kind, value
 
 
-class Machine(Objects):
-    """Follows statements and evaluates expressions on one path."""
+class Machine:
+    """The names of a file and those of the function that is followed, what they hold on one path, and what they do."""
 
-    def __init__(self, *given: Any, **named: Any) -> None:
-        super().__init__(*given, **named)
-        self.depth = 0
+    paths: Growth | None = None
+    inputs: Inputs | None = None
+
+    def __init__(self, where: str, names: Mapping[str, int], numbers: str, *, contracts: bool) -> None:
+        self.where, self.line, self.text_file = where, 0, ""
+        self.types: dict[str, Type] = dict(kinds.STANDARD)  # typedefs, and `struct` and `enum` with their tags
+        self.functions: dict[str, Any] = {}
+        self.results: dict[str, Type] = {}  # of functions that are declared
+        self.scopes: list[dict[str, Object | Number]] = [{name: Number(of, INT, name) for name, of in names.items()}]
+        self.constants: dict[kinds.Place, Value] = {}  # what the file's own variables hold
+        self.memory = self.constants  # what was set on this path
+        self.fixed: dict[str | int, str] = {}  # why a variable must not be set
+        self.arithmetic = Arithmetic(self.make_error, numbers, contracts=contracts)
+        self.changing: set[str] = set()  # variables of the file that some function may set
         self.notes = dict[str, None]()  # what was skipped
         self.named = dict[Any, str]()  # what the source calls some numbers that are returned
-        self.changing_here: set[str] = set()  # what the present function sets
-        self.initialized = set[str]()  # variables of the file
-        self._set = dict[str, set[str]]()
-        self._handlers: dict[type, Callable[[Any], Value]] = {
-            c_ast.Constant: self._constant,
-            c_ast.ID: lambda node: self.load(self.place(node)),
-            c_ast.ArrayRef: lambda node: self.load(self.place(node)),
-            c_ast.StructRef: lambda node: self.load(self.place(node)),
-            c_ast.UnaryOp: self._unary,
-            c_ast.BinaryOp: self._binary,
-            c_ast.TernaryOp: self._ternary,
-            c_ast.Assignment: self._assignment,
-            c_ast.FuncCall: self._call,
-            c_ast.Cast: lambda node: self.cast(self.value(node.expr), self.type_of(node.to_type)),
-            c_ast.ExprList: lambda node: [self.value(each) for each in node.exprs][-1],
-            c_ast.CompoundLiteral: lambda node: self.load(self.initialize_object(self.type_of(node.type), node.init)),
-        }
-        self._statements: dict[type, Callable[[Any], Any]] = {
-            c_ast.Compound: lambda node: self._block(node.block_items or []),
-            c_ast.If: self._if,
-            c_ast.Return: self._return,
-            c_ast.Decl: self.declare,
-            c_ast.DeclList: lambda node: [self.declare(each) for each in node.decls],
-            c_ast.Typedef: self.typedef,
-            c_ast.For: self._for,
-            c_ast.While: lambda node: self._loop(node.cond, None, node.stmt),
-            c_ast.DoWhile: lambda node: self._loop(node.cond, None, node.stmt, first=True),
-            c_ast.Switch: self._switch,
-            c_ast.Break: lambda node: self._jump("break"),
-            c_ast.Continue: lambda node: self._jump("continue"),
-            c_ast.Goto: self._goto,
-            **dict.fromkeys((c_ast.EmptyStatement, c_ast.Pragma, c_ast.StaticAssert), lambda node: None),
-        }
+        self.depth, self._count = 0, 0  # of calls; of variables
 
-    def note(self, text: str) -> None:
-        """Something was skipped."""
-        self.notes[text] = None
+    def at(self, node: Any) -> None:
+        """The present place, for messages."""
+        coord = getattr(node, "coord", None)
+        if coord is not None and coord.line:
+            self.line, self.text_file = int(coord.line), coord.file or ""
 
-    def _step_to(self, node: Any) -> None:
+    def make_error(self, what: str, advice: str = ADVICE) -> InputError:
+        """Makes an error of what is wrong at the present line."""
+        file = PurePath(self.text_file).name
+        header = f" of {file}" if file and file != PurePath(self.where.split(",")[0]).name else ""
+        return InputError(what, f"{self.where}, line {self.line}{header}" if self.line else self.where, advice)
+
+    def constant(self, node: Any) -> int:
+        """The whole number that an expression is."""
+        value = self.arithmetic.plain(self.value(node))
+        if not isinstance(value, Number) or value.kind.floating:
+            raise self.make_error(f"not a whole number: {text_of(node)}", "write the number")
+        return int(value.value)
+
+    def find_name(self, name: str) -> Object | Number | None:
+        """Returns what a name stands for; None: nothing."""
+        return next((scope[name] for scope in reversed(self.scopes) if name in scope), CONSTANTS.get(name))
+
+    # --- types
+
+    def type_of(self, node: Any) -> Type:
+        """The type that a declaration or a type name says; of a function, that of its result."""
+        self.at(node)
+        if isinstance(node, c_ast.TypeDecl | c_ast.Typename | c_ast.Decl | c_ast.FuncDecl):
+            return self.type_of(node.type)
+        if isinstance(node, c_ast.PtrDecl) and not isinstance(node.type, c_ast.FuncDecl):
+            return Pointer(self.type_of(node.type))
+        if isinstance(node, c_ast.ArrayDecl):
+            length = 0 if node.dim is None else self.constant(node.dim)
+            if not 0 <= length <= MAX_LENGTH:
+                raise self.make_error(f"a length is not read: {length}")
+            return Many(self.type_of(node.type), length)
+        if isinstance(node, c_ast.Struct):
+            return self._record(node)
+        if isinstance(node, c_ast.Enum):
+            return self._enum(node)
+        names = tuple(node.names) if isinstance(node, c_ast.IdentifierType) else ()
+        type_ = (self.types.get(names[0]) if len(names) == 1 else None) or (kinds.kind_of(names) if names else None)
+        if type_ is None:
+            raise self.make_error(
+                f"a type is not read: {text_of(node)}", "use float, double, and types of whole numbers"
+            )
+        return type_
+
+    def _record(self, node: Any) -> Type:
+        name = node.name or str(node.coord)
+        record: Any = self.types.setdefault(f"struct {name}", Record(name, {}))
+        for each in node.decls or ():
+            if each.name is None or each.bitsize is not None:
+                self.at(each)
+                raise self.make_error("a member has bits or no name", "declare it as a whole number with a name")
+            record.members[each.name] = self.type_of(each)
+        return record
+
+    def _enum(self, node: Any) -> Type:
+        last, lowest = -1, 0
+        for each in node.values.enumerators if node.values is not None else ():
+            last = last + 1 if each.value is None else self.constant(each.value)
+            if not INT.holds(last):
+                raise self.make_error(f"the enumerator {escape_text(each.name)} is no int")
+            lowest = min(lowest, last)
+            self.scopes[-1][each.name] = Number(last, INT, each.name)
+        kind, name = INT if lowest < 0 else kinds.ENUM, f"enum {node.name}"
+        if node.name and node.values is not None:
+            self.types[name] = kind
+        return self.types.get(name, kind) if node.name else kind
+
+    # --- which object an expression names
+
+    def new_object(self, type_: Type) -> Object:
+        """A variable without a value."""
+        self._count += 1
+        return Object(kinds.Place(self._count), type_)
+
+    def place(self, node: Any) -> Any:
+        """The object that an expression names; for what is none, its value."""
+        if isinstance(node, c_ast.ID):
+            target = self.find_name(node.name)
+            if target is None:
+                raise self.make_error(f"the name {escape_text(node.name)} is not known", "define it in the file")
+            if node.name in self.changing and self.scopes[0].get(node.name) is target:
+                self.at(node)
+                raise self.make_error(KEPT.format(f"variable {escape_text(node.name)}"), STATE_ADVICE)
+            return target
+        if isinstance(node, c_ast.StructRef):
+            holder = self.place(node.name) if node.type == "." else self.target(self.value(node.name), 0, node)
+            members = holder.type.members if isinstance(holder, Object) and isinstance(holder.type, Record) else {}
+            if node.field.name not in members:
+                raise self.make_error(f"there is no such member: {text_of(node)}")
+            return Object(holder.place.then(node.field.name), members[node.field.name])
+        if isinstance(node, c_ast.ArrayRef):
+            base = self.value(node.name)
+            subscript = self.arithmetic.resolve_number(self.value(node.subscript))
+            if not isinstance(subscript, Number) or subscript.kind.floating:
+                what = f"an item is chosen by a feature: {text_of(node)}"
+                raise self.make_error(what, "test its range first, or choose by if or switch")
+            return self.target(base, int(subscript.value), node)
+        if isinstance(node, c_ast.UnaryOp) and node.op == "*":
+            return self.target(self.value(node.expr), 0, node)
+        return self.value(node)
+
+    def target(self, base: Value, at: int, node: Any) -> Object:
+        """The item that a pointer and an index lead to."""
+        target = base.target.item(at) if isinstance(base, Reference) else None
+        if target is None:
+            raise self.make_error(f"there is no such item: {text_of(node)}", "stay within the declared length")
+        return target
+
+    # --- what it holds
+
+    def load(self, target: Any) -> Value:
+        """Returns the value that an object holds."""
+        if not isinstance(target, Object) or isinstance(target.type, Record):
+            return target
+        if isinstance(target.type, Many):
+            return Reference(Object(target.place.then(0), target.type.of, target.type.length))
+        value = self._held(target)
+        if value is None and isinstance(target.place.base, str) and self.inputs is not None:
+            return self.inputs.value(target)
+        if value is None:
+            raise self.make_error("a variable is read that holds nothing on some path", "set it where it is declared")
+        return value
+
+    def _held(self, target: Object) -> Value:
+        value = self.memory.get(target.place)
+        return self.constants.get(target.place) if value is None else value
+
+    def store(self, target: Any, value: Any) -> None:
+        """Sets an object."""
+        if not isinstance(target, Object):
+            raise self.make_error("what is assigned to is not a variable")
+        if isinstance(target.type, Record | Many):
+            if not isinstance(value, Object) or value.type != target.type:
+                raise self.make_error("an array or a struct is set to something else", "set it item by item")
+            for to, part in zip(target.parts(), value.parts(), strict=True):
+                if isinstance(part.place.base, str) or self._held(part) is not None:
+                    self.store(to, self.load(part))
+            return
+        if target.place.base in self.fixed:
+            raise self.make_error(self.fixed[target.place.base], STATE_ADVICE)
+        if self.inputs is not None and isinstance(target.place.base, str):
+            self.inputs.write(target.place)
+        self.memory[target.place] = self.cast(value, target.type)
+
+    def cast(self, value: Value, type_: Type) -> Value:
+        """A value as one of a type."""
+        if isinstance(type_, Kind) and type_ != kinds.VOID:
+            if not isinstance(value, Reference | Object | kinds.Text):
+                return self.arithmetic.convert_value(value, type_)
+            if type_ == kinds.BOOL:
+                return Number(1, type_)
+            raise self.make_error("a pointer or a text becomes a number", TEST_ADVICE)
+        if isinstance(type_, Pointer) and isinstance(value, Reference):
+            actual = value.target.type
+            if type_.to not in (actual, kinds.VOID) and not (isinstance(type_.to, Many) and type_.to.of == actual):
+                raise self.make_error("a pointer becomes one to another type", "read each object as its own type")
+        return value
+
+    # --- initializers
+
+    def initialize_object(self, type_: Type, node: Any, fixed: str = "") -> Object:
+        """A new object with an initializer. `fixed`: why it must not be set from there on."""
+        if isinstance(type_, Many) and not type_.length and isinstance(node, c_ast.InitList):
+            type_ = Many(type_.of, max((at + 1 for at, _ in self._places(type_, node)), default=0))
+        target = self.new_object(type_)
+        self._fill(target, node)
+        if fixed:
+            self.fixed[target.place.base] = fixed
+        return target
+
+    def _places(self, type_: Any, node: Any) -> list[tuple[Any, Any]]:
+        """The member or item of each part of a list."""
+        names = list(type_.members) if isinstance(type_, Record) else []
+        room = len(names) if isinstance(type_, Record) else type_.length or MAX_LENGTH
+        parts, at = list[tuple[Any, Any]](), 0
+        for each in node.exprs or []:
+            if isinstance(each, c_ast.NamedInitializer):
+                called = each.name[0].name if isinstance(each.name[0], c_ast.ID) else ""
+                if len(each.name) != 1 or (names and called not in names):
+                    raise self.make_error(f"an initializer is not read: {text_of(each)}")
+                at = names.index(called) if names else self.constant(each.name[0])
+                each = each.expr
+            if not 0 <= at < room:
+                raise self.make_error("an initializer has too many parts")
+            parts.append((names[at] if names else at, each))
+            at += 1
+        return parts
+
+    def _fill(self, target: Object, node: Any) -> None:
+        of, listed = target.type, isinstance(node, c_ast.InitList)
+        if not isinstance(of, Record | Many):
+            self.store(target, self.value(node.exprs[0] if listed and len(node.exprs) == 1 else node))
+        elif listed:
+            for key, each in self._places(of, node):
+                type_ = of.members[key] if isinstance(of, Record) else of.of
+                self._fill(Object(target.place.then(key), type_, getattr(of, "length", None)), each)
+            self.zero_object(target)
+        else:
+            self.store(target, self.place(node))
+
+    def zero_object(self, target: Object) -> None:
+        """Sets each part of an object that nothing has set to 0."""
+        for part in target.parts():
+            if isinstance(part.type, Kind) and part.place not in self.memory:
+                self.memory[part.place] = self.arithmetic.convert_value(Number(0, INT), part.type)
+
+    # --- expressions
+
+    def value(self, node: Any) -> Any:
+        """Returns the value of an expression, or follows a statement."""
         self.at(node)
         if self.paths is not None:
             self.paths.line = self.line
             self.paths.step()
-
-    # --- expressions
-
-    def value(self, node: Any) -> Value:
-        """Returns the value of an expression."""
-        self._step_to(node)
-        handler = self._handlers.get(type(node))
+        handler = getattr(self, f"_{type(node).__name__.lower()}", None)
         if handler is None:
-            raise self.make_error(f"an expression is not read: {text_of(node)}")
+            raise self.make_error(f"what is written is not read: {text_of(node)}")
         return handler(node)
 
     def truth(self, node: Any) -> bool:
@@ -119,17 +344,31 @@ class Machine(Objects):
 
     def _constant(self, node: Any) -> Value:
         if node.type == "string":
-            try:
-                return Text(node.value[1:-1].encode().decode("unicode_escape"))
-            except UnicodeDecodeError:
-                raise self.make_error(f"a text is not read: {escape_text(node.value)[:60]}") from None
+            if not PLAIN_TEXT.fullmatch(node.value):
+                what = f"a text is not read: {escape_text(node.value)[:60]}"
+                raise self.make_error(what, "write it without escapes, but of quotes and backslashes")
+            return Text(re.sub(r"\\(.)", r"\1", node.value[1:-1]))
         parsed = kinds.literal(node.value)
         if parsed is None:
             advice = "write a finite number of int, float or double"
             raise self.make_error(f"a number is not read: {escape_text(node.value)[:60]}", advice)
         return parsed
 
-    def _unary(self, node: Any) -> Value:
+    def _id(self, node: Any) -> Value:
+        return self.load(self.place(node))
+
+    _arrayref = _structref = _id
+
+    def _cast(self, node: Any) -> Value:
+        return self.cast(self.value(node.expr), self.type_of(node.to_type))
+
+    def _exprlist(self, node: Any) -> Value:
+        return [self.value(each) for each in node.exprs][-1]
+
+    def _compoundliteral(self, node: Any) -> Value:
+        return self.load(self.initialize_object(self.type_of(node.type), node.init))
+
+    def _unaryop(self, node: Any) -> Value:
         if node.op == "sizeof":
             type_ = self.type_of(node.expr) if isinstance(node.expr, c_ast.Typename) else self._static(node.expr)
             if type_ is None:
@@ -139,15 +378,15 @@ class Machine(Objects):
             target = self.place(node.expr)
             return Reference(target) if isinstance(target, Object) else target
         if node.op == "*":
-            return self.load(self.place(node))
-        if node.op in ("++", "--", "p++", "p--"):
+            return self._id(node)
+        if node.op in COUNTING:
             target = self.place(node.expr)
             before = self.load(target)
             self.store(target, self._combine(node.op.strip("p")[0], before, Number(1, INT), node))
             return before if node.op[0] == "p" else self.load(target)
         return self.arithmetic.unary(node.op, self.value(node.expr))
 
-    def _binary(self, node: Any) -> Value:
+    def _binaryop(self, node: Any) -> Value:
         if node.op in ("&&", "||"):
             return self._both(node)
         left, right = self.value(node.left), self.value(node.right)
@@ -156,7 +395,7 @@ class Machine(Objects):
 
     def _combine(self, sign: str, left: Value, right: Value, node: Any) -> Value:
         """An operator of two values; of a pointer, a step or the question whether it is null."""
-        if not any(isinstance(each, Reference | Text | Function) for each in (left, right)):
+        if not any(isinstance(each, Reference | Text) for each in (left, right)):
             return self.arithmetic.binary(sign, left, right)
         if sign in ("==", "!=") and any(isinstance(each, Number) and each.value == 0 for each in (left, right)):
             return Number(int(sign == "!="), INT)  # no pointer that is given is null
@@ -171,23 +410,26 @@ class Machine(Objects):
             if bool(left.value) != every:
                 return Number(int(not every), INT)
             return self.arithmetic.unary("!", self.arithmetic.unary("!", self.value(node.right)))
-        if not acts(node.right):
-            outer, self.arithmetic.speculating = self.arithmetic.speculating, True
-            try:
-                right = self.value(node.right)
-            except InputError:  # what the first part rules out
-                right = None
-            finally:
-                self.arithmetic.speculating = outer
-            if right is not None:
-                truth = self.arithmetic.truth
-                return Condition(lambda: truth(right) if truth(left) == every else not every)
-        return Number(int(self.truth(node.right) if self.arithmetic.truth(left) == every else not every), INT)
+        acts = any(
+            isinstance(each, c_ast.Assignment | c_ast.FuncCall | c_ast.TernaryOp) or getattr(each, "op", "") in COUNTING
+            for each in walk(node.right)
+        )
+        outer, self.arithmetic.speculating = self.arithmetic.speculating, True
+        try:
+            right = None if acts else self.value(node.right)
+        except InputError:  # what the first part rules out
+            right = None
+        finally:
+            self.arithmetic.speculating = outer
+        truth = self.arithmetic.truth
+        if right is not None:
+            return kinds.Condition(lambda: truth(right) if truth(left) == every else not every)
+        return Number(int(self.truth(node.right) if truth(left) == every else not every), INT)
 
-    def _ternary(self, node: Any) -> Value:
+    def _ternaryop(self, node: Any) -> Value:
         value = self.value(node.iftrue if self.truth(node.cond) else node.iffalse)
         kind = self._static(node)
-        if isinstance(kind, Kind) and isinstance(value, Number | Symbol | Condition):
+        if isinstance(kind, Kind) and isinstance(value, Number | kinds.Symbol | kinds.Condition):
             return self.arithmetic.convert_value(value, kind)
         return value
 
@@ -201,43 +443,46 @@ class Machine(Objects):
         self.store(target, value)
         return self.load(target)
 
-    def _call(self, node: Any) -> Value:
+    def _funccall(self, node: Any) -> Value:
         given = [] if node.args is None else list(node.args.exprs)
         name = node.name.name if isinstance(node.name, c_ast.ID) else ""
-        target = self.value(node.name) if not name or self.find_name(name) or name in self.functions else None
-        if isinstance(target, Function):
-            return self._call_function(target.node, [self.value(each) for each in given])
-        if name in FUNCTIONS and target is None:
-            return FUNCTIONS[name](self, given)
-        raise self.make_error(f"the function {escape_text(name or text_of(node.name))} is not read", CALL_ADVICE)
+        if name in self.functions and not self.find_name(name):
+            return self._call_function(self.functions[name], [self.value(each) for each in given])
+        if name in LIBRARY and not self.find_name(name):
+            return call_library(self, name, given)
+        if not name or self.find_name(name):
+            what = f"a function is called through a pointer: {text_of(node.name)}"
+            raise self.make_error(what, "call each function by its name, in an if or a switch")
+        raise self.make_error(f"the function {escape_text(name)} is not read", CALL_ADVICE)
 
     def _static(self, node: Any) -> Type | None:
         """The type of an expression, without its value; None for what has no type of numbers."""
+        op = getattr(node, "op", "")
         if isinstance(node, c_ast.Constant):
-            known = kinds.literal(node.value) if node.type != "string" else None
-            return known.kind if known else kinds.Many(kinds.CHAR, len(node.value) - 1)
+            if node.type == "string":
+                return Many(kinds.CHAR, len(self._constant(node).text.encode()) + 1)
+            known = kinds.literal(node.value)
+            return known.kind if known else None
         if isinstance(node, c_ast.ID):
-            known = self.find_name(node.name) or CONSTANTS.get(node.name)
+            known = self.find_name(node.name)
             return known.kind if isinstance(known, Number) else known.type if known is not None else None
         if isinstance(node, c_ast.Cast | c_ast.CompoundLiteral):
             return self.type_of(node.to_type if isinstance(node, c_ast.Cast) else node.type)
         if isinstance(node, c_ast.FuncCall):
             name = node.name.name if isinstance(node.name, c_ast.ID) else ""
-            result = self.results.get(name, RESULTS.get(name))
-            return result.result if isinstance(result, kinds.Callable_) else result
-        op = getattr(node, "op", "")
+            return self.results.get(name, RESULTS.get(name))
         if isinstance(node, c_ast.StructRef | c_ast.ArrayRef) or (isinstance(node, c_ast.UnaryOp) and op == "*"):
             holder = self._static(node.expr if isinstance(node, c_ast.UnaryOp) else node.name)
-            holder = holder.to if isinstance(holder, kinds.Pointer) else holder
+            holder = holder.to if isinstance(holder, Pointer) else holder
             if isinstance(node, c_ast.StructRef):
-                return holder.members.get(node.field.name) if isinstance(holder, kinds.Record) else None
-            return holder.of if isinstance(holder, kinds.Many) else holder
+                return holder.members.get(node.field.name) if isinstance(holder, Record) else None
+            return holder.of if isinstance(holder, Many) else holder
         if op in ("!", "&&", "||") or op in SIGNS:
             return INT
-        if op in ("sizeof", "&"):
-            return kinds.ULONG if op == "sizeof" and isinstance(node, c_ast.UnaryOp) else None
+        if isinstance(node, c_ast.UnaryOp) and op in ("sizeof", "&"):
+            return kinds.ULONG if op == "sizeof" else None
         parts = [each for name, each in node.children() if name != "cond"]
-        if isinstance(node, c_ast.Assignment | c_ast.ExprList) or op in ("++", "--", "p++", "p--"):
+        if isinstance(node, c_ast.Assignment | c_ast.ExprList) or op in COUNTING:
             return self._static(parts[-1 if isinstance(node, c_ast.ExprList) else 0])
         met = [each for each in map(self._static, parts) if isinstance(each, Kind)]
         if not met or len(met) < len(parts):
@@ -247,65 +492,60 @@ class Machine(Objects):
 
     # --- declarations
 
-    def typedef(self, node: Any) -> None:
-        """A name for a type."""
-        self.typedefs[node.name] = self.type_of(node.type)
+    def _typedef(self, node: Any) -> None:
+        self.types[node.name] = self.type_of(node.type)
+
+    def _decllist(self, node: Any) -> None:
+        for each in node.decls:
+            self.declare(each)
 
     def declare(self, node: Any) -> None:
         """A variable, or a type alone."""
         type_ = self.type_of(node.type)
         if node.name is None:
             return
-        if isinstance(type_, kinds.Callable_):
+        if isinstance(node.type, c_ast.FuncDecl):
             self.results.setdefault(node.name, type_)
             return
         self.at(node)
         shown, outside = escape_text(node.name), len(self.scopes) == 1
         if "extern" in node.storage or "volatile" in getattr(node.type, "quals", ()):
             raise self.make_error(f"the variable {shown} is set elsewhere", STATE_ADVICE)
-        if "static" in node.storage and not outside and node.name in self.changing_here and not is_const(node):
+        if "static" in node.storage and not outside and node.name in self.changing and not is_const(node):
             raise self.make_error(KEPT.format(f"static variable {shown}"), STATE_ADVICE)
-        if node.init and (node.name in self.scopes[-1]) and (not outside or node.name in self.initialized):
-            raise self.make_error(f"{shown} is declared twice", "give each name once")
+        if outside and node.init is None and node.name in self.scopes[0]:
+            return  # as it was declared before
         held = "static" in node.storage or outside
         fixed = f"the variable {shown} is kept or constant" if held or is_const(node) else ""
         if node.init is not None:
             self.scopes[-1][node.name] = self.initialize_object(type_, node.init, fixed)
-            self.initialized |= {node.name} if outside else set()
             return
         self.scopes[-1][node.name] = target = self.new_object(type_)
         if held:
             self.zero_object(target)
             self.fixed[target.place.base] = fixed
 
+    _decl = declare
+
     # --- statements
 
-    def follow(self, node: Any) -> None:
-        """Does what a statement says."""
-        self._step_to(node)
-        handler = self._statements.get(type(node), self._handlers.get(type(node)))
-        if handler is None:
-            raise self.make_error(f"a statement is not read: {text_of(node)}")
-        handler(node)
+    def _emptystatement(self, node: Any) -> None:
+        pass
 
-    def _block(self, nodes: Sequence[Any]) -> None:
-        """Statements one after the other, in a scope of their own."""
-        self.scopes.append({})
-        depth = len(self.scopes)
-        for each in nodes:
-            self.follow(each)
-        del self.scopes[depth - 1 :]
+    _pragma = _staticassert = _emptystatement
 
-    def _jump(self, kind: str) -> None:
-        raise _Jump(kind)
+    def _compound(self, node: Any) -> None:
+        self._follow_open((node, None))
+
+    _if = _compound
+
+    def _break(self, node: Any) -> None:
+        raise _Jump(type(node).__name__.lower())
+
+    _continue = _break
 
     def _goto(self, node: Any) -> None:
         raise self.make_error("goto is not read", "return in each branch, or put what follows into a function")
-
-    def _if(self, node: Any) -> None:
-        chosen = node.iftrue if self.truth(node.cond) else node.iffalse
-        if chosen is not None:
-            self.follow(chosen)
 
     def _return(self, node: Any) -> None:
         raise _Jump("return", None if node.expr is None else self.value(node.expr))
@@ -313,17 +553,21 @@ class Machine(Objects):
     def _for(self, node: Any) -> None:
         self.scopes.append({})
         if node.init is not None:
-            self.follow(node.init)
+            self.value(node.init)
         self._loop(node.cond, node.next, node.stmt)
         self.scopes.pop()
+
+    def _while(self, node: Any) -> None:
+        self._loop(node.cond, None, node.stmt, first=isinstance(node, c_ast.DoWhile))
+
+    _dowhile = _while
 
     def _loop(self, condition: Any, after: Any, body: Any, *, first: bool = False) -> None:
         depth = len(self.scopes)
         while first or condition is None or self.truth(condition):
             first = False
             try:
-                if body is not None:
-                    self.follow(body)
+                self.value(body)
             except _Jump as jump:
                 del self.scopes[depth:]
                 if jump.kind == "break":
@@ -331,8 +575,7 @@ class Machine(Objects):
                 if jump.kind != "continue":
                     raise
             if after is not None:
-                self.follow(after)
-            self._step_to(None)
+                self.value(after)
 
     def _switch(self, node: Any) -> None:
         chosen = self.arithmetic.plain(self.value(node.cond))
@@ -345,7 +588,7 @@ class Machine(Objects):
             flat += (each.stmts or []) if isinstance(each, c_ast.Case | c_ast.Default) else [each]
         depth = len(self.scopes)
         try:
-            self._block(flat)
+            self._follow_open((c_ast.Compound(flat), None))
         except _Jump as jump:
             if jump.kind != "break":
                 raise
@@ -376,39 +619,37 @@ class Machine(Objects):
     def parameter(self, node: Any) -> Type:
         """The type of a parameter; an array is handed over as a pointer."""
         type_ = self.type_of(node.type)
-        return kinds.Pointer(type_) if isinstance(type_, kinds.Many) else type_
+        return Pointer(type_) if isinstance(type_, Many) else type_
 
     def run(self, node: Any, frame: dict[str, Any], state: Any = None) -> Value:
         """Runs a function on these variables. `state`: the statements that follow, and the scopes within."""
         outer, self.scopes = self.scopes, [self.scopes[0], frame]
-        before, name = self.changing_here, node.decl.name
-        if name not in self._set:
-            self._set[name] = collect_assigned(node.body)
-        self.changing_here = self._set[name]
         self.depth += 1
-        result, value = self.type_of(node.decl.type.type), None
+        result, value = self.type_of(node.decl.type), None
         try:
             if state is None:
-                self.follow(node.body)
+                self.value(node.body)
             else:
                 self.scopes += state[1]
-                self._follow_open(state[0])
+                self._follow_open(state[0], marks=True)
         except _Jump as jump:
             if jump.kind != "return":
                 raise self.make_error(f"a {jump.kind} leads nowhere") from None
             value = jump.value
         self.depth -= 1
-        self.scopes, self.changing_here = outer, before
-        if isinstance(result, kinds.Void):
+        self.scopes = outer
+        if result == kinds.VOID:
             return None
         if value is None:
             self.at(node.decl)
-            raise self.make_error(f"{escape_text(name)} ends without a return on some path", "return on every path")
+            raise self.make_error(
+                f"{escape_text(node.decl.name)} ends without a return on some path", "return on every path"
+            )
         return self.cast(value, result)
 
-    def _follow_open(self, open_: Open) -> None:
-        """Follows statements of the function that decides. Its path can go on from each `if`, with the variables as
-        they are there.
+    def _follow_open(self, open_: Open, *, marks: bool = False) -> None:
+        """Follows statements. `marks`: those of the function that decides, whose path can go on from each `if`, with
+        the variables as they are there.
         """
         while open_ is not None:
             node, open_ = open_
@@ -420,13 +661,13 @@ class Machine(Objects):
                 for each in reversed(node.block_items or []):
                     open_ = (each, open_)
             elif isinstance(node, c_ast.If):
-                assert self.paths is not None
-                self.paths.mark(((node, open_), dict(self.memory), [dict(each) for each in self.scopes[1:]]))
+                if marks and self.paths is not None:
+                    self.paths.mark(((node, open_), dict(self.memory), [dict(each) for each in self.scopes[1:]]))
                 self.at(node)
                 chosen = node.iftrue if self.truth(node.cond) else node.iffalse
                 open_ = open_ if chosen is None else (chosen, open_)
             else:
-                self.follow(node)
+                self.value(node)
 
     # --- answers
 

@@ -21,13 +21,11 @@ from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.c.compiled.builds import ask_compiler
-from codegen.importers.c.compiled.unit import Asked
+from codegen.importers.c.compiled import Asked, ask_compiler
 from codegen.importers.c.inputs import Inputs
 from codegen.importers.c.kinds import STANDARD, Object, Outside, Place, Reference
 from codegen.importers.c.library import PRINTING
-from codegen.importers.c.machine import Machine
-from codegen.importers.c.objects import ADVICE, collect_assigned, is_const, parameters_of, walk
+from codegen.importers.c.machine import ADVICE, Machine, collect_assigned, is_const, parameters_of, walk
 from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.symbolic.paths import OUTSIDE, Growth
@@ -70,6 +68,9 @@ def _unknown_types(text: str) -> list[str]:
     return sorted(name for name in found - KEYWORDS if name not in STANDARD)
 
 
+# --- functions that decide
+
+
 def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
     """The functions that no other one calls, that no table holds, and that are given something to decide about."""
     functions = {each.decl.name: each for each in parsed.ext if isinstance(each, c_ast.FuncDef)}
@@ -91,22 +92,16 @@ def _names(node: Any) -> set[str]:
     return {each.name for each in walk(node) if isinstance(each, c_ast.ID)}
 
 
-def _collect_escaping(node: Any) -> set[str]:
-    """The names of objects that stand below a node as they are, not as a part of an expression that reads them."""
-    names = set[str]()
-    for each in walk(node):
-        sized = isinstance(each, c_ast.UnaryOp) and each.op == "sizeof"
-        if not sized and not isinstance(each, c_ast.ArrayRef | c_ast.StructRef):
-            names |= {part.name for _, part in each.children() if isinstance(part, c_ast.ID)}
-    return names
-
-
 def _answers(name: str, functions: Mapping[str, Any]) -> bool:
     """Returns True if a function is given something, and returns something or may write it to a parameter."""
-    result = functions[name].decl.type.type
-    if isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["void"]:
+    if _words_of(functions[name].decl.type.type) == ["void"]:
         return bool(_collect_written(name, functions, frozenset()))
     return bool(parameters_of(functions[name]))
+
+
+def _words_of(node: Any) -> list[str]:
+    """The words of a type that is no pointer, array or struct."""
+    return list(getattr(node.type, "names", ())) if isinstance(node, c_ast.TypeDecl) else []
 
 
 def _collect_written(name: str, functions: Mapping[str, Any], outer: frozenset[str]) -> set[str]:
@@ -131,42 +126,53 @@ def _collect_written(name: str, functions: Mapping[str, Any], outer: frozenset[s
 def _names_only(node: Any) -> bool:
     """Returns True if a function gives a text for an enumerator or a whole number, as for printing."""
     given = [each.type for each in parameters_of(node)]
-    single = len(given) == 1 and isinstance(given[0], c_ast.TypeDecl)
-    result = node.decl.type.type
-    kind = given[0].type if single else None
-    whole = isinstance(kind, c_ast.Enum) or (
-        isinstance(kind, c_ast.IdentifierType) and not {"float", "double", "bool", "_Bool"} & set(kind.names)
+    words = _words_of(given[0]) if len(given) == 1 else []
+    whole = words or (len(given) == 1 and isinstance(getattr(given[0], "type", None), c_ast.Enum))
+    return bool(whole and not {"float", "double", "bool", "_Bool"} & set(words)) and isinstance(
+        node.decl.type.type, c_ast.PtrDecl
     )
-    return whole and isinstance(result, c_ast.PtrDecl)
+
+
+# --- one function, followed
+
+
+def _collect_escaping(node: Any) -> set[str]:
+    """The names of objects that stand below a node as they are, not as a part of an expression that reads them."""
+    names = set[str]()
+    for each in walk(node):
+        sized = isinstance(each, c_ast.UnaryOp) and each.op == "sizeof"
+        if not sized and not isinstance(each, c_ast.ArrayRef | c_ast.StructRef):
+            names |= {part.name for _, part in each.children() if isinstance(part, c_ast.ID)}
+    return names
 
 
 class _Follower(Machine):
-    """One function of a file, on one path after the other."""
+    """Follows a function of a file, on one path after the other."""
 
     def __init__(self, name: str, parsed: Any, text: Expanded, where: str, numbers: str) -> None:
         super().__init__(f"{where}, function {name}", text.names, numbers, contracts=text.contracts)
         self.numbers = numbers
         self.limits = dict[str, None]()  # which observations it takes, where not all, in words
         self.answers = list[Place]()
-        declared = [each for each in parsed.ext if isinstance(each, c_ast.Decl)]
-        pointing = [each for each in declared if isinstance(each.type, c_ast.ArrayDecl | c_ast.PtrDecl)]
-        aliased = {each.name for each in pointing if not is_const(each)}  # which may be set through another name
+        pointing = [each for each in parsed.ext if isinstance(each, c_ast.Decl) and not is_const(each)]
+        pointing = [each for each in pointing if isinstance(each.type, c_ast.ArrayDecl | c_ast.PtrDecl)]
+        aliased = {each.name for each in pointing}  # which may be set through another name
         for each in parsed.ext:
             if isinstance(each, c_ast.FuncDef):
                 if each.decl.name in self.functions:
                     self.at(each.decl)
                     raise self.make_error(f"there are two functions {escape_text(each.decl.name)}", "keep one of them")
                 self.functions[each.decl.name] = each
-                self.changing |= collect_assigned(each) | (
-                    aliased & _collect_escaping(each.body) if aliased else aliased
-                )
+                self.changing |= collect_assigned(each)
+                self.changing |= aliased & _collect_escaping(each.body) if aliased else aliased
         for each in parsed.ext:
             self.at(each)
-            if isinstance(each, c_ast.Typedef):
-                self.typedef(each)
-            elif isinstance(each, c_ast.FuncDef | c_ast.Decl):
-                self._declare_global(each.decl if isinstance(each, c_ast.FuncDef) else each)
-            elif not isinstance(each, c_ast.Pragma | c_ast.StaticAssert):
+            decl = each.decl if isinstance(each, c_ast.FuncDef) else each
+            if isinstance(decl, c_ast.Decl):
+                self._declare_global(decl)
+            elif isinstance(each, c_ast.Typedef | c_ast.Pragma | c_ast.StaticAssert):
+                self.value(each)
+            else:
                 raise self.make_error("only functions, types and constants may stand outside functions", ADVICE)
         self.function = self.functions[name]
         parameters = {each.name: self.parameter(each) for each in parameters_of(self.function)}
@@ -219,19 +225,16 @@ class _Follower(Machine):
         returns = Object(Place(""), target.type) if isinstance(target, Object) else None
         self.answers = [each.place for each in returns.parts()] if returns else [Place("")]
         value = self.together([self.load(each) for each in parts] if parts else [target])
-        result = self.function.decl.type.type
-        plain_char = isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["char"]
-        return chr(value) if plain_char and isinstance(value, int) and 32 < value < 127 else value
+        letter = _words_of(self.function.decl.type.type) == ["char"] and isinstance(value, int) and 32 < value < 127
+        return chr(value) if letter else value
 
 
 def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> tuple[Origin, Asked]:
     machine = _Follower(name, parsed, text, where, FLOAT32)
-    if all(kind.fits_float32 for kind in machine.observed.kinds()):
-        return _follow_machine(machine, text, said)
-    return _follow_machine(_Follower(name, parsed, text, where, FLOAT64), text, said)
+    kinds = machine.observed.kinds()
+    if not all(kind.fits_float32 for kind in kinds):
+        machine = _Follower(name, parsed, text, where, FLOAT64)
 
-
-def _follow_machine(machine: _Follower, text: Expanded, said: Said) -> tuple[Origin, Asked]:
     def describe_program() -> Described:
         used_places, features, count = machine.observed.features(machine.arithmetic.used)
         notes = [f"read without {', '.join(text.missing)}"] if text.missing else []
@@ -245,9 +248,9 @@ def _follow_machine(machine: _Follower, text: Expanded, said: Said) -> tuple[Ori
             called=machine.named,
             notes=(*notes, *machine.notes),
             scores=said.scores,
-            finite=machine.arithmetic.summing.finite,
+            finite=machine.arithmetic.finite,
         )
 
-    origin = origin_of(machine.path, machine.where, describe_program, machine.numbers, machine.arithmetic.summing.sums)
+    origin = origin_of(machine.path, machine.where, describe_program, machine.numbers, machine.arithmetic.sums)
     origin = replace(origin, nan=origin.nan and all(kind.floating for kind in machine.observed.kinds()))
     return origin, Asked(machine.function.decl.name, tuple(machine.observed.order), tuple(machine.answers))

@@ -11,6 +11,7 @@ A macro that is a plain whole number stays as a name, so that actions keep the n
 # pcpp declares no types
 import io
 import re
+import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -24,16 +25,20 @@ STANDARD = frozenset(
 )
 PREDEFINED = "__STDC__ 1", "__STDC_VERSION__ 201112L", "__attribute__(x)", "__inline inline", "__inline__ inline"
 MORE = "__restrict", "__restrict__", "__extension__", "__const const", "__volatile__ volatile"
-PLAIN = re.compile(r"\(?\s*(-?\s*(?:\d+|0[xX][0-9a-fA-F]+))\s*\)?")
+PLAIN = re.compile(r"\(?\s*(-?\s*(?:0[0-7]*|[1-9]\d{0,9}|0[xX][0-9a-fA-F]{1,8}))\s*\)?", re.ASCII)
 TRIGRAPH = re.compile(r"\?\?[=(/)'<!>-]")
 COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\'|//[^\n]*|/\*.*?(?:\*/|\Z)', re.DOTALL)
-DEFINED = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)(.*)$", re.MULTILINE)
+DEFINED = re.compile(r"^[ \t]*#[ \t]*(?:define|undef)[ \t]+(\w+)(.*)$", re.MULTILINE)
 INCLUDED = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]*)"', re.MULTILINE)
 NAME = re.compile(r"[A-Za-z_]\w*")
+OF_STANDARD = re.compile(
+    r"[A-Z]\w*_(?:MAX|MIN|WIDTH|BIT|DIG|EPSILON|RADIX|METHOD)|M_\w+|(?:FP|FE|EXIT|MATH)_\w+|NAN|EOF|NULL"
+)
 HIDDEN = re.compile(r"\bhidden_line_(\d+)_\b")
 MAX_EXPANSIONS = 20_000  # and as many more as the text has letters
 MAX_LETTERS = 1 << 24
 ADVICE = "give C that a compiler takes as it stands"
+Beside = Callable[[str], bytes | None]
 
 
 class Expanded(NamedTuple):
@@ -45,26 +50,111 @@ class Expanded(NamedTuple):
     contracts: bool  # whether a compiler may join a product and a sum
     content: bytes  # of the file, as a compiler of C takes it
     beside: dict[str, bytes]  # of headers beside it that were read
+    headers: list[str]  # of the language, that these include
+
+
+def expand_source(content: bytes, where: str, beside: Beside) -> Expanded:
+    """The text as a compiler's parser meets it. InputError with its line for what is not understood."""
+    text = _clean(content, where)
+    if where.lower().endswith(ENDINGS):
+        text = strip_cpp(text, where)
+        content = text.encode()  # a compiler of C is asked about the C inside
+    lines, expanding = text.split("\n"), _find_expanding(text, where, beside)
+    hides = HIDDEN.search(text) is None
+    reader, out = _Reader(where, beside, MAX_EXPANSIONS + len(content)), io.StringIO()
+    try:
+        reader.parse(_hide_lines(lines, expanding) if hides else text, where)
+        reader.write(out)
+    except (IndexError, AttributeError, AssertionError, TypeError) as error:  # of lines that pcpp does not expect
+        raise reader.make_error(f"not C that is understood: {escape_text(error)[:80]}", reader.directive) from None
+    if out.tell() > MAX_LETTERS:
+        raise reader.make_error("macros expand to too much text", 0)
+    expanded = HIDDEN.sub(lambda match: lines[int(match[1])], out.getvalue()) if hides else out.getvalue()
+    missing, headers = tuple(dict.fromkeys(reader.missing)), list(dict.fromkeys(reader.headers))
+    return Expanded(expanded, reader.kept, missing, reader.contracts, content, reader.read, headers)
+
+
+def _clean(content: bytes, where: str) -> str:
+    """The text without comments, and without backslashes at the ends of lines; each line begins where it did."""
+    lines, open_ = list[str](), 0
+    for at, line in enumerate(content.decode(errors="replace").replace("\r\n", "\n").split("\n")):
+        if TRIGRAPH.search(line) or not line.expandtabs().isprintable() or re.search(r"\\\s+$", line):
+            what = "a line has a trigraph, a letter that is not printed, or blanks after its last backslash"
+            raise InputError(what, f"{where}, line {at + 1}", ADVICE)
+        if open_:
+            lines[at - open_] += line.removesuffix("\\")
+        lines.append("" if open_ else line.removesuffix("\\"))
+        open_ = open_ + 1 if line.endswith("\\") else 0
+    text = "\n".join(lines)
+
+    def blank(match: re.Match[str]) -> str:
+        matched = match[0]
+        if matched[0] != "/":
+            return matched
+        if matched[1] == "*" and (len(matched) < 4 or not matched.endswith("*/")):
+            line = text.count("\n", 0, match.start()) + 1
+            raise InputError("a comment has no end", f"{where}, line {line}", ADVICE)
+        return " " + _breaks(matched)
+
+    return COMMENT.sub(blank, text)
+
+
+def _find_expanding(text: str, where: str, beside: Beside) -> set[str]:
+    """The macros of a text, and of headers beside it, that are not always one whole number: these are expanded."""
+    texts, seen, bodies = [text], set[str](), dict[str, set[str]]()
+    while texts:
+        each = texts.pop()
+        for name, body in DEFINED.findall(each):
+            bodies.setdefault(name, set()).add(body.strip())
+        for name in set(INCLUDED.findall(each)) - seen:
+            seen.add(name)
+            texts.append(_clean(beside(name) or b"", f"{where}, {name}"))
+    return {name for name, each in bodies.items() if len(each) > 1 or parse_number(each.pop()) is None}
+
+
+def parse_number(body: str) -> int | None:
+    """The whole number that a macro is; None: it is none."""
+    match = PLAIN.fullmatch(body.strip())
+    digits = re.sub(r"\s", "", match[1]) if match else ""
+    octal = re.match(r"-?0\d", digits)
+    value = int(digits, 8 if octal else 0) if digits else 2**31
+    return value if abs(value) < 2**31 else None
+
+
+def _hide_lines(lines: list[str], expanding: set[str]) -> str:
+    """The lines, with a name in place of each one that no directive or macro touches, for pcpp is slow."""
+    shown, depth = list[str](), 0  # of parentheses, behind the name of a macro
+    for at, line in enumerate(lines):
+        names = NAME.findall(line)
+        raw = depth or "#" in line or line.lstrip()[:1] == "(" or not line.strip()
+        raw = raw or not expanding.isdisjoint(names) or any("__" in each or each == "_Pragma" for each in names)
+        shown.append(line if raw else f"hidden_line_{at}_")
+        for each in re.sub(r"\"[^\"]*\"|'[^']*'", "", line) if raw and "#" not in line else "":
+            depth = max(depth + (each == "(") - (each == ")"), 0)
+    return "\n".join(shown)
 
 
 class _Reader(Preprocessor):
-    def __init__(self, where: str, beside: Callable[[str], bytes | None]) -> None:
-        self.where, self.beside = where, beside
-        self.missing, self.expansions, self.directive = list[str](), 0, 0
-        self.kept, self.contracts, self.most = dict[str, int](), True, MAX_EXPANSIONS
-        self.read, self.ever = dict[str, bytes](), dict[str, int]()  # what was kept, also where it was forgotten since
+    """pcpp, which refuses where it would warn or guess."""
+
+    def __init__(self, where: str, beside: Beside, most: int) -> None:
+        self.where, self.beside, self.most = where, beside, most
+        self.kept, self.ever = dict[str, int](), dict[str, int]()  # ever: also where it was forgotten since
+        self.missing, self.headers, self.expansions, self.directive = list[str](), list[str](), 0, 0
+        self.contracts, self.read = True, dict[str, bytes]()
         super().__init__()
         self.expand_filemacro = self.expand_linemacro = self.expand_countermacro = False
         for name in ("__DATE__", "__TIME__", "__PCPP__", "__FILE__"):
             self.macros.pop(name, None)
         for each in (*PREDEFINED, *MORE):
             self.define(each)
-        self.kept.clear()
 
     def make_error(self, what: str, line: int, advice: str = ADVICE) -> InputError:
         return InputError(what, f"{self.where}, line {line}" if line else self.where, advice)
 
     def on_error(self, file: str, line: int, msg: str) -> None:
+        if isinstance(known := sys.exception(), InputError):  # pcpp would wrap it
+            raise known
         raise self.make_error(f"not C that is understood: {escape_text(msg)[:100]}", line)
 
     def on_directive_handle(self, directive: Any, toks: Any, ifpassthru: bool, precedingtoks: Any) -> Any:
@@ -87,15 +177,18 @@ class _Reader(Preprocessor):
         raise self.make_error(f"a header is not understood: {escape_text(includepath)}", self.directive)
 
     def on_unknown_macro_in_defined_expr(self, tok: Any) -> Any:
-        if self.missing and not tok.value.startswith("__") and not tok.value.endswith("_H"):
-            what = f"whether {escape_text(tok.value)} is defined may depend on {self.missing[0]}, which is not there"
-            raise self.make_error(what, tok.lineno, "put the header beside the file, or take the test out")
-        return False
+        return not tok.value.startswith("__") and not tok.value.endswith("_H") and self._find_in_headers(tok.value)
 
     def on_unknown_macro_in_expr(self, ident: str) -> Any:
+        if self.headers and OF_STANDARD.fullmatch(ident):
+            what = f"#if asks for {escape_text(ident)}, which compilers give other values"
+            raise self.make_error(what, self.directive, "write the branch that your compiler takes")
+        return self._find_in_headers(ident)
+
+    def _find_in_headers(self, ident: str) -> int:
         if self.missing:
-            what = f"the macro {escape_text(ident)} is not known, {self.missing[0]} is not there"
-            raise self.make_error(what, self.directive, "put the header beside the file")
+            what = f"{self.missing[0]} is not there, and may say what the macro {escape_text(ident)} is"
+            raise self.make_error(what, self.directive, "put the header beside the file, or take the test out")
         return 0
 
     def on_unknown_macro_function_in_expr(self, ident: str) -> Any:
@@ -106,45 +199,36 @@ class _Reader(Preprocessor):
         text = "".join(tok.value for tok in self.tokenstrip(list(tokens)))
         name = text[1:-1]
         if text[:1] == "<" and {name.removesuffix(".h"), name.removeprefix("c")} & STANDARD:
-            return
-        if name in self.include_once:
+            self.headers.append(name.removesuffix(".h"))
             return
         content = self.beside(name) if text[:1] == '"' else None
         if content is None:
             self.missing.append(name)
-        else:
+        elif name not in self.include_once:
             if re.search(rb"^\s*#\s*pragma\s+once\b", content, re.MULTILINE):
                 self.include_once[name] = None
             if self.include_depth > 20:
                 raise self.make_error(f"the header {escape_text(name)} includes itself", self.directive)
             self.most += len(content)
             self.read[name] = content
-            yield from self.parsegen(_splice_lines(_decode_source(content), f"{self.where}, {name}"), name, name)
+            yield from self.parsegen(_clean(content, f"{self.where}, {name}"), name, name)
 
     def define(self, tokens: Any) -> Any:
         """Keeps a macro that is a whole number as a name."""
-        self._forget(tokens)
-        known = set(self.macros)
-        defined = super().define(tokens)
-        for name in set(self.macros) - known:
-            macro = self.macros[name]
-            text = "".join(tok.value for tok in macro.value)
-            if macro.arglist is None and PLAIN.fullmatch(text.strip()) and abs(_value(text)) < 2**31:
-                self.kept[name] = _value(text)
-                if self.ever.setdefault(name, _value(text)) != _value(text):  # which its earlier uses would get, too
+        if not isinstance(tokens, str) and tokens:
+            name, value = tokens[0].value, parse_number("".join(tok.value for tok in tokens[1:]))
+            self.kept.pop(name, None)  # a name that means several things is expanded where it stands
+            if value is not None:
+                self.kept[name] = value
+                if self.ever.setdefault(name, value) != value:  # which its earlier uses would get, too
                     what = f"the macro {escape_text(name)} means two numbers"
                     raise self.make_error(what, self.directive, "give each number a name")
-        return defined
+        return super().define(tokens)
 
     def undef(self, tokens: Any) -> Any:
         """Forgets a macro."""
-        self._forget(tokens)
+        self.kept.pop(tokens[0].value if tokens else "", None)
         return super().undef(tokens)
-
-    def _forget(self, tokens: Any) -> None:
-        """A name that means several things is expanded where it stands."""
-        if not isinstance(tokens, str) and tokens:
-            self.kept.pop(tokens[0].value, None)
 
     def evalexpr(self, tokens: Any) -> Any:
         kept, self.kept = self.kept, {}
@@ -162,98 +246,6 @@ class _Reader(Preprocessor):
             return super().expand_macros(tokens, list(expanding_from))
         finally:
             self.macros.update(hidden)
-
-
-def _value(text: str) -> int:
-    digits = re.sub(r"[()\s]", "", text)
-    sign, digits = (-1, digits[1:]) if digits[:1] == "-" else (1, digits)
-    octal = len(digits) > 1 and digits[0] == "0" and digits[1] not in "xX"
-    return sign * int(digits, 8 if octal else 0) if not octal or not set(digits) & set("89") else 2**31
-
-
-def _decode_source(content: bytes) -> str:
-    return content.decode(errors="replace").replace("\r\n", "\n")
-
-
-def _splice_lines(text: str, where: str) -> str:
-    """The text without backslashes at the ends of lines; each line begins where it did."""
-    lines, open_ = list[str](), 0
-    for at, line in enumerate(text.split("\n")):
-        if TRIGRAPH.search(line) or not line.expandtabs().isprintable() or re.search(r"\\\s+$", line):
-            what = "a line has a trigraph, a letter that is not printed, or blanks after its last backslash"
-            raise InputError(what, f"{where}, line {at + 1}", ADVICE)
-        if open_:
-            lines[at - open_] += line.removesuffix("\\")
-        lines.append("" if open_ else line.removesuffix("\\"))
-        open_ = open_ + 1 if line.endswith("\\") else 0
-    return "\n".join(lines)
-
-
-def _blank_comments(text: str, where: str) -> str:
-    """The text without comments; each line begins where it did."""
-
-    def blank(match: re.Match[str]) -> str:
-        matched = match[0]
-        if matched[0] != "/":
-            return matched
-        if matched[1] == "*" and (len(matched) < 4 or not matched.endswith("*/")):
-            raise InputError(
-                "a comment has no end", f"{where}, line {text.count(chr(10), 0, match.start()) + 1}", ADVICE
-            )
-        return " " + "\n" * matched.count("\n")
-
-    return COMMENT.sub(blank, text)
-
-
-def _expanding(text: str, beside: Callable[[str], bytes | None]) -> set[str]:
-    """The names of macros that may be expanded: of the text, and of headers that lie beside it."""
-    texts, seen = [text], set[str]()
-    defined = dict[str, list[str]]()
-    while texts:
-        each = texts.pop()
-        for name, body in DEFINED.findall(each):
-            defined.setdefault(name, []).append(body)
-        for name in set(INCLUDED.findall(each)) - seen:
-            seen.add(name)
-            texts.append(_decode_source(beside(name) or b""))
-    kept = [bool(PLAIN.fullmatch(each[0].strip())) and len(each) == 1 for each in defined.values()]
-    return {name for name, keeps in zip(defined, kept, strict=True) if not keeps}
-
-
-def _hide_lines(lines: list[str], expanding: set[str]) -> str:
-    """The lines, with a name in place of each one that no directive or macro touches, for pcpp is slow."""
-    shown, depth = list[str](), 0  # of parentheses, behind the name of a macro
-    for at, line in enumerate(lines):
-        names = NAME.findall(line)
-        raw = depth or "#" in line or line.lstrip()[:1] == "(" or not line.strip()
-        raw = raw or not expanding.isdisjoint(names) or any("__" in each or each == "_Pragma" for each in names)
-        shown.append(line if raw else f"hidden_line_{at}_")
-        for each in re.sub(r"\"[^\"]*\"|'[^']*'", "", line) if raw and "#" not in line else "":
-            depth = max(depth + (each == "(") - (each == ")"), 0)
-    return "\n".join(shown)
-
-
-def expand_source(content: bytes, where: str, beside: Callable[[str], bytes | None]) -> Expanded:
-    """The text as a compiler's parser meets it. InputError with its line for what is not understood."""
-    text = _blank_comments(_splice_lines(_decode_source(content), where), where)
-    if where.lower().endswith(ENDINGS):
-        text = strip_cpp(text, where)
-        content = text.encode()  # a compiler of C is asked about the C inside
-    lines = text.split("\n")
-    hides = HIDDEN.search(text) is None
-    reader = _Reader(where, beside)
-    reader.most += len(content)
-    out = io.StringIO()
-    try:
-        reader.parse(_hide_lines(lines, _expanding(text, beside)) if hides else text, where)
-        reader.write(out)
-    except (IndexError, AttributeError, AssertionError, TypeError) as error:  # of lines that pcpp does not expect
-        raise reader.make_error(f"not C that is understood: {escape_text(error)[:80]}", reader.directive) from None
-    if out.tell() > MAX_LETTERS:
-        raise reader.make_error("macros expand to too much text", 0)
-    expanded = HIDDEN.sub(lambda match: lines[int(match[1])], out.getvalue()) if hides else out.getvalue()
-    missing = tuple(dict.fromkeys(reader.missing))
-    return Expanded(expanded, dict(reader.kept), missing, reader.contracts, content, reader.read)
 
 
 # --- plain C that stands in C++
@@ -276,11 +268,14 @@ def strip_cpp(text: str, where: str) -> str:
     for words, plain in WORDS:
         text = words.sub(lambda match, plain=plain: match.expand(plain) + _breaks(match[0]), text)
     while match := AROUND.search(text):
-        end = _closing(text, match.end())
-        if end is None:
+        start = match.end()
+        masked, depth, end = TEXTS.sub(lambda each: " " * len(each[0]), text), 1, start
+        while depth and (brace := re.compile(r"[{}]").search(masked, end)):
+            depth, end = depth + (1 if brace[0] == "{" else -1), brace.end()
+        if depth:
             line = text.count("\n", 0, match.start()) + 1
             raise InputError("a class or namespace has no end", f"{where}, line {line}", "close its brace")
-        inner, after = text[match.end() : end], text[end + 1 :]
+        inner, after = text[start : end - 1], text[end:]
         if match[1]:
             inner = PARTS.sub(lambda each: _breaks(each[0]), inner)
             inner = OF_CONST.sub(lambda each: f"){_breaks(each[0])} {{", inner)
@@ -291,14 +286,3 @@ def strip_cpp(text: str, where: str) -> str:
 
 def _breaks(text: str) -> str:
     return "\n" * text.count("\n")
-
-
-def _closing(text: str, start: int) -> int | None:
-    """The place of the brace that closes the one before `start`."""
-    depth = 1
-    masked = TEXTS.sub(lambda match: " " * len(match[0]), text)
-    for match in re.finditer(r"[{}]", masked[start:]):
-        depth += 1 if match[0] == "{" else -1
-        if depth == 0:
-            return start + match.start()
-    return None

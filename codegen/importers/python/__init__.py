@@ -1,7 +1,7 @@
 """Importing Python: files written by hand.
 
-Does: file.py evaluates what stands around functions and finds those that decide; machine.py and its handlers interpret
-  them (expressions.py, statements.py, library.py); arithmetic.py makes tests of features; source.py makes trees.
+Does: source.py evaluates what stands around functions, finds those that decide, and makes trees of them; machine.py
+  interprets them; library.py computes, and makes tests of features; values.py says what a value may be.
 Assumes: Python's own grammar (the module ast).
 Does not: run anything of a file.
 """

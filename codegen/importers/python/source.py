@@ -1,9 +1,13 @@
 """Python that decides, as decision trees: one for each function or class of a file that takes an observation.
 
-Does: follows functions along all of their paths (machine.py), with the numbers of the observation as features; makes
-  labels of what they return.
+Does: evaluates what stands outside functions; finds the functions, methods and lambdas that take an observation and
+  return a decision, and are no parts of others; follows each along all of its paths (machine.py), with the numbers of
+  the observation as features; makes labels of what they return.
 Assumes: Python's own grammar (the module ast); a caller that hands over observations as numbers.
 Does not: run or import anything of the file. What has no meaning as a tree is refused with its line.
+
+What is not understood outside functions is skipped with a word, if it can change nothing of the file: names that it
+sets are an error where a decision reads them.
 
 Python compares doubles, so that each test can be kept exactly. An element of a NumPy array is no Python float: NumPy 2
 first makes the other number one of the array's type, so that float32 arrays meet float32(0.1), not 0.1. Only the caller
@@ -16,23 +20,29 @@ import ast
 import copy
 import enum
 import math
-from collections.abc import Iterable, Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from inspect import Parameter
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
-from codegen.importers.python.machine import ARRAYS_ADVICE, FAILURES, Machine
-from codegen.importers.python.objects import instance_of
-from codegen.importers.python.statements import follow, link_statements
+from codegen.importers.python.machine import (
+    ARRAYS_ADVICE,
+    FAILURES,
+    Machine,
+    bind_arguments,
+    link_statements,
+    text_of,
+    walk_nodes,
+)
 from codegen.importers.python.values import (
+    CONDITIONS,
     Class,
-    Condition,
     Extreme,
     Function,
     Inputs,
@@ -42,11 +52,11 @@ from codegen.importers.python.values import (
     Scope,
     words_of,
 )
-from codegen.importers.reading import FLOATS, MAX_FEATURES
-from codegen.importers.running.asking import PYTHON, Called, run_source
+from codegen.importers.reading import FLOATS, MAX_FEATURES, NOTHING, Origin, Said
+from codegen.importers.running.asking import PYTHON, Called, ensure_gated, run_source
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
-from codegen.importers.symbolic.feature import Feature, Test
-from codegen.importers.symbolic.paths import Growth
+from codegen.importers.symbolic.feature import Feature
+from codegen.importers.symbolic.paths import STATE_ADVICE, Growth
 from codegen.importers.symbolic.program import Described, Value, origin_of, rounds
 from codegen.process import silence_warnings
 
@@ -58,6 +68,18 @@ GIVEN = {
     FLOAT32: "float32 arrays of NumPy 2", FLOAT64: "float64 arrays",
 }  # fmt: skip
 FORMS = {"": [FLOATS, FLOAT64], FLOATS: [FLOATS], FLOAT64: [FLOAT64], FLOAT32: [FLOAT32]}  # in which a source is asked
+MAGIC = frozenset(
+    ("exec", "eval", "globals", "locals", "vars", "setattr", "delattr", "compile", "__import__", "__builtins__")
+)
+KNOWN = ("__name__", "__init__")
+PLAYING = frozenset(("step", "reset", "render"))  # of an environment: whoever calls it plays
+USUAL = ("__call__", "act", "decide", "predict", "select_action", "choose_action", "get_action", "policy", "control",
+         "compute_action", "step", "forward", "action")  # fmt: skip
+HELD = (list, dict, Function, Class, Instance)  # what a call may change
+INNER = (ast.FunctionDef, ast.ClassDef, ast.Lambda)
+STORING = (ast.Name, *INNER[:2], ast.alias, ast.MatchAs)
+ALONE = "say --agents {}=FILE to take this function alone"
+MAIN = 'put what only demonstrates the controller under if __name__ == "__main__":'
 
 
 def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
@@ -69,16 +91,182 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
             parsed = ast.parse(text)
             compile(parsed, "file", "exec", dont_inherit=True)  # refuses what the grammar allows: a parameter twice
             with np.errstate(all="ignore"):
-                file = file_of(parsed, Machine(where, said.arrays))
-            chosen = deciders(file, said.wanted)
-            source = text.decode("latin-1") if said.run else ""
-            return {each.name: _origin(file, each, said, len(chosen), source) for each in chosen}
+                file = read_file(parsed, Machine(where, said.arrays))
+            chosen = choose_deciders(file, said.wanted)
+            return {each.name: _origin(file, each, said, len(chosen), text.decode("latin-1")) for each in chosen}
     except (RecursionError, MemoryError):
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
     except (SyntaxError, ValueError) as error:  # the latter for a null byte
         line = getattr(error, "lineno", None)
         what = f"not Python: {escape_text(getattr(error, 'msg', error))}"
         raise InputError(what, f"{where}, line {line}" if line else where, "Python must be able to read it") from None
+
+
+# --- the file
+
+
+class Decider(NamedTuple):
+    """A function that decides, and what stands before the observation: the object whose method it is."""
+
+    name: str
+    function: Function
+    first: tuple[Any, ...] = ()
+
+
+class File(NamedTuple):
+    """The contents of a file."""
+
+    scope: Scope
+    nodes: Mapping[type[ast.AST], Sequence[Any]]  # by their kinds
+    machine: Machine
+
+    def inside(self, node: Any, *kinds: type[ast.AST]) -> list[Any]:
+        """The nodes of these kinds within a function."""
+        first, last = node.lineno, node.end_lineno
+        return [each for kind in kinds for each in self.nodes.get(kind, ()) if first <= each.lineno <= last]
+
+    def is_simple(self) -> bool:
+        """True if no function changes a list or an object, or holds another one: a path may go on from any state."""
+        kinds = (ast.FunctionDef, ast.Lambda, ast.Attribute, ast.Subscript)
+        functions = self.nodes.get(ast.FunctionDef, ())
+        inside = [each for node in functions for each in self.inside(node, *kinds) if each is not node]
+        return not any(_stores(each) or getattr(each, "attr", "") == "append" for each in inside)
+
+
+def _stores(node: Any) -> bool:
+    """Returns True if a node gives something to a name, an attribute or an element."""
+    return not isinstance(getattr(node, "ctx", None), ast.Load)
+
+
+def read_file(parsed: ast.Module, m: Machine) -> File:
+    """A file, evaluated but for its functions. InputError for what may give names other meanings."""
+    nodes = defaultdict[type[ast.AST], list[Any]](list)
+    for node in walk_nodes(parsed):
+        nodes[type(node)].append(node)
+    odd = [each for each in nodes[ast.Name] if each.id in MAGIC]
+    odd += [each for each in nodes[ast.Attribute] if each.attr[:2] == "__" == each.attr[-2:] and each.attr not in KNOWN]
+    odd += [each for each in nodes[ast.ImportFrom] if each.names[0].name == "*"]
+    annotations = [each.annotation for each in (*nodes[ast.arg], *nodes[ast.AnnAssign])]
+    for annotation in filter(None, (*annotations, *(each.returns for each in nodes[ast.FunctionDef]))):
+        odd += [each for each in ast.walk(annotation) if isinstance(each, ast.Call | ast.NamedExpr)]
+    if odd:
+        what = f"{text_of(odd[0])!r} may change what names stand for"
+        raise m.make_error(odd[0], Refused(what, "remove it; import names one by one, and annotate with types only"))
+    m.stores = [each for kind in STORING for each in nodes[kind] if _stores(each)]
+    m.sets = [each for each in nodes[ast.Attribute] if _stores(each)]
+    scope = Scope({"__name__": "policy"})
+    for node in parsed.body:
+        try:
+            m.run(node, scope)
+        except InputError as error:
+            if m.steps > 1 << 22:
+                raise
+            _skip(m, node, scope, error)
+    for node in nodes[ast.Global]:
+        for name in node.names:
+            where = f"{m.where}, line {node.lineno}"
+            scope.names[name] = Refused(f"{escape_text(name)!r} may change between calls", STATE_ADVICE, where)
+    return File(scope, nodes, m)
+
+
+def _skip(m: Machine, node: ast.stmt, scope: Scope, error: InputError) -> None:
+    """Goes on without a statement that can change nothing of the file: names that it sets are not known any more."""
+    inner = walk_nodes(node, INNER)
+    held = [scope.names.get(each.id) for each in inner if isinstance(each, ast.Name)]
+    changes = any(isinstance(each, ast.Attribute | ast.Subscript) and _stores(each) for each in inner)
+    if changes or any(isinstance(each, HELD) for each in held):  # what changes may have other names
+        raise InputError(error.what, error.where, f"{error.next_step}; or {MAIN}")
+    for each in inner:
+        if isinstance(each, STORING) and _stores(each):
+            name = each.id if isinstance(each, ast.Name) else each.name
+            scope.names[name or ""] = Refused(error.what, error.next_step, f"{m.where}, line {node.lineno}")
+    m.notes[f"line {node.lineno}: {text_of(node)} is skipped: {error.what}"] = None
+
+
+# --- which functions decide
+
+
+def choose_deciders(file: File, wanted: str = "") -> list[Decider]:
+    """The functions that decide; `wanted`: the only one that is asked for, if there is one of that name."""
+    names = {name: value for name, value in file.scope.names.items() if isinstance(value, Function | Class | Instance)}
+    chosen = names.get(wanted)
+    if isinstance(chosen, Function):
+        return [Decider(wanted, chosen)]
+    made = {id(each.kind) for each in names.values() if isinstance(each, Instance)}
+    by_name: dict[str, Decider] = {}
+    for name, value in names.items():
+        if isinstance(value, Class) and id(value) in made:
+            continue
+        decider = Decider(name, value) if isinstance(value, Function) else _choose_method(file, name, value)
+        why = _idle(file, decider) if decider else ""
+        if why:
+            file.machine.notes[f"{escape_text(name)} is skipped: it {why}"] = None
+        elif decider and decider[1:] not in [each[1:] for each in by_name.values()]:
+            by_name[name] = decider
+    if chosen is not None and wanted in by_name:
+        return [by_name[wanted]]
+    if not by_name:
+        raise _refuse_file(file)
+    used = {inner for name, each in by_name.items() for inner in _names(file, each) if inner != name}
+    roots = [each for name, each in by_name.items() if name not in used]
+    # a class whose objects the file makes is a part of something, if anything else decides
+    whole = [each for each in roots if not file.machine.made.intersection(each.first)]
+    return whole or roots or list(by_name.values())
+
+
+def _refuse_file(file: File) -> InputError:
+    """Why no function decides."""
+    if not any(file.nodes[kind] for kind in INNER):
+        advice = "write def agent(x): ... and return the action"
+        return InputError("no function: put the rule into one", file.machine.where, advice)
+    for each in file.scope.names.values():
+        if isinstance(each, Refused) and each.where:
+            return InputError(each.what, each.where, each.next_step)
+    what = "the file has no function that takes an observation and returns a decision"
+    advice = "; ".join(("write one function per agent: def agent(x): ...", *file.machine.notes))
+    return InputError(what, file.machine.where, advice[:300])
+
+
+def _choose_method(file: File, name: str, value: Class | Instance) -> Decider | None:
+    """The method of a class that decides."""
+    kind = value if isinstance(value, Class) else value.kind
+    public = [each for each in kind.members.values() if isinstance(each, Function) and each.kind != "property"]
+    public = [each for each in public if each.name == "__call__" or not each.name.startswith("_")]
+    given = [Decider(name, each, () if each.kind == "staticmethod" else (value,)) for each in public]
+    taking = [each for each in given if not _idle(file, each)]
+    used = {inner.attr for each in taking for inner in file.inside(each.function.node, ast.Attribute)}
+    roots = [each for each in taking if each.function.name not in used] or taking
+    usual = [each for wanted in USUAL for each in roots if each.function.name == wanted]
+    if len(roots) > 1 and not usual:
+        several = ", ".join(each.function.name for each in roots)
+        what = f"the class {escape_text(kind.name)} has several methods that may decide: {several}"
+        raise file.machine.make_error(roots[1].function.node, Refused(what, "name the one that decides act"))
+    return next(iter(usual or roots), None)
+
+
+def _idle(file: File, decider: Decider) -> str:
+    """Why a function decides nothing; "": it may."""
+    node, takes = decider.function.node, decider.function.signature.parameters.values()
+    if len([each for each in takes if each.default is Parameter.empty]) <= len(decider.first):
+        return "takes no observation"
+    if isinstance(node, ast.FunctionDef) and all(each.value is None for each in file.inside(node, ast.Return)):
+        return "returns nothing"
+    called = [each.func for each in file.inside(node, ast.Call)]
+    if any(isinstance(each, ast.Attribute) and each.attr in PLAYING for each in called):
+        return "plays an environment"
+    return ""
+
+
+def _names(file: File, decider: Decider) -> set[str]:
+    """The names that a function, or the class whose method it is, mentions."""
+    nodes: list[ast.AST] = [decider.function.node]
+    for each in decider.first:
+        kind = each if isinstance(each, Class) else each.kind
+        nodes += [one.node for one in kind.members.values() if isinstance(one, Function)]
+    return {inner.id for node in nodes for inner in file.inside(node, ast.Name)}
+
+
+# --- one function
 
 
 def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -> Origin:
@@ -93,7 +281,7 @@ def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -
             if not said.arrays and rounds(origin):
                 what = "sums of features are computed, and their roundings depend on the numbers that are given"
                 raise InputError(what, f"{m.where}, line {m.sums.line}", ARRAYS_ADVICE)
-            return follower.ask_python(origin, decider, source)
+            return follower.ask_python(origin, source)
         except InputError as error:
             if m.inputs.width != width:
                 width = m.inputs.width
@@ -106,19 +294,21 @@ class _Follower:
     """Follows one function along the paths that it is handed."""
 
     def __init__(self, file: File, decider: Decider, said: Said) -> None:
-        self.file, self.function, self.said, self.simple = file, decider.function, said, file.simple
+        self.file, self.decider, self.said, self.simple = file, decider, said, file.is_simple()
+        self.function = decider.function
         self.machine = m = copy.copy(file.machine)
         m.where = f"{m.where}, function {escape_text(decider.name)}"
         self.first = [self._object(m, each) for each in decider.first]
-        takes = self.function.node.args
-        places = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
-        self.defaults = {name for name in self.function.defaults if name not in said.features}
-        self.names = [name for name in places if name not in self.defaults]
-        self.keywords = [each.arg for each in takes.kwonlyargs if each.arg not in self.defaults]
-        m.sums = Sums(m.kind or FLOAT64)
-        m.inputs = Inputs((*self.names, *self.keywords))
+        takes = [*self.function.signature.parameters.values()]
+        has_default = [each.name for each in takes if each.default is not Parameter.empty]
+        self.defaults = {*has_default} - {*said.features}
+        self.keywords = [each.name for each in takes if each.kind is Parameter.KEYWORD_ONLY]
+        self.places = [each.name for each in takes if each.name not in self.keywords][len(self.first) :]
+        given = [name for name in (*self.places, *self.keywords) if name not in self.defaults]
+        m.sums, m.inputs = Sums(m.kind or FLOAT64), Inputs(tuple(given))
         m.notes, m.called, m.finite = dict(m.notes), {}, False
-        for each in (*takes.posonlyargs, *takes.args, *takes.kwonlyargs):
+        arguments = self.function.node.args
+        for each in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs):
             kind = file.scope.names.get(each.annotation.id) if isinstance(each.annotation, ast.Name) else None
             if isinstance(kind, Class) and kind.fields:
                 m.inputs.names = kind.fields
@@ -132,26 +322,26 @@ class _Follower:
         if not isinstance(given, Class) or self.function.kind == "classmethod":
             return given
         try:
-            return instance_of(m, given, [], {}, self.function.node)
-        except InputError as error:
+            return m.make_object(given, [], {})
+        except (InputError, *FAILURES) as error:
+            where = getattr(error, "where", "") or f"{m.where}, line {self.function.node.lineno}"
+            what = getattr(error, "what", f"{given.name}() fails with {escape_text(error)[:80]}")
             advice = f"give defaults, or make one in the file: agent = {given.name}(...)"
-            raise InputError(error.what, error.where, advice) from None
+            raise InputError(what, where, advice) from None
 
     def run(self, paths: Growth, state: Any) -> Value:
         """Runs the function on the present path, and returns its value."""
         m, function = self.machine, self.function
         m.paths, m.fresh, m.depth = paths, {}, 0
         if state is None:
-            named = {each: Part((each,)) for each in self.keywords}
-            named |= {each: Part((each,)) for each in self.names}
-            names = m.bind_arguments(function, self.first, named)
+            named = {name: Part((name,)) for name in m.inputs.parameters}
             body = function.node.body
             if isinstance(body, ast.expr):  # of a lambda
                 body = [ast.copy_location(ast.Return(body), body)]
-            state = link_statements(body, None), names
+            state = link_statements(body, None), bind_arguments(function.signature, self.first, named)
         rest, names = state
         try:
-            end = follow(m, rest, Scope(dict(names), function.scope, function.local), marks=self.simple)
+            end = m.follow(rest, Scope(dict(names), function.scope, function.local), marks=self.simple)
             return self._label(end.value if end else None)
         except FAILURES as error:
             raise m.make_error(None, error) from None
@@ -168,7 +358,7 @@ class _Follower:
             if plain != value.name:
                 m.called.setdefault(plain, value.name)
             return self._label(plain)
-        if isinstance(value, Test | Condition):
+        if isinstance(value, CONDITIONS):
             return m.truth(value)
         if self._gives(value):
             return self._build_given(list(value) if isinstance(value, list | tuple) else [value])
@@ -179,7 +369,7 @@ class _Follower:
     def _gives(self, value: Any) -> bool:
         """Returns True if numbers are given: the user says so, or they depend on features."""
         parts = [*value] if isinstance(value, list | tuple) else [value]
-        if isinstance(value, Part) and len(value.path) == 1 == len(self.names) + len(self.keywords):
+        if isinstance(value, Part) and value.path == self.machine.inputs.parameters:
             return False  # the observation itself
         if self.said.scores or not parts or any(isinstance(each, str | list | tuple) for each in parts):
             return False
@@ -194,16 +384,16 @@ class _Follower:
             value = m.plain(each)
             if isinstance(value, Extreme):
                 raise Refused(NO_SUM, IN_ORDER)
-            given = value if isinstance(value, Feature) else self._number(value)
-            forms.append(m.sums.represent(given, Refused))
+            forms.append(m.sums.represent(value if isinstance(value, Feature) else self._number(value), Refused))
             m.sums.line = m.sums.line or m.line
         return Given(forms)
 
-    def _number(self, value: Any) -> Any:
+    def _number(self, value: Any) -> int | float:
+        """A number that is returned, or counts as a score; of a condition, or of a feature that is a whole number, what
+        it is on this path.
+        """
         m = self.machine
-        if isinstance(value, Extreme):
-            raise Refused(NO_SUM, IN_ORDER)
-        value = m.truth(value) if isinstance(value, Test | Condition) else m.whole(value)
+        value = m.truth(value) if isinstance(value, CONDITIONS) else m.whole(value)
         value = value.item() if isinstance(value, np.generic) else getattr(value, "value", value)
         if isinstance(value, int) and value.bit_length() > MAX_BITS:
             raise Refused("a number is too long for a name", "return a shorter one")
@@ -233,25 +423,26 @@ class _Follower:
         self.shapes = m.inputs.shape_parameters(described)
         return described
 
-    def ask_python(self, origin: Origin, decider: Decider, source: str) -> Origin:
-        """The origin that Python itself answers for; without a source, nobody does."""
-        if not source:
-            return origin
-        m, takes, shapes = self.machine, self.function.node.args, dict(self.shapes)
-        first = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
-        plain = [name for name, own in zip(first, self.names, strict=False) if name == own]
+    def ask_python(self, origin: Origin, source: str) -> Origin:
+        """The origin that Python itself answers for, unless nothing is to be run. InputError where the gate refuses."""
+        m, shapes = self.machine, dict(self.shapes)
+        required = [name for name in self.places if name not in self.defaults]
+        plain = [name for name, own in zip(self.places, required, strict=False) if name == own]
         called = Called(
             source=source,
             where=m.where,
-            entry=decider.name,
-            method="" if isinstance(self.file.scope.names[decider.name], Function) else self.function.name,
+            entry=self.decider.name,
+            method="" if isinstance(self.file.scope.names[self.decider.name], Function) else self.function.name,
             made=not self.function.kind,
             given=[shapes.pop(name) for name in plain],
             named=shapes,
             forms=FORMS[self.said.arrays],
             scores=self.said.scores,
         )
-        return replace(origin, second=partial(run_source, called, origin))
+        if self.said.run:  # the process has its own gate
+            return replace(origin, second=partial(run_source, called, origin))
+        ensure_gated(called)
+        return origin
 
     def _constant(self, node: ast.expr) -> tuple[str, Any]:
         """The name of a constant of the file, or of a class, and the constant."""

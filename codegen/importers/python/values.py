@@ -9,31 +9,30 @@ Does not: compute with them, or know which features decide anything.
 import ast
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from inspect import Signature
 from typing import Any
 
 from codegen.errors import InputError, escape_text
 from codegen.importers.reading import MAX_FEATURES
-from codegen.importers.symbolic.feature import Step
+from codegen.importers.symbolic.feature import Step, Test
 from codegen.importers.symbolic.program import Described
 
+MAX_ITEMS = 1 << 16  # of a list, a text or a dictionary
+TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
+STATED = "write what it computes with comparisons and numbers; importing.md lists what is read"
 ONE = "give each feature one name or place: of one list or object, or as a parameter of its own"
+WORDS = {
+    "Part": "the observation", "Extreme": "the least or the largest of several features",
+    "NoneType": "None", "str": "a text", "dict": "a dictionary", "Instance": "an object", "Stream": "an iterator",
+    "Array": "an array", "Feature": "a feature", "Test": "a condition", "Condition": "a condition",
+}  # fmt: skip
 
 
 class Refused(InputError):
-    """Something cannot be read. Whoever evaluates the node says where it is; `hard`: no line is skipped for it."""
+    """Something cannot be read. Whoever evaluates the node says where it is."""
 
-    def __init__(self, what: str, advice: str, *, hard: bool = False) -> None:
-        super().__init__(what, "", advice)
-        self.hard = hard
-
-
-@dataclass(frozen=True)
-class Unread:
-    """A name that comes from elsewhere, or from a line that is not read. Looking it up is an error."""
-
-    what: str
-    advice: str
-    line: int = 0  # 0: the error is where the name is looked up
+    def __init__(self, what: str, advice: str, where: str = "") -> None:
+        super().__init__(what, where, advice)
 
 
 @dataclass(frozen=True)
@@ -54,6 +53,9 @@ class Condition:
     wanted: bool = True
 
 
+CONDITIONS = (Test, Condition)
+
+
 @dataclass(frozen=True)
 class Extreme:
     """The least or the largest of several features and numbers."""
@@ -72,7 +74,7 @@ class Stream(list[Any]):
 
 @dataclass
 class Scope:
-    """Names and what they stand for, in a function, a class or the file."""
+    """Names and what they stand for, in a function, a class or the file; what cannot be read, for its error."""
 
     names: dict[str, Any]
     parent: "Scope | None" = None
@@ -98,7 +100,7 @@ class Function:
     name: str
     node: ast.FunctionDef | ast.Lambda
     scope: Scope  # where it stands
-    defaults: Mapping[str, Any]
+    signature: Signature
     kind: str = ""  # "", "staticmethod", "classmethod" or "property"
     local: frozenset[str] = frozenset()  # names that it assigns
 
@@ -110,7 +112,6 @@ class Class:
     name: str
     members: dict[str, Any]
     fields: tuple[str, ...] = ()  # of a dataclass or named tuple, in their order
-    made: bool = True  # whether objects of it can be made; not of a TypedDict, which only annotates
 
 
 @dataclass(eq=False)
@@ -123,17 +124,13 @@ class Instance:
 
 @dataclass(frozen=True)
 class Bound:
-    """A function of Python's, or a method of an object: `call` takes machine, node, arguments, named ones."""
+    """A function of Python's, or a method of an object: `call` takes machine, arguments, named ones."""
 
     name: str
     call: Callable[..., Any]
 
 
-@dataclass(frozen=True)
-class Factory:
-    """The default of a field that is made anew for each object."""
-
-    make: Any
+FACTORY = "default_factory"  # the name of a default of a field that is made anew for each object
 
 
 @dataclass(frozen=True)
@@ -142,13 +139,6 @@ class Module:
 
     name: str
     members: Mapping[str, Any]
-
-
-WORDS = {
-    "Part": "the observation", "Extreme": "the least or the largest of several features",
-    "NoneType": "None", "str": "a text", "dict": "a dictionary", "Instance": "an object", "Stream": "an iterator",
-    "Array": "an array", "Feature": "a feature", "Test": "a condition", "Condition": "a condition",
-}  # fmt: skip
 
 
 def words_of(value: Any) -> str:
@@ -209,27 +199,24 @@ class Inputs:
 
     def describe_inputs(self, plain: Described) -> Described:
         """The description with the features and their order."""
-        if len(self.parameters) > 1:
-            places = [self.parameters.index(str(path[0])) for path in self.places]
+        several, last = len(self.parameters) > 1, [path[-1] for path in self.places]
+        if several or self.parameters in self.places:
+            places = [self.parameters.index(str(each)) for each in last]
             return replace(plain, places=places, features=self.parameters, n_features=len(self.parameters))
-        if self.parameters in self.places:
-            return replace(plain, places=[0], features=self.parameters, n_features=1)
         if self.inner is not str:
-            places = [int(path[1]) for path in self.places]
+            places = [int(each) for each in last]
             return replace(plain, places=places, features=self.names, n_features=self.width, n_read=self.n_read)
-        features = list(dict.fromkeys([*self.names, *(str(path[1]) for path in self.places)]))
-        places = [features.index(str(path[1])) for path in self.places]
-        return replace(plain, places=places, features=features, keyed=True)
+        features = list(dict.fromkeys([*self.names, *map(str, last)]))
+        return replace(plain, places=[features.index(str(each)) for each in last], features=features, keyed=True)
 
     def shape_parameters(self, described: Described) -> dict[str, Any]:
         """Returns what each parameter is given: the place of a feature, "row" for all, places by name."""
-        if len(self.parameters) != 1:
-            return {name: place for place, name in enumerate(self.parameters)}
-        if self.inner is str:
-            shape: Any = {path[1]: place for path, place in zip(self.places, described.places, strict=True)}
-        else:
-            shape = 0 if self.parameters in self.places else "row"
-        return {self.parameters[0]: shape}
+        shapes: dict[str, Any] = {name: place for place, name in enumerate(self.parameters)}
+        if len(shapes) == 1 and self.parameters not in self.places:
+            keys = [path[1] for path in self.places]
+            by_name = dict(zip(keys, described.places, strict=True))
+            shapes = {self.parameters[0]: by_name if self.inner is str else "row"}
+        return shapes
 
 
 def text_of_path(path: Sequence[int | str]) -> str:

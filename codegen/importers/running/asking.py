@@ -22,12 +22,13 @@ from codegen.agreement import programs
 from codegen.errors import DisagreementError, InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import Answers, Origin, Running
+from codegen.importers.running.gate import gate_source
 from codegen.ir import Floats
 
 SECONDS = 60
 BYTES = 4 << 30  # of address space
 LINE = 1 << 28
-RUN_ADVICE = "write it with what importing.md lists, or say --no-run to import it without a comparison"
+RUN_ADVICE = "write it with what importing.md lists"
 PYTHON = f"Python {sys.version_info.major}.{sys.version_info.minor} itself"
 CHILD = Path(__file__).parent / "child.py"
 PRECONDITION = "AssertionError"
@@ -73,9 +74,21 @@ def run_source(called: Called, origin: Origin) -> Iterator[Running]:
 
         told = _exchange(process, called, json.dumps(request).encode() + b"\n")
         if "refused" in told:
-            where = f"{called.where}, line {told['line']}" if told["line"] else called.where
-            raise InputError(f"Python does not run it: {escape_text(told['refused'])}", where, RUN_ADVICE)
+            raise _make_error(called, told["refused"], told["line"])
         yield Running(told["numbers"], ask_rows)
+
+
+def ensure_gated(called: Called) -> None:
+    """InputError for a source that does not pass the gate, where nothing is to be run."""
+    try:
+        gate_source(called.source.encode("latin-1"), called.entry, called.method)
+    except SyntaxError as error:
+        raise _make_error(called, error.msg, error.lineno) from None
+
+
+def _make_error(called: Called, what: str, line: int | None) -> InputError:
+    where = f"{called.where}, line {line}" if line else called.where
+    return InputError(f"Python does not run it: {escape_text(what)}", where, RUN_ADVICE)
 
 
 def _exchange(process: Any, called: Called, content: bytes) -> Any:

@@ -111,7 +111,7 @@ def collect_numbers(tree: ast.Module, space: dict[str, Any]) -> list[Any]:
             held.append(array.tolist())
     known: dict[int, Any] = {}
     for node in reversed(list(ast.walk(tree))):  # parts before what they are part of
-        value = _fold_node(node, known, space)
+        value = node.value if isinstance(node, ast.Constant) else _fold_node(node, known, space)
         if value is not None:
             known[id(node)] = value
             _keep_number(value, numbers)
@@ -127,12 +127,12 @@ def _keep_number(value: Any, numbers: dict[Any, None]) -> None:
 def _fold_node(node: ast.AST, known: dict[int, Any], space: dict[str, Any]) -> Any:
     """The number that an expression of constants gives; None for all others."""
     value: Any
-    if not isinstance(node, ast.Constant | ast.Name | ast.BinOp | ast.UnaryOp | ast.Call):
+    if not isinstance(node, ast.Name | ast.BinOp | ast.UnaryOp | ast.Call):
         return None
     parts = [known.get(id(each)) for each in ast.iter_child_nodes(node) if isinstance(each, ast.expr)]
     try:
-        if isinstance(node, ast.Constant | ast.Name):
-            value = node.value if isinstance(node, ast.Constant) else space.get(node.id)
+        if isinstance(node, ast.Name):
+            value = space.get(node.id)
         elif not isinstance(node, ast.Call) and None not in parts:
             value = OPERATORS[type(node.op)](*parts)
         elif isinstance(node, ast.Call) and None not in parts[1:] and isinstance(node.func, ast.Attribute):

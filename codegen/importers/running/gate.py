@@ -15,6 +15,7 @@ import math
 import sys
 import types
 from collections.abc import Iterator
+from typing import Any, cast
 
 NODES = frozenset((
     ast.Module, ast.FunctionDef, ast.ClassDef, ast.Return, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.For, ast.While,
@@ -24,8 +25,9 @@ NODES = frozenset((
     ast.Subscript, ast.Starred, ast.Name, ast.List, ast.Tuple, ast.Slice, ast.comprehension, ast.arguments, ast.arg,
     ast.keyword, ast.match_case, ast.MatchValue, ast.MatchSingleton, ast.MatchSequence, ast.MatchMapping, ast.MatchStar,
     ast.MatchAs, ast.MatchOr,
+    *ast.expr_context.__subclasses__(), *ast.boolop.__subclasses__(), *ast.operator.__subclasses__(),
+    *ast.unaryop.__subclasses__(), *ast.cmpop.__subclasses__(),
 ))  # fmt: skip
-SIGNS = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)  # of which every kind is let through
 NAMES = frozenset(
     """abs all any bool callable dict divmod enumerate filter float frozenset int isinstance iter len list map max min
     next object pow print range reversed round set slice sorted str sum super tuple zip property staticmethod
@@ -59,6 +61,11 @@ BUILT_IN = frozenset(name for each in (*HELD, *ARRAYS) for name in dir(each))
 OWN = ("__init__", "__call__", "__post_init__")
 CONSTANTS = (bool, bytes, int, float, str, types.NoneType)
 BASES = NAMES - {"dict", "frozenset", "list", "map", "property", "range", "set", "slice", "super", "tuple", "zip"}
+BINDING: dict[type[ast.AST], str] = {  # the field that gives a name something
+    ast.FunctionDef: "name", ast.ClassDef: "name", ast.MatchAs: "name", ast.MatchStar: "name", ast.arg: "arg",
+    ast.MatchMapping: "rest",
+}  # fmt: skip
+NAMED: dict[type[ast.AST], str] = {**BINDING, ast.Name: "id", ast.keyword: "arg"}
 COMPUTED = (ast.Lambda, ast.NamedExpr, ast.GeneratorExp, ast.ListComp, ast.DictComp, ast.SetComp)  # no default
 
 
@@ -73,49 +80,58 @@ def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Mo
     `method`: of the entry, which is what decides. SyntaxError for all that is not on the lists.
     """
     tree = ast.parse(text)
-    imports, used, nodes = dict[str, tuple[str, str]](), {method}, list(ast.walk(tree))
+    imports, used, nodes = dict[str, tuple[str, str]](), {method}, _walk_nodes(tree)
     for node in nodes:
-        used |= {node.attr} if isinstance(node, ast.Attribute) else set()
+        if type(node) is ast.Attribute:
+            used.add(node.attr)
         for each in node.names if isinstance(node, ast.Import | ast.ImportFrom) else ():
             held = (node.module or "", each.name) if isinstance(node, ast.ImportFrom) else (each.name, "")
             if imports.setdefault(each.asname or each.name, held) != held:
                 raise _refuse(node, f"{each.asname or each.name} is imported twice")
-    imports = {name: held for name, held in imports.items() if _is_member(*held)}
     for node in nodes:
         _clean_node(node, used)
-    tree.body = _reach_entry(tree.body, entry)
-    nodes = list(ast.walk(tree))
+    imports, nodes = {name: held for name, held in imports.items() if _is_member(*held)}, _reach_entry(tree, entry)
     bound = NAMES.union(("__name__",), imports, _bind_names(nodes))
     for node in nodes:
         _check_node(node, bound, imports)
     return tree, imports
 
 
+def _walk_nodes(node: ast.AST) -> list[ast.AST]:
+    """A node and all below it."""
+    nodes = [node]
+    for each in nodes:
+        for field in each._fields:
+            value: Any = getattr(each, field, None)
+            if isinstance(value, ast.AST):
+                nodes.append(value)
+            elif type(value) is list:
+                nodes += [one for one in cast("list[Any]", value) if isinstance(one, ast.AST)]
+    return nodes
+
+
 def _is_member(module: str, member: str) -> bool:
-    return module in MEMBERS and (not member or member in MEMBERS[module])
+    return module in MEMBERS and member in ("", *MEMBERS[module])
 
 
 def _clean_node(node: ast.AST, used: set[str]) -> None:
     """Removes imports, docstrings, annotations, the main block, and methods that nothing names."""
-    for field in ("body", "orelse"):
-        block: list[ast.stmt] = getattr(node, field, [])
-        if field in node._fields and type(block) is list:
+    if isinstance(node, ast.stmt | ast.mod | ast.match_case):
+        for field in {"body", "orelse"}.intersection(node._fields):
+            block: list[ast.stmt] = getattr(node, field)
             kept = [part for each in block for part in _clean_statement(each, node, used)]
-            empty = field == "body" and not kept and not isinstance(node, ast.Module)
-            setattr(node, field, [ast.copy_location(ast.Pass(), block[0])] if empty else kept)
-    if isinstance(node, ast.arg):
-        node.annotation = None
-    if isinstance(node, ast.FunctionDef):
-        node.returns = None
+            if field == "body" and not kept and not isinstance(node, ast.Module):
+                kept = [ast.copy_location(ast.Pass(), block[0])]
+            setattr(node, field, kept)
+    if isinstance(node, ast.arg | ast.FunctionDef):
+        setattr(node, "annotation" if isinstance(node, ast.arg) else "returns", None)
 
 
 def _clean_statement(node: ast.stmt, parent: ast.AST, used: set[str]) -> list[ast.stmt]:
     """Returns what is left of a statement; of a method that nothing names, nothing."""
-    of_class, told = (
-        isinstance(parent, ast.ClassDef),
-        isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant),
-    )
-    if told or isinstance(node, ast.Import | ast.ImportFrom):
+    of_class = isinstance(parent, ast.ClassDef)
+    told = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+    if isinstance(node, ast.Import | ast.ImportFrom) or told:
         return []
     if of_class and isinstance(node, ast.FunctionDef) and not node.decorator_list and not node.name.endswith("_"):
         return [node] if node.name in used else []
@@ -124,14 +140,15 @@ def _clean_statement(node: ast.stmt, parent: ast.AST, used: set[str]) -> list[as
             node.annotation = ast.copy_location(ast.Constant(None), node)  # fields of dataclasses need one
             return [node]
         return [] if node.value is None else [ast.copy_location(ast.Assign([node.target], node.value), node)]
-    if isinstance(node, ast.If) and ast.unparse(node.test) == "__name__ == '__main__'":
-        return node.orelse
-    return [node]
+    if not isinstance(node, ast.If) or getattr(getattr(node.test, "left", None), "id", "") != "__name__":
+        return [node]
+    return node.orelse if ast.unparse(node.test) == "__name__ == '__main__'" else [node]
 
 
-def _reach_entry(body: list[ast.stmt], entry: str) -> list[ast.stmt]:
-    """The statements that the entry may depend on: what names it, what it names, and so on; all that call functions."""
-    names = [{each.id for each in ast.walk(node) if isinstance(each, ast.Name)} for node in body]
+def _reach_entry(tree: ast.Module, entry: str) -> list[ast.AST]:
+    """Keeps what names the entry, what it names, and so on, and calls of functions; returns the nodes of these."""
+    body, walked = tree.body, [_walk_nodes(node) for node in tree.body]
+    names = [{each.id for each in nodes if type(each) is ast.Name} for nodes in walked]
     defined = [getattr(node, "name", "") for node in body]
     kept, known, count = set[int](), {entry}, -1
     while count < len(kept):
@@ -141,29 +158,28 @@ def _reach_entry(body: list[ast.stmt], entry: str) -> list[ast.stmt]:
             if calls or known.intersection([defined[place]] if defined[place] else names[place]):
                 kept.add(place)
                 known |= names[place]
-    return [node for place, node in enumerate(body) if place in kept]
+    tree.body = [node for place, node in enumerate(body) if place in kept]
+    return [node for place in sorted(kept) for node in walked[place]]
 
 
 def _bind_names(nodes: list[ast.AST]) -> Iterator[str]:
     for node in nodes:
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+        if type(node) is ast.Name and isinstance(node.ctx, ast.Store):
             yield node.id
-        held = getattr(node, "name", None) or getattr(node, "arg", None) or getattr(node, "rest", None)
-        if isinstance(held, str) and not isinstance(node, ast.keyword):
-            yield held
+        elif type(node) in BINDING and getattr(node, BINDING[type(node)]):
+            yield getattr(node, BINDING[type(node)])
 
 
 def _check_node(node: ast.AST, bound: frozenset[str], imports: dict[str, tuple[str, str]]) -> None:
     """SyntaxError for a node that is not on the lists."""
-    if type(node) not in NODES:
-        if isinstance(node, SIGNS):
-            return
-        raise _refuse(node, f"{type(node).__name__} is not among what is run")
-    for name in (getattr(node, field, None) for field in ("id", "name", "arg", "rest")):
-        if isinstance(name, str) and name.startswith("__") and name not in (*OWN, "__name__"):
-            raise _refuse(node, f"the name {name}")
-    if isinstance(node, ast.Name) and node.id not in bound:
-        raise _refuse(node, f"the name {node.id} is not defined in the file")
+    kind = type(node)
+    if kind not in NODES:
+        raise _refuse(node, f"{kind.__name__} is not among what is run")
+    name = (getattr(node, NAMED[kind]) if kind in NAMED else "") or ""
+    if name.startswith("__") and name not in (*OWN, "__name__"):
+        raise _refuse(node, f"the name {name}")
+    if kind is ast.Name and name not in bound:
+        raise _refuse(node, f"the name {name} is not defined in the file")
     if isinstance(node, ast.Attribute):
         module, member = imports.get(node.value.id, ("", "-")) if isinstance(node.value, ast.Name) else ("", "-")
         known = node.attr in ATTRIBUTES or (node.attr not in BUILT_IN and not node.attr.startswith("__"))

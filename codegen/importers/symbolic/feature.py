@@ -20,7 +20,7 @@ from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.numbers import round_down
+from codegen.numbers import nearest_double, round_down
 
 SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
@@ -30,6 +30,7 @@ RISING, FALLING, FOLDING = "rising", "falling", "folding"  # folding: falls belo
 JUMPING = "jumping"  # of few whole numbers: anything for each of them
 Number: TypeAlias = int | float
 LAST: dict[str, int] = {FLOAT32: 0x7F800000, FLOAT64: 0x7FF0000000000000}  # the places of infinity
+BITS = {FLOAT32: ("<i", "<f", 1 << 31), FLOAT64: ("<q", "<d", 1 << 63)}  # forms of struct, and the bit of the sign
 
 
 # --- floats in their order: 0.0 and -0.0 share the place 0, infinities are the ends
@@ -37,10 +38,7 @@ LAST: dict[str, int] = {FLOAT32: 0x7F800000, FLOAT64: 0x7FF0000000000000}  # the
 
 def at_most(number: Number) -> float:
     """The largest double that is not above a number."""
-    try:
-        near = float(number)
-    except OverflowError:
-        near = math.inf if number > 0 else -math.inf
+    near = nearest_double(number) if isinstance(number, int) else float(number)
     return near if near <= number else math.nextafter(near, -math.inf)
 
 
@@ -52,17 +50,16 @@ def below(number: Number) -> float:
 
 def place(value: float, numbers: str) -> int:
     """The place of the largest of the `numbers` that is not above a double; infinities are the ends."""
-    if numbers == FLOAT32:
-        bits: int = struct.unpack("<i", struct.pack("<f", value if math.isinf(value) else round_down(value)))[0]
-        return bits if bits >= 0 else -(bits & 0x7FFFFFFF)
-    bits = struct.unpack("<q", struct.pack("<d", value))[0]
-    return bits if bits >= 0 else -(bits & 0x7FFFFFFFFFFFFFFF)
+    whole, real, sign = BITS[numbers]
+    near = round_down(value) if numbers == FLOAT32 and math.isfinite(value) else value
+    bits: int = struct.unpack(whole, struct.pack(real, near))[0]
+    return bits if bits >= 0 else -(bits + sign)
 
 
 def number(at: int, numbers: str) -> float:
     """The number at a place."""
-    kinds = ("<i", "<f") if numbers == FLOAT32 else ("<q", "<d")
-    value: float = struct.unpack(kinds[1], struct.pack(kinds[0], abs(at)))[0]
+    whole, real, _ = BITS[numbers]
+    value: float = struct.unpack(real, struct.pack(whole, abs(at)))[0]
     return -value if at < 0 else value
 
 

@@ -108,7 +108,7 @@ class LayersExpert:
             )
             advice = f"say outputs={MEANS} or {SQUASHED}" if giving else "name the world that it was trained in"
             raise InputError(what, self.world.name, advice)
-        does = self.world.outputs or self.world.actions
+        does = self.world.decided
         for agent, features, actions in zip(self.world.agents, self.world.features, does, strict=True):
             wanted = len(features), len(actions)
             if (sizes[0], sizes[-1]) != wanted:

@@ -121,7 +121,7 @@ class Joint:
         self.device = device
         self.agents = world.agents
         self.widths = [len(features) for features in world.features]
-        self.choices = [len(does) for does in world.outputs or world.actions]  # or numbers that an agent gives
+        self.choices = [len(does) for does in world.decided]  # or numbers that an agent gives
         self.n_agents, self.n_actions = len(self.widths), max(self.choices)
         self.n_obs, self.widest = sum(self.widths), max(self.widths)
         starts = np.concatenate([[0], np.cumsum(self.widths)[:-1]])

@@ -67,7 +67,7 @@ class Vdn(OffPolicy):
         return self.nets[nets](self.joint.views(seen)) + self.joint.forbidden
 
     def update(self) -> float:
-        """One update of all value networks on the teams' summed temporal differences."""
+        """One update of all value networks on the temporal differences of all teams together."""
         settings = self.settings
         batch = self.replay.sample(settings.batch, self.generator)
         alive, goes_on = batch["alive"].T, batch["goes_on"].T  # who has left adds nothing to its team's value

@@ -1,12 +1,12 @@
 """A tree grown best first under a budget of leaves, from a vector for each point: clusters of action values, or labels.
 
 Does: splits where that raises the purity of the leaves most, until the leaves are spent; a leaf takes the best action
-  of its summed vector.
+  of its vectors together.
 Assumes: for clusters, vectors of action values with one number taken off each, so that only differences between actions
   count; for labels, each point's weight in its action's place; for numbers, see regression.py.
 Does not: make vectors.
 
-The purity of a leaf is a function of the sum S of its vectors. Clusters take |S|: the loss of a cluster is the summed
+The purity of a leaf is a function of the sum S of its vectors. Clusters take |S|: the loss of a cluster is the added
 cosine distance of its vectors to their centre, each weighted by its length, which is sum |v| - |S|. Labels take
 |S|^2 over the weight in the leaf: its loss to the whole weight is the weighted Gini impurity, as in CART. Regrets, as
 vectors of what each action costs with the sign turned, take max S: its loss is what the leaf's best action costs.
@@ -25,7 +25,7 @@ from maviper.worlds.world import Int
 
 LEAST_GAIN = 1e-9  # of the purity of single points: below it a gain is rounding
 NEXT = 1e-4  # what clusters of regrets count beside what is saved
-Purity = Callable[[Float64], Float64]  # of summed vectors [..., n_actions], [...]
+Purity = Callable[[Float64], Float64]  # of sums of vectors [..., n_actions], [...]
 
 
 def cohesion(total: Float64) -> Float64:

@@ -7,7 +7,7 @@ Does not: search for splits (best_first.py).
 
 Numbers are learned in parts of their ranges, so that each counts alike. For constants, the purity of a leaf is the
 squared sum of its labels over their count: its loss to the sum of all squares is their variance times their count.
-Linear leaves take b' G^-1 b, where G are the summed products of a point's features and 1, and b those with its labels:
+Linear leaves take b' G^-1 b, where G are the sums of products of a point's features and 1, and b those with its labels:
 what a ridge regression of the leaf explains. The ridge is on all weights but the constant's; it grows with the count,
 so that a split never explains less.
 """

@@ -1,12 +1,14 @@
 """Certificates as files: written beside a report, and checked by `maviper check`.
 
-Does: names the files of certificates; reads one with its profile, checks it, says what it proves.
+Does: names the files of certificates; reads one with its profile, checks it, says what it proves in words: its formula
+  with its numbers, the bounds in which its region is not the start region.
 Assumes: results of `verify.verdicts.decisions.verify`, or files that anyone wrote.
-Does not: prove.
+Does not: prove, or read property files and region files, which may have been changed since.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -15,8 +17,7 @@ from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
 from maviper.files.profiles import find_profile
-from maviper.verification.files.reading import FollowedProof
-from maviper.verification.files.words import formula_words, region_words
+from maviper.verification.files.systems import FollowedProof
 from verify.checker.decisions import certificates as certificate
 from verify.checker.decisions.certificates import Certificate
 from verify.checker.episodes import forever
@@ -25,12 +26,68 @@ from verify.checker.episodes.forever import LastingCertificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import describe_left_out, opponents_words, select_stated
 from verify.claims.claim import Parameter
-from verify.claims.formula import And, Or, agents
+from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or, agents
 from verify.claims.observed import over
-from verify.claims.region import Region
-from verify.claims.uncertified.starts import is_start
-from verify.claims.uncertified.views import describe_view
+from verify.claims.region import Interval, Region
+from verify.claims.region_files import everywhere, is_start
+from verify.claims.views import describe_view
 from verify.decimals import plain
+
+MOST = 300  # characters of a formula or a region that are shown
+LEFT_OUT = "... (whole in the certificate)"
+
+
+def formula_words(formula: Formula, profile: PolicyProfile) -> str:
+    """A formula as text, cut where it is long."""
+    return _cut(_write_formula(formula, profile))
+
+
+def region_words(region: Region, profile: PolicyProfile) -> str:
+    """The bounds of a region that the start region does not have, cut where they are many."""
+    return _cut(", ".join(_bounds(region, profile)))
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= MOST else f"{text[:MOST]}{LEFT_OUT}"
+
+
+def _write_formula(formula: Formula, profile: PolicyProfile) -> str:
+    match formula:
+        case Linear(terms, bound, strict):
+            parts = [name if weight == 1 else f"{plain(weight)} * {name}" for weight, name in terms]
+            return f"{' + '.join(parts) or '0'} {'<' if strict else '<='} {plain(bound)}"
+        case Acts(agent, action):
+            return f"acts({agent}) == {profile.policy(agent).actions[action].name}"
+        case Goal(landmark):
+            return f"goal == {landmark}"
+        case Not(part):
+            return f"not ({_write_formula(part, profile)})"
+        case And(parts) | Or(parts):
+            both = isinstance(formula, And)
+            written = [_write_formula(part, profile) for part in parts]
+            joined = (" and " if both else " or ").join(written) or ("true" if both else "false")
+            return f"({joined})" if len(written) > 1 else joined
+
+
+def _bounds(region: Region, profile: PolicyProfile) -> Iterator[str]:
+    usual = _usual(profile)
+    for name, bounds in region.box.items():
+        if usual.get(name) != bounds:
+            yield f"{name} in {_interval(*bounds)}"
+    yield from (f"{a} - {b} in {_interval(*bounds)}" for a, b, bounds in region.differences)
+    yield from (f"{a} and {b} at least {plain(least)} apart" for a, b, least in region.apart)
+
+
+def _usual(profile: PolicyProfile) -> dict[str, Interval]:
+    try:
+        return dict(everywhere(profile).box)
+    except InputError:  # no damping bounds the velocities
+        return {}
+
+
+def _interval(low: Fraction, high: Fraction) -> str:
+    return f"[{plain(low)}, {plain(high)}]"
+
 
 AGAINST_FILE = "against.json"  # the second profile, beside a certificate about two
 

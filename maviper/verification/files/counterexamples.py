@@ -16,21 +16,20 @@ from typing import Any
 
 import msgspec
 
+from codegen.deciding import ensure_plain
 from codegen.errors import InputError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from codegen.sum_rules import ensure_plain
 from maviper.files import kinds, runs
 from maviper.files.profiles import READER
 from maviper.verification.bench import replay_state
 from maviper.verification.files import episodes as episode_files
 from verify.claims.decisions import OWN, PLAIN, formula
-from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
-from verify.claims.formula_json import read_formula
+from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates, read_formula
 from verify.claims.observed import over, view_from
 from verify.claims.region import goal_cases, goal_of, goal_text
-from verify.claims.uncertified.own import BUILT_IN, formula_document, view_document
-from verify.claims.uncertified.starts import positions
+from verify.claims.region_files import positions
+from verify.claims.wording import BUILT_IN, formula_document, view_document
 from verify.counterexamples.search import Counterexample
 from verify.exact import MAX_NUMBER, read_number
 from verify.reports.courses import counterexample

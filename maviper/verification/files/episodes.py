@@ -25,7 +25,7 @@ from verify.claims.catalogue import ZONES, find_episode_claim, readable
 from verify.claims.claim import Parameter
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.region import goal_cases, goal_of, goal_text
-from verify.claims.uncertified.own import region_document
+from verify.claims.wording import region_document
 from verify.exact import MAX_NUMBER, read_number
 from verify.states.episodes import Episode, fails, playable
 from verify.states.state import State

@@ -18,7 +18,7 @@ from codegen.policy_json import content_hash
 from maviper.files import runs
 from maviper.files.outputs import FOUND
 from maviper.verification.ask import MAX_FILE_BYTES, Asked, VerifyOptions, format_parameter, option_of
-from verify.claims.language.tables import properties
+from verify.claims.files import properties
 from verify.claims.region_files import region_toml
 from verify.question import AnyClaim, Budgets
 from verify.toml_places import parse

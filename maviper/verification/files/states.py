@@ -37,9 +37,8 @@ from verify.claims.claim import check_range
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.formula import Formula, Linear, atoms
 from verify.claims.region import Region, goal_of, goal_text
-from verify.claims.region_files import read_region, region_toml
-from verify.claims.uncertified.own import OwnFormula, formula_document
-from verify.claims.uncertified.starts import find_observed_velocities, name_region
+from verify.claims.region_files import find_observed_velocities, name_region, read_region, region_toml
+from verify.claims.wording import OwnFormula, formula_document
 from verify.exact import read_number
 from verify.question import Question
 from verify.result import AnyResult

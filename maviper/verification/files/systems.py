@@ -1,13 +1,14 @@
-"""Certificates and counterexamples about systems that files state.
+"""Certificates and counterexamples about systems that files state; and how far the reading of any certificate is.
 
-Does: writes counterexamples; checks a certificate of a file and replays a counterexample of one, with the world file.
-Assumes: files that anyone wrote.
-Does not: decide verdicts, print or write files.
+Does: names, reads and checks the files of such certificates, and replays such counterexamples; tells the bytes of a
+  proof that the checker has read, and the pieces of a system that it has shown again.
+Assumes: the checker reads a proof byte by byte, once.
+Does not: prove, or change what is checked.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -21,17 +22,17 @@ from codegen.policy_json import content_hash
 from codegen.wording import format_count
 from maviper.files import runs
 from maviper.files.profiles import find_profile
-from maviper.verification.files.reading import FollowedProof, tell_shown
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_accepted, ensure_plays, read_certificate, sentence
 from maviper.worlds.stated.systems import read
 from verify.certificates.systems import claim_document
-from verify.checker.certificate import MAX_BYTES
+from verify.checker.certificate import MAX_BYTES, Bytes
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves
 from verify.checker.systems.proofs import SystemClaimJson, read_claim
 from verify.exact import read_number
-from verify.flows.playing import FlowCourse
-from verify.flows.replay import replay_course as flow_replayed
+from verify.flows.episodes import FlowCourse
+from verify.flows.episodes import replay_course as flow_replayed
+from verify.progress import tell
 from verify.question import Question
 from verify.reach.replay import Course, is_start, replay_course
 from verify.reach.results import SystemCounterexample
@@ -45,6 +46,24 @@ from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.observing import as_played
 from verify.systems.properties import claims_in, claims_of, name_inputs
 from verify.systems.statement import Statement
+
+STEP = 2**14  # bytes of proof; a second or less
+
+
+class FollowedProof(Bytes):
+    """A proof that tells how much of it has been read."""
+
+    def __iter__(self) -> Iterator[int]:
+        for low in range(0, len(self), STEP):
+            if low:
+                tell(low, len(self), "bytes of proof read")
+            yield from memoryview(self)[low : low + STEP]
+
+
+def tell_shown(done: int, most: int) -> None:
+    """That so many of the pieces of a system are shown again."""
+    tell(done, most, "pieces shown again by the checker")
+
 
 PROPERTY_FILE = "properties.toml"  # beside certificates, where claims were asked from a file of their own
 FORM = "maviper-system-counterexample-1"

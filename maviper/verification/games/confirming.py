@@ -13,14 +13,12 @@ from enum import Enum, auto
 
 from codegen.ir import PolicyProfile
 from maviper.verification.games import playing
-from maviper.verification.games.episodes import Started
 from maviper.verification.games.searching import iterate_anywhere, iterate_near
+from maviper.verification.worlds import Started
 from maviper.worlds.stated.observing import ensure_observed
-from verify.reach.play.anywhere import iterate_failing
-from verify.reach.play.observable import fails, observable
 from verify.reach.replay import Course, replay_course
 from verify.reach.results import SystemCounterexample
-from verify.reach.rounded import truly
+from verify.reach.rounded import fails, iterate_failing, observable, truly
 from verify.systems.claims import SystemClaim
 from verify.systems.properties import parse_written
 from verify.systems.statement import Statement

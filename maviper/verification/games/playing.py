@@ -2,7 +2,7 @@
 
 Does: plays the game itself, in its own float64, from starts beside one that breaks the claim by its world file, or
   anywhere in its start region; says by how much each step and each observation was off of exact numbers.
-Assumes: a world file that episodes.py wrote, with the profile that it was written for.
+Assumes: a world file of episodes, as verification/worlds.py states it, with the profile that it was written for.
 Does not: decide: the episode is played again in exact numbers, which judge the claim.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from codegen.ir import GOAL, Bool, Float64, PolicyProfile
 from maviper.worlds.stated.observing import bound_region, ensure_observed, list_observed, place_in, with_noise
-from verify.claims.uncertified.values import Batch
+from verify.claims.values import Batch
 from verify.reach.replay import Course
 from verify.states.episodes import play
 from verify.systems.claims import SystemClaim

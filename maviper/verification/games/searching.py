@@ -1,7 +1,7 @@
 """States of a game in which claims about single decisions fail.
 
 Does: finds such states beside one that breaks the claim by its world file, or anywhere in the claim's regions.
-Assumes: a world file that decisions.py wrote.
+Assumes: a world file of states, as verification/worlds.py states it.
 Does not: decide: each state is judged by whoever asked for it.
 """
 
@@ -25,7 +25,7 @@ from maviper.worlds.stated.observing import (
     with_noise,
 )
 from verify.claims.region import Interval
-from verify.claims.uncertified.values import Batch
+from verify.claims.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.statement import Statement
 from verify.systems.system import State, Variable

@@ -51,7 +51,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         features = dict(zip(self.possible_agents, world.features, strict=True))
         self.features = {agent: _without_landmarks(each, world.agents) for agent, each in features.items()}
         self._boxes = {agent: _box(each) for agent, each in features.items()}
-        acting = zip(self.possible_agents, world.outputs or world.actions, strict=True)
+        acting = zip(self.possible_agents, world.decided, strict=True)
         self._choices = {agent: _choices(does) for agent, does in acting}
         self._rng: np.random.Generator | None = None  # made late, so that copies of a fresh environment differ
         self._state: Any = None

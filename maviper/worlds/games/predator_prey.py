@@ -170,8 +170,8 @@ class PredatorPrey(ParticleWorld):
         return outside(np.abs(planes(state.position)[hunters:n_agents])).sum(axis=1).mean(axis=0)
 
     def shaping(self, state: WorldState) -> Float64:
-        """The released code's term: predators lose a tenth of the summed distances to their nearest prey, a prey gains
-        a tenth of its summed distances to the predators.
+        """The released code's term: predators lose a tenth of all distances to their nearest prey, a prey gains
+        a tenth of all its distances to the predators.
         """
         position, hunters = planes(state.position), len(self.teams[PREDATORS])
         gap = distances(position[:hunters, None], position[None, hunters : len(self.agents)])
@@ -181,7 +181,7 @@ class PredatorPrey(ParticleWorld):
         return terms.T
 
     def values(self, states: Sequence[WorldState]) -> Float64:
-        """Touches: predator-prey contacts, summed over the steps of an episode."""
+        """Touches: predator-prey contacts in all steps of an episode."""
         touches = np.stack([self._touching(state).sum(axis=(0, 1)) for state in states]).sum(axis=0)
         return np.stack([touches, touches])
 

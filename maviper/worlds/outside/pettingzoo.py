@@ -169,7 +169,7 @@ class PettingZooWorld(OutsideWorld):
                     raise UnknownNameError("feature in `legal`", action.legal_if, names, self.source.text)
         # a leaf takes no heed of masks
         lawless = [tuple(replace(action, legal_if="") for action in choices) for choices in self.actions]
-        everything = zip(self.agents, self.features, lawless, self.outputs or [()] * len(lawless), strict=True)
+        everything = zip(self.agents, self.features, lawless, self.given, strict=True)
         policies = tuple(
             ir.AgentPolicy(agent, self.team_of(agent), features, actions, _leaf(outputs), outputs=outputs)
             for agent, features, actions, outputs in everything

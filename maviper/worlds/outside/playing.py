@@ -88,6 +88,6 @@ class OutsideWorld(World):
         return state.terminated
 
     def values(self, states: Sequence[EnvStates]) -> Float64:
-        """Each team's return, [n_teams, batch]: the mean over its agents of the rewards of an episode, summed."""
+        """Each team's return, [n_teams, batch]: the mean over its agents of all rewards of an episode."""
         total = np.sum([state.rewards for state in states], axis=0)
         return np.stack([total[:, self.members(team)].mean(axis=1) for team in self.teams])

@@ -10,15 +10,15 @@ that is tested says by how much it is off: `agent_0.rounding_goal_dx`. What is p
 features may err, another variable says by how much: `agent_0.error_goal_dx`. It is added before anything is rounded.
 """
 
-import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 
+from codegen.deciding import read_by
 from codegen.floats import FLOAT64
-from codegen.ir import GOAL, AgentPolicy, FeatureSpec, Float64, Meaning, PolicyProfile
+from codegen.ir import GOAL, NO_FEATURE, AgentPolicy, FeatureSpec, Float64, Meaning, PolicyProfile
 from codegen.numbers import nearest_double, neighbour
 from codegen.observe import observe
 from verify.claims.region import Interval
@@ -74,12 +74,9 @@ class Observed:
 
 def list_observed(policy: AgentPolicy) -> list[Observed]:
     """The features that an agent's tree tests, alone or in a sum."""
-    count, places = len(policy.features), set[int]()
-    for tested in map(int, policy.tree.feature):
-        if tested >= count:
-            places.update(place for _, place in policy.tree.sums[tested - count].terms)
-        else:
-            places.add(tested)
+    tree, count = policy.tree, len(policy.features)
+    tested = [int(each) for each in tree.feature if each != NO_FEATURE]
+    places = {place for each in tested for _, place in read_by(tree, each, count)}
     return [Observed(policy, feature) for place, feature in enumerate(policy.features) if place in places]
 
 
@@ -98,18 +95,17 @@ def list_noise(
     return roundings, off
 
 
-def spell_agent(policy: AgentPolicy, noise: Iterable[str], actions: str, mark: str = PLACE) -> str:
-    """The tables of an agent. `noise`: the names of all roundings and errors; `actions`: the lines of its actions;
+def describe_agent(
+    policy: AgentPolicy, noise: Collection[str], actions: Mapping[str, object], mark: str = PLACE
+) -> dict[str, object]:
+    """The tables of an agent. `noise`: the names of all roundings and errors; `actions`: what each of its actions sets;
     `mark`: whose place the goal's is.
     """
-    known = frozenset(noise)
-    spelled = {each.name: _spell_feature(Observed(policy, each), known, mark) for each in policy.features}
-    features = "".join(f'{name} = "{each}"\n' for name, each in spelled.items())
-    head = f"\n[agents.{policy.agent}]\nteam = {spell_text(policy.team)}\n"
-    return f"{head}[agents.{policy.agent}.features]\n{features}[agents.{policy.agent}.actions]\n{actions}"
+    features = {each.name: _spell_feature(Observed(policy, each), noise, mark) for each in policy.features}
+    return {"team": policy.team, "features": features, "actions": dict(actions)}
 
 
-def _spell_feature(observed: Observed, noise: frozenset[str], mark: str) -> str:
+def _spell_feature(observed: Observed, noise: Collection[str], mark: str) -> str:
     """Spells a feature as world files write it."""
     terms = [f"{number_text(Fraction(weight))}*{call_in_file(name, mark)}" for weight, name in observed.meaning.terms]
     off = [name for name in (observed.error, observed.rounding) if name in noise]
@@ -207,14 +203,3 @@ def call_in_file(coordinate: str, mark: str = PLACE) -> str:
 def find_coordinate(called: str) -> str:
     """The coordinate that the file calls so."""
     return called.replace(PLACE, GOAL, 1) if called.startswith(f"{PLACE}.") else called
-
-
-def spell_text(text: str) -> str:
-    """Any text, as TOML writes it: JSON but for two halves of a character, and one character that only TOML escapes."""
-    whole = text.encode(errors="replace").decode()
-    return json.dumps(whole, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def spell_ends(ends: Interval) -> str:
-    """A range, as world files write it."""
-    return f"[{', '.join(map(number_text, ends))}]"

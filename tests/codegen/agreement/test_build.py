@@ -7,16 +7,16 @@ import pytest
 
 from codegen import policy_json
 from codegen.agreement import compiled as compiled_c
-from codegen.agreement.build import Build, build
+from codegen.agreement.compiled import Build, build
 from codegen.errors import ExitCode
 from codegen.lowering import lower as lowering
 from codegen.targets import TARGETS, emit
 from maviper.cli import main
 from maviper.compilation.compile import compile_profile
-from maviper.verification.join import verify_claims
+from maviper.verification.run import verify_claims
 from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.question import Question
 from verify.result import Verdict
 from verify.subjects import Game

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from codegen.agreement.rows import BLOCK, Kept, iterate_rows
+from codegen.agreement.probes import BLOCK, Kept, iterate_rows
 
 
 @pytest.mark.parametrize("numbers", ["float32", "float64"])

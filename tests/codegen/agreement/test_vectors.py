@@ -9,7 +9,7 @@ import pytest
 
 from codegen import ir
 from codegen.agreement import vectors
-from codegen.agreement.build import build
+from codegen.agreement.compiled import build
 from codegen.lowering.lower import lower
 
 RUNS = {

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 
 from codegen import ir, policy_json
 from codegen.agreement import readback, selfcheck
-from codegen.agreement.build import Build
-from codegen.agreement.compiled import CompiledC, find_compiler
+from codegen.agreement.compiled import Build, CompiledC, find_compiler
 from codegen.equivalence import obligations, symbolic
 from codegen.equivalence.symbolic import Definitions, Header, Unreadable
 from codegen.errors import DisagreementError, ExitCode, InputError

@@ -11,7 +11,7 @@ from codegen.equivalence.structure import faults
 from codegen.equivalence.symbolic import Definitions, Header, Unreadable
 from codegen.importers.c.header import from_header
 from codegen.lowering.lower import lower
-from codegen.targets import c
+from codegen.targets.rendered import emit_c
 
 STUMP = ir.Tree(*np.array([[0, 0.5, 1, 2, -1], [-1, 0, -1, -1, 1], [-1, 0, -1, -1, 0]], np.float64).T)
 OTHER = replace(STUMP, threshold=np.array([0.25, 0, 0], np.float32))
@@ -29,7 +29,7 @@ def profile_of(*trees):
 
 def header_of(profile, style):
     model = lower(profile, style=style)
-    return c.emit(model, profile)["walk.h"], model
+    return emit_c(model, profile)["walk.h"], model
 
 
 @pytest.mark.parametrize("style", ["nested", "ordered", "walk"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.agreement import sum_probes
+from codegen.agreement import probes
 from codegen.agreement.entries import same
 from codegen.errors import InputError
 from codegen.importers.boosted import from_lightgbm, from_xgboost
@@ -156,7 +156,7 @@ def test_linear_leaves_of_lightgbm(lightgbm, count):
         text, booster = linear(lightgbm, seed)
         (policy,) = profile_of(from_lightgbm(text.encode(), "tree.txt"), Names()).agents
         rng = np.random.default_rng(seed)
-        rows = np.concatenate([sum_probes.ties(policy, rng), sum_probes.wide(4, rng, "float64")[::8]])
+        rows = np.concatenate([probes.ties(policy, rng), probes.wide(4, rng, "float64")[::8]])
         rows = np.concatenate([rows[np.isfinite(rows).all(axis=1)], rng.normal(size=(200, 4))])
         ours, theirs = ir.outputs(policy, rows)[:, 0], booster.predict(rows, num_threads=1)
         assert same(ours, theirs).all(), seed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.agreement import sum_probes
+from codegen.agreement import probes
 from codegen.errors import InputError
 from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, Said, profile_of
@@ -44,7 +44,7 @@ def taken(text, arrays="float64"):
 def rows_of(policy):
     spans = tuple(ir.FeatureSpec(each.name, "none", -3.0, 3.0, None) for each in policy.features)
     about = ir.AgentPolicy(policy.agent, policy.team, spans, policy.actions, policy.tree, outputs=policy.outputs)
-    rows = np.concatenate(list(sum_probes.parts(about, np.random.default_rng(0))))
+    rows = np.concatenate(list(probes.telling(about, np.random.default_rng(0))))
     zeros = np.array([[0.0, 0.0], [-0.0, 0.0], [0.0, -0.0], [-0.0, -0.0]], rows.dtype)
     rows = np.concatenate([zeros, rows[np.isfinite(rows).all(axis=1)][:300]])
     return rows[~np.isnan(ir.outputs(policy, rows)).any(axis=1)]  # max(a, NaN) may be a

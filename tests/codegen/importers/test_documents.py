@@ -9,7 +9,7 @@ from sklearn.ensemble import RandomForestClassifier, RandomForestRegressor
 from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 
 from codegen import ir
-from codegen.agreement import sum_probes
+from codegen.agreement import probes
 from codegen.agreement.entries import same
 from codegen.errors import InputError
 from codegen.importers import replay
@@ -238,7 +238,7 @@ def test_linear_predicates_and_preferred_actions(count):
         (policy,) = profile_of(origins, Names(), None).agents
         rows = replay.observations(policy, nan=False, finite=True)
         if policy.tree.arithmetic:
-            rows = np.concatenate([rows, sum_probes.ties(policy, rng), rng.normal(size=(50, len(policy.features)))])
+            rows = np.concatenate([rows, probes.ties(policy, rng), rng.normal(size=(50, len(policy.features)))])
         rows = rows[rng.permutation(len(rows))[:200]]
         rows = rows[np.isfinite(rows).all(axis=1)]
         wide = np.pad(rows, ((0, 0), (0, 4 - rows.shape[1])))

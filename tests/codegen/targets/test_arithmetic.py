@@ -16,14 +16,13 @@ import pytest
 
 from codegen import ir
 from codegen.agreement import selfcheck
-from codegen.agreement.build import build
-from codegen.agreement.compiled import STRICT, CompiledC, find_compiler
+from codegen.agreement.compiled import STRICT, CompiledC, build, find_compiler
 from codegen.boxes import is_inside
 from codegen.floats import below_zero
 from codegen.numbers import neighbour
 from codegen.observe import observe
 from codegen.region import RegionSpec
-from codegen.targets import c
+from codegen.targets.rendered import harness
 from tests.support.games import random_profile
 
 LARGEST = float(np.finfo(np.float32).max)
@@ -165,7 +164,7 @@ def _wanted(policy, rows):
 def _flushed(profile, style, rows, tmp_path):
     """The actions of the one agent of a profile in a thread that takes subnormal numbers for zero."""
     made = build(profile, ["c"], style=style)
-    for name, text in {**made.files, "harness.c": c.harness(made.model)}.items():
+    for name, text in {**made.files, "harness.c": harness(made.model, "c")}.items():
         (tmp_path / name).write_text(text)
     (tmp_path / "flushed.c").write_text(FLUSHING % {"name": made.model.agents[0].names.exported_rows})
     command = [*find_compiler(), *STRICT, "-O2", "-fPIC", "-shared", "harness.c", "flushed.c", "-o", "flushed.so"]

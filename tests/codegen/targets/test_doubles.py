@@ -10,7 +10,7 @@ import pytest
 
 from codegen import ir
 from codegen.agreement import probes, selfcheck, vectors
-from codegen.agreement.build import build
+from codegen.agreement.compiled import build
 from codegen.errors import InputError
 from codegen.policy_json import dumps
 from codegen.profiles import loads

@@ -10,11 +10,12 @@ import pytest
 from hypothesis import given, settings
 
 from codegen.agreement import selfcheck
-from codegen.agreement.build import build
+from codegen.agreement.compiled import build
 from codegen.errors import InputError
 from codegen.lowering import names
 from codegen.lowering.lower import lower
-from codegen.targets import c, emit
+from codegen.targets import emit
+from codegen.targets.rendered import harness
 from maviper.compilation import compile
 from tests.support.chains import chain, renamed
 from tests.support.games import NAMES, random_profile
@@ -85,7 +86,7 @@ def test_all_names_in_code_are_of_the_list(profile, style):
     )
     modules = {*names.of_modules(agent.lower for agent in model.agents), *names.MODULE_TEAM_NAMES}
     files = emit(profile, ["c", "python", "javascript"], style=style)
-    texts = {name.rpartition(".")[2]: text for name, text in files.items()} | {"harness": c.harness(model)}
+    texts = {name.rpartition(".")[2]: text for name, text in files.items()} | {"harness": harness(model, "c")}
     for ending, pattern in DEFINED.items():
         found = {next(filter(None, match.groups())) for match in re.finditer(pattern, texts[ending], re.MULTILINE)}
         assert len(found) >= len(model.agents) and found <= (listed if ending in ("h", "harness") else modules), ending

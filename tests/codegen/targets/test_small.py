@@ -10,8 +10,7 @@ import pytest
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen.agreement import vectors
-from codegen.agreement.build import build
-from codegen.agreement.compiled import STRICT
+from codegen.agreement.compiled import STRICT, build
 from codegen.importers import scikit
 from codegen.targets import emit
 from tests.support import machines

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.agreement import selfcheck, sum_probes
-from codegen.agreement.build import Build, build
-from codegen.agreement.compiled import STRICT
+from codegen.agreement import probes, selfcheck
+from codegen.agreement.compiled import STRICT, Build, build
 from codegen.lowering.lower import lower
 from codegen.targets import emit
 from maviper.compilation.compile import compile_profile
@@ -47,7 +46,7 @@ def rows_of(profile, few):
     found = {}
     for policy in profile.agents:
         rng = np.random.default_rng(3)
-        rows = np.concatenate(list(sum_probes.parts(policy, rng)))
+        rows = np.concatenate(list(probes.telling(policy, rng)))
         found[policy.agent] = rows[rng.permutation(len(rows))[:few]]
     return found
 

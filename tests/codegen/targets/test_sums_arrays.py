@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.agreement import readback, selfcheck, sum_probes
-from codegen.agreement.build import Build
+from codegen.agreement import probes, readback, selfcheck
+from codegen.agreement.compiled import Build
 from codegen.errors import InputError
 from codegen.lowering.lower import lower
 from codegen.sums import FLOAT64_SUMS
@@ -70,7 +70,7 @@ def test_what_a_library_would_compute_otherwise_is_found(library, right, wrong):
 def differs(module, library, policy):
     """Whether a compiled or mapped call gives other bits than the reference."""
     rng = np.random.default_rng(0)
-    rows = np.concatenate(list(sum_probes.parts(policy, rng)))
+    rows = np.concatenate(list(probes.telling(policy, rng)))
     act, wanted = module["ACT"][policy.agent], ir.outputs(policy, rows)
     if library == "jax":
         jax = pytest.importorskip("jax")

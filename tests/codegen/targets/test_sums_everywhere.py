@@ -6,7 +6,7 @@ from functools import cache
 import pytest
 
 from codegen.agreement import selfcheck
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.lowering.lower import lower
 from codegen.targets import emit
 from tests.support import summed

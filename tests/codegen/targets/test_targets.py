@@ -15,7 +15,7 @@ from hypothesis import given, settings
 
 from codegen import ir
 from codegen.agreement import compiled, probes, readback, selfcheck
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lowering import lower as lower_module
 from codegen.lowering.lower import AUTO, lower

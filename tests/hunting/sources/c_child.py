@@ -1,6 +1,6 @@
 """Compiled C's own answers to a folder of jobs: `python -m tests.hunting.sources.c_child FOLDER`.
 
-Does: asks each function of each shared object in a process of its own, and writes what it answers.
+Does: asks each function of each shared object, and writes what it answers.
 Assumes: a process that computes too long is ended by its timer; one that dies leaves no answers.
 Does not: compile.
 """
@@ -8,13 +8,14 @@ Does not: compile.
 import ctypes
 import json
 import os
-import signal
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-SECONDS = 20
+from tests.hunting.sources.python_child import in_turn
+
 AGAIN = 300  # rows that are asked twice, the second time backwards
 
 
@@ -49,15 +50,8 @@ def main(folder: Path) -> None:
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 1)
     os.dup2(silent, 2)
-    for seed in json.loads((folder / "jobs.json").read_text()):
-        child = os.fork()
-        if child == 0:
-            signal.setitimer(signal.ITIMER_PROF, SECONDS)  # of the processor, which others may use too
-            try:
-                answer(folder, seed)
-            finally:
-                os._exit(0)
-        os.waitpid(child, 0)
+    seeds = json.loads((folder / "jobs.json").read_text())
+    in_turn([(folder / f"answers_{seed}.npz", partial(answer, folder, seed)) for seed in seeds])
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Python's own answers to a folder of sources: `python -m tests.hunting.sources.python_child FOLDER`.
 
-Does: runs each source in a process of its own, asks it rows around its own numbers in order and backwards, and writes
+Does: runs each source, asks it rows around its own numbers in order and backwards, and writes
   rows and answers beside it.
 Assumes: the sources are ours; a process that computes too long is ended by its timer.
 Does not: know how sources are imported.
@@ -16,6 +16,8 @@ import signal
 import sys
 import types
 import warnings
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -146,6 +148,23 @@ def answer(job: dict[str, Any], place: Path) -> None:
     place.with_suffix(".answers").write_text(json.dumps(said))
 
 
+def in_turn(jobs: list[tuple[Path, Callable[[], None]]]) -> None:
+    """Runs jobs, each of which writes its file last; one that dies or has no end costs its own file alone."""
+    first = 0
+    while first < len(jobs):
+        child = os.fork()
+        if child == 0:
+            try:
+                for _, run in jobs[first:]:
+                    signal.setitimer(signal.ITIMER_PROF, SECONDS)  # of the processor, which others may use too
+                    run()
+            finally:
+                os._exit(0)
+        os.waitpid(child, 0)
+        missing = (number for number in range(first, len(jobs)) if not jobs[number][0].exists())
+        first = next(missing, len(jobs)) + 1
+
+
 def main(folder: Path) -> None:
     """Answers every job of a folder."""
     warnings.simplefilter("ignore")
@@ -166,15 +185,13 @@ def main(folder: Path) -> None:
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 1)
     os.dup2(silent, 2)
-    for number, job in enumerate(json.loads((folder / "jobs.json").read_text())):
-        child = os.fork()
-        if child == 0:
-            signal.setitimer(signal.ITIMER_PROF, SECONDS)  # of the processor, which others may use too
-            try:
-                answer(job, folder / f"job_{number}.py")
-            finally:
-                os._exit(0)
-        os.waitpid(child, 0)
+    jobs = json.loads((folder / "jobs.json").read_text())
+    in_turn(
+        [
+            (folder / f"job_{number}.answers", partial(answer, job, folder / f"job_{number}.py"))
+            for number, job in enumerate(jobs)
+        ]
+    )
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from codegen.agreement import build
+from codegen.agreement import compiled
 from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
@@ -35,8 +35,8 @@ def test_verdicts_alone_are_those_of_the_report(capsys, profile_file):
 
 def test_verdicts_alone_make_no_header_where_no_contact_asks_for_a_replay(capsys, monkeypatch, profile_file):
     made = []
-    header = build.emit_model
-    monkeypatch.setattr(build, "emit_model", lambda *asked: made.append(asked) or header(*asked))
+    header = compiled.emit_model
+    monkeypatch.setattr(compiled, "emit_model", lambda *asked: made.append(asked) or header(*asked))
     episodes = ("--property", "reaches", "--property", "covers", "--steps", "2")
     command(["verify", profile_file, *episodes, *TWO, "--verdict-only"])
     assert capsys.readouterr().out.count("\n") == 4 and not made

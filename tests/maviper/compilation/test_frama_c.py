@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from codegen.agreement.build import Build
+from codegen.agreement.compiled import Build
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import ExitCode, InputError, MissingToolError
 from codegen.lowering.lower import lower

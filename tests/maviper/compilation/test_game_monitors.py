@@ -27,9 +27,8 @@ from verify.claims.catalogue import find_claim
 from verify.claims.decisions import formula
 from verify.claims.formula import Linear, Not, Or
 from verify.claims.region import Region
-from verify.claims.region_files import region_toml
-from verify.claims.uncertified.starts import start_region
-from verify.claims.uncertified.values import Batch
+from verify.claims.region_files import region_toml, start_region
+from verify.claims.values import Batch
 from verify.result import Verdict
 from verify.states.episodes import play
 from verify.states.state import sample
@@ -138,14 +137,13 @@ def test_a_monitor_takes_the_whole_region_and_nothing_more(decided, proof):
 
 def test_a_file_of_a_game_is_told_by_what_agents_observe(decided, stated):
     """Else its variables are what its user says, and all of them are asked for."""
-    (profile, _, certificate), (_, statement, game) = decided, stated
-    source = (certificate.parent / "world.toml").read_text()
+    (profile, _, _), (_, statement, game) = decided, stated
     assert game.place == observing.PLACE and game.roundings and not game.errors
     (_, first), _ = next(each.meaning.terms for each in game.observed if len(each.meaning.terms) == 2)
     called = observing.call_in_file(first)
     for old, new in ((f"1*{called}", f"2*{called}"), (f" + {game.roundings[0]}", "")):
-        assert old in source
-        assert find_game(profile, statement_of(source.replace(old, new), "world.toml")) is None
+        assert old in statement.place.source
+        assert find_game(profile, statement_of(statement.place.source.replace(old, new), "world.toml")) is None
     assert find_game(replace(profile, agents=profile.agents[1:]), statement) is None
 
 

@@ -15,7 +15,7 @@ from codegen.lowering.covering import Cover
 from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch
 from codegen.region import RegionSpec
-from codegen.targets import emit, monitor
+from codegen.targets import emit, rendered
 from maviper import load, manual
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.compilation.run import compile_and_prove, split_targets
@@ -213,7 +213,7 @@ def test_the_program_of_the_manual_loses_its_sensor_and_falls_back(tmp_path):
     found = load_proof(FOLDER / PROVED.name, profile)
     model = lower(profile)
     watched = watch(profile, model, found.region, found.certificate, found.claim)
-    for name, text in {**emit(profile, ["c"]), **monitor.emit(watched, ["c"]), "flight.c": code}.items():
+    for name, text in {**emit(profile, ["c"]), **rendered.emit_monitors(watched, ["c"]), "flight.c": code}.items():
         (tmp_path / name).write_text(text)
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"]
     done = subprocess.run([*find_compiler(), *flags, "flight.c", "-o", "flight"], cwd=tmp_path, check=False)
@@ -273,7 +273,7 @@ def test_a_monitor_that_was_never_started_vouches_for_nothing(path, tmp_path):
     profile = load(certificate.parent / "profile.json")
     proved = load_proof(certificate, profile)
     watched = lower_monitor(profile, lower(profile), proved)
-    for name, text in {**emit(profile, ["c"]), **monitor.emit(watched, ["c"])}.items():
+    for name, text in {**emit(profile, ["c"]), **rendered.emit_monitors(watched, ["c"])}.items():
         (tmp_path / name).write_text(text)
     stated = isinstance(proved.region, Cover)
     w = proved.region.steps[0][0].low[0] if stated else np.zeros(len(profile.world.coordinates()))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from codegen.agreement import probes, rows, selfcheck
-from codegen.agreement.build import build
+from codegen.agreement import probes, selfcheck
+from codegen.agreement.compiled import build
 from maviper.compilation.compile import compile_profile
 from maviper.episodes import trees
 
@@ -12,7 +12,7 @@ from maviper.episodes import trees
 @pytest.fixture
 def in_small_parts():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rows, "PART", 10_000)
+        patch.setattr(probes, "PART", 10_000)
         patch.setattr(trees, "AT_ONCE", 40_000)
         yield patch
 

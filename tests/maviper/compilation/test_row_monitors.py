@@ -10,7 +10,7 @@ from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.errors import InputError
 from codegen.ir import outputs
 from codegen.lowering.lower import lower
-from codegen.lowering.parts import RaisedSum
+from codegen.lowering.model import RaisedSum
 from maviper import load
 from maviper.compilation import covers
 from maviper.compilation.monitors import load_proof, lower_monitor
@@ -19,7 +19,7 @@ from maviper.worlds.stated.certified import read_certificate
 from tests.support import monitors
 from tests.support.explicit_mpc import prove_lasting
 from tests.support.monitors import INVALID, OK, OUTSIDE, CoverTwin, asked_of_cover
-from verify.checker.covers.cuts import end_of
+from verify.checker.covers.boxes import end_of
 from verify.systems.system import Affine, HalfSpace
 
 CLAIMS = {
@@ -147,15 +147,11 @@ def test_it_is_never_too_generous_and_no_narrower_than_it_says(name, proofs):
     assert judge(proof, proof.near(150, 1)) > 50
 
 
-def turned(terms):
-    return RaisedSum(tuple((at, -factor) for at, factor in terms))
-
-
 FAULTS = {
     "no margin": lambda patched: patched.setattr(RaisedSum, "_share", 0.0),
     "lowered in place of raised": lambda patched: patched.setattr(RaisedSum, "_share", -12 * 2.0**-53),
     "far too much": lambda patched: patched.setattr(RaisedSum, "_share", 2.0**-40),
-    "a sign": lambda patched: patched.setattr(covers, "RaisedSum", turned),
+    "a sign": lambda patched: patched.setattr(covers, "float", lambda factor: -float(factor), raising=False),
     "one term": lambda patched: patched.setattr(covers, "RaisedSum", lambda terms: RaisedSum(terms[:1])),
     "a bound": lambda patched: patched.setattr(
         covers, "end_of", lambda bound, strict: end_of(bound + Fraction(1, 1 << 40), strict)

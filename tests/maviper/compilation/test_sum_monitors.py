@@ -12,7 +12,7 @@ from codegen.ir import act, outputs
 from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch, watch_inputs
 from codegen.sums import DOUBLE_SUMS, FLOAT64_SUMS
-from codegen.targets import emit, monitor
+from codegen.targets import emit, rendered
 from maviper.cli import main
 from maviper.compilation import covers
 from maviper.compilation.monitors import load_proof, lower_monitor
@@ -145,7 +145,7 @@ def test_the_fallback_is_the_action_that_does_nothing_wherever_a_profile_has_it(
 @pytest.mark.compile
 def test_outputs_are_given_while_the_state_is_vouched_for(giving, tmp_path):
     profile, _, watched = made(giving, 2)
-    texts = {**emit(profile, monitors.LANGUAGES), **monitor.emit(watched, monitors.LANGUAGES)}
+    texts = {**emit(profile, monitors.LANGUAGES), **rendered.emit_monitors(watched, monitors.LANGUAGES)}
     (output,) = profile.agents[0].outputs
     assert (output.low, output.high) == (-2.0, 2.0)
     given = [[0.5], [-2.0], [np.nextafter(2.0, 3.0)], [np.nan], [-np.inf]]
@@ -186,7 +186,7 @@ def files(made):
     """The texts of code and monitors, and the lowered monitor."""
     model = lower(made)
     watched = watch_inputs(made, model)
-    return {**emit(made, monitors.LANGUAGES), **monitor.emit(watched, monitors.LANGUAGES)}, watched
+    return {**emit(made, monitors.LANGUAGES), **rendered.emit_monitors(watched, monitors.LANGUAGES)}, watched
 
 
 @pytest.mark.compile

@@ -14,13 +14,13 @@ from maviper.episodes import trees
 from maviper.episodes.trees import Counting, Ranges
 from maviper.page.document import document
 from maviper.page.page import contents_of
-from maviper.verification.observing import resolve_region
+from maviper.verification.ask import resolve_region
 from maviper.worlds import find
 from tests.support.pole import pole
 from tests.support.small import small_profile
 from tests.support.verifying import run
 from verify.claims.observed import View
-from verify.claims.uncertified.views import Viewed
+from verify.claims.views import Viewed
 
 SEEN = ((-0.5, -0.25, 0.5, 1.5), (0.0, 0.0, 2.0, 2.0))
 

@@ -21,7 +21,8 @@ FIRST = Cell("physical-deception", LABELS[0], "paper", "maviper-every-round", 4,
 GAMES = {"physical-deception": "deception", "cooperative-navigation": "navigation"}
 EXPERTS_OF = {"deception": "eight such", "navigation": "eight fresh experts"}  # in README's words
 EXPERTS_OF |= {"deception, MADDPG": "eight fresh ones", "navigation, MADDPG": "eight"}
-TOLD_UNDER = {"random-experts": "### Experts as a random level", "more-experts": "### MADDPG experts as a random level"}
+TOLD_UNDER = {"random-experts": "## Experts as a random level", "more-experts": "## MADDPG experts as a random level"}
+REPORT = (published.RECORDS / "README.md").read_text()
 CALLED = {**{name: name for name in GAMES.values()}, "deception-maddpg": "deception, MADDPG"}
 CALLED |= {"navigation-maddpg": "navigation, MADDPG", "predators-mappo": "predators, MAPPO"}
 CALLED |= {"predators-maddpg": "predators, MADDPG"}
@@ -202,12 +203,11 @@ def rows_of(text):
 
 
 @pytest.mark.parametrize("name", ["random-experts", "more-experts"])
-def test_the_manual_says_what_the_record_found(name):
+def test_the_report_says_what_the_record_found(name):
     """How many experts there are, what each algorithm keeps of them; words where a family is whole, and only there."""
     register, digest = published.read_register(name)
     found = Found(register, digest, published.RECORDS / name)
-    manual = (HERE.parents[1] / "maviper" / "manual" / "reproduce.md").read_text()
-    said = manual.partition(TOLD_UNDER[name])[2].partition("\n#")[0]
+    said = REPORT.partition(TOLD_UNDER[name])[2].partition("\n#")[0]
     rows = rows_of(said)
     for group in register["groups"]:
         claim, ratios = {"game": group["game"], "measure": group["measures"][0]}, []
@@ -237,9 +237,9 @@ def test_the_manual_says_what_the_record_found(name):
     assert ("is partial" in said) == (len(found.documents) < whole)
 
 
-def test_the_manual_has_all_leads_over_iviper_in_one_table():
+def test_the_report_has_all_leads_over_iviper_in_one_table():
     """Of each team and kind of expert: with one expert, with fresh ones, and the paper's, by the registers."""
-    rows = rows_of((HERE.parents[1] / "maviper" / "manual" / "reproduce.md").read_text())
+    rows = rows_of(REPORT)
     for team, kind in product(("deception", "navigation", "predators"), ("maddpg", "mappo")):
         name = "random-experts" if kind == "mappo" and team != "predators" else "more-experts"
         one = "rounds-predators" if team == "predators" else f"rounds-{team}-{kind}"
@@ -257,11 +257,11 @@ def test_the_manual_has_all_leads_over_iviper_in_one_table():
 
 
 @pytest.mark.parametrize("name", ["learner-experts", "learner-more-experts"])
-def test_the_manual_has_the_table_of_the_learner(name):
+def test_the_report_has_the_table_of_the_learner(name):
     """What each algorithm keeps over eight experts, and the lead over the best of the others, at each depth."""
     register, digest = published.read_register(name)
     found = Found(register, digest, published.RECORDS / name)
-    manual = rows_of((HERE.parents[1] / "maviper" / "manual" / "extraction.md").read_text())
+    rows = rows_of(REPORT)
     by = {(c["game"], tuple(c["experts"]), c["second"]["algorithm"]): c for c in register["claims"]}
     for game, experts, depth in {(c["game"], tuple(c["experts"]), d) for c in register["claims"] for d in c["depths"]}:
         (measure,) = {claim["measure"] for (of, who, _), claim in by.items() if (of, who) == (game, experts)}
@@ -278,7 +278,7 @@ def test_the_manual_has_the_table_of_the_learner(name):
             kind = experts[0].partition("-")[0].upper()
             numbers = [f"{GAMES.get(game, 'predators')}, {kind}, {depth}", *(f"{mean:.3f}" for mean in means.values())]
             lead = "{:.3f} [{:.3f}, {:.3f}]".format(pair.mean, *pair.interval())
-            assert " | ".join([*numbers, lead]).replace("0.", ".") in manual
+            assert " | ".join([*numbers, lead]).replace("0.", ".") in rows
 
 
 def test_a_cell_is_better_only_than_all_and_worse_than_one():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from codegen import ir, policy_json, profiles
-from codegen.boxes import size
+from codegen.deciding import size
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, OutputSpec
 from codegen.lowering.deploy import SummedTree, deploy_tree
@@ -22,7 +22,7 @@ from maviper.extraction.selection.evolution import Moves
 from maviper.extraction.selection.stack import SummedStack, reaching
 from maviper.extraction.selection.tilting import with_own_sums
 from maviper.extraction.settings import Settings
-from tests.benchmarks import oblique
+from tests.support.braking import write_trees
 
 EXPERT = "tests.support.steering:pulling"
 SPANS = (OutputSpec("one", "N", -4.0, 4.0), OutputSpec("two", "N", None, 1.0))
@@ -138,10 +138,9 @@ def test_weights_of_sums_move_where_leaves_take_actions(seed):
 
 
 def test_refinement_finds_weights_that_pay(monkeypatch):
-    monkeypatch.setattr(oblique, "BRAKE", -0.1)
     expert, world = find_expert("cooperative-navigation,agents=2@fixed-roles", critic="none")
     world = world.judge_by("D")
-    wrong = [with_own_sums(tree, len(world.features[0])) for tree in oblique.write_trees(world)]
+    wrong = [with_own_sums(tree, len(world.features[0])) for tree in write_trees(world, brake=-0.1)]
     arena, trees = Arena(world, expert, [0, 1], range(10**15, 10**15 + 10_000)), wrong
     monkeypatch.setattr(evolution, "DRIFT", 1.0)
     for number in range(8):

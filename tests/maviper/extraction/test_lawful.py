@@ -25,6 +25,7 @@ from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from maviper.worlds.world import draw_legal, legal_in
 from tests.support.lawful import Player
+from tests.support.other_loops import Code, play_tictactoe
 
 ACTIONS = 4
 MASK = (None, 1, 2, 3)  # the first action is always legal, feature 0 is something else
@@ -117,14 +118,12 @@ def test_pettingzoo_plays_the_trees_to_the_end(tictactoe, monkeypatch, algorithm
         assert set(played.returns[0]) <= {-1.0, 0.0, 1.0} and (played.returns.sum(axis=0) == 0).all()
 
 
-def test_generated_code_acts_legally_in_pettingzoos_own_loop(monkeypatch):
-    from tests.benchmarks import outside
-
+def test_generated_code_acts_legally_in_pettingzoos_own_loop(tictactoe, monkeypatch):
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 4)
     settings = {**SMALL, "algorithm": "iviper", "iterations": 1}
-    illegal, differences, share = outside.turns(settings, episodes=6)
-    assert illegal["value"] == differences["value"] == 0
-    assert "of 0 " not in illegal["name"] and np.isfinite(share["value"])
+    code = Code(extract(tictactoe, Player(tictactoe), Settings.of(settings, tictactoe)))
+    decisions, illegal = play_tictactoe(code, episodes=6)
+    assert decisions == code.asked > 0 and illegal == code.different == 0
 
 
 def test_refined_trees_are_legal_and_no_deeper_than_grown_ones(tictactoe, monkeypatch):

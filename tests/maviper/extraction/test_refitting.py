@@ -25,18 +25,17 @@ from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import Settings
 from maviper.verification.ask import Asked
+from maviper.verification.bench import state_of, states_of
 from maviper.verification.files.states import FORM, blank, read_failing, states_files
-from maviper.verification.join import verify_claims
-from maviper.verification.replays import state_of, states_of
+from maviper.verification.run import verify_claims
 from maviper.worlds import find
 from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import FALSE, TRUE, Acts, conjunction, disjunction, holds
 from verify.claims.region import Region
-from verify.claims.region_files import region_toml
-from verify.claims.uncertified.own import formula_document
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere, region_toml
+from verify.claims.wording import formula_document
 from verify.question import Question, from_start
 from verify.states.failures import failures
 from verify.states.shares import violating

@@ -21,7 +21,7 @@ from tests.hunting.reading import MACHINE, acting, fractions, measured
 from tests.maviper.page.browsers import RUNNERS
 from tests.support.pages import GENERATED, STATE, committed, starts
 from verify.claims.catalogue import find_claim
-from verify.claims.uncertified.episodes import account_of
+from verify.claims.wording import account_of
 from verify.kinds import Kind
 
 POLICIES = ("physical_deception", "proved_defenders", "proved_navigation", "verdicts/predator_prey")

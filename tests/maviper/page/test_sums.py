@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.agreement import sum_probes
+from codegen.agreement import probes
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
 from maviper.page.document import Contents, outputs_data, plane, usual_claims
@@ -40,7 +40,7 @@ def steering():
 
 def finite_rows(policy, count):
     rng = np.random.default_rng(1)
-    rows = np.concatenate(list(sum_probes.parts(policy, rng)))
+    rows = np.concatenate(list(probes.telling(policy, rng)))
     rows = rows[np.isfinite(rows).all(axis=1)]
     if policy.outputs:  # JSON has no infinities
         rows = rows[np.isfinite(ir.outputs(policy, rows)).all(axis=1)]

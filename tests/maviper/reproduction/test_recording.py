@@ -16,13 +16,13 @@ from maviper.reproduction import register, report
 from maviper.reproduction.cells.table import COLUMNS
 from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_DECIDED, SUPPORTS
 from tests.benchmarks import compact
-from tests.benchmarks import judged as again
 from tests.benchmarks.record import OLD_TABLE, kept_facts, recorded, rows
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import DECEPTION, NAVIGATION
 
 ROOT = Path(__file__).parents[3]
 RECORDS = ROOT / "generated" / "reproduction"
+REPORT = (RECORDS / "README.md").read_text()
 COMMITTED = sorted(RECORDS.glob("*/claims.json"))
 FAMILIES = ("maddpg", "mappo")  # of the default tier
 MORE = ("maddpg-deception", "maddpg-predator-prey", "mappo-predator-prey")  # seeds; a family, then a game
@@ -171,32 +171,6 @@ def test_committed_records_are_whole(path):
     assert (place / compact.FILE).exists() and not (place / OLD_TABLE).exists()
 
 
-@pytest.mark.parametrize("path", COMMITTED, ids=lambda path: path.parent.name)
-def test_committed_records_are_judged_by_the_claims_and_rules_of_today(path):
-    """Second looks by the seeds from 10 on alone."""
-    first = 0 if path.parent.name in FAMILIES else 10
-    found, book, known = again.judged(path.parent, first)
-    assert path.read_text() == report.lay_out_claims(report.document(found, known))
-    seeds = {row.seed for row in book.results.rows if row.kind != "expert"}
-    assert min(seeds) == first and len(seeds) == {0: 10, 10: 42 if "deception" in path.parent.name else 20}[first]
-    numbers = compact.unpacked(path.with_name(compact.FILE))["numbers"]
-    assert numbers.keys() == {name for name, number in book.numbers.items() if number.parts}
-
-
-@pytest.mark.parametrize("name", ["maddpg-predator-prey", "mappo-predator-prey"])
-def test_robustness_by_return_is_greater_where_prey_are_paid_more(name):
-    """Returns are below 0: their fraction of the expert's would be greater where they are lower."""
-    _, book, _ = again.judged(RECORDS / name)
-    compared = [each for each in book.numbers if each.startswith("claim/robust-prey/") and "prey return" in each]
-    compared = [each for each in compared if not each.endswith("/base")]
-    assert len(compared) == 3
-    for each in compared:
-        paid = sum(
-            part.weight * row[1].mean() for part in book.numbers[each].parts for row in part.ours.rows(book.results)
-        )
-        assert paid * book.numbers[each].value > 0
-
-
 def decided(*names):
     return {each["id"] for name in names for each in claims(name) if each["verdict"] in (AGREES, DIFFERS)}
 
@@ -241,8 +215,7 @@ def rollouts(name, game, algorithm):
     return int(re.search(rf"\s{algorithm}\s+(\d+)\s", words)[1])
 
 
-def test_readme_and_manual_say_how_many_fewer_episodes_maviper_played():
-    manual = (ROOT / "maviper" / "manual" / "reproduce.md").read_text()
+def test_readme_and_report_say_how_many_fewer_episodes_maviper_played():
     readme = " ".join((ROOT / "README.md").read_text().split())
     shares = []
     for game in ("physical-deception", "cooperative-navigation", "predator-prey"):
@@ -250,16 +223,15 @@ def test_readme_and_manual_say_how_many_fewer_episodes_maviper_played():
         assert theirs[0] == theirs[1]
         shares += [each / mine for each, mine in zip(theirs, ours, strict=True)]
         words = f"{ours[0]:,} / {ours[1]:,}", f"{theirs[0]:,}", f"{shares[-2]:.0f} / {shares[-1]:.0f} times"
-        assert re.search(r"\| +".join(re.escape(word) + " *" for word in words), manual)
+        assert re.search(r"\| +".join(re.escape(word) + " *" for word in words), REPORT)
     assert f"with {min(shares):.0f} to {max(shares):.0f} times fewer episodes" in readme
 
 
-def test_the_manual_takes_the_later_record_of_exploitability():
+def test_the_report_takes_the_later_record_of_exploitability():
     lead, *_ = compared("maddpg-deception", ["exploitability"], "maviper less iviper, physical-deception defenders")
     assert lead["label"].endswith("depth 4")
     shown = f"{lead['value']:.3f} [{lead['low']:.3f}, {lead['high']:.3f}]".replace("0.", ".")
-    manual = " ".join((ROOT / "maviper" / "manual" / "reproduce.md").read_text().split())
-    assert shown in manual
+    assert shown in " ".join(REPORT.split())
 
 
 def test_the_readmes_sentences_are_what_the_records_found():
@@ -273,11 +245,11 @@ def test_the_readmes_sentences_are_what_the_records_found():
     ceilings = [claim for claim in claims("mappo") if claim["verdict"] == DIFFERS and claim["id"] not in repeats]
     ceilings = [claim for claim in ceilings if all(each["untestable"] for each in contradicting(claim))]
     assert "(4 at ceilings)" in said and len(ceilings) == 4
-    manual = " ".join((ROOT / "maviper" / "manual" / "reproduce.md").read_text().split())
+    report_text = " ".join(REPORT.split())
     for name, label in (("maddpg-deception", "defenders success r=0.316"), ("mappo", "agents D")):
         (lead,) = compared(name, ["joint"], f"maviper less iviper, {label}, depth 4")
-        assert lead["word"] == "better" and f"by {interval(lead['value'], lead['low'], lead['high'])}" in manual
-    assert len(list(seeds("maddpg-deception"))) == 52 and "`maddpg-deception/` has 52 seeds" in manual
+        assert lead["word"] == "better" and f"by {interval(lead['value'], lead['low'], lead['high'])}" in report_text
+    assert len(list(seeds("maddpg-deception"))) == 52 and "`maddpg-deception/` has 52 seeds" in report_text
     for name, label in (("maddpg", "agents D"), ("mappo", "defenders success")):
         exchanged = compared(name, ["joint", "robustness"], f"maviper less iviper, {label}")
         assert len(exchanged) >= 3 and all(row["word"] != "better" for row in exchanged)
@@ -303,10 +275,9 @@ def interval(value, low, high):
     return f"{value:.3f} [{low:.3f}, {high:.3f}]".replace("0.", ".")
 
 
-def test_readme_and_manual_say_what_the_registered_claims_came_to():
+def test_readme_and_report_say_what_the_registered_claims_came_to():
     """The six primary claims, and the absolute values beside them."""
     said = " ".join((ROOT / "README.md").read_text().split())
-    manual = (ROOT / "maviper" / "manual" / "reproduce.md").read_text()
     tables = (RECORDS / "published" / "tables.txt").read_text()
     primary = tables[tables.index("family primary\n") :].split("\n\n")[0].splitlines()[1:]
     assert len(primary) == 6
@@ -317,7 +288,7 @@ def test_readme_and_manual_say_what_the_registered_claims_came_to():
         ).groups()
         lead = interval(*map(float, re.findall(r"[-+]\d\.\d+", lead)))
         row = rf"\| {name.split('-')[1]}, .*\| {expert.upper()} +\| {re.escape(lead)} +\| {word} +\| {how_large} +\|"
-        assert len(re.findall(row, manual)) >= 1, line
+        assert len(re.findall(row, REPORT)) >= 1, line
         if name.startswith(("rounds", "released")) and (name, expert) != ("rounds-deception-mappo", "mappo"):
             assert lead in said, line
     parts = (RECORDS / "factorial" / "tables.txt").read_text()

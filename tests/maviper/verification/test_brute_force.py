@@ -14,9 +14,9 @@ from tests.support import brute
 from tests.support.observations import ACTIONS, NAMES, blind
 from verify.claims.catalogue import find_claim
 from verify.claims.observed import View, over
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import Viewed
-from verify.extent.changes import radius
+from verify.claims.region_files import everywhere
+from verify.claims.views import Viewed
+from verify.extent.radius import radius
 from verify.question import Question
 from verify.result import Verdict
 from verify.subjects import Game

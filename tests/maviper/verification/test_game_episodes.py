@@ -16,13 +16,12 @@ from maviper.cli import main
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.games import playing
 from maviper.verification.run import pose_questions, results
-from maviper.worlds.stated.observing import spell_text
+from maviper.verification.worlds import World
 from tests.hunting.summing import Team
 from tests.support.game_sums import team
 from tests.support.generated import FOLDER
 from verify.claims.region import Region
-from verify.claims.region_files import region_toml
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import region_toml, start_region
 from verify.result import SETTLED, Verdict
 
 RADII = {"reaches": Fraction(1, 2), "covers": Fraction(1), "keeps_apart": Fraction(1, 4), "stays_in": Fraction(1)}
@@ -257,5 +256,5 @@ def test_an_episode_beyond_the_errors_of_its_file_is_no_counterexample(tmp_path)
 
 @pytest.mark.parametrize("text", ["safe \U0001f642", '"quoted\\', "\x7f\x00\n\t", "half \udcff"])
 def test_any_text_is_one_of_toml(text):
-    written = tomllib.loads(f"text = {spell_text(text)}")["text"]
+    written = tomllib.loads(World.of("", {"text": text}).source)["text"]
     assert written == text.replace("\udcff", "?")

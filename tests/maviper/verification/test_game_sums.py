@@ -19,9 +19,9 @@ from maviper.cli import main
 from maviper.files.profiles import load
 from maviper.verification.ask import Posed, VerifyOptions
 from maviper.verification.files.certificates import check_file
-from maviper.verification.games.decisions import world_of
 from maviper.verification.run import results
 from maviper.verification.stated import StatedWorld
+from maviper.verification.worlds import state_decisions
 from maviper.worlds.stated.observing import call_in_file, ensure_observed, list_observed, with_noise
 from tests.support.game_sums import draw_region, team
 from tests.support.games import random_profile
@@ -31,13 +31,13 @@ from verify.claims.catalogue import find_claim
 from verify.claims.decisions import formula
 from verify.claims.formula import Linear, holds
 from verify.claims.region import Region
-from verify.claims.region_files import region_toml
-from verify.claims.uncertified.starts import start_region
-from verify.claims.uncertified.values import Batch
+from verify.claims.region_files import region_toml, start_region
+from verify.claims.values import Batch
 from verify.decimals import plain
 from verify.result import Verdict
 from verify.states.state import sample
 from verify.systems.claims import SystemClaim
+from verify.systems.files import statement_of
 from verify.systems.properties import spell_formula
 
 
@@ -145,7 +145,9 @@ def test_a_file_says_what_the_game_shows():
     region = start_region(profile.world)
     for name in ("distinct_targets", "own_target", "no_double", "aligned", "assignment"):
         claim = find_claim(name, profile, None)
-        source, (where,) = world_of(profile, [Posed(claim, region, None, by_file=False)])
+        world, (where,) = state_decisions(profile, [Posed(claim, region, None, by_file=False)])
+        source = world.source
+        assert world.statement == statement_of(source, "world.toml")  # its tables mean what its text says
         stated = StatedWorld.of_game(profile, VerifyOptions(names=(name,)))
         assert stated.beside["world.toml"] == source and where == "region start"
         assert tomllib.loads(source)["property"][0]["label"] == f"{name} of the defenders, region start"

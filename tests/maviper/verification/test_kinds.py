@@ -10,14 +10,12 @@ from codegen.lowering import render
 from codegen.policy_json import dumps
 from maviper.cli.main import cli
 from maviper.page.results import page_of
-from maviper.verification import ask
-from maviper.verification.procedures import table
-from maviper.verification.procedures.table import Procedure
-from maviper.verification.run import pose_questions, verify_questions
+from maviper.verification import ask, run
+from maviper.verification.run import Procedure, pose_questions, verify_questions
 from tests.support.small import small_profile
 from verify.claims import catalogue
 from verify.claims.claim import TeamClaim
-from verify.claims.uncertified.own import region_document
+from verify.claims.wording import region_document
 from verify.reports import report
 from verify.reports.report import as_lines
 from verify.reports.telling import Telling
@@ -99,7 +97,7 @@ def _registered(monkeypatch):
     telling = Telling(facts, lambda _profile, _results: ["Names are no deeds."], ("the count",))
     monkeypatch.setattr(report, "TELLINGS", {**report.TELLINGS, KIND: lambda: telling})
     done = Procedure(answer, verdict, str, lambda *_: None)
-    monkeypatch.setattr(table, "PROCEDURES", {**table.PROCEDURES, KIND: lambda: done})
+    monkeypatch.setattr(run, "PROCEDURES", {**run.PROCEDURES, KIND: lambda: done})
     environment = render._environment()
     monkeypatch.setattr(environment, "loader", ChoiceLoader([DictLoader(TEMPLATES), environment.loader]))
 

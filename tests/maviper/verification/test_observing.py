@@ -14,12 +14,12 @@ import maviper
 from codegen import policy_json
 from codegen.errors import InputError
 from codegen.floats import NUMBERS, below_zero
-from maviper.verification.observing import as_compared
+from maviper.verification.ask import as_compared
 from tests.support.pole import pole
 from tests.support.verifying import run
 from verify.checker import thresholds
 from verify.claims.formula import Linear, holds
-from verify.claims.language.compared import last_of
+from verify.claims.language.terms import last_of
 from verify.claims.observed import View, over
 from verify.result import Verdict
 from verify.semantics import SEMANTICS

@@ -12,7 +12,7 @@ from codegen.errors import InputError
 from codegen.policy_json import dumps
 from codegen.sums import Sum
 from maviper.cli.main import run
-from maviper.verification.outputs.cells import Cell, cells, ranges
+from maviper.verification.compared import Cell, cells, ranges
 from tests.support import summed
 from verify.result import Verdict
 

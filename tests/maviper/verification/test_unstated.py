@@ -13,7 +13,7 @@ from tests.support.far import far
 from tests.support.observations import blind
 from tests.support.teams import tree
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 
 pytestmark = pytest.mark.solver
 CAR = tree((0, 30.0, 1, 2), 0, (1, 1.0, 3, 4), 1, 2)

@@ -11,13 +11,13 @@ import maviper
 from codegen import policy_json
 from codegen.errors import ExitCode, ProfileError
 from maviper.verification.files.places import FOUND
-from maviper.verification.join import report_files, verify_claims
+from maviper.verification.run import report_files, verify_claims
 from maviper.verification.starters import starter
 from maviper.worlds import WORLDS, find
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.verifying import run
 from verify.claims.catalogue import find_claim
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.question import Question
 from verify.reports import report
 from verify.subjects import Game

@@ -1,13 +1,10 @@
 """The physics of the authors' fork: bit for bit those of a plain referee, and refused where they do not count."""
 
-import json
-
 import numpy as np
 import pytest
 
 from codegen import policy_json, profiles
 from codegen.errors import InputError, UnknownNameError
-from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.evaluation.players import find_player, find_shipped
@@ -17,10 +14,9 @@ from maviper.extraction.settings import Settings
 from maviper.page.page import unplayable
 from maviper.worlds import find
 from maviper.worlds.matching import matching_world
-from tests.benchmarks import physics
 from tests.support.fork import ForkEnv, adversary, spread, tag
 from tests.support.games import crowded
-from verify.claims.verifiable import verifiable
+from verify.claims.claim import verifiable
 
 FORK = "physics=released"
 GAMES = {
@@ -157,86 +153,3 @@ def test_worlds_show_and_check_say_it(capsys):
 def test_no_reference_environment_is_given():
     with pytest.raises(InputError, match="no environment that can be installed"):
         find(f"predator-prey,{FORK}").reference_env()
-
-
-@pytest.mark.parametrize("variant", physics.VARIANTS)
-def test_the_variants_of_the_benchmark_are_the_referees(variant):
-    twice, velocity_first = physics.VARIANTS[variant]
-    world = physics.moved("predator-prey", twice, velocity_first)
-    switched = {"twice": twice, "velocity_first": velocity_first}
-    assert all(played(world, tag, world.start_from_seeds(range(2)), 25, np.random.default_rng(4), **switched))
-    state = world.start_from_seeds([1])
-    plain = find("predator-prey" if variant == "mpe2" else f"predator-prey,{FORK}")
-    acted = np.array([[1, 2, 3, 4]])
-    same = (world.step(state, acted).velocity == plain.step(state, acted).velocity).all()
-    assert same == (variant in ("mpe2", "both", "accelerations twice"))
-
-
-def test_the_rows_of_the_benchmark_can_be_played():
-    for row in physics.REGISTER["rows"]:
-        found = physics.row_of(row, 4)
-        assert set(found) == set(physics.VARIANTS) and all(np.isfinite(found[name]).all() for name in found)
-
-
-def test_training_is_what_is_registered(tmp_path, monkeypatch):
-    asked = []
-    monkeypatch.setattr(physics.maviper, "train", lambda *given, **more: asked.append((given, more)))
-    done = tmp_path / "predator-prey-0"
-    done.mkdir()
-    (done / physics.CARD_FILE).touch()
-    physics.trained(tmp_path, [], [])
-    assert len(asked) == 3 * 8 - 1 and {more["recipe"] for _, more in asked} == {"paper"}
-    assert [more["seed"] for _, more in asked] == [0] * 2 + [seed for seed in range(1, 8) for _ in range(3)]
-    shaped = {given[0] for given, more in asked if "shaping" in more["settings"]}
-    assert shaped == {f"predator-prey,{FORK}"} and {more["settings"]["batch"] for _, more in asked} == {5_120}
-
-
-def test_the_plan_has_all_registered_experts_and_the_manual_its_hours():
-    *_, last = lines = physics.plan_lines()
-    asked = physics.REGISTER["training"]
-    assert len(lines) == len(asked["worlds"]) + 2 and set(asked["hours"]) == set(asked["worlds"])
-    hours = last.partition(" CPU hours")[0]
-    text = " ".join(manual.page("games").split())
-    assert int(hours) <= 12 and f"planned at {hours} hours" in text
-    games = json.loads(physics.RECORD.read_text()).values()
-    took = sum(expert["card"]["seconds"] for game in games for expert in game.values())
-    assert f"All 24 are trained, in {took / 3600:.0f} hours" in text
-
-
-def test_the_spread_is_of_all_trained_experts(tmp_path, monkeypatch):
-    """Two seeds of a game are there, another one is on the record, and two games have none."""
-    name = f"physical-deception,{FORK}"
-    for seed in (0, 3):
-        run = physics.run_of(tmp_path, name, seed)
-        run.mkdir()
-        card = {"command": "maviper train", "schedule": "", "steps": 614_400, "seconds": 1.0, "score": 1.0}
-        (run / physics.CARD_FILE).write_text(json.dumps(card))
-        ends = {"defenders success r=0.316": [0.75, 0.7, 0.8], "adversaries success r=0.316": [0.5, 0.4, 0.6]}
-        (run / physics.METRICS_FILE).write_text("{}\n" + json.dumps(ends) + "\n")
-    monkeypatch.setattr(physics, "find_expert", lambda text: find_expert(f"{name}@maddpg"))
-    monkeypatch.setattr(physics, "RECORD", tmp_path / "record.json")
-    known = physics.reached_by(tmp_path, 6)
-    number = known[name]["0"]["reached"]["defenders success r=0.316"]
-    assert known[name]["0"] == known[name]["3"] and list(known) == [name]
-    assert known[name]["0"]["card"] == {key: of for key, of in card.items() if key != "score"}
-    once = {**known[name]["0"], "reached": dict.fromkeys(known[name]["0"]["reached"], number)}
-    physics.RECORD.write_text(json.dumps({name: {"5": once}}))
-    first, second, *others = physics.spread_lines(physics.reached_by(tmp_path, 6))[1:]
-    assert first.split()[:7] == ["3", f"{number:.3f}", "0.000", f"{number:.3f}", f"{number:.3f}", "0.750", "0.90"]
-    assert "0.62" in second and all(line.split()[0] == "0" for line in others)
-
-
-def test_the_manual_has_the_experts_of_the_record():
-    """How many there are of each measure, what they reach on average and at least and most, also at the end, and what
-    is published.
-    """
-    known = json.loads(physics.RECORD.read_text())
-    rows = [[cell.strip() for cell in line.strip("| ").split("|")] for line in manual.page("games").splitlines()]
-    for row in physics.REGISTER["spread"]:
-        experts = known.get(row["world"], {}).values()
-        best, last = ([of[which][row["measure"]] for of in experts] for which in ("reached", "last"))
-        numbers = [np.mean(best), min(best), max(best), np.mean(last), min(last), max(last)] if best else []
-        mean, least, most, *end = (f"{number:.3f}".removeprefix("0") for number in numbers or [0] * 6)
-        told = [f"{mean}, {least} to {most}", f"{end[0]}, {end[1]} to {end[2]}"] if best else ["-", "-"]
-        paper = f"{row['published']:.2f}".removeprefix("0") if "published" in row else "-"
-        assert [row["measure"], f"{len(experts)} of 8", *told, paper] in rows

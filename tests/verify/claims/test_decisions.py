@@ -16,9 +16,9 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import PLAIN, NoDouble, formula
 from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, below, holds, negate, normal
 from verify.claims.formula import substitute_actions as once
-from verify.claims.uncertified.own import BUILT_IN, spell_decisions
-from verify.claims.uncertified.starts import everywhere, find_observed_velocities
-from verify.claims.uncertified.values import Batch
+from verify.claims.region_files import everywhere, find_observed_velocities
+from verify.claims.values import Batch
+from verify.claims.wording import BUILT_IN, spell_decisions
 from verify.states.state import batch, sample
 
 TEAM = "defenders"
@@ -151,7 +151,7 @@ def test_observed_velocities_are_bounded_by_what_actions_can_cause(profile):
 
     assert find_observed_velocities(profile) == () and all(not name.endswith("v.x") for name in everywhere(profile).box)
     spec = find("cooperative-navigation").spec
-    from verify.claims.uncertified.starts import start_region
+    from verify.claims.region_files import start_region
 
     region = start_region(spec, ("agent_0.vx",))
     terminal = Fraction(5) * Fraction(0.1) / Fraction(0.25)
@@ -166,7 +166,7 @@ def test_no_double_needs_two(profile):
 def test_without_damping_nothing_bounds_a_velocity(profile):
     from dataclasses import replace
 
-    from verify.claims.uncertified.starts import start_region
+    from verify.claims.region_files import start_region
 
     still = replace(profile.world, damping=0.0)
     with pytest.raises(InputError, match="no damping"):

@@ -14,8 +14,7 @@ from verify.claims.decisions import OWN, PLAIN, DistinctTargets
 from verify.claims.episodes import Covers, Reaches
 from verify.claims.files import read_properties
 from verify.claims.formula import TRUE
-from verify.claims.region_files import read_region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere, read_region
 from verify.question import Question
 from verify.result import Verdict
 from verify.solver.decide import decide

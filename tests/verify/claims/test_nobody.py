@@ -10,7 +10,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.policy_json import content_hash, dumps
 from maviper.cli import main
 from maviper.verification.ask import from_file
-from maviper.verification.join import verify_claims
+from maviper.verification.run import verify_claims
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import team, towards
@@ -23,15 +23,13 @@ from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.episodes.reading import ProofPart
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim, find_property
+from verify.claims.claim import verifiable
 from verify.claims.decisions import PLAIN, DistinctTargets, NoDouble, ensure_askable, formula
 from verify.claims.episodes import EPISODE_CLAIMS, Covers, KeepsApart
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
-from verify.claims.region_files import region_toml
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.own import BUILT_IN, AliveLeaves, OwnFormula
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.verifiable import verifiable
+from verify.claims.region_files import everywhere, region_toml
+from verify.claims.wording import BUILT_IN, AliveLeaves, OwnFormula, account_of
 from verify.episodes import composition
 from verify.question import Question, from_start
 from verify.repair import search

@@ -12,9 +12,9 @@ from tests.support.small import small_profile
 from tests.support.teams import tree
 from verify.claims.observed import Raised, View, over, view_from
 from verify.claims.region import Region
-from verify.claims.uncertified.own import view_document
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import ALL, Viewed, carry_region, select_features
+from verify.claims.region_files import everywhere
+from verify.claims.views import ALL, Viewed, carry_region, select_features
+from verify.claims.wording import view_document
 
 SPLIT = tree((0, 0.5, 1, 2), 0, 2)
 PAIR = blind({"a": SPLIT, "b": SPLIT}, {"a": ("angle", "spin"), "b": ("angle", "place")})

@@ -15,9 +15,8 @@ from codegen.intervals import Share
 from maviper.worlds import find
 from tests.support.strategies import WORLD
 from verify.claims.region import Region
-from verify.claims.region_files import read_region, region_toml
-from verify.claims.uncertified.matched import has_matching
-from verify.claims.uncertified.starts import positions, start_region
+from verify.claims.region_files import positions, read_region, region_toml, start_region
+from verify.claims.values import has_matching
 from verify.decimals import exact, plain, text
 from verify.exact import read_number
 from verify.states.state import contains, inside, sample

@@ -11,7 +11,7 @@ from tests.support.episode_cases import arriving
 from tests.support.teams import LEFT, STAY, UP, team, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.counterexamples.episode_explanation import BETWEEN
 from verify.question import Question
 from verify.result import Verdict

@@ -16,9 +16,9 @@ from verify.checker.thresholds import sides
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, conjunction, disjunction, holds
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import start_region
-from verify.claims.uncertified.values import tighten_formula, worth
+from verify.claims.region_files import start_region
+from verify.claims.values import tighten_formula, worth
+from verify.claims.wording import OwnFormula
 from verify.counterexamples import uniqueness
 from verify.counterexamples.explanation import explain_counterexample
 from verify.counterexamples.lines import along, around, line_between

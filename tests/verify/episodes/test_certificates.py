@@ -32,7 +32,7 @@ from verify.checker.episodes.reading import CLAIM, EpisodeReading, ProofPart, ma
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere, start_region
+from verify.claims.region_files import everywhere, start_region
 from verify.episodes.certificates import LeftOpenError, NoCertificateError, build_certificate
 from verify.episodes.composition import ZonesDecision, decide
 from verify.episodes.proof import EpisodeProver

@@ -16,8 +16,8 @@ from tests.support.episode_certificates import failures, replays_of
 from tests.support.teams import LEFT, RIGHT, STAY, team, tree
 from verify.checker.episodes.certificates import check_certificate
 from verify.claims.catalogue import find_claim, sentence
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
+from verify.claims.wording import account_of
 from verify.episodes import contacts
 from verify.episodes.composition import decide
 from verify.episodes.unroll import build_group, strides

@@ -18,7 +18,7 @@ from verify.checker.episodes.reading import ProofPart
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.episodes.certificates import NoCertificateError, build_certificate
 from verify.episodes.composition import decide
 from verify.question import Budgets, Question

@@ -12,8 +12,8 @@ from verify.checker.episodes.forever import check_certificate
 from verify.claims.catalogue import find_claim, in_general, usual
 from verify.claims.episodes import KeepsApart, StaysIn
 from verify.claims.files import read_properties
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
+from verify.claims.wording import account_of
 from verify.episodes.edges import decide
 from verify.question import Question
 from verify.result import Verdict

@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 from codegen import ir
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lowering.deploy import deploy_tree
-from tests.benchmarks.closed_loop import unrolled
 from tests.support.episode_cases import arriving, lost, on_lattice, verdicts_wrong
 from tests.support.episode_certificates import failures, replays_of
+from tests.support.episode_query import unrolled
 from tests.support.strategies import grown_trees, with_trees
 from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.episodes import Covers
 from verify.claims.region import Region
-from verify.claims.uncertified.episodes import account_of
-from verify.claims.uncertified.starts import everywhere, start_region
+from verify.claims.region_files import everywhere, start_region
+from verify.claims.wording import account_of
 from verify.episodes.composition import _Arrive, _Decider, _Task, _Violated, decide
 from verify.episodes.zones import starts
 from verify.question import Budgets, Question

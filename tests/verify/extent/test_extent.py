@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from maviper.verification.join import verify_claims
+from maviper.verification.run import verify_claims
 from tests.support.steady_zones import stands
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import (
@@ -29,9 +29,8 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, engages, formula
 from verify.claims.formula import And, Goal, Linear, Not, Or, holds
 from verify.claims.region import Region
-from verify.claims.region_files import read_region, region_toml
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere, start_region
+from verify.claims.region_files import everywhere, read_region, region_toml, start_region
+from verify.claims.wording import OwnFormula
 from verify.extent import largest as where
 from verify.extent import violations
 from verify.extent.largest import GRID, largest, obstacles

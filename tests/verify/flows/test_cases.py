@@ -13,14 +13,13 @@ from maviper.worlds.stated.environment import StatedEnv
 from maviper.worlds.stated.integrating import check_integration
 from tests.support.system_cases import box, policy, team
 from verify.checker.accept import accept
-from verify.checker.flows import cases
-from verify.checker.flows.cases import FlowCases
+from verify.checker.flows import samples
+from verify.checker.flows.samples import FlowCases
 from verify.checker.flows.sweep import NOT_STATED, FlowSweep, Plan
 from verify.checker.reading import RejectedError
 from verify.claims.region import UNBOUNDED
 from verify.flows.decide import decide
-from verify.flows.playing import FlowCourse, FlowPlay
-from verify.flows.replay import FlowReplay, replay_course
+from verify.flows.episodes import FlowCourse, FlowPlay, FlowReplay, replay_course
 from verify.question import Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
@@ -224,7 +223,7 @@ def test_what_a_reader_should_have_refused_the_checker_refuses():
         assert documents.content_hash(other) != documents.content_hash(system)
         with pytest.raises(RejectedError, match=said):
             FlowSweep(profile, other, claim)
-    assert Number(F(0)) == cases.STILL
+    assert Number(F(0)) == samples.STILL
 
 
 def test_the_number_of_the_sample_is_known():

@@ -15,8 +15,7 @@ from tests.support.stated import profile, verify
 from tests.support.system_cases import policy, team
 from verify.claims.region import UNBOUNDED
 from verify.flows.decide import decide
-from verify.flows.playing import FlowCourse, FlowPlay
-from verify.flows.replay import replay_course
+from verify.flows.episodes import FlowCourse, FlowPlay, replay_course
 from verify.question import Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop

@@ -13,10 +13,9 @@ from verify.checker.accept import accept
 from verify.checker.flows.sweep import NOT_SHOWN, FlowSweep, Plan
 from verify.claims.region import UNBOUNDED
 from verify.flows import decide as flows
-from verify.flows.playing import FlowCourse, FlowPlay
-from verify.flows.replay import replay_course
+from verify.flows.decide import find_undefined
+from verify.flows.episodes import FlowCourse, FlowPlay, replay_course
 from verify.flows.search import PlanSearch
-from verify.flows.undefined import find_undefined
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop

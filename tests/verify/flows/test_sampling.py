@@ -16,12 +16,11 @@ from tests.support.flows import CASES, case, rate, starts_of
 from tests.support.system_cases import box
 from verify.checker.accept import accept
 from verify.checker.flows import sweep
-from verify.checker.flows.sampling import LateTrees
+from verify.checker.flows.samples import LateTrees
 from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.claims.region import UNBOUNDED
 from verify.flows.decide import decide
-from verify.flows.playing import FlowCourse
-from verify.flows.replay import replay_course
+from verify.flows.episodes import FlowCourse, replay_course
 from verify.question import Question
 from verify.reports.systems import flow_sentence
 from verify.result import Verdict

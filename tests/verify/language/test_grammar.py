@@ -10,7 +10,7 @@ from codegen.errors import InputError
 from tests.verify.language.vocabularies import READERS, STATED
 from verify.claims.formula import holds
 from verify.claims.language.formulas import formula_of
-from verify.language.arithmetic import PURE, format_unit, times, unit_of
+from verify.language.units import PURE, format_unit, times, unit_of
 
 EXAMPLES = [
     json.loads(line) for line in Path(__file__).with_name("examples.jsonl").read_text(encoding="utf-8").splitlines()

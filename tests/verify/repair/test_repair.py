@@ -20,7 +20,7 @@ from verify.checker.decisions.certificates import check_certificate
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, NoDouble, formula
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import everywhere, start_region
+from verify.claims.region_files import everywhere, start_region
 from verify.question import Budgets, Question, shuffle_leaves
 from verify.repair.search import repair
 from verify.result import Verdict

@@ -12,7 +12,7 @@ from codegen import ir
 from codegen.lowering.render import exact, render
 from codegen.profiles import loads
 from codegen.targets import emit
-from maviper.verification.join import verify_claims
+from maviper.verification.run import verify_claims
 from tests.hunting.teams import bare
 from tests.support.observations import blind
 from tests.support.teams import STAY, UP, team, towards
@@ -22,9 +22,9 @@ from verify.claims.decisions import DistinctTargets
 from verify.claims.files import read_properties
 from verify.claims.formula import Acts, Linear, Not, disjunction
 from verify.claims.observed import View
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import Viewed
+from verify.claims.region_files import everywhere
+from verify.claims.views import Viewed
+from verify.claims.wording import OwnFormula
 from verify.question import Question
 from verify.reports import report
 from verify.reports.code import code_of

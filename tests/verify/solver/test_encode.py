@@ -19,7 +19,7 @@ from tests.support.strategies import FLOAT32, grown_trees
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
 from verify.claims.decisions import DistinctTargets
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 from verify.question import Question, from_start
 from verify.result import Verdict
 from verify.solver.decide import decide

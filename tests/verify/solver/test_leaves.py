@@ -10,8 +10,8 @@ from codegen.errors import InputError
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_property
 from verify.claims.region import Region
-from verify.claims.uncertified.own import AliveLeaves
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
+from verify.claims.wording import AliveLeaves
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.solver.leaves import dead_leaves, leaf_findings

@@ -11,7 +11,7 @@ from tests.support.small import small_profile
 from tests.support.teams import STAY, team, towards, tree
 from tests.support.zone_cases import stated
 from verify.claims.formula import And, Linear, Or, holds
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 from verify.solver import encode
 from verify.solver.solve import Answer, ask, ask_bits, false_facts, smt_lib, solver_name
 

@@ -13,7 +13,7 @@ from tests.support.games import random_profile
 from tests.support.small import small_profile
 from tests.support.teams import RIGHT, STAY, team, tree
 from verify.claims.episodes import Covers, KeepsApart, Reaches
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 from verify.states import episodes
 from verify.states.state import State, actions_at
 

@@ -10,9 +10,9 @@ from tests.support.teams import team, towards, tree
 from tests.support.zone_cases import deception, navigation, noisy, random_region
 from verify.claims.catalogue import find_property
 from verify.claims.formula import Linear, below, holds, negate
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.values import Batch
+from verify.claims.region_files import everywhere
+from verify.claims.values import Batch
+from verify.claims.wording import OwnFormula
 from verify.question import Question, from_start
 from verify.states import failures, noise
 from verify.states import state as world

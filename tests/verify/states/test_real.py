@@ -27,8 +27,8 @@ from tests.support.real_cases import (
 from tests.support.teams import RIGHT, STAY, UP, team, tree
 from verify.claims.catalogue import find_property
 from verify.claims.region import Region
-from verify.claims.uncertified.own import AliveLeaves
-from verify.claims.uncertified.starts import everywhere, start_region
+from verify.claims.region_files import everywhere, start_region
+from verify.claims.wording import AliveLeaves
 from verify.counterexamples.uniqueness import Unique
 from verify.question import Question, from_start
 from verify.reports import report

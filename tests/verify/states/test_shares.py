@@ -14,14 +14,13 @@ from tests.support.observations import blind
 from tests.support.teams import tree
 from tests.support.zone_cases import navigation
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import formula
+from verify.claims.decisions import formula, matchings
 from verify.claims.files import read_properties
 from verify.claims.formula import holds, substitute_actions
-from verify.claims.matching import matchings
 from verify.claims.observed import View
-from verify.claims.uncertified.matched import has_matching, preventable
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import Viewed
+from verify.claims.region_files import everywhere
+from verify.claims.values import has_matching, preventable
+from verify.claims.views import Viewed
 from verify.question import Question, from_start
 from verify.states import shares
 from verify.states.shares import SAMPLE_SEED, conflicts, extent_words, of_start

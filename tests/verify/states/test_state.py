@@ -14,8 +14,8 @@ from tests.support.zone_cases import actions_at, deception, exactly_inside, rand
 from verify.claims.catalogue import find_property
 from verify.claims.formula import Linear
 from verify.claims.region import Region
-from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere, start_region
+from verify.claims.region_files import everywhere, start_region
+from verify.claims.wording import OwnFormula
 from verify.question import Question
 from verify.semantics import MACHINE, REAL
 from verify.states import state as states

@@ -7,7 +7,7 @@ import pytest
 
 from codegen.errors import InputError
 from verify.checker.systems.enclosures import ensure_enclosed
-from verify.language.arithmetic import PURE, unit_of
+from verify.language.units import PURE, unit_of
 from verify.systems.expressions import Number
 from verify.systems.files import statement_of
 from verify.systems.observing import function

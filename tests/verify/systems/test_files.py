@@ -6,7 +6,7 @@ import pytest
 
 from codegen.errors import InputError, UnknownNameError
 from tests.support.systems import CART, CURVED
-from verify.language.arithmetic import unit_of
+from verify.language.units import unit_of
 from verify.systems import values
 from verify.systems.files import statement_of
 from verify.systems.system import Affine, Feature, Measure

@@ -17,8 +17,8 @@ from verify.checker.systems.proofs import Cover, Walks
 from verify.claims.region import UNBOUNDED
 from verify.question import Question
 from verify.reach import decide
-from verify.reach.play.written import WrittenReplay
 from verify.reach.replay import Course, replay_course
+from verify.reach.written import WrittenReplay
 from verify.semantics import MACHINE
 from verify.solver import unrolled
 from verify.subjects import ClosedLoop

@@ -13,12 +13,11 @@ import pytest
 
 from codegen.errors import InputError
 from tests.support.systems import with_piece
-from verify.checker.flows.functions import half_turns
+from verify.checker.flows.intervals import half_turns
 from verify.checker.reading import RejectedError
-from verify.checker.systems import functions
-from verify.checker.systems.enclosures import ensure_enclosed
-from verify.checker.systems.functions import FUNCTIONS, ONE, Range, UnboundedError
-from verify.language.arithmetic import PURE, unit_of
+from verify.checker.systems import enclosures
+from verify.checker.systems.enclosures import FUNCTIONS, ONE, Range, UnboundedError, ensure_enclosed
+from verify.language.units import PURE, unit_of
 from verify.systems.enclosures import LINES, PI, UndefinedError, _root
 from verify.systems.files import statement_of
 from verify.systems.observing import function
@@ -125,7 +124,7 @@ def ensure_ranges(name, count=N):
 
 def ensure_pi():
     with mpmath.workdps(60):
-        found = functions.pi.__wrapped__()
+        found = enclosures.pi.__wrapped__()
         assert found.low < mpmath.pi * ONE < found.high and found.high - found.low < 2**16
         assert number(PI[0]) < mpmath.pi < number(PI[1])
         floats = half_turns(2)
@@ -133,7 +132,7 @@ def ensure_pi():
 
 
 def ensure_readings():
-    for cached in (functions.waves_at, functions.exp_at):
+    for cached in (enclosures.waves_at, enclosures.exp_at):
         cached.cache_clear()
     with mpmath.workdps(60):
         for name in ALL:
@@ -176,11 +175,11 @@ FAULTS = {
 @pytest.mark.parametrize("name", FAULTS)
 def test_planted_faults_are_found(name, monkeypatch):
     attribute, change = FAULTS[name]
-    monkeypatch.setattr(functions, attribute, change(getattr(functions, attribute)))
-    functions.pi.cache_clear()
+    monkeypatch.setattr(enclosures, attribute, change(getattr(enclosures, attribute)))
+    enclosures.pi.cache_clear()
     with pytest.raises((AssertionError, RecursionError)):
         ensure_readings()
-    for cached in (functions.waves_at, functions.exp_at, functions.pi):
+    for cached in (enclosures.waves_at, enclosures.exp_at, enclosures.pi):
         cached.cache_clear()
 
 

@@ -14,11 +14,10 @@ from tests.support.teams import STAY, team, tree
 from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.episodes.composition import decide as decided_by_zones
 from verify.question import Budgets, Question
-from verify.reach.forever.cells import Approach
-from verify.reach.forever.regions import RegionSearch
+from verify.reach.unbounded import Approach, RegionSearch
 from verify.result import Verdict
 from verify.subjects import Game
 from verify.systems.claims import Pattern, SystemClaim

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from codegen.floats import NUMBERS
 from codegen.numbers import nearest_single
 from tests.support.system_cases import policy, team
-from verify.checker.systems.trees import goes_left
+from verify.checker.systems.reading import goes_left
 from verify.claims.formula import holds
 from verify.systems.observing import choose_actions, measure_feature
 from verify.systems.system import Affine, Feature, Measure, System, Variable

@@ -7,8 +7,8 @@ import pytest
 from codegen.errors import InputError
 from tests.support.systems import CART
 from verify.decimals import exact
-from verify.language.arithmetic import PURE, unit_of
 from verify.language.parser import Source, tokens
+from verify.language.units import PURE, unit_of
 from verify.systems.expressions import affine
 from verify.systems.files import statement_of
 from verify.systems.parsing import Names, expression_of, half_spaces

@@ -10,8 +10,8 @@ from maviper.verification.repair import repair_profile, request
 from tests.support.strategies import with_trees
 from tests.support.teams import LEFT, RIGHT, team, towards, tree
 from verify.claims.catalogue import find_claim
-from verify.claims.uncertified.own import AliveLeaves
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
+from verify.claims.wording import AliveLeaves
 from verify.question import Budgets, Question
 from verify.repair.search import repair
 from verify.result import Verdict

@@ -20,8 +20,8 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import Aligned, DistinctTargets
 from verify.claims.formula import below, conjunction, disjunction
 from verify.claims.region import Region
-from verify.claims.uncertified.own import PROPERTIES
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
+from verify.claims.wording import PROPERTIES
 from verify.question import Budgets, Question, from_start, shuffle_leaves
 from verify.result import Opinion, Verdict
 from verify.solver.decide import SolverDecision, decide

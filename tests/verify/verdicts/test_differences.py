@@ -22,7 +22,7 @@ from verify.checker.decisions import certificates
 from verify.checker.reading import RejectedError
 from verify.claims.formula import And, Or
 from verify.claims.pairs import alike
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.question import Budgets
 from verify.result import Verdict
 from verify.semantics import MACHINE

@@ -16,10 +16,10 @@ from verify.checker.decisions.certificates import check_certificate, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.formula import Acts, below, conjunction, disjunction, negate
 from verify.claims.observed import Mirrored, View, view_from
+from verify.claims.region_files import everywhere
 from verify.claims.relations import DECREASING, INCREASING, Agree, Differ, Ignores, Monotone, Symmetric
-from verify.claims.uncertified.own import OwnFormula, view_document
-from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import Viewed, carry_region
+from verify.claims.views import Viewed, carry_region
+from verify.claims.wording import OwnFormula, view_document
 from verify.question import Question
 from verify.result import Verdict
 from verify.solver.decide import decide

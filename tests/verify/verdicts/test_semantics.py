@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from maviper.verification.join import question_files
+from maviper.verification.run import question_files
 from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import EPS, find_property
 from verify.claims.decisions import PLAIN, Aligned, NoDouble
 from verify.claims.formula import Acts, below, conjunction, disjunction
 from verify.claims.region import Region
-from verify.claims.uncertified.own import BUILT_IN, OwnFormula
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
+from verify.claims.wording import BUILT_IN, OwnFormula
 from verify.question import Question, from_start
 from verify.result import Verdict
 from verify.semantics import MACHINE, REAL

@@ -17,7 +17,7 @@ from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 from verify.question import Question, from_start
 from verify.result import Verdict
 from verify.solver.decide import decide
@@ -225,7 +225,7 @@ def test_without_room_for_errors_the_plain_verdict_stays(profile):
 @pytest.mark.compile
 @pytest.mark.solver
 def test_errors_replay_in_compiled_code_and_in_the_environment(profile):
-    from maviper.verification.join import verify_claims
+    from maviper.verification.run import verify_claims
 
     roles = team(profile, towards(0, 0), towards(1, 1))
     claim = DistinctTargets("defenders", eps=Fraction(1, 4))

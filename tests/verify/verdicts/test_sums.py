@@ -8,7 +8,7 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from maviper.verification.join import question_files
+from maviper.verification.run import question_files
 from maviper.worlds import find
 from tests.faults import EDGE, SUM, pinned_states, sums_wrong
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
@@ -16,8 +16,8 @@ from verify.checker.reading import Reading, RejectedError
 from verify.claims.catalogue import find_episode_claim, find_property
 from verify.claims.formula import Acts, Not
 from verify.claims.region import Region
-from verify.claims.uncertified.own import AliveLeaves, OwnFormula
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
+from verify.claims.wording import AliveLeaves, OwnFormula
 from verify.episodes import composition
 from verify.extent.largest import BEYOND, where
 from verify.question import Question, from_start

@@ -16,7 +16,7 @@ from tests.support.teams import team, towards
 from tests.support.zone_cases import deception, navigation, near_roles, noisy, random_region, stated, switching
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import formula
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 from verify.extent import violations
 from verify.question import Budgets, Question
 from verify.result import Verdict

@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 from verify.question import Question
 from verify.result import Verdict
 from verify.solver.decide import decide

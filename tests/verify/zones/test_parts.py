@@ -14,7 +14,7 @@ from verify.certificates.decisions import to_json
 from verify.checker.decisions.certificates import FORM, PARTED, check_certificate, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conjuncts
-from verify.claims.uncertified.own import OwnFormula
+from verify.claims.wording import OwnFormula
 from verify.question import from_start
 from verify.result import Verdict
 from verify.solver.decide import decide

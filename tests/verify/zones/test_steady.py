@@ -29,8 +29,8 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import holds
 from verify.claims.region import Region
-from verify.claims.uncertified.own import BUILT_IN
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
+from verify.claims.wording import BUILT_IN
 from verify.counterexamples import search
 from verify.decimals import text
 from verify.question import Budgets, Question, from_start

@@ -30,7 +30,7 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import Linear, holds
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
 from verify.question import Question, from_start, shuffle_leaves
 from verify.result import Verdict
 from verify.semantics import MACHINE, REAL, Semantics

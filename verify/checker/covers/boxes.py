@@ -1,21 +1,30 @@
-"""Lists of boxes as arrays: taken, put together, cut into cells and joined cell by cell.
+"""Lists of boxes as arrays: cut by inequalities and cells, joined cell by cell; the start as boxes.
 
-Does: the data of a list of boxes, and what neither tests nor moves do with it.
-Assumes: closed boxes with finite float64 bounds; `ensure_finite` is asked of every list that was moved.
-Does not: know systems, trees or claims.
+Does: the data of a list of boxes, and what neither tests nor moves do with it; boxes around what lies within and
+  outside of polytopes; the parts of the start that cuts name.
+Assumes: closed boxes with finite float64 bounds; `finite` is asked of every list that was moved. A box is dropped only
+  where a bound shows that no state of it is meant.
+Does not: know trees, claims or moves.
+
+A bound is a float64, so an inequality whose end lies between two floats, or is not reached, is met by a box exactly if
+the box reaches the last float that meets it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
 from functools import lru_cache
-from math import isfinite
+from math import inf, isfinite, nextafter
 from typing import NamedTuple
 
 import numpy as np
 
 from codegen.ir import Bool, Float64, Int64
+from verify.checker.covers.rounding import Factor, around, ceiling, floor, sum_down, sum_up
 from verify.checker.reading import RejectedError
+from verify.claims.formula import Linear
+from verify.systems.system import HalfSpace, System
 
 MAX_CELL = 2.0**40  # of a cell's number along a variable
 MAX_BOXES = 4_000_000  # of one list
@@ -65,10 +74,12 @@ class BoxList(NamedTuple):
         at = np.flatnonzero(which) if which.dtype == np.bool_ else np.asarray(which, dtype=np.int64)
         return BoxList(bounds.take(at, axis=0), part.take(at), joint.take(at))  # faster than a mask
 
-    def ensure_finite(self) -> None:
-        """RejectedError for a bound that is infinite or NaN."""
-        if not isfinite(self.bounds.sum()) and not np.isfinite(self.bounds).all():  # a sum may overflow
-            raise RejectedError("a box has bounds that are not finite")
+    @property
+    def finite(self) -> Bool:
+        """True for each box that has finite bounds only, [n]."""
+        if isfinite(self.bounds.sum()):
+            return np.ones(self.size, dtype=np.bool_)
+        return np.asarray(np.isfinite(self.bounds).all(axis=1), dtype=np.bool_)  # a sum may overflow
 
 
 Watch = Callable[[int, BoxList], None]  # told of every list that a proof rests on: its step, or its part
@@ -78,22 +89,26 @@ def together(lists: Sequence[BoxList]) -> BoxList:
     """The boxes of some lists in one. RejectedError for too many."""
     if sum(each.size for each in lists) > MAX_BOXES:
         raise RejectedError(f"a list has more than {MAX_BOXES:,} boxes")
-    if len(lists) == 1:
-        return lists[0]
-    return BoxList(*(np.concatenate(column) for column in zip(*lists, strict=True)))
+    kept = [each for each in lists if each.size] or lists[:1]
+    return kept[0] if len(kept) == 1 else BoxList(*map(np.concatenate, zip(*kept, strict=True)))
 
 
-def in_cells(boxes: BoxList, widths: Mapping[int, float]) -> BoxList:
-    """Boxes that hold all states of a list, one for each cell and part of the start that has some. `widths`: of cells,
-    by column; whole multiples of them are the middles of cells.
+def in_cells(boxes: BoxList, widths: Mapping[int, float], most: int = MAX_BOXES) -> BoxList:
+    """Boxes that hold all states of a list, one for each cell and part of the start that has some."""
+    return join_by_cell(*cut(boxes, widths, most))
+
+
+def cut(boxes: BoxList, widths: Mapping[int, float], most: int = MAX_BOXES) -> tuple[BoxList, Int64]:
+    """The boxes cut at the bounds of cells, and the cell of each, [n, widths]. `widths`: of cells, by column; whole
+    multiples of them are the middles of cells. RejectedError for more than `most` boxes.
     """
     cells = np.zeros((boxes.size, 0), dtype=np.int64)
     for column, width in widths.items():
-        boxes, cells = cut(boxes, cells, column, width)
-    return join_by_cell(boxes, cells)
+        boxes, cells = _cut_along(boxes, cells, column, width, most)
+    return boxes, cells
 
 
-def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxList, Int64]:
+def _cut_along(boxes: BoxList, cells: Int64, column: int, width: float, most: int) -> tuple[BoxList, Int64]:
     """The boxes cut at the bounds of cells along one variable, with one more column of cells' numbers.
 
     Two neighbours share the float at which they are cut, so nothing lies between them.
@@ -105,8 +120,8 @@ def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxLis
         raise RejectedError("cells are too narrow for a box")
     last = np.maximum(np.where((last > first) & ((last - 0.5) * width >= high), last - 1, last), first)
     count = (last - first).astype(np.int64) + 1
-    if int(count.sum()) > MAX_BOXES:
-        raise RejectedError(f"a list has more than {MAX_BOXES:,} boxes")
+    if int(count.sum()) > most:
+        raise RejectedError(f"a list has more than {most:,} boxes")
     rows = np.repeat(np.arange(boxes.size), count)
     place = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
     number = first[rows] + place
@@ -158,7 +173,7 @@ def alike(rows: Int64, kinds: Sequence[Int64]) -> tuple[Int64, Int64]:
     """An order in which rows are neighbours that share a hash of their numbers and kinds, and where each run of such
     rows begins. Those of a run are of one kind, whatever the hash says.
     """
-    factors = _multipliers(rows.shape[1] + len(kinds))
+    factors = multipliers(rows.shape[1] + len(kinds))
     hashed = rows @ factors[len(kinds) :]
     for kind, factor in zip(kinds, factors.tolist(), strict=False):
         hashed += kind * factor
@@ -172,8 +187,8 @@ def alike(rows: Int64, kinds: Sequence[Int64]) -> tuple[Int64, Int64]:
 
 
 @lru_cache(maxsize=16)
-def _multipliers(count: int) -> Int64:
-    """Some large odd numbers."""
+def multipliers(count: int) -> Int64:
+    """Some large odd numbers, by which rows are hashed."""
     return np.random.default_rng(0).integers(1, 2**62, size=count) | 1
 
 
@@ -193,3 +208,240 @@ def least_of_runs(bounds: Float64, begins: Int64) -> Float64:
         least[at] = np.minimum(least.take(at, axis=0), least.take(at + apart, axis=0))
         apart *= 2
     return least.take(begins, axis=0)
+
+
+class FloatEnd(NamedTuple):
+    """Where a half line of numbers up to an end stops: `last` is the largest float in it, `up` no less than the end."""
+
+    last: float
+    up: float
+
+
+def end_of(bound: Fraction, strict: bool) -> FloatEnd:
+    """The half line of the numbers that are at most a bound, or below it."""
+    last, up = around(bound)
+    return FloatEnd(nextafter(last, -inf) if strict and last == up else last, up)
+
+
+class BoundLine(NamedTuple):
+    """An inequality of one variable: the column of `BoxList.bounds` that it bounds from above, the column of the other
+    side, and its end there. `down`: no more than the end.
+    """
+
+    near: int
+    far: int
+    end: FloatEnd
+    down: float
+
+    @property
+    def opposite(self) -> BoundLine:
+        """The bound that holds where this one does not."""
+        (last, up), down = self.end, self.down
+        beyond = nextafter(-up, -inf) if last == up else -up  # a float that belongs to the one side only
+        return BoundLine(self.far, self.near, FloatEnd(beyond, -down), -up)
+
+
+def half_line(inequality: Linear, columns: Mapping[str, int]) -> BoundLine | None:
+    """An inequality of one variable as bounds have it; None for one of none, or of several. `columns`: of all."""
+    terms = [(weight, columns[name]) for weight, name in inequality.terms if weight]
+    if len(terms) != 1:
+        return None
+    ((weight, low),) = terms
+    high = low + len(columns)
+    near, far = (low, high) if weight.numerator > 0 else (high, low)
+    size = weight if weight.numerator > 0 else -weight
+    bound = inequality.bound if size == 1 else inequality.bound / size
+    down, up = around(bound)
+    last = nextafter(down, -inf) if inequality.strict and down == up else down
+    return BoundLine(near, far, FloatEnd(last, up), down)
+
+
+def opposite(inequality: Linear) -> Linear:
+    """Returns the negation of an inequality."""
+    terms = tuple((-weight, name) for weight, name in inequality.terms)
+    return Linear(terms, -inequality.bound, not inequality.strict)
+
+
+def linear(half: HalfSpace) -> Linear:
+    """A half space as an inequality."""
+    terms = tuple((factor, name) for name, factor in half.form.terms)
+    return Linear(terms, -half.form.constant, half.strict)
+
+
+class Cut:
+    """An inequality as a cut of boxes. `line`: the same as a half line, where it is about one variable."""
+
+    def __init__(self, inequality: Linear, columns: Mapping[str, int]) -> None:
+        self.line = half_line(inequality, columns)
+        self._always = inequality.bound > 0 or (inequality.bound == 0 and not inequality.strict)
+        self._terms: list[tuple[int, Factor]] = []
+        if self.line is None:
+            self._end = end_of(inequality.bound, inequality.strict)
+            self._terms = [(columns[name], Factor(weight)) for weight, name in inequality.terms if weight]
+
+    def within(self, boxes: BoxList) -> BoxList:
+        """For each box with a state that may meet the inequality, a box around all such states."""
+        if not boxes.size:
+            return boxes
+        if self.line is not None:
+            return self._by_one(boxes, self.line)
+        if not self._terms:
+            return boxes if self._always else boxes.take(slice(0, 0))
+        return self._by_all(boxes)
+
+    @staticmethod
+    def _by_one(boxes: BoxList, line: BoundLine) -> BoxList:
+        met, first = ~(boxes.bounds[:, line.near] > line.end.last), -line.end.up
+        if not met.any():
+            return boxes.take(slice(0, 0))
+        if met.all() and (boxes.bounds[:, line.far] >= first).all():
+            return boxes
+        kept = boxes.take(met)
+        kept.bounds[:, line.far] = np.maximum(kept.bounds[:, line.far], first)
+        return kept
+
+    def _by_all(self, boxes: BoxList) -> BoxList:
+        low, high = boxes.low, boxes.high
+        least = [factor.times_down((low if factor.positive else high)[:, i]) for i, factor in self._terms]
+        met = ~(_total_down(least) > self._end.last)
+        if not met.any():
+            return boxes.take(slice(0, 0))
+        kept, least = boxes.take(met), [each[met] for each in least]
+        for place, (column, factor) in enumerate(self._terms):
+            left = sum_up(-_total_down(least[:place] + least[place + 1 :]), self._end.up)
+            at = column + kept.variables * factor.positive  # of the bound on the other side
+            first = -factor.into_up(left) if factor.positive else factor.into_down(left)
+            kept.bounds[:, at] = np.maximum(kept.bounds[:, at], first)
+        empty = np.asarray((kept.low > kept.high).any(axis=1), dtype=np.bool_)
+        return kept.take(~empty)
+
+
+def _total_down(values: Sequence[Float64]) -> Float64:
+    total = values[0]
+    for each in values[1:]:
+        total = sum_down(total, each)
+    return total
+
+
+class LineCuts:
+    """Inequalities of one variable each, as one cut. `variables`: how many there are."""
+
+    def __init__(self, lines: Sequence[BoundLine], variables: int) -> None:
+        self._last, self._first = np.full(2 * variables, inf), np.full(2 * variables, -inf)
+        for near, far, end, _ in lines:
+            self._last[near] = min(self._last[near], end.last)
+            self._first[far] = max(self._first[far], -end.up)
+        self._none = bool((self._first > self._last).any())  # no state meets all
+
+    def may_meet(self, least: Float64) -> bool:
+        """Returns False if no box meets all of them, of those whose bounds are at least so large."""
+        return not (least > self._last).any()
+
+    def within(self, boxes: BoxList) -> BoxList:
+        """For each box with a state that may meet all of them, a box around all such states."""
+        if self._none:
+            return boxes.take(slice(0, 0))
+        beyond: Bool = np.asarray((boxes.bounds > self._last).any(axis=1), dtype=np.bool_)
+        boxes = boxes.take(~beyond) if beyond.any() else boxes
+        return boxes._replace(bounds=np.maximum(boxes.bounds, self._first))
+
+
+class RegionCut:
+    """A polytope, by the cuts of its half spaces and of their opposites."""
+
+    def __init__(self, inequalities: Sequence[Linear], columns: Mapping[str, int]) -> None:
+        self._sides = [(Cut(each, columns), Cut(opposite(each), columns)) for each in inequalities]
+        lines = [outside.line for _, outside in self._sides]
+        self._single = None not in lines
+        self._inside = LineCuts([inside.line for inside, _ in self._sides if inside.line], len(columns))
+        self._columns = np.array([each.near for each in lines if each], dtype=np.int64)
+        self._last = np.array([each.end.last for each in lines if each])
+
+    def within(self, boxes: BoxList) -> BoxList:
+        """Boxes around the states that may lie in it."""
+        boxes = self._inside.within(boxes)
+        for inside, _ in () if self._single else self._sides:
+            boxes = boxes if inside.line else inside.within(boxes)
+        return boxes
+
+    def outside(self, boxes: BoxList) -> BoxList:
+        """Boxes around the states that may lie outside of it."""
+        none = boxes.take(slice(0, 0))
+        if self._single and (boxes.bounds.take(self._columns, axis=1) > self._last).all():
+            return none
+        outer_parts = [none]
+        for inside, outside in self._sides:
+            outer_parts.append(outside.within(boxes))
+            boxes = inside.within(boxes)
+        return together(outer_parts)
+
+
+MAX_PARTS = 1 << 20  # of the start
+AT_ONCE = 1 << 12  # parts that are swept together
+
+
+class StartBox(NamedTuple):
+    """A part of the start as a box, [n_variables] each."""
+
+    low: Float64
+    high: Float64
+
+
+def halves(one: StartBox, column: int) -> list[StartBox]:
+    """A part cut at the middle of a variable, the lower half first."""
+    middle, lower, upper = 0.5 * one.low[column] + 0.5 * one.high[column], one.high.copy(), one.low.copy()
+    lower[column] = upper[column] = middle
+    return [StartBox(one.low, lower), StartBox(upper, one.high)]
+
+
+class Parts:
+    """The start of a system, to be cut into at most so many parts, of which so many are swept together."""
+
+    def __init__(self, system: System, most: int = MAX_PARTS, at_once: int = AT_ONCE) -> None:
+        self._system, self._most, self._at_once = system, most, at_once
+        self._columns = {one.name: column for column, one in enumerate(system.variables)}
+        self._start = RegionCut(list(map(linear, system.start)), self._columns)
+
+    def parts(self, cuts: Sequence[int]) -> Iterator[BoxList]:
+        """The start as boxes, some parts at a time."""
+        return map(self.box_starts, self.cut(cuts))
+
+    def cut(self, cuts: Sequence[int]) -> Iterator[list[StartBox]]:
+        """The parts that cuts make of a box around all starts, some at a time."""
+        batch: list[StartBox] = []
+        count, numbers = 0, iter(cuts)
+        pending = [] if (whole := self.whole) is None else [whole]
+        while pending:
+            one = pending.pop()
+            number = next(numbers, None)
+            if number is None or number > len(self._columns):
+                raise RejectedError("the cuts of the start end too early, or name a variable that there is not")
+            if number:
+                pending += reversed(halves(one, number - 1))
+                continue
+            batch.append(one)
+            count += 1
+            if count > self._most:
+                raise RejectedError(f"the start is cut into more than {self._most:,} parts")
+            if len(batch) == self._at_once:
+                yield batch
+                batch = []
+        if next(numbers, None) is not None:
+            raise RejectedError("the cuts of the start go on after their end")
+        if batch:
+            yield batch
+
+    @property
+    def whole(self) -> StartBox | None:
+        """A box around all starts; None where bounds show that there are none."""
+        ends = [one.range for one in self._system.variables]
+        low, high = np.array([floor(low) for low, _ in ends]), np.array([ceiling(high) for _, high in ends])
+        boxes = self.box_starts([StartBox(low, high)])
+        return StartBox(boxes.low[0], boxes.high[0]) if boxes.size else None
+
+    def box_starts(self, parts: Sequence[StartBox]) -> BoxList:
+        """Boxes around the starts in some parts."""
+        none = np.zeros(len(parts), dtype=np.int64)
+        lows, highs = np.array([one.low for one in parts]), np.array([one.high for one in parts])
+        boxes = BoxList.of(lows, highs, np.arange(len(parts)), none)
+        return self._start.within(boxes)

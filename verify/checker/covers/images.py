@@ -1,25 +1,28 @@
 """Boxes moved one step: a box around all next states of a box, for each piece and joint action.
 
-Does: adds up what a piece and all agents' actions do, exactly; bounds it over boxes, rounded outward.
+Does: adds up what a piece and all agents' actions do, exactly; bounds it over boxes, rounded outward; tells which sets
+  may hold states of which no dynamics are stated.
 Assumes: a system that is well formed.
-Does not: know which action is chosen, or which piece is to move a state.
+Does not: know claims.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
-from codegen.ir import AgentPolicy, Float64, Int64
-from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.cuts import BoundLine, Cut, LineCuts, half_line, linear
+from codegen.ir import AgentPolicy, Bool, Float64, Int64, PolicyProfile
+from verify.checker.covers.boxes import BoxList, Cut, LineCuts, half_line, linear, together
 from verify.checker.covers.rounding import Factor, around, ceiling, floor, sum_down
-from verify.checker.covers.trees import TreeCuts, digits
-from verify.claims.formula import Linear
-from verify.systems.system import Affine, Piece, System
+from verify.checker.covers.trees import TreeCuts, digits, split_by_trees
+from verify.checker.reading import RejectedError
+from verify.checker.systems.cases import box_of, has_cases, hull_of
+from verify.systems.claims import SystemClaim
+from verify.systems.system import Affine, Box, Piece, System, find_gap
 
 Terms = tuple[tuple[tuple[str, Fraction], ...], ...]  # of each variable's next value
 
@@ -63,6 +66,28 @@ class _BoxMotion:
         return image
 
 
+class BoxMotion:
+    """Boxes moved by a team in a system. `several`: some tree tests several variables at once."""
+
+    def __init__(self, profile: PolicyProfile, system: System) -> None:
+        columns = {one.name: column for column, one in enumerate(system.variables)}
+        self._trees = [TreeCuts(system, policy, columns) for policy in profile.agents]
+        self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
+        self.several = any(tree.several for tree in self._trees)
+
+    def move_boxes(self, boxes: BoxList) -> BoxList:
+        """Boxes around all next states. RejectedError for too many, or for bounds that are no numbers."""
+        boxes = split_by_trees(self._trees, boxes)
+        least = boxes.bounds.min(axis=0, initial=inf)
+        met = [piece for piece in self._pieces if piece.may_meet(least)] or self._pieces[:1]
+        return together([piece.move_boxes(piece.within(boxes)) for piece in met])
+
+    def forget(self) -> None:
+        """Has the next boxes moved as if none had been before."""
+        for tree in self._trees:
+            tree.forget()
+
+
 class PieceImage:
     """One piece: the bounds of its box, and the motions of the joint actions that were met."""
 
@@ -72,13 +97,18 @@ class PieceImage:
         self._names = [one.name for one in system.variables]
         self._columns = {name: column for column, name in enumerate(self._names)}
         self._piece, self._policies, self._trees = piece, policies, trees
-        self._where = LineCuts(list(_lines(piece, self._columns)), len(self._names))
+        lines = [half_line(linear(half), self._columns) for half in box_of(piece.where)]
+        self._where = LineCuts([line for line in lines if line is not None], len(self._names))
         self._when = [Cut(linear(half), self._columns) for half in piece.when]
         self._motions: dict[Terms, int] = {}  # numbers of the motions
         self._moves: list[_BoxMotion] = []
         self._joints = np.zeros(0, dtype=np.int64)  # the joint actions that were met, in order
         self._kinds = np.zeros(0, dtype=np.int64)  # the number of the motion of each
         self._shifts = np.zeros((0, 2 * len(self._names)))  # what each adds, at least
+
+    def may_meet(self, least: Float64) -> bool:
+        """Returns False if no box of a list lies in the box of the piece. `least`: bounds of all of them."""
+        return self._where.may_meet(least)
 
     def within(self, boxes: BoxList) -> BoxList:
         """Boxes around the states that lie in the box of the piece, bounds included, and meet its conditions."""
@@ -146,10 +176,43 @@ class PieceImage:
         return [self._piece.effect.get((policy.agent, policy.actions[action].name), {}) for policy, action in chosen]
 
 
-def _lines(piece: Piece, columns: Mapping[str, int]) -> Iterator[BoundLine]:
-    """The bounds of the box of a piece."""
-    for name, (low, high) in piece.where.items():
-        for sign, bound in ((1, high), (-1, -low)):
-            line = half_line(Linear(((Fraction(sign), name),), bound), columns)
-            if line is not None:
-                yield line
+class StatedStates:
+    """The states for which a system says how they move, where a claim needs that. RejectedError for gaps in it."""
+
+    def __init__(self, system: System, claim: SystemClaim) -> None:
+        self._columns = {one.name: column for column, one in enumerate(system.variables)}
+        self._bounds = self._bound_pieces(system) if claim.steps or claim.says.ever else None
+
+    @property
+    def limited(self) -> bool:
+        """True if there are states of which nothing is stated."""
+        return self._bounds is not None
+
+    def _bound_pieces(self, system: System) -> tuple[Float64, Float64] | None:
+        """Bounds of a box all of whose states lie in a piece; None where some piece holds all states."""
+        wheres = [piece.where for piece in system.pieces]
+        if not all(wheres):
+            return None
+        bounds: dict[str, tuple[Fraction, Fraction]] = {}
+        for where in wheres:
+            for name, (low, high) in where.items():
+                least, most = bounds.get(name, (low, high))
+                bounds[name] = min(least, low), max(most, high)
+        if has_cases(system):  # cases.py shows that they leave no gap
+            bounds = dict(hull_of(system))
+        else:
+            whole: Box = bounds
+            if any(low >= high for low, high in bounds.values()) or find_gap(whole, wheres) is not None:
+                raise RejectedError("the pieces leave gaps between them")
+        low = np.full(len(self._columns), -np.inf)
+        high = np.full(len(self._columns), np.inf)
+        for name, (least, most) in bounds.items():
+            low[self._columns[name]], high[self._columns[name]] = ceiling(least), floor(most)
+        return low, high
+
+    def beyond(self, low: Float64, high: Float64) -> Bool:
+        """Returns True for each set, by bounds [n, variables], that may hold states of which nothing is stated, [n]."""
+        if self._bounds is None:
+            return np.zeros(len(low), dtype=np.bool_)
+        least, most = self._bounds
+        return np.asarray(~((low >= least) & (high <= most)).all(axis=1), dtype=np.bool_)

@@ -1,9 +1,9 @@
 """Invariants: sets of states that a system leaves for a few steps at most, and that its episodes come to.
 
 Does: moves sets by boxes, asks the claim of all that they become, and whether that comes back: into a list of cells, or
-  into regions.
-Assumes: images.py, trees.py and cuts.py bound what they are asked.
-Does not: read documents, or find an invariant.
+  into regions; says whether a certificate that is an invariant fits a profile and a system, and shows its claim.
+Assumes: images.py, trees.py and boxes.py bound what they are asked; a certificate that anyone made.
+Does not: read documents (../systems/proofs.py), or find an invariant.
 
 Some variables are followed, all others may be any number. A cell is a box of the followed variables, whole multiples of
 a width being the middles; of a mode it is one value, since systems/cases.py shows that a mode has no others.
@@ -15,9 +15,13 @@ then by induction all states from that step on meet the claim.
 Regions: all of their states meet the claim. If the states at the claim's first step and at those after it, `steps` in
 all, lie in the regions, and if after `steps` states in a row that do so comes another one, then by induction all states
 from that first step on lie in the regions (k-induction). Boxes show the last of these, or a walk of one step by exact
-rows does (systems/walk.py), where a border of a region is met exactly.
+rows does (systems/branch_proofs.py), where a border of a region is met exactly.
 
 States outside of the regions that a claim assumes are dropped wherever they are met.
+
+The numbers of a part are, for each followed variable, the least cell (zigzag: 2n, or -2n - 1 below 0) and how many it
+spans; then the cells in order, each as its distance from the one before. A cell's number has one digit for each
+variable, the first the highest. Cuts are those of covers (README.md).
 """
 
 from __future__ import annotations
@@ -26,25 +30,21 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from itertools import chain
 
 import numpy as np
 
 from codegen.ir import Bool, Int64, PolicyProfile
-from verify.checker.covers.boxes import BoxList, alike_joined, in_cells, together
-from verify.checker.covers.boxes import cut as cut_in_cells
-from verify.checker.covers.cuts import RegionCut, linear
-from verify.checker.covers.images import PieceImage
-from verify.checker.covers.parts import Parts
-from verify.checker.covers.rounding import ensure_arithmetic
-from verify.checker.covers.stated import StatedStates
-from verify.checker.covers.trees import TreeCuts, split_by_trees
+from verify.checker.covers.boxes import BoxList, Parts, RegionCut, Watch, alike_joined, cut, in_cells, linear, together
+from verify.checker.covers.images import BoxMotion, StatedStates
+from verify.checker.covers.rounding import ensure_arithmetic, floor
+from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import needs_stated
-from verify.checker.systems.proofs import FollowedPart
-from verify.checker.systems.walk import ways
+from verify.checker.systems.branch_proofs import close_branches, ensure_asked, needs_stated, ways
+from verify.checker.systems.proofs import FollowedPart, Invariant, InvariantPart, SystemCertificate
 from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.system import HalfSpace, Interval, Polytope, System
+from verify.systems.system import HalfSpace, Interval, Polytope, System, ensure_in_steps
 
 MAX_STEPS = 8  # out of the list, or in the regions
 AT_ONCE = 1 << 14  # cells that are moved together
@@ -66,9 +66,11 @@ class FollowedMotion:
         self.followed = np.array([self.columns[name] for name in self.columns if name in names], dtype=np.int64)
         self._others = np.array([at for name, at in self.columns.items() if name not in names], dtype=np.int64)
         self._modes = [(self.columns[one.name], len(one.modes)) for one in system.variables if one.modes]
-        self._trees = [TreeCuts(system, policy, self.columns) for policy in profile.agents]
-        self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
-        self._starts, self._stated = Parts(system), StatedStates(system, claim)
+        self._motion, self._starts, self._stated = (
+            BoxMotion(profile, system),
+            Parts(system),
+            StatedStates(system, claim),
+        )
         self._first = claim.by
         self._assumed = [RegionCut(list(map(linear, region)), self.columns) for region in claim.assuming]
         self.shows = find_shown_halves(claim, names)
@@ -121,9 +123,7 @@ class FollowedMotion:
         """Boxes around all next states. RejectedError where some are not finite, or nothing is stated of a state."""
         if self.is_unstated(boxes).any():
             raise RejectedError("a set may hold states of which nothing is stated")
-        boxes = split_by_trees(self._trees, boxes)
-        boxes = together([piece.move_boxes(piece.within(boxes)) for piece in self._pieces])
-        boxes = alike_joined(self.restrict_boxes(boxes))
+        boxes = alike_joined(self.restrict_boxes(self._motion.move_boxes(boxes)))
         if not (np.isfinite(boxes.low) & np.isfinite(boxes.high))[:, self.followed].all():
             raise RejectedError("a box has bounds that are not finite")
         return boxes
@@ -162,10 +162,7 @@ class InvariantSweep:
 
     def in_cells(self, boxes: BoxList) -> tuple[BoxList, Int64]:
         """The boxes cut at the bounds of cells, and the cell of each, [n, followed]."""
-        cells = np.zeros((boxes.size, 0), dtype=np.int64)
-        for column, width in self._widths.items():
-            boxes, cells = cut_in_cells(boxes, cells, column, width)
-        return boxes, cells
+        return cut(boxes, self._widths)
 
     def check(
         self, arriving: Iterator[BoxList], cells: Int64, steps: int, watch: Callable[[BoxList], None] | None = None
@@ -340,3 +337,85 @@ def ensure_shown(claim: SystemClaim, parts: Sequence[frozenset[int]]) -> None:
     wanted = range(len(claim.regions[0])) if len(claim.regions) == 1 else range(1)
     if set(wanted) - frozenset().union(*parts):
         raise RejectedError("no part of the invariant shows some of the claim")
+
+
+MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
+
+
+def check_certificate(
+    certificate: SystemCertificate, proof: Invariant, profile: PolicyProfile, system: System, watch: Watch | None = None
+) -> int:
+    """Checks a certificate with this proof; the number of its cells. `watch` is told of all boxes that its cells speak
+    of, by part.
+
+    InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
+    do not show the claim.
+    """
+    named = {name for part in proof.parts for name in (*part.followed, *part.joined)}
+    ensure_asked(certificate, named, profile, system, ever=True)
+    ensure_in_steps(system, "an invariant")
+    count, shown = 0, list[frozenset[int]]()
+    for number, part in enumerate(proof.parts):
+        seen = None if watch is None else partial(watch, number)
+        sets, shows = _check_part(part, certificate.claim, profile, system, seen)
+        count, shown = count + sets, [*shown, shows]
+    ensure_shown(certificate.claim, shown)
+    return count
+
+
+def _check_part(
+    part: InvariantPart,
+    claim: SystemClaim,
+    profile: PolicyProfile,
+    system: System,
+    seen: Callable[[BoxList], None] | None,
+) -> tuple[int, frozenset[int]]:
+    """Checks a part; returns how many sets were asked about, and the half spaces that it shows. RejectedError."""
+    modes = {one.name for one in system.variables if one.modes}
+    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in (*part.widths.values(), *part.joined.values())):
+        raise RejectedError("a cell has a width out of range")
+    if any(part.widths[name] != 1 for name in modes & set(part.widths)) or not 1 <= part.steps <= MAX_STEPS:
+        raise RejectedError("cells of modes are 1 wide, and a part takes 1 to 8 steps")
+    if bool(part.widths) == bool(part.regions) or bool(part.widths) != bool(part.cells):
+        raise RejectedError("a part has either cells with their widths, or regions")
+    joined = {name: floor(width) for name, width in part.joined.items()}
+    start = list(numbers(part.cuts))
+    if part.regions:
+        regions = [each.region for each in part.regions]
+        walks = [each.walk for each in part.regions if each.walk is not None]
+        if walks and (len(walks) < len(regions) or part.steps != 1):
+            raise RejectedError("one step is walked from all regions, or from none")
+        by_regions = RegionSweep(profile, system, claim, regions, 0 if walks else part.steps)
+        cuts = [list(numbers(each.cuts)) for each in part.regions]
+        arriving = by_regions.motion.arriving(start, joined)
+        closed = sum(close_branches(profile, *by_regions.one_step(number), walk) for number, walk in enumerate(walks))
+        return by_regions.check(arriving, cuts) + closed, by_regions.motion.shows
+    sweep = InvariantSweep(profile, system, claim, {name: floor(width) for name, width in part.widths.items()})
+    cells = read_cells(numbers(part.cells), len(part.widths))
+    sweep.check(sweep.motion.arriving(start, joined), cells, part.steps, seen)
+    return len(cells), sweep.motion.shows
+
+
+def read_cells(given: Iterator[int], variables: int) -> Int64:
+    """The cells that numbers stand for, [n, variables]. RejectedError where there are none, or too large ones."""
+    lows, spans, span = list[int](), list[int](), 1
+    for _ in range(variables):
+        low, size = next(given, 0), next(given, 0)
+        lows.append(low // 2 if low % 2 == 0 else -(low // 2) - 1)
+        spans.append(size)
+        span *= size
+    steps = list(given)
+    if not 0 < span <= MAX_SPAN or not steps or max([*steps, *map(abs, lows)]) >= MAX_SPAN:
+        raise RejectedError("the cells of an invariant are out of range")
+    keys = np.cumsum(np.array(steps, dtype=np.int64))
+    if not ((keys >= 0) & (keys < span)).all():
+        raise RejectedError("the cells of an invariant are out of range")
+    return _digits(keys, lows, spans)
+
+
+def _digits(keys: Int64, lows: Sequence[int], spans: Sequence[int]) -> Int64:
+    digits: list[Int64] = []
+    for low, span in zip(reversed(lows), reversed(spans), strict=True):
+        digits.append(keys % span + low)
+        keys = keys // span
+    return np.stack(digits[::-1], axis=1)

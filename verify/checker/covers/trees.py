@@ -1,9 +1,14 @@
 """Boxes by the joint action that the agents choose in them.
 
-Does: looks up which leaves a box meets by tests of single variables, and cuts it at them; at a test of several
-  variables it goes both ways, cut at each.
-Assumes: the exact sides of splits, as systems/trees.py has them; leaves.py.
+Does: looks up for all boxes at once which leaves each meets by tests of single variables, and cuts it at them; at a
+  test of several variables a box goes both ways, cut at each.
+Assumes: the exact sides of splits, as systems/reading.py has them; half lines as boxes.py has them.
 Does not: move boxes.
+
+All bounds are bounds from below, of variables and of their negatives (`BoxList.bounds`). A way down asks that some are
+at most `last`, the largest float of a half line; what is met is cut at `first`, a float beyond the end of the half line
+that looks the other way. A box meets an end if none of its bounds exceeds `last`. So the ends that a single bound
+leaves are a row of bits, found by its place among all `last`, and the ends that a box meets are what its rows share.
 
 A joint action is one number: the actions of the agents are its digits, the first agent's the highest.
 """
@@ -12,18 +17,167 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import Protocol, TypeAlias, TypeVar
+from functools import cached_property
+from math import inf
+from typing import NamedTuple, Protocol, TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, Int64, splits
-from verify.checker.covers.boxes import BoxList, together
-from verify.checker.covers.cuts import BoundLine, Cut, half_line, opposite
-from verify.checker.covers.leaves import LeafWays, WayDown
+from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, Bool, Float64, Int64, splits
+from verify.checker.covers.boxes import (
+    FEW,
+    BoundLine,
+    BoxList,
+    Cut,
+    alike,
+    half_line,
+    least_of_runs,
+    opposite,
+    round_bounds,
+    together,
+    unit_of,
+)
 from verify.checker.reading import RejectedError
-from verify.checker.systems.trees import goes_left
+from verify.checker.systems.reading import goes_left
 from verify.claims.formula import TRUE, Formula, Linear, Or
 from verify.systems.system import System
+
+AT_ONCE = 1 << 24  # pairs of a box and an end
+COMPARED = 32  # ways to which all boxes are compared, since that is as fast for so few
+GROWN = 1.25  # times as many boxes in leaves as were left when they were last joined: they are joined again
+Bits = NDArray[np.uint64]
+
+
+class WayDown(NamedTuple):
+    """A way down: bounds that may not be exceeded and those at which is cut, by column; the node at its end."""
+
+    last: list[float]
+    first: list[float]
+    node: int
+
+    @classmethod
+    def begin(cls, columns: int, node: int) -> WayDown:
+        """The way to a node at which all begins."""
+        return cls([inf] * columns, [-inf] * columns, node)
+
+    def on(self, lines: Sequence[BoundLine], node: int) -> WayDown | None:
+        """The way on to a node, where some half lines hold; None where no state meets all."""
+        last, first = list(self.last), list(self.first)
+        for near, far, end, _ in lines:
+            last[near], first[far] = min(last[near], end.last), max(first[far], -end.up)
+            if first[near] > last[near] or first[far] > last[far]:
+                return None
+        return WayDown(last, first, node)
+
+
+class _Column(NamedTuple):
+    """One column of bounds: all `last` of ways in it, in order; by how many of these a bound exceeds, the ways left."""
+
+    ends: Float64
+    left: Bits  # [ends + 1, words]
+
+
+class LeafWays:
+    """Some ways down from one node."""
+
+    def __init__(self, ways: Sequence[WayDown]) -> None:
+        self._last, self._first = np.array([way.last for way in ways]), np.array([way.first for way in ways])
+        self._node = np.array([way.node for way in ways])
+        self.forget()
+
+    def forget(self) -> None:
+        """Has the next boxes split as if none had been before."""
+        self._least = 0  # boxes in leaves since they were last joined
+
+    def split_at_leaves(self, boxes: BoxList) -> tuple[BoxList, Int64]:
+        """The boxes cut at the ends of the ways that they meet, and the node at each end. RejectedError for a bound
+        that is no number.
+        """
+        bounds, by_column = boxes.bounds, np.ascontiguousarray(boxes.bounds.T)
+        least, most = by_column.min(axis=1, initial=inf), by_column.max(axis=1, initial=-inf)
+        if np.isnan(least).any():
+            raise RejectedError("a box has bounds that are not finite")
+        box, way = self._pairs(by_column, least, most)
+        first = self._first.take(way, axis=0)
+        bounds, part, joint = np.maximum(bounds.take(box, axis=0), first), boxes.part.take(box), boxes.joint.take(box)
+        self._least = min(self._least, len(box))
+        if len(box) >= max(FEW, GROWN * self._least):
+            kept, bounds = _join_nested(bounds, bounds == first, [way, part, joint], unit_of(least, most))
+            way, part, joint, self._least = way.take(kept), part.take(kept), joint.take(kept), len(kept)
+        return BoxList(bounds, part, joint), self._node.take(way)
+
+    @cached_property
+    def _columns(self) -> list[_Column]:
+        return [_column(last) for last in self._last.T]
+
+    def _pairs(self, by_column: Float64, least: Float64, most: Float64) -> tuple[Int64, Int64]:
+        """Returns the numbers of boxes and ways that meet, pair by pair. `least`, `most`: bounds of each column."""
+        count = by_column.shape[1]
+        reached: Bool = np.asarray((least <= self._last).all(axis=1), dtype=np.bool_)  # no box meets another way
+        ways = np.flatnonzero(reached)
+        last = self._last.take(ways, axis=0)
+        columns = np.flatnonzero((last < most).any(axis=0)).tolist()  # in all others each box meets each of the ways
+        if len(ways) <= COMPARED:
+            met = np.ones((len(ways), count), dtype=np.bool_)
+            for column in columns:
+                met &= by_column[column] <= last[:, column, None]
+            at, box = np.divmod(np.flatnonzero(met), max(count, 1))
+            return box, ways.take(at)
+        at_once, row = max(AT_ONCE // len(self._node), 1), _pack_flags(reached[None])
+        some = ((at, by_column[:, at : at + at_once]) for at in range(0, max(count, 1), at_once))
+        pairs = [self._look_up(each, columns, row) + at * len(self._node) for at, each in some]
+        return np.divmod(np.concatenate(pairs), len(self._node))
+
+    def _look_up(self, by_column: Float64, columns: Sequence[int], row: Bits) -> Int64:
+        """Returns the pairs of a box and a way in a row of bits that meet, as far as some columns say: a pair's number
+        is that of the box times the number of ways, and the way's.
+        """
+        common: Bits = np.repeat(row, by_column.shape[1], axis=0)
+        for column in columns:
+            ends, left = self._columns[column]
+            own: Float64 = by_column[column]
+            common &= left.take(np.searchsorted(ends, own), axis=0)
+        flags = np.unpackbits(common.view(np.uint8), axis=1, count=len(self._node), bitorder="little")
+        return np.flatnonzero(flags.view(np.bool_))
+
+
+def _column(last: Float64) -> _Column:
+    ends = np.unique(last)
+    return _Column(ends, _pack_flags(np.searchsorted(ends, last) >= np.arange(len(ends) + 1)[:, None]))
+
+
+def _pack_flags(flags: Bool) -> Bits:
+    """Rows of flags as words."""
+    padded = np.zeros((len(flags), -(-flags.shape[1] // 64) * 64), dtype=np.bool_)
+    padded[:, : flags.shape[1]] = flags
+    return np.packbits(padded, axis=1, bitorder="little").view(np.uint64)
+
+
+def _join_nested(bounds: Float64, at_end: Bool, kinds: Sequence[Int64], unit: Float64) -> tuple[Int64, Float64]:
+    """The numbers of some boxes, and bounds in which these hold all states of a list of boxes in leaves, where those of
+    one kind became one of which one all but holds the others. `at_end`: which bounds are those of the leaf; `unit`: by
+    how much of a column this may lose.
+
+    Rounding outward makes slivers at the ends of leaves. Two boxes that reach the end of their leaf, and are alike but
+    for the bound on the other side, lie in each other. So that bound is left out of the hash by which they are found.
+    Whatever is joined, what is around it holds its states; that one box all but does is asked to lose nothing else.
+    """
+    size = bounds.shape[1] // 2
+    rows = round_bounds(bounds, unit) * ~np.concatenate([at_end[:, size:], at_end[:, :size]], axis=1)
+    order, begins = alike(rows, kinds)
+    if len(begins) == len(order):
+        return np.arange(len(order)), bounds
+    bounds, counts = bounds.take(order, axis=0), np.diff(begins, append=len(order))
+    around = np.repeat(least_of_runs(bounds, begins), counts, axis=0)
+    holds = np.logical_or.reduceat((bounds - around <= unit).all(axis=1), begins)
+    alone = np.repeat(~holds, counts)
+    first = np.zeros(len(order), dtype=np.bool_)
+    first[begins] = True
+    kept = np.flatnonzero(alone | first)
+    joined = np.where(alone.take(kept)[:, None], bounds.take(kept, axis=0), around.take(kept, axis=0))
+    return order.take(kept), joined
+
 
 MAX_WAYS = 4_096  # down from one node that are looked up together
 
@@ -83,11 +237,18 @@ class TreeCuts:
         """True if the tree tests several variables at once, by which boxes are cut into pieces that nothing joins."""
         return bool(self._cuts)
 
+    def forget(self) -> None:
+        """Has the next boxes cut as if none had been before."""
+        for ways in self._cells.values():
+            ways.forget()
+
     def split_at_tests(self, boxes: BoxList) -> BoxList:
         """The boxes, cut at the splits, each with this agent's action as one more digit of its joint action."""
-        at_leaves, pending = list[BoxList](), [(ROOT, boxes)]
+        at_leaves, pending = [boxes.take(slice(0, 0))], [(ROOT, boxes)]
         while pending:
             node, boxes = pending.pop()
+            if not boxes.size:
+                continue
             if node in self._lines:
                 boxes, at = self._leaves(node).split_at_leaves(boxes)
                 done = self._leaf.take(at)

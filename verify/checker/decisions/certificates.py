@@ -19,15 +19,13 @@ from verify.checker.decisions import walk as decisions
 from verify.checker.envelope import REMAKE, ensure_about, ensure_readable, ensure_whole, numbers, read_proof
 from verify.checker.reading import RejectedError, region_formula
 from verify.checker.thresholds import NO_ERROR, sides
-from verify.claims.claim import check_range
+from verify.claims.claim import check_range, read_by, verifiable
 from verify.claims.decisions import BY_NAME, KAPPA, PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady, formula
-from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
-from verify.claims.formula_json import read_formula
+from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal, read_formula
 from verify.claims.observed import View, over, view_from
 from verify.claims.pairs import alike, ensure_comparable, pair_profiles
 from verify.claims.region import Region, goal_of, goal_text
 from verify.claims.relations import RELATIONS
-from verify.claims.verifiable import read_by, verifiable
 from verify.exact import read_number
 from verify.semantics import MACHINE, SEMANTICS, Semantics
 

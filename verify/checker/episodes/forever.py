@@ -37,10 +37,10 @@ from verify.checker.episodes import certificates as over_steps
 from verify.checker.episodes.certificates import EpisodeCertificate, Side, ensure_started
 from verify.checker.episodes.reading import FARTHEST, ProofPart, certifiable, compute_push, ensure_stated
 from verify.checker.reading import RejectedError
+from verify.claims.claim import verifiable
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import Acts, Formula, Not, conjunction
 from verify.claims.region import Interval, Region, goal_of
-from verify.claims.verifiable import verifiable
 from verify.exact import read_number
 from verify.kinds import ALWAYS
 from verify.semantics import MACHINE, Semantics

@@ -2,9 +2,17 @@
 
 Does: cuts the start as a proof says, joins sets where it says so, sends them down the trees at each sample, cuts them
   by cases, makes the jumps of samples, moves them through a period in steps, and asks the claim of every set at samples
-  and of every tube between them; answers the same of single boxes, for replays.
-Assumes: steps.py, cases.py, covers/trees.py and covers/cuts.py bound what they are asked.
-Does not: read documents, or choose how to cut, join and step.
+  and of every tube between them; answers the same of single boxes, for replays; says whether a certificate fits a
+  profile and a system, and its sets show the claim.
+Assumes: steps.py, samples.py and covers bound what they are asked; a certificate that anyone made.
+Does not: read documents (../systems/proofs.py), or choose how to cut, join and step.
+
+Sets are joined at all samples in cells of one width, or by levels: cells become narrower where wider ones did not show
+the claim. A level has boxes at each sample where sets are joined. What leaves them lies in boxes of this level at the
+next such sample, or in marked boxes of levels before. A box is marked if all that was followed of it up to that sample
+met the claim, and so are all boxes of its level that hold what left it. So every episode that is in a marked box at its
+sample meets the claim from then on. At the next level, whose cells are half as wide, only what lies in no such box is
+followed. Numbers of cells are hashed to find boxes; whether they hold a part is asked of bounds.
 """
 
 from __future__ import annotations
@@ -16,20 +24,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codegen.ir import Bool, Int64, PolicyProfile
-from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.cuts import RegionCut, linear
-from verify.checker.covers.parts import Parts, StartBox
+from codegen.errors import InputError
+from codegen.ir import Bool, Float64, Int64, PolicyProfile
+from verify.checker.covers.boxes import BoxList, Parts, RegionCut, StartBox, cut, least_of_runs, linear, multipliers
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
 from verify.checker.covers.trees import digits, split_by_trees
-from verify.checker.flows.cases import FlowCases
-from verify.checker.flows.programs import Stepping
-from verify.checker.flows.sampling import PACE, LateTrees, pace_flow, pace_of
-from verify.checker.flows.series import FlowReading
-from verify.checker.flows.sets import SetList, beside, build_sets
-from verify.checker.flows.spans import Spans
-from verify.checker.flows.steps import EXACT, FlowStep, build_frames
+from verify.checker.envelope import REMAKE, numbers
+from verify.checker.flows.intervals import Spans
+from verify.checker.flows.samples import PACE, FlowCases, LateTrees, pace_flow, pace_of
+from verify.checker.flows.series import FlowReading, Stepping
+from verify.checker.flows.steps import EXACT, FlowStep, SetList, beside, build_frames, build_sets
 from verify.checker.reading import RejectedError
+from verify.checker.systems.branch_proofs import ensure_asked
+from verify.checker.systems.proofs import FlowSets, SystemCertificate
 from verify.systems.claims import SystemClaim
 from verify.systems.expressions import Name
 from verify.systems.system import Flow, System
@@ -208,34 +215,27 @@ class FlowSweep:
 
     def _ask_at_sample(self, sets: SetList, period: int) -> SetList:
         """The sets that are followed further from a sample."""
-        says, claim = self._claim.says, self._claim
-        if says.once:
+        if self._claim.says.once:
             return self._outside(sets)
-        if says.avoided:
-            return self._none(sets, self._in_some(sets.numbered), f"at sample {period} a state may be in the region")
-        if period < claim.by:
-            return sets
-        return self._none(sets, self._beyond(sets.numbered), f"at sample {period} a state may be out of the region")
+        return self._drop_broken(sets, sets.numbered, period, f"at sample {period}")
 
     def _ask_in_period(self, sets: SetList, tube: Spans, period: int, last: bool) -> SetList:
         """The sets after a step that are followed further. `tube`: boxes of all states in the step."""
-        says, claim = self._claim.says, self._claim
-        if claim.at_samples:
+        if self._claim.at_samples:
             return sets
-        if says.once:
+        if self._claim.says.once:
             return sets if last else self._outside(sets)
         along = BoxList.of(tube.low, tube.high, np.arange(sets.size), sets.joint)
-        if says.avoided:
-            return self._none(sets, self._in_some(along), f"in period {period} a state may be in the region")
-        if period < claim.by:
-            return sets
-        return self._none(sets, self._beyond(along), f"in period {period} a state may be out of the region")
+        return self._drop_broken(sets, along, period, f"in period {period}")
 
-    def _none(self, sets: SetList, boxes: BoxList, why: str) -> SetList:
-        """The sets without those of which boxes were found."""
+    def _drop_broken(self, sets: SetList, boxes: BoxList, period: int, when: str) -> SetList:
+        """The sets without those of whose boxes some state may break the claim."""
+        avoided = self._claim.says.avoided
+        if not avoided and period < self._claim.by:
+            return sets
         bad = np.zeros(sets.size, dtype=np.bool_)
-        bad[boxes.part] = True
-        return self._drop_bad(sets, bad, why)
+        bad[(self._in_some(boxes) if avoided else self._beyond(boxes)).part] = True
+        return self._drop_bad(sets, bad, f"{when} a state may be {'in' if avoided else 'out of'} the region")
 
     def _beyond(self, boxes: BoxList) -> BoxList:
         for region in self._regions:
@@ -323,3 +323,149 @@ def _jump_of(flow: Flow, names: Sequence[str]) -> FlowStep | None:
 def _as_list(box: Spans) -> BoxList:
     none = np.zeros(len(box.low), dtype=np.int64)
     return BoxList.of(box.low, box.high, none, none)
+
+
+class _Span(NamedTuple):
+    """A level between two samples. Its boxes: `hashes` of their cells, sorted, `bounds`, which are `marked`; of what
+    came into them, from which box of the span before (`sources`) into which (`targets`).
+    """
+
+    hashes: Int64
+    bounds: Float64
+    marked: Bool
+    sources: Int64
+    targets: Int64
+
+    def hold(self, parts: BoxList, hashes: Int64) -> Bool:
+        """Returns True for each part that lies in a marked box."""
+        place = np.minimum(np.searchsorted(self.hashes, hashes), len(self.hashes) - 1)
+        inside = (parts.bounds >= self.bounds[place]).all(axis=1)
+        return np.asarray((self.hashes[place] == hashes) & self.marked[place] & inside)
+
+
+class LevelSweep:
+    """The levels of a `plan`, whose `levels` says how many it needs; `why`: what was not shown at last."""
+
+    def __init__(self, sweep: FlowSweep, plan: Plan) -> None:
+        self._sweep, self.plan, self._told = sweep, plan, sweep.sampled
+        self.why = ""
+        self._seen: list[tuple[int, SetList]] = []
+        self._levels: list[tuple[Mapping[int, float], dict[int, _Span]]] = []
+
+    @property
+    def levels(self) -> int:
+        """The number of levels followed."""
+        return len(self._levels)
+
+    def run(self) -> int:
+        """Follows all levels; returns the number of sets asked about. RejectedError where the claim is not shown."""
+        shown = [self.descend() for _ in range(self.plan.levels)]
+        if not shown[-1]:
+            raise RejectedError(self.why)
+        return self._sweep.swept
+
+    def descend(self) -> bool:
+        """Follows one more level; whether all starts are shown. RejectedError for too many sets; then it was none."""
+        widths = {column: width * 0.5**self.levels for column, width in self.plan.widths.items()}
+        parts, last, spans = self._sweep.starts, self._sweep.last, dict[int, _Span]()
+        seen: list[list[tuple[int, SetList]]] = []
+        for first in range(0, max(last, 1), self.plan.every):
+            parts, hashes = _hash_cells(self._drop_shown(parts, first), widths)
+            if not parts.size:
+                break
+            order = np.argsort(hashes, kind="stable")
+            hashes, parts = hashes[order], parts.take(order)
+            begins = np.flatnonzero(np.diff(hashes, prepend=hashes[0] - 1))
+            boxes, bounds = np.arange(len(begins)), least_of_runs(parts.bounds, begins)
+            marked, targets = boxes >= 0, np.repeat(boxes, np.diff(begins, append=len(hashes)))
+            spans[first] = _Span(hashes[begins], bounds, marked, parts.part, targets)
+            joined = BoxList(bounds, boxes, np.zeros_like(boxes))
+            parts, left = self._follow(joined, first, min(first + self.plan.every, last))
+            marked[list(left)] = False
+            self.why = next(iter(left.values()), self.why)
+            seen.append(self._seen)
+        _unmark(list(spans.values()))
+        self._levels.append((widths, spans))
+        self._tell(list(spans.values()), seen)
+        return all(span.marked.all() for span in list(spans.values())[:1])
+
+    def _drop_shown(self, parts: BoxList, first: int) -> BoxList:
+        """Returns the parts that lie in no marked box of the levels before, cut by their cells."""
+        for widths, spans in self._levels:
+            if first in spans and parts.size:
+                parts, hashes = _hash_cells(parts, widths)
+                parts = parts.take(~spans[first].hold(parts, hashes))
+        return parts
+
+    def _follow(self, boxes: BoxList, first: int, end: int) -> tuple[BoxList, dict[int, str]]:
+        """Returns what is left of boxes at a later sample, and for boxes not shown up to it, why."""
+        self._seen = []
+        self._sweep.sampled = None if self._told is None else lambda at, sets: self._seen.append((at, sets))
+        try:
+            after = self._sweep.follow_sets(build_sets(boxes, int(self.plan.every > 1)), self.plan, first, end)
+        finally:
+            self._sweep.sampled = self._told
+        return BoxList.of(after.box.low, after.box.high, after.part, np.zeros_like(after.part)), self._sweep.open
+
+    def _tell(self, spans: list[_Span], seen: list[list[tuple[int, SetList]]]) -> None:
+        """Tells of the sets that come from marked boxes."""
+        if self._told is not None:
+            for span, lists in zip(spans, seen, strict=True):
+                for at, sets in lists:
+                    self._told(at, sets.take(span.marked[sets.part]))
+
+
+def _unmark(spans: list[_Span]) -> None:
+    """Unmarks boxes that something leaves for an unmarked one."""
+    for before, after in zip(reversed(spans[:-1]), reversed(spans[1:]), strict=True):
+        before.marked[after.sources[~after.marked[after.targets]]] = False
+
+
+def _hash_cells(parts: BoxList, widths: Mapping[int, float]) -> tuple[BoxList, Int64]:
+    """Boxes cut at the bounds of cells, and hashes of the cells that they lie in."""
+    parts, cells = cut(parts, widths)
+    if parts.size > MAX_SETS:
+        raise RejectedError(f"a list has more than {MAX_SETS:,} sets")
+    return parts, cells @ multipliers(cells.shape[1])
+
+
+MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
+MAX_ORDER, MAX_STEPS = 30, 1_000
+MAX_LEVELS, MAX_EVERY = 20, 1 << 20
+
+
+def check_certificate(
+    certificate: SystemCertificate,
+    proof: FlowSets,
+    profile: PolicyProfile,
+    system: System,
+    watch: SetWatch | None = None,
+) -> int:
+    """Checks a certificate with this proof; the number of its sets over all steps. `watch` is told of the sets, by
+    sample.
+
+    InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
+    do not show the claim.
+    """
+    if system.flow is None:
+        raise InputError("the certificate is about continuous time", f"system {system.name} moves in steps", REMAKE)
+    ensure_asked(certificate, set(proof.cells), profile, system)
+    if certificate.claim.about_decisions or certificate.claim.at_samples is None:
+        raise RejectedError("sets of a flow show claims about continuous time only")
+    if not 1 <= proof.order <= MAX_ORDER or not 1 <= proof.steps <= MAX_STEPS:
+        raise RejectedError(f"the order is not from 1 to {MAX_ORDER}, or the steps are not from 1 to {MAX_STEPS}")
+    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in proof.cells.values()):
+        raise RejectedError("a cell has a width out of range")
+    sweep = FlowSweep(profile, system, certificate.claim)
+    sweep.sampled = watch
+    widths = {sweep.columns[name]: floor(width) for name, width in proof.cells.items()}
+    cuts, every, levels = list(numbers(proof.cuts)), proof.joined_every, proof.levels
+    plan = Plan(cuts, proof.order, proof.steps, widths, every, levels)
+    if levels == 0 and every == 1:
+        return sweep.run(plan)
+    if not widths or cuts != [0] or not 1 <= levels <= MAX_LEVELS or not 1 <= every <= MAX_EVERY:
+        raise RejectedError(
+            f"the levels are not from 1 to {MAX_LEVELS}, or the samples between joins not from 1 to {MAX_EVERY:,}, "
+            "or there are no cells, or cuts beside them"
+        )
+    return LevelSweep(sweep, plan).run()

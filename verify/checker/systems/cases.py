@@ -135,11 +135,18 @@ def _meets_tests(tests: Sequence[HalfSpace], places: Mapping[Sum, int], cells: S
 
 def tests_of(piece: Piece) -> list[HalfSpace]:
     """All that a state of a piece meets, as half spaces."""
-    found = list(piece.when)
-    for name, (low, high) in piece.where.items():
-        found.append(HalfSpace(Affine.of({name: Fraction(1)}, -high)))
-        found.append(HalfSpace(Affine.of({name: Fraction(-1)}, low)))
-    return found
+    return [*piece.when, *box_of(piece.where)]
+
+
+def box_of(box: Box) -> Polytope:
+    """A box as half spaces."""
+    halves: list[HalfSpace] = []
+    for name, (low, high) in box.items():
+        halves += [
+            HalfSpace(Affine.of({name: Fraction(-1)}, low)),
+            HalfSpace(Affine.of({name: Fraction(1)}, -high)),
+        ]
+    return tuple(halves)
 
 
 def _sum(half: HalfSpace) -> Sum:

@@ -3,7 +3,7 @@ the members that files have.
 
 Does: the data of each; reads a certificate of any of the four forms.
 Assumes: a document that anyone made.
-Does not: say whether a certificate is accepted (certificates.py here, ../covers and ../flows).
+Does not: say whether a certificate is accepted (branch_proofs.py, ../covers and ../flows).
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ from msgspec import field
 
 from verify.checker import certificate
 from verify.checker.certificate import Bytes, Certificate, Forms, Header, Members
-from verify.claims.formula import Linear
-from verify.claims.formula_json import read_formula
+from verify.claims.formula import Linear, read_formula
 from verify.exact import read_number
 from verify.systems.claims import Pattern, SystemClaim, SystemPremise
 from verify.systems.system import Affine, HalfSpace, Polytope

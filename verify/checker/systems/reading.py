@@ -1,11 +1,20 @@
-"""The checker's own reading of episodes of a stated system: conditions on states as rows, and how states move.
+"""The checker's own reading of a stated system: symbolic states, conditions on them as rows, trees as decisions.
 
-Does: formulas over variables as conditions on those that are followed; the start; symbolic states after a step.
-Assumes: claims/formula.py and systems/system.py; belongs to what must be right for a certificate to mean something.
+Does: sums over unknowns with bounds and rows, and what contradicts these; formulas over variables as conditions on
+  those that are followed; the start; symbolic states after a step; the exact side of a split, and a tree as a decision
+  between effects, of which what cannot be known is left open.
+Assumes: claims/formula.py, thresholds.py and systems/system.py; belongs to what must be right for a certificate to mean
+  something.
 Does not: search.
+
+An unknown lies in [0, 1]: how far a start variable is between its bounds, or the error of a variable in a step. A
+symbolic state is, for each variable that is followed, a sum of multiples of unknowns (its motion) and a number.
 
 Of variables that are not followed nothing is known. A condition that names one is taken to hold, so a claim is shown of
 more states than there are.
+
+A feature is the exact value of what it measures, rounded once to what the agent compares. Rounding never changes an
+order, so a side of a split is a half line of the exact value, whose end thresholds.py gives.
 """
 
 from __future__ import annotations
@@ -15,11 +24,175 @@ from fractions import Fraction
 from math import gcd, lcm
 from typing import NamedTuple
 
+from codegen.errors import UnknownNameError
+from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, splits
 from verify.checker.reading import RejectedError
-from verify.checker.systems.rows import Branch, Direction, Motion, Row, Terms, VariableSum, Weights
-from verify.claims.formula import And, Formula, Linear, Or
+from verify.checker.thresholds import find_real_end
+from verify.claims.formula import FALSE, TRUE, And, Formula, Linear, Or, below, disjunction
 from verify.systems.claims import atom
-from verify.systems.system import Affine, Interval, Piece, Polytope, System
+from verify.systems.system import Affine, Feature, Interval, Measure, Piece, Polytope, System
+
+Weights = Mapping[int, Fraction]  # by unknown
+Terms = tuple[tuple[Fraction, str], ...]  # weight, variable
+
+
+class Span(NamedTuple):
+    """Bounds of a number, each of which it may not be allowed to meet."""
+
+    low: Fraction
+    low_open: bool
+    high: Fraction
+    high_open: bool
+
+
+UNIT = Span(Fraction(0), False, Fraction(1), False)
+
+
+class Direction:
+    """A sum of multiples of unknowns: whole numbers without a common divisor, the first of them above 0."""
+
+    def __init__(self, weights: tuple[tuple[int, int], ...]) -> None:
+        self.weights = weights  # (unknown, multiple), by unknown
+        self.bits = max(abs(weight) for _, weight in weights).bit_length()  # multipliers are per 2**bits
+        self.low = Fraction(sum(min(weight, 0) for _, weight in weights))
+        self.high = Fraction(sum(max(weight, 0) for _, weight in weights))
+        self.mask = sum(1 << unknown for unknown, _ in weights)  # the set of its unknowns
+        self.alone = weights[0][0] if len(weights) == 1 else None  # the unknown, where there is one only
+
+
+class Row(NamedTuple):
+    """A direction is at most `end`, or with `upper` False at least; below or above it where `strict`."""
+
+    direction: Direction
+    upper: bool
+    end: Fraction
+    strict: bool
+
+    def opposite(self) -> Row:
+        """Returns the row that holds where this one does not."""
+        return Row(self.direction, not self.upper, self.end, not self.strict)
+
+
+class VariableSum:
+    """A sum of multiples of followed variables; one object for equal sums."""
+
+    def __init__(self, terms: Terms) -> None:
+        self.terms = terms
+
+
+class Motion:
+    """The dependence of the followed variables on the unknowns after some steps; one object for equal dependence."""
+
+    def __init__(self, weights: Mapping[str, Weights], unknowns: tuple[tuple[int, str], ...]) -> None:
+        self.weights = weights
+        self.unknowns = unknowns  # (number of the step, variable) of each error; of start variables the step is -1
+        self.directions: dict[VariableSum, tuple[Direction | None, Fraction]] = {}
+        self.later: dict[int, Motion] = {}  # by kind of step
+
+
+class Branch:
+    """A symbolic state: all states that some values of the unknowns within `box` and all `rows` lead to."""
+
+    def __init__(self, step: int, motion: Motion, at: Mapping[str, Fraction]) -> None:
+        self.step = step
+        self.motion = motion
+        self.at = at  # the number that is added, by variable
+        self.added: dict[VariableSum, Fraction] = {}  # the same for sums of variables, as far as they were asked about
+        self.box: Mapping[int, Span] = {}  # of unknowns that are bounded more narrowly than by [0, 1]
+        self.rows: tuple[Row, ...] = ()
+        self.pieces: tuple[int, ...] = ()  # that moved it
+        self.note: object = None  # whoever answers questions may keep something here
+
+    def copy(self) -> Branch:
+        """The same again."""
+        other = Branch(self.step, self.motion, self.at)
+        other.box, other.rows, other.pieces, other.note = self.box, self.rows, self.pieces, self.note
+        other.added = self.added
+        return other
+
+    def with_row(self, row: Row) -> Branch:
+        """Those of its states for which a row holds."""
+        other, alone = self.copy(), row.direction.alone
+        if alone is None:
+            other.rows = (*self.rows, row)
+        else:
+            other.box = {**self.box, alone: _narrow_span(self.box.get(alone, UNIT), row)}
+        return other
+
+    def span(self, direction: Direction) -> Span:
+        """Bounds of a direction by the box, and by the rows of that direction."""
+        span = self._by_box(direction)
+        for row in self.rows:
+            if row.direction is direction:
+                span = _narrow_span(span, row)
+        return span
+
+    def _by_box(self, direction: Direction) -> Span:
+        if not self.box:
+            return Span(direction.low, False, direction.high, False)
+        if direction.alone is not None:  # its multiple is 1
+            return self.box.get(direction.alone, UNIT)
+        low, high = direction.low, direction.high
+        low_open = high_open = False
+        for unknown, weight in direction.weights:
+            span = self.box.get(unknown)
+            if span is not None:
+                small, large = (span[:2], span[2:]) if weight > 0 else (span[2:], span[:2])
+                low, high = low + weight * small[0], high + weight * large[0]
+                low, high = low - min(weight, 0), high - max(weight, 0)
+                low_open, high_open = low_open or small[1], high_open or large[1]
+        return Span(low, low_open, high, high_open)
+
+    def decide_row(self, row: Row) -> bool | None:
+        """Returns whether a row holds for all its states or for none, as far as bounds tell; None where they do not."""
+        low, low_open, high, high_open = self.span(row.direction)
+        if not row.upper:
+            low, low_open, high, high_open = -high, high_open, -low, low_open
+        end = row.end if row.upper else -row.end
+        if high < end or (high == end and (high_open or not row.strict)):
+            return True
+        return False if low > end or (low == end and (low_open or row.strict)) else None
+
+    def is_contradicted(self, used: Iterable[tuple[Row, int]]) -> bool:
+        """Returns True if rows, each times a number above 0 per 2**bits of its direction, sum to beyond all bounds."""
+        used = list(used)
+        most = max((row.direction.bits for row, _ in used), default=0)
+        weights: dict[int, int] = {}
+        total, strict = Fraction(0), False
+        for row, times in used:
+            factor = times << (most - row.direction.bits)
+            factor = factor if row.upper else -factor
+            for unknown, weight in row.direction.weights:
+                weights[unknown] = weights.get(unknown, 0) + factor * weight
+            total -= factor * row.end
+            strict = strict or row.strict
+        least, is_open = self._least(weights)
+        return total + least > 0 or (total + least == 0 and (strict or is_open))
+
+    def _least(self, weights: Mapping[int, int]) -> tuple[Fraction, bool]:
+        """The greatest lower bound of a sum by the box, and whether it is out of reach."""
+        least, is_open, whole = Fraction(0), False, 0
+        for unknown, weight in weights.items():
+            if not weight:
+                continue
+            span = self.box.get(unknown)
+            if span is None:
+                whole += min(weight, 0)
+            else:
+                end, beyond = span[:2] if weight > 0 else span[2:]
+                least, is_open = least + weight * end, is_open or beyond
+        return least + whole, is_open
+
+
+def _narrow_span(span: Span, row: Row) -> Span:
+    """The bounds of a direction once a row of that direction holds."""
+    low, low_open, high, high_open = span
+    if row.upper:
+        high_open = row.strict if row.end < high else high_open or (row.strict and row.end == high)
+        return Span(low, low_open, min(high, row.end), high_open)
+    low_open = row.strict if row.end > low else low_open or (row.strict and row.end == low)
+    return Span(max(low, row.end), low_open, high, high_open)
+
 
 EXACT: Interval = (Fraction(0), Fraction(0))
 LeapKey = tuple[tuple[str, tuple[tuple[str, Fraction], ...], Fraction, Fraction], ...]  # variable, its form, its error
@@ -94,7 +267,7 @@ class SystemReading:
         return self._states(step, region, dict[str, Interval]())
 
     def _states(self, step: int, region: Polytope, ranges: Mapping[str, Interval]) -> Branch | None:
-        bounds = {name: _bounds(name, region, ranges) for name in self.order}
+        bounds = {name: bounds_in(name, region, ranges) for name in self.order}
         if any(low > high for low, high in bounds.values()):
             return None
         loose = [name for name in self.order if bounds[name][0] < bounds[name][1]]
@@ -204,7 +377,7 @@ class Leap:
         return Motion(weights, tuple(unknowns))
 
 
-def _bounds(name: str, region: Polytope, ranges: Mapping[str, Interval]) -> Interval:
+def bounds_in(name: str, region: Polytope, ranges: Mapping[str, Interval]) -> Interval:
     """Bounds of a variable: its range, and what a polytope says of it alone. They may be wider than the polytope."""
     lower, upper = ([bound] for bound in ranges[name]) if name in ranges else (list[Fraction](), list[Fraction]())
     for half in region:
@@ -231,3 +404,136 @@ def _add(weights: dict[int, Fraction], more: Weights, times: Fraction) -> None:
             weights[unknown] = total
         else:
             weights.pop(unknown, None)
+
+
+Choices = frozenset[Effect]
+
+
+class Split(NamedTuple):
+    """A test of followed variables."""
+
+    left_if: Inequality
+    left: Decision
+    right: Decision
+
+
+Decision = Split | Choices  # at a leaf, the effects of which each may be taken
+
+
+def goes_left(feature: Feature, threshold: float, numbers: str) -> Formula:
+    """Where a split on a feature goes left, for an agent that compares such numbers: an inequality, one of two that
+    exclude each other, always or never.
+    """
+    terms = dict(feature.form.terms)
+    if feature.measure in (Measure.SIGN, Measure.POSITIVE):
+        least = -1 if feature.measure is Measure.SIGN else 0
+        if threshold < least or threshold >= 1:
+            return TRUE if threshold >= 1 else FALSE
+        return below(terms, -feature.form.constant, threshold < 0)
+    if feature.measure is Measure.EQUALS:
+        if threshold < 0 or threshold >= 1:
+            return TRUE if threshold >= 1 else FALSE
+        beyond = {name: -factor for name, factor in terms.items()}
+        constant = feature.form.constant
+        return disjunction(below(terms, -constant, True), below(beyond, constant, True))
+    end = find_real_end(threshold, numbers)
+    most, strict = end.value(), end.strict
+    if feature.measure is Measure.CLIP and feature.bounds is not None:
+        low, high = (bound < most or (bound == most and not strict) for bound in feature.bounds)
+        if high or not low:
+            return TRUE if high else FALSE
+    return below(terms, most - feature.form.constant, strict)
+
+
+def decisions(
+    system: System, reading: SystemReading, policies: Sequence[AgentPolicy], by_action: bool
+) -> list[Decision]:
+    """The tree of each policy. `by_action`: actions are told apart, not what they do."""
+    return [_decision(system, reading, policy, by_action) for policy in policies]
+
+
+def _decision(system: System, reading: SystemReading, policy: AgentPolicy, by_action: bool) -> Decision:
+    sides = sides_of(system, policy)
+    effects = (
+        [Effect((), number) for number in range(len(policy.actions))]
+        if by_action
+        else _effects(system, reading, policy)
+    )
+    tree, built = policy.tree, dict[int, Decision]()
+    for node in reversed(range(len(tree.feature))):  # children stand behind their parents
+        if tree.feature[node] == NO_FEATURE:
+            built[node] = frozenset({effects[int(tree.action[node])]})
+        else:
+            left, right = built[int(tree.left[node])], built[int(tree.right[node])]
+            built[node] = _build_split(reading, sides[node], left, right)
+    return built[ROOT]
+
+
+def sides_of(system: System, policy: AgentPolicy) -> dict[int, Formula]:
+    """Where each split of a tree goes left."""
+    features = system.features.get(policy.agent)
+    if features is None:
+        raise UnknownNameError("agent", policy.agent, system.features, f"system {system.name}")
+    sides: dict[int, Formula] = {}
+    for node in splits(policy.tree):
+        name = policy.features[int(policy.tree.feature[node])].name
+        if name not in features:
+            raise UnknownNameError("feature", name, features, f"system {system.name}, agent {policy.agent}")
+        sides[node] = goes_left(features[name], float(policy.tree.threshold[node]), policy.numbers)
+    return sides
+
+
+def _effects(system: System, reading: SystemReading, policy: AgentPolicy) -> list[Effect]:
+    """Returns the effect of each action on the followed variables; one object for equal effects."""
+    distinct: dict[object, Effect] = {}
+    effects: list[Effect] = []
+    for number, action in enumerate(policy.actions):
+        by_piece = tuple(_of_action(reading, piece, (policy.agent, action.name)) for piece in system.pieces)
+        key = tuple(tuple((name, form.terms, form.constant) for name, form in each.items()) for each in by_piece)
+        effects.append(distinct.setdefault(key, Effect(by_piece, number)))
+    return effects
+
+
+def _of_action(reading: SystemReading, piece: Piece, choice: tuple[str, str]) -> dict[str, Affine]:
+    stated = piece.effect.get(choice, {})
+    return {name: stated[name] for name in reading.order if name in stated and stated[name] != Affine()}
+
+
+def _build_split(reading: SystemReading, side: Formula, left: Decision, right: Decision) -> Decision:
+    """A split that goes left where a formula holds; either side, where nothing is known of the test."""
+    if side in (TRUE, FALSE):
+        return left if side == TRUE else right
+    if isinstance(side, Or):
+        for part in reversed(side.parts):
+            right = _build_split(reading, part, left, right)
+        return right
+    condition = reading.condition(side)
+    if not isinstance(condition, Inequality):
+        return either(left, right)
+    return left if left == right else Split(condition, left, right)
+
+
+def either(first: Decision, second: Decision) -> Decision:
+    """One of two decisions, it is not known which."""
+    if isinstance(first, Split):
+        left = either(first.left, prune_decision(second, first.left_if, True))
+        right = either(first.right, prune_decision(second, first.left_if, False))
+        return left if left == right else Split(first.left_if, left, right)
+    if isinstance(second, Split):
+        return either(second, first)
+    return first | second
+
+
+def prune_decision(decision: Decision, known: Inequality, holds: bool) -> Decision:
+    """A decision where it is known whether an inequality holds."""
+    if not isinstance(decision, Split):
+        return decision
+    asked = decision.left_if
+    if asked.sum is known.sum:
+        order = (asked.most, not asked.strict), (known.most, not known.strict)
+        if holds and order[0] >= order[1]:
+            return prune_decision(decision.left, known, holds)
+        if not holds and order[0] <= order[1]:
+            return prune_decision(decision.right, known, holds)
+    left, right = prune_decision(decision.left, known, holds), prune_decision(decision.right, known, holds)
+    return left if left == right else Split(asked, left, right)

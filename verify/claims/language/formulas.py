@@ -16,33 +16,39 @@ from typing import NamedTuple, Protocol
 from codegen.errors import InputError
 from codegen.ir import GOAL, AgentPolicy
 from codegen.numbers import nearest_number
-from verify.claims import predicates
+from verify.claims import decisions
 from verify.claims.formula import FALSE, TRUE, Acts, Condition, Formula, Goal, conjunction, disjunction, negate
-from verify.claims.language.compared import spell_unlike
-from verify.claims.language.sums import CoordinateSum, compare_sums, constant, coordinate, distance, largest
-from verify.claims.language.trees import find_single_name, list_conditions, spell, strip_signs
-from verify.claims.uncertified.views import UNLIKE
-from verify.language.arithmetic import Arithmetic, Typed, Unit
+from verify.claims.language.terms import (
+    CoordinateSum,
+    compare_sums,
+    constant,
+    coordinate,
+    distance,
+    find_single_name,
+    largest,
+    list_conditions,
+    spell,
+    spell_unlike,
+    strip_signs,
+)
+from verify.claims.views import UNLIKE
 from verify.language.parser import (
     ACTS,
     BARS,
-    BY_EQUALITY,
     CallNode,
     Joined,
     Level,
     Limits,
     Listed,
-    Modes,
     NameNode,
     Node,
     NumberNode,
     Prefixed,
     Source,
     Token,
-    is_compared,
     parse,
-    resolve_modes,
 )
+from verify.language.units import BY_EQUALITY, Arithmetic, Modes, Typed, Unit, is_compared, resolve_modes
 
 LIMITS = Limits(characters=100_000, depth=41)  # 40 levels, and a predicate within
 EXTREMES = ("abs", "max", "min")
@@ -373,9 +379,9 @@ class _Formulas:
             raise self._source.wrong(f"{agent} is always at itself", call.arguments[1].token.place, "name two")
         bound = self._evaluate_bound(call)
         if near:
-            return predicates.at(agent, target, known.radius if bound is None else bound)
-        closing = predicates.closing(known.agents[agent], target, known.margin if bound is None else bound)
-        near_it = predicates.at(agent, target, known.radius)
+            return decisions.at(agent, target, known.radius if bound is None else bound)
+        closing = decisions.closing(known.agents[agent], target, known.margin if bound is None else bound)
+        near_it = decisions.at(agent, target, known.radius)
         return closing if call.token.text == "closes" else disjunction(closing, near_it)
 
     def _evaluate_bound(self, call: CallNode) -> Fraction | None:

@@ -9,7 +9,7 @@ from sklearn.tree import DecisionTreeRegressor
 
 from codegen import ir
 from codegen.agreement import probes
-from codegen.agreement.entries import reference
+from codegen.deciding import decide
 from codegen.errors import InputError
 from codegen.importers.onnx.model import from_onnx
 from codegen.importers.scikit import from_sklearn
@@ -40,7 +40,7 @@ def numbers(model, profile):
     rows = np.concatenate([probes.boundary(policy.tree, policy.features, rng), more])
     session = runtime.InferenceSession(model.SerializeToString(), providers=["CPUExecutionProvider"])
     (theirs,) = session.run(None, {session.get_inputs()[0].name: rows})
-    ours = reference(policy, rows)
+    ours = decide(policy, rows)
     if not policy.outputs:
         ours = np.array([action.label for action in policy.actions])[ir.act(policy, rows)][:, None]
     return ours, theirs

@@ -55,7 +55,7 @@ REFUSED = [
     ("def act():\n    return 0\n", None, "no function that takes an observation"),
     ("@jit\ndef act(x):\n    return 0\n", 2, "the decorator 'jit' may change the function"),
     ("class Act:\n    pass\n", None, "no function that takes an observation"),
-    ("from moves import *\ndef act(x):\n    return UP\n", 1, "may give names other meanings"),
+    ("from moves import *\ndef act(x):\n    return UP\n", 1, "may change what names stand for"),
     ("A = 1\n", None, "no function: put the rule into one"),
     ("for k in range(3):\n    print(k)\n", None, "no function: put the rule into one"),
     (ACT + "    if x[0] <\n", 2, "not Python"),

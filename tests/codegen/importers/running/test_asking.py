@@ -1,56 +1,23 @@
-"""Sources that came in as another policy with the words "no difference": each is refused, whatever the reader takes."""
+"""Python asked about a source: what is said of the answers, and of a source that nobody was asked about."""
 
-import ast
 import re
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from codegen import ir
 from codegen.errors import DisagreementError, InputError
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
 from maviper.cli import main
-from tests.codegen.importers.origins import label_of
-from tests.support.python_source import NUMBERS, around, called
-
-MISREAD = Path(__file__).with_name("misread.txt").read_text().split("#----\n")
 
 
-def options_of(source):
-    """What is said beside a source, in its first line."""
-    told = re.search(r"# kw: (.*)", source)
-    names = re.search(r"# names: (.*)", source)
-    given = ast.literal_eval(told[1]) if told else {}
-    return Said(features=tuple(names[1].split(",")) if names else (), **given)
-
-
-def imported(source, said=None):
-    return profile_of(from_python(source.encode(), "policy.py", said or options_of(source)), Names())
+def imported(source, said):
+    return profile_of(from_python(source.encode(), "policy.py", said), Names())
 
 
 def facts_of(source, said=None):
     return imported(source, said or Said()).provenance.training
-
-
-def test_there_are_25_of_them():
-    assert len(MISREAD) == 25
-
-
-@pytest.mark.parametrize("source", MISREAD, ids=range(len(MISREAD)))
-def test_what_was_misread_is_refused_or_decides_as_python(source):
-    said = options_of(source)
-    try:
-        origins = from_python(source.encode(), "policy.py", said)
-        (policy,) = profile_of(origins, Names()).agents
-    except (InputError, DisagreementError):
-        return
-    ((name, origin),) = origins.items()
-    function, rows = called(source, name), around((*NUMBERS, 30, 1), len(policy.features)).astype(np.float64)
-    found = [label_of(policy, origin, action) for action in ir.act(policy, rows).tolist()]
-    assert found == [function(row) for row in rows.tolist()] == [function(row) for row in rows]
 
 
 PLAIN = """
@@ -69,6 +36,13 @@ def test_no_run_says_that_nothing_was_compared(monkeypatch):
     monkeypatch.setattr("codegen.importers.running.asking.programs.start", None)
     facts = facts_of(PLAIN, Said(run=False))
     assert facts["act replayed"] == 0 and facts["act replayed by"] == "nobody: the source was not compared"
+
+
+def test_the_gate_is_asked_where_nothing_is_run():
+    for run in (True, False):
+        with pytest.raises(InputError, match="Python does not run it: the name hash is not defined") as caught:
+            imported("def act(x):\n    return 1 if x[0] > 2 else 0\n    return hash(x)\n", Said(run=run))
+        assert caught.value.where.endswith("line 3") and "importing.md" in caught.value.next_step
 
 
 def test_every_word_about_a_profile_says_that_nothing_was_compared(tmp_path, capsys):
@@ -107,7 +81,7 @@ def test_observations_that_an_assertion_leaves_out_are_not_counted():
 
 def test_an_assertion_that_never_holds_is_refused():
     with pytest.raises(InputError, match="assertions of the source hold at none"):
-        imported("def act(x):\n    assert x[0] > 3 and x[0] < 2\n    return 1 if x[0] > 2 else 0\n")
+        imported("def act(x):\n    assert x[0] > 3 and x[0] < 2\n    return 1 if x[0] > 2 else 0\n", Said())
 
 
 def test_floats_alone_are_asked_where_no_arrays_are_given():

@@ -50,7 +50,7 @@ def test_what_verify_writes_is_accepted(proved, capsys):
 
 
 def test_a_check_tells_how_far_it_is(proved, arrived, monkeypatch, capsys):
-    monkeypatch.setattr("maviper.verification.files.reading.STEP", 20)
+    monkeypatch.setattr("maviper.verification.files.systems.STEP", 20)
     monkeypatch.setattr("maviper.console.PLAIN_SECONDS", 0.0)
     for path in (proved / "certificate-1-distinct_targets.json", arrived / "certificate-2-reaches.json"):
         assert main.run(["check", str(path)]) == 0

@@ -8,9 +8,9 @@ import pytest
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.run import verify_world
 from tests.support.system_cases import box, policy, stays, team
-from verify.reach.play.samples import Play, Starts, random_starts
-from verify.reach.play.written import WrittenReplay
+from verify.reach.play import Play, Starts, random_starts
 from verify.reach.replay import Course
+from verify.reach.written import WrittenReplay
 from verify.result import Verdict
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.files import statement_of

@@ -15,17 +15,16 @@ from tests.support.exact_play import refuted, start
 from tests.support.forever import always, answered, any_taken, thermostat
 from tests.support.system_cases import box, double_integrator, form, policy, switching, team
 from tests.verify.reach import random_modes
-from verify.boxes.sweep import Sweep
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
-from verify.checker.covers import forever, invariants
+from verify.checker.covers import invariants
 from verify.checker.covers.invariants import InvariantSweep
 from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Cover, InvariantPart, Walks, from_json
-from verify.reach.forever.cells import CellSearch
-from verify.reach.forever.lasting import InvariantSearch
+from verify.reach import unbounded
+from verify.reach.unbounded import CellSearch, InvariantSearch
 from verify.result import Verdict
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Piece, System, Variable
@@ -176,9 +175,9 @@ FAULTS = [
     (invariants.InvariantSweep, "in_cells", lambda f: lambda self, boxes: _first(f(self, boxes))),
     (invariants.Known, "holds", lambda f: lambda self, cells: np.ones(len(cells), dtype=np.bool_)),
     (invariants, "_ensure_closed", lambda f: lambda system, followed: None),
-    (forever, "ensure_shown", lambda f: lambda claim, parts: None),
+    (invariants, "ensure_shown", lambda f: lambda claim, parts: None),
     (invariants, "find_shown_halves", lambda f: lambda claim, followed: frozenset(range(9))),
-    (forever, "ensure_asked", lambda f: lambda *given, **named: None),
+    (invariants, "ensure_asked", lambda f: lambda *given, **named: None),
     (invariants.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
 ]
 
@@ -215,8 +214,8 @@ def test_lists_of_cells_obey_the_budget(monkeypatch):
     system, profile = thermostat()
     tried, played = [], []
     monkeypatch.setattr(CellSearch, "_close_cells", lambda self, *of: tried.append(of) or no_list())
-    own = Sweep.estimate_ranges
-    monkeypatch.setattr(Sweep, "estimate_ranges", lambda self, *ends: played.append(len(ends[0])) or own(self, *ends))
+    own = unbounded.estimate_ranges
+    monkeypatch.setattr(unbounded, "estimate_ranges", lambda *given: played.append(given[2]) or own(*given))
     for most, lists in ((1_000, 2), (60_000, 18)):
         tried.clear()
         assert CellSearch(profile, system, always(warm=(F(0), F(40))), most).part(["warm"]) is None

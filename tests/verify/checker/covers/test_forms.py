@@ -13,8 +13,8 @@ from tests.support.covers import question, recipe, shown
 from tests.support.exact_play import refuted
 from tests.support.system_cases import box, form, policy, stays, team
 from tests.verify.reach import random_modes
+from verify.checker.covers import forms, sweep
 from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.forms import arrays, cuts, moves, sweep
 from verify.checker.covers.sweep import Cells
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Feature, Piece, System, Variable
@@ -141,25 +141,25 @@ def narrower(found):
 
 
 FAULTS = [
-    (sweep.FormSweep, "_ask_claim", lambda f: lambda self, listed, number, step: listed),
+    (sweep.FormSweep, "_ask_claim", lambda f: lambda self, listed, step: listed),
     (sweep.FormSweep, "_leave", lambda f: lambda *given: None),
     (sweep.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
     (sweep, "of_boxes", after(narrower)),
-    (cuts.FormTree, "_below", lambda f: lambda self, listed, node: _first(f(self, listed, node))),
-    (cuts, "end_of", lambda f: lambda bound, strict: f(bound + F(1, 8), strict)),
-    (cuts, "opposite", lambda f: lambda inequality: inequality),
-    (cuts.FormRegion, "within", lambda f: lambda self, listed: listed.take(slice(0, 0))),
-    (cuts.FormRegion, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
-    (moves.FormPieces, "_total", lambda f: lambda self, piece, name, joint: f(self, piece, name, 1)),
-    (moves.FormPieces, "_find_pairs", lambda f: lambda *given: _alone(f(*given))),
-    (moves.FormPieces, "_room", lambda f: lambda self, joint, pairs, low, high: _only(self, joint, pairs)),
-    (moves.FormPieces, "_cut_and_moved", lambda f: lambda *given: f(*given).take(slice(0, 0))),
-    (moves, "_with_error", lambda f: lambda low, high: (0.5 * low + 0.5 * high, 0 * low)),
-    (arrays.Moves, "of", after(lambda found: found._replace(columns=found.columns[:, :-1]))),
-    (arrays.Moves, "of", after(lambda found: found._replace(middle=found.middle + 0.125))),
+    (forms.FormTree, "_below", lambda f: lambda self, listed, node: _first(f(self, listed, node))),
+    (forms, "end_of", lambda f: lambda bound, strict: f(bound + F(1, 8), strict)),
+    (forms, "opposite", lambda f: lambda inequality: inequality),
+    (forms.FormRegion, "within", lambda f: lambda self, listed: listed.take(slice(0, 0))),
+    (forms.FormRegion, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
+    (forms.FormPieces, "_total", lambda f: lambda self, piece, name, joint: f(self, piece, name, 1)),
+    (forms.FormPieces, "_find_pairs", lambda f: lambda *given: _alone(f(*given))),
+    (forms.FormPieces, "_room", lambda f: lambda self, joint, pairs, low, high: _only(self, joint, pairs)),
+    (forms.FormPieces, "_cut_and_moved", lambda f: lambda *given: f(*given).take(slice(0, 0))),
+    (forms, "_with_error", lambda f: lambda low, high: (0.5 * low + 0.5 * high, 0 * low)),
+    (forms.Moves, "of", after(lambda found: found._replace(columns=found.columns[:, :-1]))),
+    (forms.Moves, "of", after(lambda found: found._replace(middle=found.middle + 0.125))),
     (sweep, "with_fewer_columns", lambda f: lambda listed, most: listed._replace(columns=listed.columns[:, :3])),
-    (cuts, "narrow_forms", lambda f: lambda listed, of, most: f(listed, of, most - 0.25)),
-    (arrays.Sums, "_reach", property(lambda self: self.rest)),
+    (forms, "narrow_forms", lambda f: lambda listed, of, most: f(listed, of, most - 0.25)),
+    (forms.Sums, "_reach", property(lambda self: self.rest)),
 ]
 
 
@@ -170,7 +170,7 @@ def _first(found):
 
 def _alone(pairs):
     one = pairs.piece == pairs.first
-    return moves._Pairs(*(each[one] for each in pairs))
+    return forms._Pairs(*(each[one] for each in pairs))
 
 
 def _only(pieces, joint, pairs):
@@ -214,7 +214,7 @@ def test_images_and_cuts_hold_exact_points():
     for _ in range(30):
         d, k = int(random.integers(1, 4)), int(random.integers(1, 5))
         scale = 10.0 ** random.integers(-8, 8, size=d)
-        some = arrays.FormList(
+        some = forms.FormList(
             random.normal(size=(1, d)) * scale,
             random.normal(size=(1, k, d)) * scale,
             np.abs(random.normal(size=(1, d))) * scale * 1e-3,
@@ -222,14 +222,14 @@ def test_images_and_cuts_hold_exact_points():
             np.zeros(1, dtype=np.int64),
         )
         exact = [[F(int(random.integers(-30, 31)), int(random.integers(1, 9))) for _ in range(d)] for _ in range(d + 1)]
-        weights = np.array([arrays.weight(each) for each in exact[d]])
-        matrix = np.array([[arrays.weight(each) for each in row] for row in exact[:d]])[None]
+        weights = np.array([forms.weight(each) for each in exact[d]])
+        matrix = np.array([[forms.weight(each) for each in row] for row in exact[:d]])[None]
         zero = np.zeros((1, d))
-        moved = arrays.Moves(matrix, zero, zero, np.zeros(0, dtype=np.int64)).of(some)
+        moved = forms.Moves(matrix, zero, zero, np.zeros(0, dtype=np.int64)).of(some)
         low, high = moved.bounds()
-        of = arrays.sums(some, weights)
+        of = forms.sums(some, weights)
         most = float(of.value[0] + random.uniform(-0.9, 0.9) * (of.high - of.value)[0])
-        cut = arrays.narrow_forms(some, of, most)
+        cut = forms.narrow_forms(some, of, most)
         cut_low, cut_high = cut.bounds()
         for _ in range(10):
             signs = [F(int(random.integers(-8, 9)), 8) for _ in range(k)]
@@ -251,14 +251,14 @@ def test_images_and_cuts_hold_exact_points():
 def test_what_is_exact_and_what_is_not():
     """A copied number stays as it is; a term that its sum does not feel is no copy."""
     point, part = np.array([[1.0, 2.0]]), np.zeros(1, int)
-    some = arrays.of_boxes(BoxList.of(point, point, part, part))
+    some = forms.of_boxes(BoxList.of(point, point, part, part))
     zero, none = np.zeros((1, 2)), np.zeros(0, dtype=np.int64)
-    for tiny in (0.0, 2.0**-100, arrays.LEAST):
+    for tiny in (0.0, 2.0**-100, forms.LEAST):
         matrix = np.array([[[1.0, tiny], [0.0, 0.0]]])
-        moved = arrays.Moves(matrix, np.array([[0.0, 3.0]]), zero, none).of(some)
+        moved = forms.Moves(matrix, np.array([[0.0, 3.0]]), zero, none).of(some)
         (low, least), (high, most) = (end[0] for end in moved.bounds())
         assert (low == high == 1.0) == (tiny == 0.0) and least == most == 3.0
-        of = arrays.sums(some, np.array([1.0, tiny]))
+        of = forms.sums(some, np.array([1.0, tiny]))
         assert (of.low[0] == of.high[0] == 1.0) == (tiny == 0.0)
         assert tiny == 0.0 or of.high[0] > 1.0
 
@@ -271,10 +271,10 @@ def test_numbers_beyond_this_arithmetic_are_refused():
 
 def test_fewer_columns_hold_more():
     random = np.random.default_rng(4)
-    some = arrays.FormList(
+    some = forms.FormList(
         np.zeros((5, 3)), random.normal(size=(5, 40, 3)), np.zeros((5, 3)), np.arange(5), np.zeros(5, dtype=np.int64)
     )
-    few = arrays.with_fewer_columns(some, 12)
+    few = forms.with_fewer_columns(some, 12)
     assert few.columns.shape[1] <= 12
     for weights in random.normal(size=(20, 3)):
-        assert (arrays.sums(few, weights).high >= arrays.sums(some, weights).high * (1 - 1e-12)).all()
+        assert (forms.sums(few, weights).high >= forms.sums(some, weights).high * (1 - 1e-12)).all()

@@ -18,10 +18,10 @@ from tests.verify.reach import random_modes, random_systems
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
-from verify.checker.covers import forever, invariants
+from verify.checker.covers import invariants
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Invariant, InvariantPart, InvariantRegion, from_json
-from verify.reach.forever.lasting import InvariantSearch
+from verify.reach.unbounded import InvariantSearch
 from verify.result import Verdict
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
@@ -263,7 +263,7 @@ FAULTS = [
     (invariants.FollowedMotion, "is_unstated", lambda f: lambda self, boxes: np.zeros(boxes.size, dtype=np.bool_)),
     (invariants, "outside_of", lambda f: lambda regions, boxes: boxes.take(slice(0, 0))),
     (invariants, "_ensure_closed", lambda f: lambda system, followed: None),
-    (forever, "ensure_shown", lambda f: lambda claim, parts: None),
+    (invariants, "ensure_shown", lambda f: lambda claim, parts: None),
     (invariants.FollowedMotion, "restrict_boxes", lambda f: lambda self, boxes: f(self, boxes.take(slice(0, 1)))),
 ]
 

@@ -1,5 +1,9 @@
-"""The checker of covers against episodes in exact numbers: what it takes for a proof holds, with any recipe."""
+"""The checker of covers against episodes in exact numbers: what it takes for a proof holds, with any recipe.
 
+Certificates that are covers: their text, what they are refused for, and forgeries of false claims.
+"""
+
+import json
 from collections import Counter
 from dataclasses import replace
 from fractions import Fraction as F
@@ -7,12 +11,23 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 
+from codegen.errors import InputError
+from codegen.policy_json import content_hash
+from tests.support.altered import altered, of_hashes
 from tests.support.cover_cases import CASES, PLAIN, after, claimed, line
 from tests.support.covers import question, recipe, shown
-from tests.support.exact_play import refuted
-from tests.support.system_cases import box, form, policy, team
-from verify.checker.covers import boxes, cuts, images, leaves, parts, rounding, stated, sweep, trees
+from tests.support.exact_play import refuted, start
+from tests.support.system_cases import box, double_integrator, form, policy, stays, switching, team
+from verify.certificates.proofs import encode_numbers
+from verify.certificates.systems import to_json
+from verify.checker.accept import accept
+from verify.checker.covers import boxes, images, rounding, sweep, trees
 from verify.checker.covers.sweep import Cells
+from verify.checker.envelope import body_hash
+from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import Cover, from_json
+from verify.systems import documents
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Feature, Piece, System, Variable
 
 CELLS = (PLAIN, Cells((0,), {0: 0.5}), Cells((1, 0, 1, 0, 0), {0: 2.0}))
@@ -107,22 +122,23 @@ def test_boxes_that_are_alike_become_one():
 
 
 FAULTS = [
-    (sweep._ClaimCuts, "ask", lambda f: lambda self, listed, step: listed),
-    (sweep._ClaimCuts, "_ensure_none", lambda f: lambda *given: None),
-    (stated.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
-    (parts.Parts, "box_starts", after(lambda found: found.take(np.arange(found.size) < 0))),
-    (sweep, "split_by_trees", lambda f: lambda grown, listed: f(grown, listed).take(slice(0, 1))),
-    (sweep, "together", lambda f: lambda lists: lists[0]),
-    (leaves.LeafWays, "split_at_leaves", after(lambda found: (found[0], found[1][::-1].copy()))),
-    (leaves.LeafWays, "_pairs", after(lambda found: tuple(each[:1] for each in found))),
-    (leaves.WayDown, "on", lambda f: lambda self, lines, node: f(self, lines[:0], node)),
-    (leaves.LeafWays, "_pairs", lambda f: lambda self, columns, least, most: f(self, columns, least + 1.0, most)),
-    (cuts.LineCuts, "within", after(lambda found: found.take(slice(0, 0)))),
+    (sweep.BoxSweep, "_ask_claim", lambda f: lambda self, listed, step: listed),
+    (sweep.BoxSweep, "_leave", lambda f: lambda *given: None),
+    (sweep.BoxSweep, "_region", lambda f: lambda self, region: f(self, region[:1])),
+    (images.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
+    (boxes.Parts, "box_starts", after(lambda found: found.take(np.arange(found.size) < 0))),
+    (images, "split_by_trees", lambda f: lambda grown, listed: f(grown, listed).take(slice(0, 1))),
+    (images, "together", lambda f: lambda lists: lists[0]),
+    (trees.LeafWays, "split_at_leaves", after(lambda found: (found[0], found[1][::-1].copy()))),
+    (trees.LeafWays, "_pairs", after(lambda found: tuple(each[:1] for each in found))),
+    (trees.WayDown, "on", lambda f: lambda self, lines, node: f(self, lines[:0], node)),
+    (trees.LeafWays, "_pairs", lambda f: lambda self, columns, least, most: f(self, columns, least + 1.0, most)),
+    (boxes.LineCuts, "within", after(lambda found: found.take(slice(0, 0)))),
     (trees, "half_line", after(lambda line: line and line._replace(end=line.end._replace(last=line.down - 2.0**-30)))),
     (trees, "_sides", lambda f: lambda tests, *to: f([(test, test) for test, _ in tests], *to)),
-    (cuts.Cut, "_by_one", lambda f: lambda self, listed, line: f(listed, line).take(slice(0, 0))),
-    (cuts.RegionCut, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
-    (cuts.RegionCut, "within", lambda f: lambda self, listed: listed.take(slice(0, 0))),
+    (boxes.Cut, "_by_one", lambda f: lambda self, listed, line: f(listed, line).take(slice(0, 0))),
+    (boxes.RegionCut, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
+    (boxes.RegionCut, "within", lambda f: lambda self, listed: listed.take(slice(0, 0))),
     (images.PieceImage, "_total", lambda f: lambda self, name, effects: f(self, name, [])),
     (images.PieceImage, "within", lambda f: lambda self, listed: f(self, listed).take(slice(0, 0))),
     (images._BoxMotion, "move_bounds", lambda f: lambda self, bounds, shift: f(self, bounds, np.abs(shift))),
@@ -130,6 +146,7 @@ FAULTS = [
     (rounding.Factor, "times_down", lambda f: lambda self, values: f(self, values) / 2),
     (boxes, "join_by_cell", lambda f: lambda listed, cells: f(listed, cells).take(slice(0, 1))),
     (boxes, "cut", lambda f: lambda *given: (lambda found: (found[0].take(slice(0, 1)), found[1][:1]))(f(*given))),
+    (boxes.LineCuts, "may_meet", lambda f: lambda self, least: f(self, least + 1.0)),
 ]  # fmt: skip
 
 
@@ -152,3 +169,112 @@ def test_planted_faults_are_caught(number, monkeypatch):
     owner, name, change = FAULTS[number]
     monkeypatch.setattr(owner, name, change(getattr(owner, name)))
     assert wrong()
+
+
+def certificate(profile, system, claim, state, cells):
+    names = [one.name for one in system.variables]
+    widths = {names[column]: F(width) for column, width in cells.widths.items()}
+    hashes = content_hash(profile), documents.content_hash(system)
+    return of_hashes(*hashes, claim, state, Cover(widths, encode_numbers(cells.cuts)))
+
+
+@pytest.fixture(scope="module")
+def proved():
+    system, profile = double_integrator(axes=1), switching(1)
+    claim = stays(system, 20, x=(F(-1), F(1)))
+    hashes = content_hash(profile), documents.content_hash(system)
+    found = of_hashes(*hashes, claim, {"x": F(0), "vx": F(0)}, Cover({"vx": F(1, 16)}, b"\0"))
+    return found, profile, system
+
+
+def test_the_text(proved):
+    found, profile, system = proved
+    assert accept(found, profile, system) > 20
+    text = to_json(found)
+    assert from_json(text) == found and to_json(from_json(text)) == text
+    assert "maviper-system-certificate-2" in text and len(text) < 2_000
+
+
+def test_the_text_of_forms(proved):
+    found, profile, system = proved
+    of_forms = altered(found, cells={}, sets="forms", claim=replace(found.claim, regions=(box(x=(F(-2), F(2))),)))
+    assert accept(of_forms, profile, system) > 20
+    text = to_json(of_forms)
+    assert from_json(text) == of_forms and json.loads(text)["sets"] == "forms"
+    assert "sets" not in json.loads(to_json(found))
+    with pytest.raises(RejectedError, match="cells"):
+        accept(altered(of_forms, cells=found.proof.cells), profile, system)
+
+
+def edited(text, change, whole=True):
+    body = json.loads(text)
+    change(body)
+    body.pop("content_hash")
+    return json.dumps(body | {"content_hash": body_hash(body) if whole else "0" * 64})
+
+
+EDITS = {
+    "another version": lambda body: body.update(certificate="maviper-system-certificate-3"),
+    "no cells": lambda body: body.pop("cells"),
+    "other sets": lambda body: body.update(sets="clouds"),
+    "a member more": lambda body: body.update(more=1),
+    "no number": lambda body: body["cells"].update(vx="wide"),
+    "a division by 0": lambda body: body["cells"].update(vx="1/0"),
+    "no base64": lambda body: body.update(cuts=["?"]),
+    "about decisions": lambda body: body["claim"].update(kind="decides", name="decides"),
+}
+
+
+@pytest.mark.parametrize("change", EDITS.values(), ids=EDITS)
+def test_damaged_texts(proved, change):
+    with pytest.raises(InputError):
+        from_json(edited(to_json(proved[0]), change))
+
+
+def test_an_edited_text(proved):
+    with pytest.raises(InputError, match="edited"):
+        from_json(edited(to_json(proved[0]), lambda body: body["claim"].update(steps=21), whole=False))
+
+
+def test_what_is_refused(proved):
+    found, profile, system = proved
+    for change in (
+        {"cells": {"vx": F(-1)}}, {"cells": {"vx": F(0)}}, {"cells": {"vx": F(2) ** 300}}, {"cuts": b""},
+        {"cuts": b"\3\0\0"}, {"cuts": b"\x80"}, {"inhabitant": {"x": F(9), "vx": F(0)}},
+        {"claim": replace(found.claim, regions=(box(x=(F(-1, 2), F(1, 4))),))},
+        {"claim": replace(found.claim, pattern=Pattern.DECIDES)},
+        {"claim": SystemClaim(Pattern.AVOIDS, (box(x=(F(1, 4), F(1, 2))),), 20)},
+    ):  # fmt: skip
+        with pytest.raises(RejectedError):
+            accept(altered(found, **change), profile, system)
+    for change in ({"cells": {"y": F(1)}}, {"inhabitant": {"x": F(0)}}, {"profile": "0" * 64}, {"system": "0" * 64}):
+        with pytest.raises(InputError):
+            accept(altered(found, **change), profile, system)
+
+
+def forged(seeds, each):
+    """How many forgeries of claims that some episode breaks there were. AssertionError where one is accepted."""
+    tried = 0
+    for seed in seeds:
+        random = np.random.default_rng([8, seed])
+        asked = question(random)
+        system, profile, claim = asked
+        state = next((found for found in (start(random, system) for _ in range(20)) if found), None)
+        if state is None or not refuted(random, asked, 40):
+            continue
+        for _ in range(each):
+            found = certificate(profile, system, claim, state, recipe(random, system))
+            for forgery in (found, altered(found, cells={}, sets="forms")):
+                with pytest.raises(RejectedError):
+                    accept(forgery, profile, system)
+            tried += 2
+    return tried
+
+
+def test_forgeries_of_false_claims():
+    assert forged(range(20), 5) >= 50
+
+
+@pytest.mark.slow
+def test_thousands_of_forgeries_of_false_claims():
+    assert forged(range(1_000, 1_400), 8) >= 2_000

@@ -27,8 +27,8 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, OwnTarget, formula
 from verify.claims.formula import FALSE, TRUE, Goal, Not, disjunction, negate
 from verify.claims.region import Region
-from verify.claims.uncertified.own import BUILT_IN
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
+from verify.claims.wording import BUILT_IN
 from verify.question import Question
 from verify.result import Verdict
 from verify.semantics import MACHINE, REAL, Semantics

@@ -26,8 +26,8 @@ from verify.claims.decisions import STEADY, DistinctTargets, OwnTarget, formula
 from verify.claims.files import read_properties
 from verify.claims.formula import FALSE, TRUE, Linear
 from verify.claims.region import Region
-from verify.claims.uncertified.own import BUILT_IN
-from verify.claims.uncertified.starts import start_region
+from verify.claims.region_files import start_region
+from verify.claims.wording import BUILT_IN
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.semantics import Semantics

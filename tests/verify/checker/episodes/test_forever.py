@@ -15,7 +15,7 @@ from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.episodes.forever import RUNAWAY, SLACK, EdgeReading, check_certificate, from_json, of_either
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
-from verify.claims.uncertified.starts import everywhere
+from verify.claims.region_files import everywhere
 from verify.episodes import edges
 from verify.episodes.edges import decide
 from verify.question import Budgets, Question

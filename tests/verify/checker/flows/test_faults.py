@@ -9,9 +9,9 @@ import pytest
 
 from tests.support.flows import CASES, NEAR, case, coefficients, outside, starts_of, trajectories, watched
 from tests.support.system_cases import box
-from verify.checker.flows import functions, series, sets, spans, steps, sweep, tapes
-from verify.checker.flows.programs import StepPrograms
-from verify.checker.flows.spans import Spans
+from verify.checker.flows import intervals, series, steps, sweep
+from verify.checker.flows.intervals import Spans
+from verify.checker.flows.series import StepPrograms
 from verify.checker.flows.steps import FlowStep
 from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.checker.reading import RejectedError
@@ -119,9 +119,9 @@ def first_factor(factors):
     return SCALED([factors[0]] * len(factors))
 
 
-RENAMED, DECIDED = sets._rescale_frame, sweep.split_by_trees
+RENAMED, DECIDED = steps._rescale_frame, sweep.split_by_trees
 LEFT_OUT = StepPrograms._write_remainder
-SQUARE, SCALED = series._square, tapes._scaling
+SQUARE, SCALED = series._square, intervals._scaling
 FAULTS = {
     "what the series leaves out": (
         StepPrograms,
@@ -134,13 +134,13 @@ FAULTS = {
     "slopes of the middle": (steps, "_around", at_the_middle, lambda: escapes("pendulum")),
     "errors of derivatives": (FlowStep, "_errors_of", no_errors, lambda: escapes("turning", errors=True)),
     "a tube that is the start": (FlowStep, "_stay", only_the_start, lambda: leaves_tubes("pendulum")),
-    "frames cut too far": (sets, "_rescale_frame", first_half, lambda: escapes("pendulum")),
+    "frames cut too far": (steps, "_rescale_frame", first_half, lambda: escapes("pendulum")),
     "one side of a split": (sweep, "split_by_trees", first_side, lambda: escapes("pendulum")),
     "coefficients of squares": (series, "_square", squares_of_starts, lambda: not _squares()),
-    "multiples by another's factor": (tapes, "_scaling", first_factor, lambda: not _grows()),
-    "sin for cos": (tapes, "_choose", lambda which, of: of[0], lambda: escapes("mixed")),
+    "multiples by another's factor": (intervals, "_scaling", first_factor, lambda: not _grows()),
+    "sin for cos": (intervals, "_choose", lambda which, of: of[0], lambda: escapes("mixed")),
     "sin without its extremes": (
-        functions,
+        intervals,
         "_meets",
         lambda span, place: np.zeros_like(span.low, dtype=np.bool_),
         lambda: not _holds_extremes(),
@@ -150,7 +150,12 @@ FAULTS = {
     "nothing in a region": (FlowSweep, "_in_some", lambda self, boxes: boxes.take(slice(0, 0)), forbidden),
     "what never gets there": (FlowSweep, "_leave", lambda *_: None, never),
     "another action": (FlowSweep, "_of_joint", lambda self, joint: OF_JOINT(self, 0), lambda: escapes("pendulum")),
-    "sums rounded to nearest": (spans, "plus", lambda a, b: Spans(a.low + b.low, a.high + b.high), lambda: _inexact()),
+    "sums rounded to nearest": (
+        intervals,
+        "plus",
+        lambda a, b: Spans(a.low + b.low, a.high + b.high),
+        lambda: _inexact(),
+    ),
 }
 OF_JOINT = FlowSweep._of_joint
 
@@ -186,14 +191,14 @@ def _turned():
 
 
 def _holds_extremes():
-    found, _ = functions.waves(Spans(np.array([1.0]), np.array([2.0])))
+    found, _ = intervals.waves(Spans(np.array([1.0]), np.array([2.0])))
     return found.high[0] == 1.0
 
 
 def _inexact():
     one = Spans(np.array([1.0]), np.array([1.0]))
     tiny = Spans(np.array([1e-30]), np.array([1e-30]))
-    found = spans.plus(one, tiny)
+    found = intervals.plus(one, tiny)
     return not F(found.low[0]) <= 1 + F(1e-30) <= F(found.high[0])
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tests.support.flows import CASES, case, coefficients, rate
+from verify.checker.flows.intervals import Spans
 from verify.checker.flows.series import FlowReading
-from verify.checker.flows.spans import Spans
 from verify.checker.flows.steps import FlowStep, Stepping, build_frames
 from verify.checker.reading import RejectedError
-from verify.language.arithmetic import PURE
+from verify.language.units import PURE
 from verify.systems.expressions import Call, Name, Number, Product, Quotient
 from verify.systems.parsing import Names, expression_of
 from verify.systems.system import Flow

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from tests.support.systems import CART, CURVED, MOUNTAIN, with_piece
 from verify.checker.reading import RejectedError
-from verify.checker.systems.enclosures import ensure_enclosed
-from verify.checker.systems.functions import ONE, power, waves_at
-from verify.checker.systems.functions import Range as Bounds
+from verify.checker.systems.enclosures import ONE, ensure_enclosed, power, waves_at
+from verify.checker.systems.enclosures import Range as Bounds
 from verify.systems.files import statement_of
 from verify.systems.system import Affine
 

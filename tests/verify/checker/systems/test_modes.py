@@ -13,10 +13,10 @@ from tests.support.system_guards import SEARCHED, answer, judged, opinion
 from tests.verify.reach import random_modes
 from verify.checker.covers import images
 from verify.checker.covers import trees as cover_trees
-from verify.checker.covers.sweep import Cells, CoverSweep
+from verify.checker.covers.sweep import BoxSweep, Cells
 from verify.checker.reading import RejectedError
-from verify.checker.systems import cases, trees, walk
-from verify.checker.systems.walk import SystemQuestions
+from verify.checker.systems import branch_proofs, cases, reading
+from verify.checker.systems.branch_proofs import SystemQuestions
 from verify.claims.formula import Acts, Linear, Or, conjunction
 from verify.reach import replay
 from verify.reach.replay import Course
@@ -98,7 +98,7 @@ def covered(question):
     """Whether boxes around whole starts show a claim."""
     system, profile, claim = question
     with suppress(RejectedError):
-        return CoverSweep(profile, system, [claim]).run(Cells([0], {})) > [0]
+        return BoxSweep(profile, system, claim).run(Cells([0])) > 0
     return False
 
 
@@ -168,9 +168,9 @@ def first_way(init):
 
 SEARCH, COVER, SOLVER, JUDGED = "search", "cover", "solver", "judged"
 FAULTS = [
-    (SEARCH, trees, "goes_left", plainly),
-    (SEARCH, trees, "_build_split", below_alone),
-    (SEARCH, walk, "_is_mode", lambda f: lambda variable: conjunction()),
+    (SEARCH, reading, "goes_left", plainly),
+    (SEARCH, reading, "_build_split", below_alone),
+    (SEARCH, branch_proofs, "_is_mode", lambda f: lambda variable: conjunction()),
     (SEARCH, SystemQuestions, "__init__", without_when),
     (COVER, cover_trees, "_sides", one_side),
     (COVER, images.PieceImage, "__init__", no_when),

@@ -15,7 +15,7 @@ from verify.certificates.systems import to_json
 from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Hull, from_json
-from verify.reach.play.samples import Starts, courses
+from verify.reach.play import Starts, courses
 from verify.reach.replay import replay_course
 from verify.result import Verdict
 from verify.systems import documents

@@ -1,0 +1,137 @@
+"""What an agent decides, whatever its tree tests and its leaves give: the questions that everybody asks of a policy.
+
+Does: decides by the reference; names what a tree compares and what a leaf does; counts the numbers in a tree; refuses
+  profiles with sums, in one sentence, for those who read trees of single tests only.
+Assumes: checked policies (check.py); a test goes through all targets and commands, so that none forgets to ask.
+Does not: know any target, or a world.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.ir import CONSTANT, NO_FEATURE, AgentPolicy, PolicyProfile, Tree, among
+from codegen.wording import NO_UNIT, describe_sum
+
+DIGITS = 3  # of weights, where people read them
+VERIFIER = "the verifier"  # who refuses sums
+SUMMING = ("c", "python", "json", "javascript", "rust", "svg", "onnx", "onnx-old", "jax", "torch")  # who takes them
+
+
+def decide(policy: AgentPolicy, obs: Any) -> Any:
+    """The reference: the actions [batch] int32 of an agent, or the numbers that it gives, [batch, n_outputs]."""
+    return ir.outputs(policy, obs) if policy.outputs else ir.act(policy, obs)
+
+
+def decide_at(policy: AgentPolicy, leaf: ir.Int32, obs: ir.Floats) -> Any:
+    """The same where the leaf of each observation is known: `leaf` [batch]."""
+    return ir.outputs(policy, obs) if policy.outputs else policy.tree.action[leaf]
+
+
+def name_outputs(policy: AgentPolicy, obs: Any) -> dict[str, ir.Floats]:
+    """The numbers that an agent gives by `AGENT.OUTPUT`, [batch] each; none of an agent that takes actions."""
+    if not policy.outputs:
+        return {}
+    given = ir.outputs(policy, obs)
+    return {f"{policy.agent}.{each.name}": given[:, place] for place, each in enumerate(policy.outputs)}
+
+
+def sums_in(profile: PolicyProfile) -> list[AgentPolicy]:
+    """The agents that test sums or give numbers."""
+    return [policy for policy in profile.agents if policy.tree.arithmetic]
+
+
+def only_acts(profile: PolicyProfile) -> bool:
+    """Returns True if every agent takes actions, and none gives numbers."""
+    return not any(policy.outputs for policy in profile.agents)
+
+
+def ensure_plain(profile: PolicyProfile, who: str) -> PolicyProfile:
+    """The profile itself; InputError where an agent tests sums of features or gives numbers, which `who` does not take.
+
+    `who`: such as "the target rust".
+    """
+    summing = sums_in(profile)
+    if summing:
+        agents = ", ".join(policy.agent for policy in summing)
+        where = "tests of sums" if only_acts(profile) else "numbers as outputs"
+        advice = f"`maviper show` and `maviper compile --target {','.join(SUMMING)}` take them"
+        raise InputError(f"{who} does not take sums yet", f"{agents}: {where}", advice)
+    return profile
+
+
+def read_by(tree: Tree, tested: int, n_features: int) -> tuple[tuple[float, int], ...]:
+    """The weights and features, of `n_features`, that a test reads: the one feature, or the terms of its sum."""
+    if tested < n_features:
+        return ((1.0, tested),)
+    return tuple(term for term in tree.sums[tested - n_features].terms if term[1] != CONSTANT)
+
+
+def list_operands(policy: AgentPolicy) -> list[str]:
+    """Names what tests may compare: the features, and the sums that are tested."""
+    names = [feature.name for feature in policy.features]
+    return names + [describe_sum(each.terms, names, DIGITS) for each in policy.tree.sums]
+
+
+def compute_operands(policy: AgentPolicy, observation: ir.Floats) -> list[float]:
+    """Computes what the tree's tests compare in an observation [n_features]: its numbers, then the tested sums."""
+    return among(observation[None], policy.tree.sums, policy.tree.arithmetic)[0].tolist()
+
+
+def list_decided(policy: AgentPolicy) -> list[str]:
+    """Names what an agent decides: its actions, or the numbers that it gives."""
+    return [each.name for each in policy.outputs or policy.actions]
+
+
+def shape_decided(policy: AgentPolicy) -> tuple[int, ...]:
+    """The shape of one decision: () for an action, (n_outputs,) for numbers."""
+    return (len(policy.outputs),) if policy.outputs else ()
+
+
+def kind_decided(policy: AgentPolicy) -> str:
+    """What an agent decides, in one word: `actions` or `outputs`."""
+    return "outputs" if policy.outputs else "actions"
+
+
+def describe_leaf(policy: AgentPolicy, leaf: int) -> str:
+    """The action of a leaf, or the sums that it gives, in words."""
+    return ", ".join(given for given in describe_given(policy, leaf)) or policy.actions[_chosen(policy, leaf)].name
+
+
+def describe_given(policy: AgentPolicy, leaf: int) -> Iterator[str]:
+    """What a leaf gives for each output, in words; nothing of an agent that takes actions."""
+    names = [feature.name for feature in policy.features]
+    for output, each in zip(policy.outputs, _vector(policy, leaf), strict=True):
+        yield f"{output.name} = {describe_sum(each.terms, names, DIGITS)}"
+
+
+def describe_decision(policy: AgentPolicy, observation: Any, sign: str = " = ", *, units: bool = True) -> str:
+    """The decision for one observation [n_features], in words: the action, or each number with its unit."""
+    (decided,) = decide(policy, [observation])
+    if not policy.outputs:
+        return policy.actions[int(decided)].name
+    named = zip(policy.outputs, decided.tolist(), strict=True)
+    return ", ".join(
+        f"{output.name}{sign}{value:.6g}{' ' + output.unit if units and output.unit not in NO_UNIT else ''}"
+        for output, value in named
+    )
+
+
+def _chosen(policy: AgentPolicy, leaf: int) -> int:
+    """The place of a leaf's action among the actions, or of its vector among the vectors."""
+    return int(policy.tree.action[leaf])
+
+
+def _vector(policy: AgentPolicy, leaf: int) -> tuple[ir.Sum, ...]:
+    return policy.tree.vectors[_chosen(policy, leaf)] if policy.outputs else ()
+
+
+def size(policy: AgentPolicy) -> int:
+    """Counts the numbers in a tree: a test's threshold and a sum's weights, a leaf's action or all of its terms."""
+    tree, n = policy.tree, len(policy.features)
+    tested: list[int] = tree.feature[tree.feature != NO_FEATURE].tolist()
+    chosen: list[int] = tree.action[tree.feature == NO_FEATURE].tolist()
+    tests = [1 if each < n else 1 + len(tree.sums[each - n].terms) for each in tested]
+    given = [sum(len(each.terms) for each in vector) for vector in tree.vectors] or [1] * len(policy.actions)
+    return sum(tests) + sum(given[each] for each in chosen)

@@ -1,0 +1,98 @@
+"""Targets that are one text: C, Python, JavaScript, Rust, JSON, SMT-LIB, JAX and PyTorch, and the monitors of three.
+
+Does: emits the files of each from the lowered model; harnesses, by which they are replayed; facts that Z3 is to find
+  true.
+Assumes: C99 and IEEE binary32 `float` without fast-math (the header refuses it); Python 3.8; numbers that are
+  doubles, as ECMAScript says; Rust 2018; a solver with the theory FloatingPoint; JAX 0.4 or PyTorch 2.2 with whoever
+  runs the module.
+Does not: use heap, libc, recursion or mutable globals in C; import anything of this project in Python, std or alloc
+  in Rust; import JAX or PyTorch, or let them observe world states, for which JAX has no doubles unless it is told to.
+
+The JSON is the profile itself, of which a reader walks `tree` from node 0: left iff x[feature] <= threshold. The
+array modules nest `where` over the bits of float32 numbers, in their order: XLA on a CPU takes subnormal numbers for
+zero, and a GPU may.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import Floats, Int32
+from codegen.lowering.model import Agent, Model
+from codegen.lowering.render import render
+from codegen.lowering.watching import WORDS, Watch
+from codegen.numbers import smt_literal
+from codegen.policy_json import dumps
+
+HARNESSES = {"c": "c/harness.c.j2", "javascript": "javascript/harness.mjs.j2", "rust": "rust/harness.rs.j2"}
+LANGUAGES = {"c": "h", "python": "py", "javascript": "mjs"}  # of monitors: target -> the ending of its file
+
+
+def emit_c(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """One header with every agent's policy, for one observation, many, or a world state."""
+    return {f"{model.prefix}.h": render("c/header.h.j2", model=model)}
+
+
+def emit_python(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """One module that needs the standard library only (numpy inside the batch functions)."""
+    return {f"{model.prefix}.py": render("python/module.py.j2", model=model)}
+
+
+def emit_javascript(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """An ES module for pages and Node.js."""
+    return {f"{model.prefix}.mjs": render("javascript/module.js.j2", model=model)}
+
+
+def emit_rust(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """A module; `mod PREFIX;` takes the file in."""
+    return {f"{model.prefix}.rs": render("rust/module.rs.j2", model=model)}
+
+
+def emit_json(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """The profile and a reference reader to start from, the same for every profile of float32 agents."""
+    return {
+        f"{model.prefix}.json": dumps(profile),
+        f"{model.prefix}_reader.py": render("json/reader.py.j2", model=model),
+    }
+
+
+def emit_smt(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """Every tree as a function over Float32, for solvers."""
+    return {f"{model.prefix}.smt2": render("smt/trees.smt2.j2", model=model)}
+
+
+def emit_jax(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """A module that decides for whole batches on any device."""
+    return {f"{model.prefix}_jax.py": render("arrays/module.py.j2", model=model, library="jax", where="jnp")}
+
+
+def emit_torch(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """The same for PyTorch."""
+    return {f"{model.prefix}_torch.py": render("arrays/module.py.j2", model=model, library="torch", where="torch")}
+
+
+def emit_monitors(watch: Watch, targets: Iterable[str]) -> dict[str, str]:
+    """The monitors beside the code, name -> text; for C, PREFIX.h has to be there. Targets that have none get none."""
+    return {
+        f"{watch.model.prefix}_monitor.{ending}": render(
+            f"monitor/monitor.{ending}.j2", watch=watch, check=watch.check, model=watch.model, words=WORDS
+        )
+        for target, ending in LANGUAGES.items()
+        if target in targets
+    }
+
+
+def harness(model: Model, target: str) -> str:
+    """A program in the language of a target that decides for the rows in files, for replaying what was emitted."""
+    return render(HARNESSES[target], model=model)
+
+
+def facts(model: Model, agent: Agent, rows: Floats, wanted: Int32) -> list[str]:
+    """Formulas without variables that all hold iff the SMT-LIB function of an agent takes the wanted actions."""
+    bits = np.ascontiguousarray(rows, dtype=np.float32).view(np.uint32)
+    name = agent.names.act
+    return [
+        f"(= ({name} {' '.join(smt_literal(int(value)) for value in row)}) {action})"
+        for row, action in zip(bits, wanted, strict=True)
+    ]

@@ -1,0 +1,112 @@
+"""Profiles with their views: what engines and reports carry about of a claim over observations.
+
+Does: a profile with its view; words for a view; which features agents may share; carries a region to an agent's copy.
+Assumes: observed.py, which says what a view is.
+Does not: belong to what proofs rest on.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Final, NamedTuple
+
+from codegen.ir import PolicyProfile
+from verify.claims.observed import View, copy_of, ensure_several, of_several, over, variable
+from verify.claims.region import Interval, Region
+from verify.claims.region_files import everywhere
+
+SEEN, RANGES = "seen", "ranges"  # regions of a view: what episodes showed, and what the features' ranges are
+UNLIKE: Final = ""  # in place of float32 and float64: both
+ALL: Final = "all"  # in place of names of features: those that several agents have
+
+
+class Viewed(NamedTuple):
+    """A profile, and how its observations are put together."""
+
+    origin: PolicyProfile
+    view: View
+
+    @property
+    def profile(self) -> PolicyProfile:
+        """The view, as a profile."""
+        return over(self.origin, self.view)
+
+
+def describe_view(view: View) -> str:
+    """A view in words."""
+    shared = f", {', '.join(view.shared)} shared" if view.shared else ""
+    if view.mirrored is not None:
+        features = ", ".join(view.mirrored.features) or "all features"
+        return f"over observations{shared} (two copies of {view.copied}, one with the opposite of {features})"
+    if view.raised is not None:
+        return f"over observations{shared} (two copies of {view.copied} that differ in {view.raised.feature} only)"
+    return f"over observations{shared}"
+
+
+def find_numbers(view: PolicyProfile) -> dict[str, str]:
+    """Returns the numbers that the agents that observe each variable of a view compare: float32 or float64; UNLIKE
+    where some compare either.
+    """
+    variables, numbers = {each.name for each in view.world.variables}, dict[str, str]()
+    for policy in view.agents:
+        for feature in policy.features:
+            for _, name in feature.meaning.terms if feature.meaning is not None else ():
+                if name in variables and numbers.setdefault(name, policy.numbers) != policy.numbers:
+                    numbers[name] = UNLIKE
+    return numbers
+
+
+def unread(profile: PolicyProfile) -> bool:
+    """Returns True if no feature of a profile has a meaning, so that only its observations can be spoken of."""
+    return all(feature.meaning is None for policy in profile.agents for feature in policy.features)
+
+
+def select_features(profile: PolicyProfile, names: Sequence[str]) -> tuple[str, ...]:
+    """Features that agents share, in the order given; of ALL those that several agents have. UnknownNameError for a
+    feature that no agent has, InputError for one that only one has.
+    """
+    if tuple(names) == (ALL,):
+        return tuple(of_several(profile))
+    ensure_several(profile, names)
+    return tuple(dict.fromkeys(names))
+
+
+def build_seen_region(viewed: Viewed) -> Region | None:
+    """Builds the region that episodes showed of each variable, within its range; of a shared one, what any agent was
+    shown. None where nobody looked.
+    """
+    seen: dict[str, tuple[Fraction, Fraction]] = {}
+    for policy in viewed.origin.agents:
+        for feature, ends in zip(policy.features, policy.seen, strict=False):
+            name = variable(viewed.origin, viewed.view, policy.agent, feature.name)
+            low, high = Fraction(ends[0]), Fraction(ends[-1])
+            before = seen.get(name, (low, high))
+            seen[name] = min(low, before[0]), max(high, before[1])
+    if not seen:
+        return None
+    whole = everywhere(viewed.profile).box
+    box = {name: _within(seen.get(name, ends), ends) for name, ends in whole.items()}
+    return Region(box, (), name=SEEN)
+
+
+def _within(seen: Interval, stated: Interval) -> Interval:
+    """Returns the part of a range that was seen; all of it where nothing was."""
+    low, high = max(seen[0], stated[0]), min(seen[1], stated[1])
+    return (low, high) if low <= high else stated
+
+
+def carry_region(region: Region, viewed: Viewed) -> Region:
+    """A region of the view without a copy, of which the copy keeps every bound too."""
+    raised = viewed.view.raised
+    if raised is None:
+        return region
+    name = variable(viewed.origin, viewed.view, raised.agent, raised.feature)
+    other = f"{copy_of(raised.agent)}.{raised.feature}"
+
+    def rename_coordinate(coordinate: str) -> str:
+        return other if coordinate == name else coordinate
+
+    more = [
+        (rename_coordinate(a), rename_coordinate(b), bounds) for a, b, bounds in region.differences if name in (a, b)
+    ]
+    return replace(region, box={**region.box, other: region.box[name]}, differences=(*region.differences, *more))
