@@ -270,7 +270,7 @@ SAMPLED = {
     "SAMPLES": (
         "verify.states.shares",
         "verify.solver.leaves",
-        "verify.states.failures",
+        "verify.states.shares",
         "verify.counterexamples.search",
         "verify.extent.largest",
         "verify.repair.search",

@@ -25,9 +25,8 @@ from codegen.targets import TARGETS, emit
 from maviper.compilation import compile, proofs
 from tests.support import contact_readings, episode_cases
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
-from verify.checker.episodes import contact_reading
-from verify.checker.episodes.contact_reading import ContactReading
-from verify.checker.episodes.contacts import Contact
+from verify.checker.episodes import contacts
+from verify.checker.episodes.contacts import Contact, ContactReading
 from verify.checker.episodes.reading import GRID
 from verify.claims import decisions as properties
 from verify.claims.decisions import DistinctTargets, OwnTarget
@@ -38,9 +37,9 @@ from verify.episodes import composition, unroll
 from verify.episodes import zones as batch
 from verify.question import Question, from_start
 from verify.result import Verdict
-from verify.solver import decide as deciding
 from verify.solver import encode
-from verify.solver.decide import decide
+from verify.solver import solve as deciding
+from verify.solver.solve import decide
 from verify.states.state import State, violates
 from verify.subjects import Game
 
@@ -608,12 +607,12 @@ def contacts_fault(owner, name: str, attribute: str, change: Callable) -> Fault:
 
 
 CONTACTS = [
-    contacts_fault(contact_reading, "no contacts", "contacts", lambda _: lambda world: ()),
+    contacts_fault(contacts, "no contacts", "contacts", lambda _: lambda world: ()),
     contacts_fault(Contact, "pushes a tenth too weak", "overlap", lambda f: lambda *given: tuple(9 * end // 10 for end in f(*given))),
     contacts_fault(Contact, "noticed only when they overlap", "apart", lambda f: lambda pair, gap: f(pair._replace(reach=int(pair.touching * GRID)), gap)),
     contacts_fault(Contact, "pushed the wrong way", "push", lambda f: lambda *given: tuple((-high, -low) for low, high in f(*given))),
     contacts_fault(ContactReading, "the first alone is pushed", "_forces", lambda f: lambda self, *given: {k: v for k, v in f(self, *given).items() if k in {pair.first for pair in self.contacts}}),
-    contacts_fault(contact_reading, "each part of a speed cut alone", "limit_speed", lambda _: lambda velocity, limit: tuple((max(low, -int(limit * GRID)), min(high, int(limit * GRID))) for low, high in velocity)),
+    contacts_fault(contacts, "each part of a speed cut alone", "limit_speed", lambda _: lambda velocity, limit: tuple((max(low, -int(limit * GRID)), min(high, int(limit * GRID))) for low, high in velocity)),
     contacts_fault(ContactReading, "who is not followed stands still", "_bound_places", lambda f: lambda self: [self.start._replace(step=step) for step in range(self.steps + 1)]),
     contacts_fault(ContactReading, "tests do not shift", "bound", lambda f: lambda self, side, now: f(self, side, self.start)),
 ]  # fmt: skip

@@ -39,7 +39,7 @@ from tests.support.giving import tamed
 from verify.claims.formula import TRUE
 from verify.kinds import Kind
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.systems.system import Affine
 
 pytestmark = pytest.mark.solver

@@ -14,7 +14,7 @@ from maviper.console import Console, say
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import team, towards
-from verify.checker.envelope import body_hash
+from verify.checker.certificate import body_hash
 
 pytestmark = pytest.mark.usefixtures("few_states_throughout")
 STRANGE = [

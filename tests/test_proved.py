@@ -13,7 +13,8 @@ from maviper.cli import main
 from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
 from maviper.worlds.games.physical_deception import DEFENDERS
-from verify.checker.decisions.certificates import check_certificate, from_json
+from tests.support.altered import read_game
+from verify.checker.decisions import check_certificate
 from verify.claims.region_files import everywhere
 
 FOLDER = Path(__file__).parent.parent / "generated" / "proved_defenders"
@@ -32,11 +33,12 @@ def proved():
 
 
 def test_the_certificate_is_about_these_trees_in_the_whole_start_region(proved, capsys):
-    found = from_json(CERTIFICATE.read_bytes())
+    found = read_game(CERTIFICATE.read_bytes())
     assert check_certificate(found, proved) > 0
-    assert found.claim.name == "distinct_targets" and found.claim.team == DEFENDERS
-    assert (found.claim.margin, found.claim.radius * 10, found.semantics) == (0, 1, "machine")
-    assert found.region == everywhere(proved) and set(found.region.goals) == {"landmark_0", "landmark_1"}
+    named, header = found.claim.property, found.header
+    assert named.name == "distinct_targets" and named.team == DEFENDERS
+    assert (named.margin, named.radius * 10, header.semantics) == (0, 1, "machine")
+    assert header.region == everywhere(proved) and set(header.region.goals) == {"landmark_0", "landmark_1"}
     assert main.run(["check", str(CERTIFICATE)]) == 0
     assert capsys.readouterr().out.startswith("accepted")
 

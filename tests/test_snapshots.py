@@ -7,8 +7,8 @@ from pathlib import Path
 
 from codegen import policy_json
 from maviper.cli import main
-from verify.certificates.decisions import to_json
-from verify.checker.decisions.certificates import Certificate
+from tests.support.altered import of_goals
+from verify.certificates.games import to_json
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
 
@@ -123,7 +123,7 @@ def test_error_messages(golden, capsys, monkeypatch, tmp_path):
         "powers.toml": '[[property]]\nformula = """\nacts(agent_0) == left\nimplies agent_0.x * agent_0.x > 1"""\n',
         "acting.toml": '[[property]]\nformula = "true"\nassume = "closes(agent_0, goal)"\n',
         "far/other.json": hashless.replace("agent_", "cart_"),
-        "certificate.json": to_json(Certificate("0" * 64, None, TRUE, Region({}, ()), "machine", {}, {"": b""})),
+        "certificate.json": to_json(of_goals("0" * 64, None, TRUE, Region({}, ()), "machine", {}, {"": b""})),
         "misspelt.toml": '[box]\n"agent_0.z" = [0, 1]\n',
     }
     for name, content in files.items():

@@ -27,8 +27,7 @@ from verify.claims.region import Region
 from verify.claims.region_files import everywhere
 from verify.claims.views import Viewed
 from verify.claims.wording import OwnFormula
-from verify.kinds import Kind
-from verify.semantics import MACHINE
+from verify.kinds import MACHINE, Kind
 from verify.subjects import Game, Subject
 
 CONTROL_SEED = 0

@@ -29,3 +29,8 @@ class SpentError(UnansweredError):
 
 class BeyondError(UnansweredError):
     """The question asked has no answer of this kind."""
+
+
+def tell_of_goal(goal: str | None, words: str) -> str:
+    """Puts the goal, if there is one, before words."""
+    return words if goal is None else f"goal {goal}: {words}"

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import cast
 
 import msgspec
 
@@ -25,13 +24,16 @@ from codegen.numbers import decimal_literal, nearest_double
 from codegen.region import RegionSpec
 from codegen.targets.rendered import emit_monitors
 from maviper.files import kinds, runs
-from verify.checker.decisions import certificates as decisions
-from verify.checker.episodes import forever
+from verify.checker import certificate as certificates
+from verify.checker import decisions
+from verify.checker.episodes import certificates as episodes
+from verify.checker.episodes.unbounded import EdgeReading
+from verify.checker.episodes.unbounded import Edges as EdgesProof
 from verify.checker.reading import RejectedError
 from verify.claims.language.parameters import Number
 from verify.claims.region import Region
 from verify.decimals import exact, plain
-from verify.semantics import MACHINE
+from verify.kinds import MACHINE
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
     InputError for a certificate of another profile, of two profiles, or of a kind that has no region for each step;
     RefusedError where its proof does not hold.
     """
-    text = runs.read_unpacked(certificate, decisions.MAX_BYTES)
+    text = runs.read_unpacked(certificate, certificates.MAX_BYTES)
     kind = kinds.kind_of(text)
     if kind not in (kinds.SYSTEM_CERTIFICATE, kinds.EPISODE_CERTIFICATE):
         kinds.ensure(text, str(certificate), kinds.CERTIFICATE.called, kinds.CERTIFICATE)
@@ -66,51 +68,53 @@ def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
     if kind is kinds.EPISODE_CERTIFICATE:
         return _episodes(text, certificate, profile)
     try:
-        proof = decisions.from_json(text, str(certificate))
-        if proof.against:
+        proof = certificates.read(text, str(certificate), decisions.FORMS)
+        header = proof.header
+        if header.against:
             raise InputError("the certificate compares two profiles, and a monitor watches one", str(certificate))
-        if proof.view is not None:
+        if header.view is not None:
             what = "the certificate is about observations, and a monitor watches world states"
             raise InputError(what, str(certificate), "verify the claim for a profile whose features have meanings")
-        if proof.semantics != MACHINE:
+        if header.semantics != MACHINE:
             what = "the certificate is about exact arithmetic, and the code decides in floats"
             raise InputError(what, str(certificate), f"verify the claim with --semantics {MACHINE}")
         decisions.check_certificate(proof, profile)
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("the certificate is refused", f"{certificate}: {escape_text(error)}", advice) from None
-    claim = "a formula" if proof.claim is None else f"{proof.claim.name} of the {proof.claim.team}"
-    return Proved(spec_of(proof.region), _hash(text), claim)
+    named = proof.claim.property
+    claim = "a formula" if named is None else f"{named.name} of the {named.team}"
+    return Proved(spec_of(header.region), _hash(text), claim)
 
 
 def _episodes(text: bytes, where: Path, profile: PolicyProfile) -> Proved:
     """Returns what a certificate about episodes proves: where they start, and whose actions it is about."""
     try:
-        proof = forever.of_either(text, str(where))
-        if proof.form == forever.FORM:
-            lasting = cast("forever.LastingCertificate", proof)
-            lasting.check(profile)
-            return Proved(_find_edges(lasting, profile), _hash(text), _say_for_ever(lasting))
-        ensure_followed(profile.world, proof.claim.steps)  # first: to check a proof about contacts takes seconds
-        proof.check(profile)
+        proof = certificates.read(text, str(where), episodes.FORMS)
+        claim, region, followed = proof.claim, proof.header.region, proof.proof.followed
+        if not isinstance(proof.proof, EdgesProof):
+            ensure_followed(profile.world, claim.steps)  # first: to check a proof about contacts takes seconds
+        episodes.check_certificate(proof, profile)
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("the certificate is refused", f"{where}: {escape_text(error)}", advice) from None
-    followed = frozenset(name for group in proof.followed for name in group)
-    claim = f"{proof.claim.name} of the {proof.claim.team} in {proof.claim.steps} steps"
-    return Proved(Start(spec_of(proof.region), proof.claim.steps, followed), _hash(text), claim)
+    names = [name for group in followed for name in group]
+    said = f"{claim.name} of the {claim.team}"
+    if isinstance(proof.proof, EdgesProof):
+        lasting = f"{said} for ever, as long as {' and '.join(names)} act by their trees"
+        return Proved(_find_edges(proof.proof, region, profile), _hash(text), lasting)
+    start = Start(spec_of(region), claim.steps, frozenset(names))
+    return Proved(start, _hash(text), f"{said} in {claim.steps} steps")
 
 
 ROOM = Fraction(1, 1 << 48)  # of what rounding hides of where an agent comes to rest: three roundings of 2^-53
 
 
-def _find_edges(proof: forever.LastingCertificate, profile: PolicyProfile) -> Edges:
+def _find_edges(proof: EdgesProof, region: Region, profile: PolicyProfile) -> Edges:
     """The states from which agents never cross the edges of a proof: those that its induction over steps holds of."""
-    axes = forever.EdgeReading(profile, proof.region).axes
+    axes = EdgeReading(profile, region).axes
     coasting = nearest_double(next(iter(axes.values())).coasting)  # the same for all
-    box = {
-        name: ends for name, ends in proof.region.box.items() if not name.endswith((".vx", ".vy")) and name not in axes
-    }
+    box = {name: ends for name, ends in region.box.items() if not name.endswith((".vx", ".vy")) and name not in axes}
     for name, axis in axes.items():
         entity, _, direction = name.rpartition(".")
         fastest = axis.fastest(-1), axis.fastest(1)
@@ -119,12 +123,7 @@ def _find_edges(proof: forever.LastingCertificate, profile: PolicyProfile) -> Ed
             low, high = proof.edges[name]
             room = ROOM * (1 + max(abs(low), abs(high)) + axis.coasting * max(fastest))
             box[name] = low + room, high - room
-    return Edges(spec_of(Region(box, proof.region.goals)), coasting)
-
-
-def _say_for_ever(proof: forever.LastingCertificate) -> str:
-    agents = " and ".join(name for group in proof.followed for name in group)
-    return f"{proof.claim.name} of the {proof.claim.team} for ever, as long as {agents} act by their trees"
+    return Edges(spec_of(Region(box, region.goals)), coasting)
 
 
 def noisy(proved: Proved, noise: Number | None) -> Proved:

@@ -32,8 +32,7 @@ from maviper.worlds.matching import plays
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere
 from verify.question import Question
-from verify.states.failures import fails
-from verify.states.shares import SAMPLE_SEED, SAMPLES, find_unbounded, violating
+from verify.states.shares import SAMPLE_SEED, SAMPLES, fails, find_unbounded, violating
 from verify.states.state import observe_state, sample
 from verify.subjects import Game
 

@@ -12,7 +12,7 @@ from maviper.page.document import Contents, Second, Stored
 from maviper.page.page import page, visits_of
 from maviper.verification.diff import Compared
 from maviper.worlds.matching import matching_world
-from verify.semantics import REAL
+from verify.kinds import REAL
 
 SHOWN = 3  # zones of an agent that have a button
 ALIKE, DIFFERENT, OPEN = "alike in the whole region", "acts differently in the region", "no answer for the region"

@@ -29,14 +29,17 @@ from maviper.page.games import Recorded
 from maviper.page.page import contents_of, page
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.environment import StatedEnv
-from verify.checker.decisions.certificates import MAX_BYTES, Certificate, from_json
-from verify.checker.episodes import forever
+from verify.checker import certificate as certificates
+from verify.checker import decisions
+from verify.checker.certificate import MAX_BYTES
+from verify.checker.episodes import certificates as episodes
+from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import agents
 from verify.claims.region import Region
 from verify.claims.region_files import START, name_region
 from verify.claims.wording import OwnFormula
+from verify.kinds import MACHINE
 from verify.result import AnyResult, Verdict
-from verify.semantics import MACHINE
 
 
 def page_of(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> str:
@@ -60,18 +63,20 @@ def with_proof(contents: Contents, profile: ir.PolicyProfile, certificate: Path)
 
 def load_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> Shown:
     """The claim of a certificate, with the region of its proof. InputError for the claim of another subject."""
+    text = runs.read_unpacked(certificate, MAX_BYTES)
     if isinstance(proved.region, (Start, Edges)):
-        stated = forever.of_either(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
-        where = f"{Verdict.PROVED.value} in {_name_region(profile, stated.region)}"
+        stated = certificates.read(text, str(certificate), episodes.FORMS)
+        where = f"{Verdict.PROVED.value} in {_name_region(profile, stated.header.region)}"
         return Shown(stated.claim, where, proved.region)
     if proved.stated and isinstance(proved.region, RegionSpec):
         return _show_stated(profile, certificate, proved.region)
     if isinstance(proved.region, Cover):
         what = "the certificate is about a stated system, and the page is of a game"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
-    proof = from_json(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
-    claim = proof.claim or OwnFormula(profile.policy(min(agents(proof.formula))).team, statement=proof.formula)
-    return Shown(claim, f"{Verdict.PROVED.value} in {_name_region(profile, proof.region)}", proved.region)
+    proof = certificates.read(text, str(certificate), decisions.FORMS)
+    formula = proof.claim.formula
+    claim = proof.claim.property or OwnFormula(profile.policy(min(agents(formula))).team, statement=formula)
+    return Shown(claim, f"{Verdict.PROVED.value} in {_name_region(profile, proof.header.region)}", proved.region)
 
 
 def _show_stated(profile: ir.PolicyProfile, certificate: Path, spec: RegionSpec) -> Shown:
@@ -87,7 +92,7 @@ def _show_stated(profile: ir.PolicyProfile, certificate: Path, spec: RegionSpec)
 def _find_watchable(result: AnyResult) -> RegionSpec | None:
     """The region of a proof that a monitor can be made from."""
     watched = result.verdict is Verdict.PROVED and result.semantics == MACHINE
-    return spec_of(result.region) if watched and isinstance(result.certificate, Certificate) else None
+    return spec_of(result.region) if watched and isinstance(result.claim, DecisionClaim) else None
 
 
 def _verdict(profile: ir.PolicyProfile, result: AnyResult) -> str:

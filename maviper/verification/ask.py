@@ -25,15 +25,7 @@ from maviper.files.profiles import find_region
 from maviper.options import SystemOptions, complete_options, table_of
 from maviper.options import VerifyOptions as Options
 from verify.checker.thresholds import sides
-from verify.claims.catalogue import (
-    ZONES,
-    Claim,
-    check_zones,
-    find_claim,
-    names_reading,
-    readable,
-    select_stated,
-)
+from verify.claims.catalogue import ZONES, Claim, check_zones, find_claim, names_reading, readable, select_stated
 from verify.claims.claim import Parameter
 from verify.claims.files import Reading, Stated, read_properties
 from verify.claims.formula import Formula
@@ -55,8 +47,8 @@ from verify.claims.views import (
     unread,
 )
 from verify.decimals import exact, plain
+from verify.kinds import MACHINE, SEMANTICS
 from verify.question import UNITS_A_NODE, AnyClaim, Budgets, Question
-from verify.semantics import MACHINE, SEMANTICS
 from verify.subjects import Game
 
 

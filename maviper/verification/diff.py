@@ -28,13 +28,13 @@ from maviper.verification.compared import OutputsCompared, compare_outputs
 from maviper.verification.files.certificates import AGAINST_FILE
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
-from verify.certificates.decisions import to_json
+from verify.certificates.games import to_json
 from verify.claims.observed import View
 from verify.claims.views import Viewed, unread
+from verify.kinds import SEMANTICS
 from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report
 from verify.result import Verdict
-from verify.semantics import SEMANTICS
 from verify.states.shares import SAMPLE_SEED, SAMPLES, find_unbounded
 from verify.states.state import sample
 from verify.verdicts.differences import Difference, difference

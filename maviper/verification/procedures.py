@@ -19,13 +19,13 @@ from maviper.verification.bench import Bench, rollouts, state_replays
 from maviper.verification.files import episodes as episode_files
 from maviper.verification.files.counterexamples import document
 from maviper.verification.files.places import zones_and_region
-from verify.certificates.decisions import to_json as decisions_json
-from verify.certificates.episodes import to_json as episodes_json
+from verify.certificates.proofs import to_json as decisions_json
+from verify.certificates.proofs import to_json as episodes_json
 from verify.claims.region_files import name_region
 from verify.claims.wording import spell_decisions
+from verify.kinds import MACHINE
 from verify.question import DecisionQuestion, EpisodeQuestion
 from verify.result import Verdict
-from verify.semantics import MACHINE
 from verify.solver.encode import Query, query, reaching
 from verify.solver.solve import smt_lib
 from verify.verdicts import decisions

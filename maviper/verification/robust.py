@@ -25,8 +25,8 @@ from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.profiles import ensure
 from codegen.wording import format_count
 from maviper.files import runs
-from verify.certificates.decisions import to_json
-from verify.checker.decisions.certificates import Certificate
+from verify.certificates.games import to_json
+from verify.checker.decisions import DecisionCertificate
 from verify.claims.formula import Acts
 from verify.claims.observed import View
 from verify.claims.region import Interval, Region
@@ -165,7 +165,7 @@ class Radii:
     policy: AgentPolicy
     observations: tuple[tuple[float, ...], ...]  # [n, n_features]
     radii: tuple[Radius, ...]
-    certificates: tuple[Certificate, ...] = ()  # each accepted by the checker
+    certificates: tuple[DecisionCertificate, ...] = ()  # each accepted by the checker
 
     @property
     def line(self) -> str:
@@ -237,7 +237,7 @@ def robust(
         raise InputError(what, OPTION, "leave it out: the radius is the largest error that changes no action")
     observations = read_observations(path, policy)
     radii = tuple(radius(policy.tree, each) for each in observations)
-    made: list[Certificate] = []
+    made: list[DecisionCertificate] = []
     for row, (each, one) in enumerate(zip(observations, radii, strict=True), 1):
         if certify:
             made.append(_certificate(_question(profile, policy, each, one), row))
@@ -282,7 +282,7 @@ def _question(
     return Question(Game(viewed.profile, viewed=viewed), claim, Region(box, ()))
 
 
-def _certificate(question: DecisionQuestion, row: int) -> Certificate:
+def _certificate(question: DecisionQuestion, row: int) -> DecisionCertificate:
     """The accepted certificate. AssertionError where zones do not prove the radius: that is our bug."""
     made = by_zones(question).certificate
     if made is None:

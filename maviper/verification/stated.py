@@ -42,12 +42,12 @@ from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
 from verify.claims.views import Viewed, select_features
 from verify.decimals import plain
+from verify.kinds import MACHINE
 from verify.progress import tell
 from verify.question import Question
 from verify.reach.results import SystemCounterexample
 from verify.reports import systems as report
 from verify.result import Cost, Result, Verdict
-from verify.semantics import MACHINE
 from verify.subjects import ClosedLoop
 from verify.systems.claims import CurvedClaim, SystemClaim, SystemPremise
 from verify.systems.curves import with_comparisons
@@ -56,14 +56,7 @@ from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.observing import as_played
 from verify.systems.properties import claims_in, claims_of, find_numbers
 from verify.systems.statement import Statement
-from verify.verdicts.systems import (
-    BOXES,
-    ENCLOSED,
-    Attempt,
-    SystemEvidence,
-    SystemResult,
-    verify_system,
-)
+from verify.verdicts.systems import BOXES, ENCLOSED, Attempt, SystemEvidence, SystemResult, verify_system
 
 BENT = "the claim holds or fails within what the enclosures of its products and functions leave open"
 ERRING = "the claim holds or fails within what the errors of next values leave open"

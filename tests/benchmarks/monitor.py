@@ -60,7 +60,7 @@ from tests.support.pushed import (
     perturbed,
     unperturbed,
 )
-from verify.certificates.episodes import to_json
+from verify.certificates.games import to_json
 from verify.checker.certificate import MAX_BYTES
 
 GENERATED = Path(__file__).parents[2] / "generated"

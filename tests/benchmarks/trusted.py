@@ -15,8 +15,8 @@ from tests.benchmarks.common import figure, reader, tell
 ROOT = Path(__file__).parents[2]
 ACCEPT = "verify.checker.accept"  # gives each proof about a system to what checks it
 PATHS = {
-    "decisions": "verify.checker.decisions.certificates",
-    "episodes": "verify.checker.episodes.forever",
+    "decisions": "verify.checker.decisions",
+    "episodes": "verify.checker.episodes.certificates",
     "systems, symbolic states": "verify.checker.systems.branch_proofs",
     "systems, boxes and forms": "verify.checker.covers.invariants",
     "continuous time": "verify.checker.flows.sweep",

@@ -37,21 +37,20 @@ from maviper.worlds import find
 from tests.benchmarks import direct
 from tests.benchmarks.common import listed, reader, seconds, spent, spent_by, tell
 from tests.support.zone_cases import stated
-from verify.checker.decisions import walk as decisions
-from verify.checker.envelope import numbers
+from verify.checker import decisions
+from verify.checker.certificate import numbers
 from verify.claims.decisions import DistinctTargets, NoDouble, formula
 from verify.claims.region_files import start_region
 from verify.claims.wording import BUILT_IN
+from verify.kinds import Semantics
 from verify.question import Question
 from verify.result import Verdict
-from verify.semantics import Semantics
-from verify.solver.decide import decide
 from verify.solver.encode import query
-from verify.solver.solve import ask
+from verify.solver.solve import ask, decide
 from verify.subjects import Game
 from verify.verdicts.opinions import by_zones
-from verify.zones import compiled
 from verify.zones import engine as zones
+from verify.zones import search
 
 SAMPLES = 100_000
 LEFT, RIGHT, DOWN, UP = 1, 2, 3, 4
@@ -212,7 +211,7 @@ def main():
     options = parser.parse_args()
     figures, rows = whole_commands(options.rounds) if options.commands else measured(options.rounds, options.full)
     if not options.json:
-        print(f"zone search: {'compiled' if compiled.AVAILABLE else 'Python (the extension is not built)'}")
+        print(f"zone search: {'compiled' if search.AVAILABLE else 'Python (the extension is not built)'}")
         print("\n".join(rows))
     tell(figures, options.json)
 
@@ -347,7 +346,7 @@ def profiles_in(folder):
 
 def checked(profile, asked, region, found):
     return sum(
-        decisions.check(profile, asked, region, goal, Semantics(), numbers(proof))
+        decisions.check(profile, (asked,), region, goal, Semantics(), numbers(proof))
         for goal, proof in found.proofs.items()
     )
 

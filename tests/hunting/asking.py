@@ -19,8 +19,9 @@ from tests.hunting import forging, judge
 from tests.hunting.places import Case
 from tests.hunting.questions import Asked, of_twin
 from tests.hunting.reading import MACHINE, REAL
-from verify.certificates.decisions import to_json
-from verify.checker.decisions.certificates import Certificate, check_certificate, from_json
+from tests.support.altered import altered, read_game
+from verify.certificates.games import to_json
+from verify.checker.decisions import DecisionCertificate, check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.wording import formula_document
 from verify.counterexamples import search
@@ -28,8 +29,7 @@ from verify.counterexamples.explanation import Explanation
 from verify.counterexamples.uniqueness import Unique
 from verify.kinds import Kind
 from verify.result import Verdict
-from verify.solver.decide import decide
-from verify.solver.solve import Answer
+from verify.solver.solve import Answer, decide
 from verify.states.state import State
 from verify.verdicts.decisions import Result, verify
 from verify.verdicts.opinions import Zoned, by_zones
@@ -135,7 +135,7 @@ def _proved(
         told.wrong.append(f"proved, but fails at {look.violation}")
     if zoned.certificate is not None and forging_too:
         text = to_json(zoned.certificate)
-        if from_json(text) != zoned.certificate:
+        if read_game(text) != zoned.certificate:
             told.wrong.append("a certificate reads back as another one")
         for _ in range(2):
             _forged(asked, asked.case, asked.question.profile, text, told, rng)
@@ -145,7 +145,7 @@ def _of_the_twin(asked: Asked, told: Told, rng: np.random.Generator) -> None:
     """The certificate of the team before it was changed, offered for the changed one."""
     zoned = by_zones(of_twin(asked).question)
     if zoned.certificate is not None:
-        theirs = replace(zoned.certificate, profile=content_hash(asked.question.profile))
+        theirs = altered(zoned.certificate, profile=content_hash(asked.question.profile))
         told.forged += 1
         if _accepts(theirs, asked.question.profile):
             told.wrong.append("the certificate of another team is accepted for a violated claim")
@@ -154,7 +154,7 @@ def _of_the_twin(asked: Asked, told: Told, rng: np.random.Generator) -> None:
         _forged(asked, asked.case, asked.question.profile, to_json(theirs), told, rng)
 
 
-def _accepts(certificate: Certificate, profile: Any) -> bool:
+def _accepts(certificate: DecisionCertificate, profile: Any) -> bool:
     try:
         return check_certificate(certificate, profile) >= 0
     except (InputError, RejectedError):
@@ -166,7 +166,7 @@ def _forged(asked: Asked, case: Case, profile: Any, text: str, told: Told, rng: 
     how, document, changed = forging.forged(text, rng)
     told.forged += 1
     try:
-        taken = _accepts(from_json(changed), profile)
+        taken = _accepts(read_game(changed), profile)
     except (InputError, RejectedError):
         taken = False
     if not taken:
@@ -243,12 +243,12 @@ def _front(asked: Asked, told: Told) -> None:
 def _met(asked: Asked, result: Result, told: Told) -> None:
     """The states of a certificate must meet its left sides, by the judge."""
     certificate = result.evidence.certificate
-    for premise in certificate.premises if certificate is not None else ():
+    for premise in (certificate.claim.premises or ()) if certificate is not None else ():
         said = forging.formula_of(formula_document(premise.formula))
         claim = {**asked.case.claim, "formula": ("not", said), "assume": None, "eps": Fraction(0)}
         exact = asked.case.semantics == REAL
         state = {name: value if exact else float(value) for name, value in premise.state.items()}
-        if not judge.violates(replace(asked.case, claim=claim), state, premise.goal):
+        if not judge.violates(replace(asked.case, claim=claim), state, premise.goal or None):
             told.wrong.append(f"says that {premise.state} meets {premise.formula}")
 
 

@@ -25,8 +25,9 @@ from tests.hunting.asking import Told, place_of
 from tests.hunting.places import Case
 from tests.hunting.reading import MACHINE, read
 from tests.hunting.regions import value
-from verify.certificates.episodes import to_json
-from verify.checker.episodes.certificates import check_certificate, from_json
+from tests.support.altered import read_game
+from verify.certificates.games import to_json
+from verify.checker.episodes.certificates import check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
@@ -231,7 +232,7 @@ def _explained(case: Case, result: EpisodeResult, told: Told) -> None:
 
 
 def _forged(asked: Asked, text: str, told: Told, rng: np.random.Generator) -> None:
-    if to_json(from_json(text)) != text:
+    if to_json(read_game(text)) != text:
         told.wrong.append("a certificate reads back as another one")
     for _ in range(3):
         document = copy.deepcopy(json.loads(text))
@@ -239,7 +240,7 @@ def _forged(asked: Asked, text: str, told: Told, rng: np.random.Generator) -> No
         change(document, rng)
         told.forged += 1
         try:
-            check_certificate(from_json(forging.sealed(document)), asked.question.profile)
+            check_certificate(read_game(forging.sealed(document)), asked.question.profile)
         except (InputError, RejectedError):
             told.refused += 1
             continue

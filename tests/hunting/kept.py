@@ -20,12 +20,12 @@ import numpy as np
 
 from codegen.errors import MaviperError
 from tests.hunting import episodes, forging, questions, systems
-from verify.certificates import decisions as decision_texts
-from verify.certificates import episodes as episode_texts
-from verify.certificates import systems as system_texts
+from tests.support.altered import read_game
+from verify.certificates.games import to_json as game_text
+from verify.certificates.systems import to_json as system_text
+from verify.checker import decisions as decision_certificates
 from verify.checker.accept import accept
-from verify.checker.decisions import certificates as decision_certificates
-from verify.checker.episodes import forever
+from verify.checker.episodes import certificates as episode_certificates
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.checker.systems.proofs import from_json as read_system
@@ -50,7 +50,10 @@ def games(seed: int) -> Case:
     """A question about the episodes of a game, every other one with contacts."""
     asked = episodes.drawn(seed, episodes.PUSHING) if seed % 2 else episodes.drawn(seed)
     question = asked.question
-    return lambda: episodes.few_samples(question).evidence.certificate, lambda read: read.check(question.profile)
+    return (
+        lambda: episodes.few_samples(question).evidence.certificate,
+        lambda read: episode_certificates.check_certificate(read, question.profile),
+    )
 
 
 def stated(seed: int) -> Case:
@@ -70,9 +73,9 @@ def stated(seed: int) -> Case:
 
 
 KINDS: dict[str, tuple[Callable[[int], Case], Callable[[Any], str], Callable[[str], Any]]] = {
-    "decisions": (decisions, decision_texts.to_json, decision_certificates.from_json),
-    "games": (games, episode_texts.to_json, forever.of_either),
-    "stated": (stated, system_texts.to_json, read_system),
+    "decisions": (decisions, game_text, read_game),
+    "games": (games, game_text, read_game),
+    "stated": (stated, system_text, read_system),
 }
 
 

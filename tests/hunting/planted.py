@@ -9,13 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from verify.checker.decisions import certificates as checking
+from verify.checker import decisions as checking
 from verify.claims import claim, decisions
 from verify.counterexamples import search
 from verify.episodes import certificates as making
 from verify.episodes import unroll
+from verify.kinds import MACHINE
 from verify.question import DecisionQuestion
-from verify.semantics import MACHINE
 from verify.states import shares
 from verify.verdicts import decisions as judging
 

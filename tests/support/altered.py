@@ -4,7 +4,9 @@ import dataclasses
 
 import msgspec
 
+from verify.checker import certificate, decisions
 from verify.checker.certificate import Certificate
+from verify.checker.episodes import certificates as episodes
 from verify.checker.systems.proofs import PROOFS, SystemHeader
 
 
@@ -28,3 +30,22 @@ def of_hashes(profile, system, claim, state, proof):
     """A certificate about a stated system, of whatever hashes."""
     (form,) = (name for name, kind in PROOFS.items() if kind is type(proof))
     return Certificate(SystemHeader(form, profile, state, system), claim, proof)
+
+
+def of_goals(profile, named, formula, region, semantics, inhabitant, proofs, form=decisions.FORM):
+    """A certificate about single decisions, of whatever hash; its proofs by goal."""
+    header = decisions.DecisionHeader(form, profile, inhabitant, semantics, region)
+    by_text = {goal or "": proof for goal, proof in proofs.items()}
+    return Certificate(header, decisions.FormulaClaim(named, formula), decisions.GoalProofs(by_text))
+
+
+def of_episodes(profile, claim, region, inhabitant, proof, form=episodes.FORM):
+    """A certificate about episodes, of whatever hash."""
+    return Certificate(decisions.GameHeader(form, profile, inhabitant, "machine", region), claim, proof)
+
+
+def read_game(text, where="certificate"):
+    """The certificate about a game in a text: about episodes, if it says so."""
+    said = text.encode() if isinstance(text, str) else text
+    forms = episodes.FORMS if b"maviper-episode-certificate" in said else decisions.FORMS
+    return certificate.read(text, where, forms)

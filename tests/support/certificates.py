@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 from codegen import ir
-from verify.checker.envelope import body_hash
+from verify.checker.certificate import body_hash
 
 
 def changed_tree(rng, pair):

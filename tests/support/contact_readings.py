@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 
 from tests.support.contacts import around, random_team
-from verify.checker.episodes.contact_reading import CUT, ContactReading
+from verify.checker.episodes.contacts import CUT, ContactReading
 from verify.checker.episodes.reading import AWAY, GRID, SLACK, Gap
 from verify.claims.catalogue import find_claim
 from verify.claims.episodes import Reaches

@@ -1,7 +1,6 @@
 """What several tests of episodes use: samples that fail a claim, certificates, replays."""
 
 from contextlib import contextmanager
-from dataclasses import replace
 
 import numpy as np
 
@@ -10,8 +9,9 @@ from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from maviper.verification.bench import rollouts
 from maviper.worlds.matching import matching_world
-from verify.certificates.episodes import to_json
-from verify.checker.episodes.certificates import check_certificate, from_json
+from tests.support.altered import altered, read_game
+from verify.certificates.games import to_json
+from verify.checker.episodes.certificates import check_certificate
 from verify.checker.reading import RejectedError
 from verify.episodes.certificates import build_certificate
 from verify.episodes.composition import decide
@@ -38,9 +38,9 @@ def certified(profile, claim, region):
 
 def stands(certificate, profile):
     """Whether a certificate of any content, its hashes made to fit, is accepted."""
-    certificate = replace(certificate, profile=content_hash(profile))
+    certificate = altered(certificate, profile=content_hash(profile))
     try:
-        return check_certificate(from_json(to_json(certificate)), profile) >= 0
+        return check_certificate(read_game(to_json(certificate)), profile) >= 0
     except (RejectedError, InputError):
         return False
 

@@ -5,7 +5,7 @@ from fractions import Fraction
 import z3
 
 from codegen import ir
-from verify.solver.halflines import half_line
+from verify.solver.terms import half_line
 from verify.states.episodes import find_matchings
 
 

@@ -14,8 +14,8 @@ from verify.claims.formula import agents
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere
 from verify.claims.wording import BUILT_IN, OwnFormula
+from verify.kinds import MACHINE
 from verify.question import Budgets, Question
-from verify.semantics import MACHINE
 from verify.solver import encode
 from verify.states.state import measurable
 from verify.subjects import Game

@@ -13,9 +13,9 @@ from tests.support.zone_cases import deception
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import for_goal
 from verify.claims.region_files import everywhere
+from verify.kinds import REAL
 from verify.question import SAMPLED, Budgets, Question, from_start, list_shuffled
 from verify.result import Control, Verdict
-from verify.semantics import REAL
 from verify.subjects import Game
 
 CLAIM = DistinctTargets("defenders")

@@ -1,24 +1,27 @@
-"""Certificates as text: the bytes of a proof, and the members of a document with its hash.
+"""Certificates as text: the bytes of a proof, and a document of header, claim and proof with its hash.
 
 Does: writes what the checker reads, in the classes that it reads it with.
-Assumes: nothing.
-Does not: know what the members say.
+Assumes: what claims are as plain data is registered beside (games.py, systems.py): import `to_json` from there.
+Does not: check what it writes.
 """
 
 import base64
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import singledispatch
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 
 from codegen.floats import rational_literal
 from codegen.form import layout
-from verify.checker.certificate import list_stated
-from verify.checker.envelope import body_hash
+from verify.checker.certificate import Certificate, Members, body_hash
 
 LINE = 96  # characters of a proof on a line
+ORDER = (
+    *("certificate", "profile", "against", "system", "claim", "property", "team", "steps", "radius", "landmarks"),
+    *("others", "semantics", "eps", "view", "region", "formula", "inhabitant", "at_samples", "premises"),
+)  # of the members beside the proof
 
 
 def varint(number: int) -> bytes:
@@ -52,7 +55,7 @@ def plain(value: Any) -> Any:
 
 @plain.register
 def _(value: msgspec.Struct) -> dict[str, Any]:
-    return {name: plain(each) for name, each in list_stated(value).items()}
+    return {name: plain(each) for name, each in _list_stated(value)}
 
 
 @plain.register(Mapping)
@@ -75,6 +78,38 @@ def _(value: Fraction) -> str:
     return rational_literal(value)
 
 
-def layout_certificate(body: Mapping[str, Any]) -> str:
-    """The text of a document with its hash; equal documents give equal bytes."""
+def _list_stated(members: msgspec.Struct) -> Iterator[tuple[str, Any]]:
+    """The members that a document states: all but those that are as usual."""
+    for each in msgspec.structs.fields(members):
+        factory: Any = each.default_factory
+        usual = each.default if factory is msgspec.NODEFAULT else factory()
+        if (value := getattr(members, each.name)) != usual:
+            yield each.name, value
+
+
+def count_bytes(value: Any) -> int:
+    """The bytes of a proof, or of a part of one."""
+    match value:
+        case bytes():
+            return len(value)
+        case msgspec.Struct():
+            return sum(count_bytes(each) for _, each in _list_stated(value))
+        case Mapping():
+            return sum(map(count_bytes, cast("Mapping[str, Any]", value).values()))
+        case tuple():
+            return sum(map(count_bytes, cast("tuple[Any, ...]", value)))
+        case _:
+            return 0
+
+
+@singledispatch
+def state_claim(claim: Any, proof: object) -> dict[str, Any]:
+    """The members of a document that say what is claimed, in any order."""
+    return plain(claim)
+
+
+def to_json(certificate: Certificate[Any, Any, Members]) -> str:
+    """The text of a certificate; equal certificates give equal bytes."""
+    stated = plain(certificate.header) | state_claim(certificate.claim, certificate.proof)
+    body = {name: stated[name] for name in ORDER if name in stated} | plain(certificate.proof)
     return layout({**body, "content_hash": body_hash(body)}) + "\n"

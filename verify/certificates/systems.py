@@ -9,7 +9,7 @@ from typing import Any
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.certificates.proofs import layout_certificate, plain
+from verify.certificates.proofs import plain, state_claim, to_json
 from verify.checker.certificate import Certificate
 from verify.checker.systems.proofs import PROOFS, FlowSets, SystemCertificate, SystemHeader, SystemProof
 from verify.claims.formula import Linear
@@ -17,6 +17,8 @@ from verify.claims.wording import formula_document
 from verify.systems import documents
 from verify.systems.claims import SystemClaim, SystemPremise
 from verify.systems.system import HalfSpace, State, System
+
+__all__ = ["certify", "claim_document", "to_json"]
 
 
 def certify(
@@ -28,19 +30,10 @@ def certify(
     return Certificate(header, claim, proof)
 
 
-def to_json(certificate: SystemCertificate) -> str:
-    """The text of a certificate; equal certificates give equal bytes."""
-    header, claim, proof = certificate.header, certificate.claim, certificate.proof
-    body = {
-        "certificate": header.certificate,
-        "profile": header.profile,
-        "system": header.system,
-        "claim": claim_document(claim),
-        "inhabitant": plain(header.inhabitant),
-        **({"at_samples": claim.at_samples} if isinstance(proof, FlowSets) else {}),
-        **plain(proof),
-    }
-    return layout_certificate(body)
+@state_claim.register
+def _(claim: SystemClaim, proof: object) -> dict[str, Any]:
+    samples = {"at_samples": claim.at_samples} if isinstance(proof, FlowSets) else {}
+    return {"claim": claim_document(claim), **samples}
 
 
 def claim_document(claim: SystemClaim) -> dict[str, Any]:

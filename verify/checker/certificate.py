@@ -1,23 +1,34 @@
-"""A certificate: a header, a claim and a proof; one reader for all forms.
+"""A certificate: a header, a claim and a proof; one reader for all forms, and what each proof is read by.
 
-Does: reads a document by the table of a room.
+Does: reads a document by the table of a room; refuses one that is damaged, of another version, edited, or about
+  something else; reads the numbers of a proof, and formulas.
 Assumes: tables that say which members a form has (`Forms`), whose classes are those of the document.
 Does not: know what is claimed, whether a proof holds, or how certificates are written (verify/certificates).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import base64
+import binascii
+import hashlib
+import json
+from abc import ABCMeta
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import msgspec
 
-from verify.checker.envelope import ensure_readable, ensure_whole, read_proof
+from codegen.errors import InputError, escape_text
+from verify.checker.reading import RejectedError
+from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or
 from verify.exact import read_number
 
+DEEPEST = 100  # levels of a formula
+BITS = 64  # of the largest number in a proof about decisions or episodes
 MAX_BYTES = 1 << 30  # of a file
+REMAKE = "make it again with `maviper verify -o`"
 
 
 class Members(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -30,6 +41,14 @@ else:
 
     class Bytes(bytes):
         """The bytes of a proof; lines of base64 in a document."""
+
+
+def stated_as(read: Callable[[Any], object], *kinds: type) -> Any:
+    """The type of members that are of these kinds, as `read` makes them of what a document states."""
+    made: Any = ABCMeta("Stated", (), {"read": staticmethod(read)})
+    for kind in kinds:
+        made.register(kind)
+    return made
 
 
 class Header(Members, frozen=True):
@@ -52,38 +71,6 @@ class Certificate(Generic[H, C, P]):
     header: H
     claim: C
     proof: P
-
-    @property
-    def size(self) -> int:
-        """Bytes of the proof."""
-        return sum(map(len, _list_bytes(self.proof)))
-
-
-def _list_bytes(value: Any) -> list[bytes]:
-    """All bytes in a value that a document states."""
-    match value:
-        case bytes():
-            return [value]
-        case msgspec.Struct():
-            parts = list(list_stated(value).values())
-        case Mapping():
-            parts: list[Any] = [*value.values()]
-        case tuple():
-            parts = list(cast("tuple[Any, ...]", value))
-        case _:
-            parts = []
-    return [each for part in parts for each in _list_bytes(part)]
-
-
-def list_stated(members: msgspec.Struct) -> dict[str, Any]:
-    """The members that a document states: all but those that are as usual."""
-    kept: dict[str, Any] = {}
-    for each in msgspec.structs.fields(members):
-        factory: Any = each.default_factory
-        usual = each.default if factory is msgspec.NODEFAULT else factory()
-        if (value := getattr(members, each.name)) != usual:
-            kept[each.name] = value
-    return kept
 
 
 # --- reading
@@ -115,18 +102,99 @@ def read(
 
     def convert(kind: Any, value: Any) -> Any:
         if kind is Bytes:
-            return followed(read_proof(msgspec.convert(value, list[str]), "a proof"))
+            return followed(_read_bytes(msgspec.convert(value, list[str])))
         return read_number(value) if kind is Fraction else kind.read(value)
 
-    with ensure_readable(where):
+    what = "the certificate does not hold what it should"
+    try:
         document = msgspec.json.decode(text, type=dict[str, Any])
-        first = next(iter(forms.proofs))
-        proof = forms.proofs.get(document.get("certificate", ""), forms.proofs[first])
-        parts: list[Any] = [forms.claim, proof]
-        named = [{name: document[name] for name in part.__struct_fields__ if name in document} for part in parts]
-        own = {name: document[name] for name in document if not any(name in each for each in named)}
-        own.pop("content_hash", None)
-        header = msgspec.convert(own, forms.header, dec_hook=convert)
-        claim, made = (msgspec.convert(*each, dec_hook=convert) for each in zip(named, parts, strict=True))
-        ensure_whole(document, header.certificate if header.certificate in forms.proofs else first, where)
-        return Certificate(header, claim.read(header), made)
+        form, first, parts = document.get("certificate", ""), next(iter(forms.proofs)), list[Any]()
+        stated = document.pop("content_hash", None)
+        left = dict(document)
+        kinds: list[Any] = [forms.proofs.get(form, forms.proofs[first]), forms.claim]
+        for kind in kinds:
+            own = {name: left.pop(name) for name in kind.__struct_fields__ if name in left}
+            parts.append(msgspec.convert(own, kind, dec_hook=convert))
+        proof, claim, header = *parts, msgspec.convert(left, forms.header, dec_hook=convert)
+        if header.certificate not in forms.proofs:
+            said = f"{where}: '{escape_text(header.certificate[:40])}', not {first}"
+            raise InputError("a certificate of another version", said, REMAKE)
+        if body_hash(document) != stated:
+            raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
+        return Certificate(header, claim.read(header), proof)
+    except msgspec.ValidationError as error:  # with a cause: of a member that stands for something else
+        what = what if error.__cause__ else "not a certificate"
+        raise InputError(what, f"{where}: {escape_text(error)}", REMAKE) from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError("the certificate is truncated or not JSON", f"{where}: {error}", REMAKE) from None
+    except (ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError, RecursionError) as error:
+        raise InputError(what, f"{where}: {escape_text(error)}"[:200], REMAKE) from None
+
+
+# --- what is read, and refused
+
+
+def numbers(proof: bytes, bits: int = BITS) -> Iterator[int]:
+    """The numbers of a proof, in groups of seven bits, low ones first. RejectedError for one beyond `bits`, and for a
+    proof that ends within a number.
+    """
+    value = shift = 0
+    for byte in proof:
+        if byte < 128 and not shift:
+            yield byte
+            continue
+        value |= (byte & 127) << shift
+        shift += 7
+        if shift > bits + 6:
+            raise RejectedError(f"the proof contains a number beyond {bits} bits")
+        if byte < 128:
+            yield value
+            value = shift = 0
+    if shift:
+        raise RejectedError("the proof ends within a number")
+
+
+def ensure_about(stated: str, actual: str, what: str, option: str = "") -> None:
+    """InputError unless a profile or system, by its hash, is the one that a certificate names."""
+    if actual != stated:
+        raise InputError(
+            f"the certificate is about another {what}",
+            f"it names {escape_text(stated[:16])}..., the {what} is {actual[:16]}...",
+            f"give the {what} that it was made for" + (f" (`maviper check {option} FILE`)" if option else ""),
+        )
+
+
+def body_hash(body: Mapping[str, Any]) -> str:
+    """SHA-256 of a document without its hash."""
+    return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+
+
+def _read_bytes(lines: list[str]) -> bytes:
+    """The bytes of a proof from lines of base64."""
+    try:
+        return base64.b64decode("".join(lines), validate=True)
+    except binascii.Error as error:
+        raise ValueError(f"a proof: {error}") from None
+
+
+def read_formula(document: Mapping[str, Any], depth: int = 0) -> Formula:
+    """The formula in plain data. ValueError for anything else."""
+    if depth > DEEPEST:
+        raise ValueError(f"$.formula: nested deeper than {DEEPEST}")
+    match document:
+        case {"sum": [*terms], **bound} if len(bound) == 1 and set(bound) <= {"most", "below"}:
+            kept = tuple((read_number(weight), str(name)) for weight, name in terms)
+            ((kind, value),) = bound.items()
+            return Linear(kept, read_number(value), kind == "below")
+        case {"agent": str(agent), "takes": int(action)} if len(document) == 2:
+            return Acts(agent, action)
+        case {"goal": str(landmark)} if len(document) == 1:
+            return Goal(landmark)
+        case {"not": part} if len(document) == 1:
+            return Not(read_formula(part, depth + 1))
+        case {"all": [*parts]} if len(document) == 1:
+            return And(tuple(read_formula(part, depth + 1) for part in parts))
+        case {"any": [*parts]} if len(document) == 1:
+            return Or(tuple(read_formula(part, depth + 1) for part in parts))
+        case _:
+            raise ValueError(f"$.formula: {str(document)[:80]}")

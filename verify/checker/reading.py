@@ -17,7 +17,7 @@ from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy
 from verify.checker.thresholds import sides
 from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, agents
 from verify.claims.region import Region
-from verify.semantics import Semantics
+from verify.kinds import Semantics
 
 Bounds: TypeAlias = "tuple[tuple[int, ...], tuple[Choice, ...]]"  # bounds that all hold, by number, and choices
 Choice: TypeAlias = "tuple[Bounds, ...]"  # some of these hold

@@ -19,7 +19,7 @@ from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64, below_zero
 from codegen.ir import FeatureSpec
 from verify.claims.formula import FALSE, TRUE, And, Formula, Linear, Or
-from verify.semantics import MACHINE, REAL
+from verify.kinds import MACHINE, REAL
 
 NO_ERROR = Fraction(0)
 AT_ONCE = 2  # coordinates that are added with one rounding

@@ -17,8 +17,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32, below_zero
 from codegen.ir import FORK, NO_FEATURE, PHYSICS, AgentPolicy, PolicyProfile
 from verify.exact import MAX_NUMBER
-from verify.kinds import Kind
-from verify.semantics import MACHINE
+from verify.kinds import MACHINE, Kind
 
 Parameter = Fraction | int | str | tuple[str, ...]
 Rounded = tuple[tuple[str, str], ...]  # numbers as they are written, and the floats that they are read as

@@ -22,8 +22,7 @@ from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.claim import Parameter, TeamClaim, check_landmarks, check_range, ensure_landmark_each, ensure_team
 from verify.claims.formula import TRUE, Acts, Condition, Formula, below, conjunction, disjunction, negate
 from verify.claims.observed import View
-from verify.kinds import Kind
-from verify.semantics import SEMANTICS
+from verify.kinds import SEMANTICS, Kind
 
 MAX_MATCHINGS = 720  # six agents and six landmarks: formulas that name every matching stay readable to the engines
 

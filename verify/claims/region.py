@@ -23,29 +23,20 @@ class Region:
     differences: tuple[Difference, ...] = ()
     apart: tuple[Pair, ...] = ()
     name: str = field(default="", compare=False)
+    said: str = field(default="", compare=False)  # what a certificate that was read calls it; says nothing
 
     @property
     def goal_cases(self) -> tuple[str | None, ...]:
         """The goals one by one; None alone where the world has none."""
-        return goal_cases(self.goals)
+        return self.goals or (None,)
 
 
 UNBOUNDED = Region({}, (), name="of the file")  # of claims that have regions themselves
 
 
-def goal_cases(goals: tuple[str, ...]) -> tuple[str | None, ...]:
-    """Goals one by one; None alone where there are none."""
-    return goals or (None,)
-
-
 def goal_text(goal: str | None) -> str:
     """A goal as files have it: "" where there is none."""
     return goal or ""
-
-
-def tell_of_goal(goal: str | None, words: str) -> str:
-    """Puts the goal, if there is one, before words."""
-    return words if goal is None else f"goal {goal}: {words}"
 
 
 def goal_of(written: str) -> str | None:

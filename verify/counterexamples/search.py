@@ -17,11 +17,10 @@ import numpy as np
 
 from codegen.ir import WorldSpec
 from verify.claims.formula import agents
+from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
-from verify.semantics import MACHINE, REAL
 from verify.solver.encode import in_both, query, there
-from verify.solver.pinning import pin_model
-from verify.solver.solve import Answer, ask
+from verify.solver.solve import Answer, ask, pin_model
 from verify.states.acting import Deployed, Replay, Step, confirm_actions, path
 from verify.states.noise import mistaken
 from verify.states.real import Value, value_of

@@ -16,15 +16,15 @@ from fractions import Fraction
 from itertools import chain
 from typing import Any
 
-from verify.claims.region import goal_text, tell_of_goal
+from verify.claims.region import goal_text
 from verify.counterexamples.search import SLACKS, shrink, violating_samples
+from verify.kinds import REAL
 from verify.question import DecisionQuestion
-from verify.semantics import REAL
 from verify.solver.encode import Query, elsewhere, there
-from verify.solver.pinning import pin_model
-from verify.solver.solve import Answer, ask
+from verify.solver.solve import Answer, ask, pin_model
 from verify.states.real import write_values
 from verify.states.state import State, exact_point, inside, leaves_at, nearest, violates
+from verify.unanswered import tell_of_goal
 
 ONLY_REAL = "a real-valued world state fails in other leaves; no float64 state near it was found that does"
 ONLY_ROUNDED = "rounding within sums may make it fail in other leaves; no float64 state was found in which it does"

@@ -2,7 +2,7 @@
 
 Does: states the contact force, splits zones by who may touch whom, bounds the pushes, says how far agents may get.
 Assumes: agents start at rest; whoever is not followed may choose any action at any step.
-Does not: know trees or claims (unroll.py, cuts.py). Its steps are bounds, rounded outwards, and no numbers that
+Does not: know trees or claims (unroll.py, composition.py). Its steps are bounds, rounded outwards, and no numbers that
   codegen/dynamics.py could give; only who may push whom comes from there.
 
 The force between entities at a distance d that touch at D is C k log(1 + exp((D - d) / k)) along the line between their
@@ -10,7 +10,7 @@ centres: at most C (D - d + k), and below C k exp(-m) from D + m k on. Why zones
 
 - Beyond D + SURE_MARGINS k a push counts as nothing. Velocities are linear in pushes, and cutting a speed brings no
   two velocities farther apart, so what is left out moves a position in T steps by at most (T dt)^2 C k
-  exp(-SURE_MARGINS) a partner. `rounding.ensure_exact` counts it with the roundings.
+  exp(-SURE_MARGINS) a partner. `unroll.ensure_exact` counts it with the roundings.
 - Elsewhere the push lies in an interval over the box of the gaps that a zone allows, larger by SLACK on each side,
   which is what positions may differ from the model. The force shrinks with the distance; its share on an axis, gap /
   distance, grows with that axis' gap and gets smaller in size as the other axis' gap grows. So bounds lie at corners.

@@ -1,6 +1,7 @@
 """The closed loop as zones: all starts with the same actions so far move alike, so a step only shifts the tests.
 
-Does: resolves trees for one group of agents and one goal, and follows all starts of a region step by step.
+Does: resolves trees for one group of agents and one goal, and follows all starts of a region step by step; bounds how
+  far the rounded motion may be from the exact one.
 Assumes: agents of the group start at rest and touch nobody; what other agents do is arbitrary.
 Does not: find real starts (verdicts/episodes.py does, from what is left over here) or play (states/episodes.py). It
   steps by a reading of the world spec of its own, not by codegen/dynamics.py: the referee, which judges the starts left
@@ -24,13 +25,47 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen import ir
+from codegen.errors import InputError
 from codegen.floats import deciding_double
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, WorldSpec
 from verify.claims.claim import read_by
-from verify.episodes.contacts import Body, Contacts, colliders, contacts_of, split_known
-from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, ZERO, Int8, Int64, Zones, constrain_zones
+from verify.episodes.contacts import (
+    Body,
+    Contacts,
+    bound_neglected,
+    colliders,
+    contacts_of,
+    farthest,
+    fastest,
+    split_known,
+)
+from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, SLACK, ZERO, Int8, Int64, Zones, constrain_zones
 from verify.progress import tell
 from verify.zones.tables import BeyondZonesError
+
+
+def ensure_exact(world: WorldSpec, steps: int, largest: Fraction, push: float) -> None:
+    """InputError unless the relaxation of tests covers all rounding, and numbers keep below LIMIT.
+
+    `largest`: the region's largest coordinate; `push`: the most that an action adds to a velocity on an axis.
+    """
+    reach, speed, place = 0.0, 0.0, 0.0
+    for _ in range(steps):
+        place += speed * world.dt
+        speed = speed * (1 - world.damping) + push
+        reach = max(reach, speed)
+    size = float(largest) + place
+    apart = steps * (2.0**-45 + 2.0**-53 * size + 3 * steps * world.dt * 2.0**-53 * reach) + bound_neglected(
+        world, steps
+    )
+    most = max(size + farthest(world, steps), reach + fastest(world, steps))
+    if not (2 * apart + 2.0**-50 * size <= SLACK and most <= LIMIT / 8):
+        raise InputError(
+            f"rounding over {steps} steps from positions up to {float(largest):g} may exceed what the proof allows for",
+            "--steps",
+            "ask for fewer steps or a smaller region",
+        )
+
 
 CHUNK = 4096  # zones that are stepped together
 

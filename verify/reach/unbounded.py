@@ -27,10 +27,10 @@ from codegen.ir import Bool, Float64, Int64, PolicyProfile
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import certify
 from verify.checker.accept import accept
+from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import BoxList, Parts, StartBox, together
 from verify.checker.covers.images import BoxMotion
 from verify.checker.covers.invariants import FollowedMotion, InvariantSweep, RegionSweep, names_of, outside_of
-from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import WHOLE, Invariant, InvariantPart, InvariantRegion
 from verify.checker.systems.reading import Branch

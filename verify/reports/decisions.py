@@ -14,6 +14,7 @@ from typing import Any
 
 from codegen.boxes import leaves_below
 from codegen.ir import PolicyProfile, Tree
+from verify.certificates.proofs import count_bytes
 from verify.claims.claim import Parameter
 from verify.claims.decisions import formula
 from verify.claims.region import goal_text
@@ -23,10 +24,10 @@ from verify.claims.wording import formula_document, region_document, spell_decis
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.decimals import plain
 from verify.decimals import text as decimal
+from verify.kinds import MACHINE, REAL
 from verify.reports.drawing import MARK, VIEW, around, label_place
 from verify.reports.telling import POSITIONS, SHARES, WITH_CERTIFICATE, WITHOUT_CERTIFICATE, Telling
 from verify.result import Margin, Verdict
-from verify.semantics import MACHINE, REAL
 from verify.solver.leaves import LeafFinding
 from verify.states import shares
 from verify.states.real import write_value, write_values
@@ -173,7 +174,7 @@ def _leaf(finding: LeafFinding) -> dict[str, Any]:
 
 def _certificate(evidence: DecisionEvidence) -> dict[str, Any]:
     assert evidence.certificate is not None
-    return {"bytes": evidence.certificate.size, "branches": evidence.branches, "checker": "accepted"}
+    return {"bytes": count_bytes(evidence.certificate.proof), "branches": evidence.branches, "checker": "accepted"}
 
 
 def _counterexample(profile: PolicyProfile, result: DecisionResult, example: Counterexample) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from codegen.floats import rational_literal
 from codegen.form import layout
 from codegen.intervals import Share
 from codegen.policy_json import content_hash
+from verify.certificates.proofs import count_bytes
 from verify.claims.region import goal_text
 from verify.claims.region_files import name_region
 from verify.claims.wording import region_document
@@ -55,7 +56,11 @@ def document(difference: Difference, counted: Estimates) -> dict[str, Any]:
         "agents": [_agent(difference, one, counted) for one in difference.agents],
         "certificate": None
         if difference.certificate is None
-        else {"bytes": difference.certificate.size, "branches": difference.branches, "checker": "accepted"},
+        else {
+            "bytes": count_bytes(difference.certificate.proof),
+            "branches": difference.branches,
+            "checker": "accepted",
+        },
     }
 
 

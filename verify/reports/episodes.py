@@ -10,16 +10,18 @@ from typing import Any
 
 from codegen.dynamics import partners
 from codegen.ir import PolicyProfile
+from verify.certificates.proofs import count_bytes
+from verify.checker.episodes.unbounded import Edges
 from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.episodes import PLAYED
 from verify.claims.region import goal_text
 from verify.claims.region_files import name_region
 from verify.claims.wording import account_of, region_document
 from verify.decimals import plain
+from verify.kinds import MACHINE
 from verify.reports.drawing import VIEW
 from verify.reports.telling import EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE, POSITIONS, SHARES, Telling
 from verify.result import Verdict
-from verify.semantics import MACHINE
 from verify.states.episodes import Episode, Way
 from verify.verdicts.episodes import EpisodeEvidence, EpisodeResult
 
@@ -97,11 +99,12 @@ def limits(profile: PolicyProfile, results: Sequence[EpisodeResult]) -> list[str
 
 
 def _certificate(evidence: EpisodeEvidence) -> dict[str, Any]:
-    certificate = evidence.certificate
-    assert certificate is not None
-    told = {"bytes": certificate.size, "branches": evidence.branches, "checker": "accepted"}
-    edges = {name: [plain(edge) for edge in both] for name, both in certificate.edges.items()}
-    return told | ({"edges": edges} if edges else {})
+    assert evidence.certificate is not None
+    proof = evidence.certificate.proof
+    told = {"bytes": count_bytes(proof), "branches": evidence.branches, "checker": "accepted"}
+    if not isinstance(proof, Edges):
+        return told
+    return told | {"edges": {name: [plain(edge) for edge in both] for name, both in proof.edges.items()}}
 
 
 def _counterexample(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:

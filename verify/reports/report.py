@@ -22,12 +22,11 @@ from codegen.wording import visible
 from verify.checker.thresholds import AT_ONCE
 from verify.claims.formula import agents, coordinates
 from verify.claims.region_files import START
-from verify.kinds import Kind
+from verify.kinds import MACHINE, REAL, Kind
 from verify.question import Question
 from verify.reports.drawing import draw_picture
 from verify.reports.telling import REFEREED, REPLAYED, Telling, readers, texts
 from verify.result import AnyResult, Verdict
-from verify.semantics import MACHINE, REAL
 from verify.states import shares
 
 

@@ -17,6 +17,7 @@ from codegen.ir import PolicyProfile
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
 from codegen.wording import format_count, visible
+from verify.certificates.proofs import count_bytes
 from verify.certificates.proofs import plain as as_plain
 from verify.checker.systems.proofs import Cover, FlowSets, Invariant, SystemProof, Walks
 from verify.claims.wording import spell_rounded
@@ -290,7 +291,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     if certificate is not None:
         document["certificate"] = {
             "file": certificate_name(place, claim),
-            "bytes": certificate.size,
+            "bytes": count_bytes(certificate.proof),
             **_tell_proof(certificate.proof),
             name_units(certificate.proof)[1]: evidence.branches,
             "checker": "accepted",

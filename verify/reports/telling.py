@@ -66,7 +66,7 @@ EPISODES_WITH_CERTIFICATE = (
 )
 EPISODES_WITHOUT_CERTIFICATE = (
     "for a proof about episodes without a certificate: one reading, which nothing checks, by the zones and their steps "
-    "(verify/episodes: composition, contacts, cuts, unroll, zones), and the dynamics in the profile's world spec"
+    "(verify/episodes: composition, contacts, unroll, zones), and the dynamics in the profile's world spec"
 )
 SYSTEMS_WITH_CERTIFICATE = (
     f"for a proof about a stated system: its checker (verify/checker/systems), {LISTED}; and that the statement is "

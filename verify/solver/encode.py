@@ -1,14 +1,18 @@
 """The question for Z3: is there a world state of the region in which the claim fails?
 
-Does: encodes trees, observation maps with machine rounding, region and claim over exact rationals, one query a goal.
-Assumes: features are sums of coordinates or functions of such; trees passed `verifiable`.
-Does not: share the arithmetic of thresholds with codegen or with any other engine, so that consensus means something.
+Does: encodes trees, observation maps with machine rounding, region and claim over exact rationals, one query a goal;
+  counts the tests of trees that a query would state, before anything is written: one that is too large for its budget
+  is not asked.
+Assumes: features are sums of coordinates or functions of such; trees passed `verifiable`; parts of a formula about one
+  agent's action each follow that agent's tree once.
+Does not: share the arithmetic of thresholds with codegen or with any other engine, so that consensus means something;
+  bound the search in Z3, which has resource units of its own (solve.py).
 
 A sum of more than two coordinates rounds after each addition. Its exact sum plus an unknown of bounded size stands for
 it, so that what is proved is proved; an answer is a candidate, which the referee judges.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
@@ -18,14 +22,25 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, PolicyProfile
-from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, negate, normal, substitute_actions
+from verify.claims.formula import (
+    TRUE,
+    And,
+    Formula,
+    Linear,
+    Not,
+    Or,
+    agents,
+    for_goal,
+    negate,
+    normal,
+    substitute_actions,
+)
 from verify.claims.region import Region
 from verify.claims.values import tighten_formula
+from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
-from verify.semantics import MACHINE, REAL
-from verify.solver.budget import beyond_budget
-from verify.solver.halflines import HalfLine, half_line, last_double
 from verify.solver.terms import (
+    HalfLine,
     Real,
     Terms,
     Test,
@@ -35,12 +50,49 @@ from verify.solver.terms import (
     constant,
     disjunction,
     either,
+    half_line,
+    last_double,
     negation,
     number,
     sum_terms,
     unknown,
 )
 from verify.states.state import error_name, measurable
+
+MAX_TESTS = 280_000  # of trees that a query states: half a minute, and below two gigabytes with the solver's own copy
+FEW_TESTS = 20_000  # that any budget allows
+UNITS_A_TEST = 64  # of a budget in solver units: so many allow one test more
+
+
+def beyond_budget(question: DecisionQuestion) -> str:
+    """Why a question is too large for its budget to be written down; "" where it is not."""
+    tests = _tests(question)
+    most = min(MAX_TESTS, max(FEW_TESTS, question.budgets.solver_units // UNITS_A_TEST))
+    return f"a query with {tests:,} tests of trees, more than {most:,}, is not asked" if tests > most else ""
+
+
+def beyond_any(question: DecisionQuestion) -> bool:
+    """Returns True if no budget allows the question to be written down."""
+    return _tests(question) > MAX_TESTS
+
+
+def _tests(question: DecisionQuestion) -> int:
+    """The tests of trees that a query states."""
+    lone = dict.fromkeys(_lone(question.formula))  # each follows its agent's tree
+    return sum(len(question.profile.policy(next(iter(agents(part)))).tree.left) // 2 for part in lone)
+
+
+def _lone(formula: Formula) -> Iterator[Formula]:
+    """The largest parts of a formula that speak of one agent's action."""
+    acting = agents(formula)
+    if len(acting) == 1:
+        yield formula
+    elif acting:
+        for part in (
+            formula.parts if isinstance(formula, (And, Or)) else [formula.part] if isinstance(formula, Not) else []
+        ):
+            yield from _lone(part)
+
 
 LAST_BELOW_ZERO = -(2.0**-1074)  # of float64: what is at most it is below 0
 UNDERFLOW = Fraction(1, 2**1000)  # more than all products with a weight can lose

@@ -14,17 +14,17 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.claims.region import Region, tell_of_goal
+from verify.claims.region import Region
 from verify.claims.wording import AliveLeaves
+from verify.kinds import REAL
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
-from verify.semantics import REAL
 from verify.solver.encode import Query, reaching
-from verify.solver.pinning import pin_model
-from verify.solver.solve import ask
+from verify.solver.solve import ask, pin_model
 from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import State, exact_point, find_leaves, inside, leaf_at, nearest, sample, state_at
 from verify.subjects import Game
+from verify.unanswered import tell_of_goal
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (4, 7, 10, 20, 40))  # room inside the leaf's cell, for a witness
 ONLY_REAL = "only a real-valued world state was found to reach it"

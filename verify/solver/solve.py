@@ -1,19 +1,29 @@
-"""Asking Z3, with a budget that does not depend on the machine.
+"""Asking Z3, with a budget that does not depend on the machine: one query, or a claim goal by goal.
 
-Does: decides a question, returns an exact model or the reason why there is no answer.
-Assumes: budgets are Z3 resource counts, which repeat from run to run; there is no wall clock.
-Does not: interpret models.
+Does: decides a question, returns an exact model or the reason why there is no answer; decides a claim, and says whether
+  it is about any world state at all; settles the coordinates of a model one after another, as simply as the question
+  allows.
+Assumes: budgets are Z3 resource counts, which repeat from run to run; there is no wall clock; claims are about single
+  decisions.
+Does not: confirm counterexamples, judge states (states/real.py), or compare engines.
 """
 
-from collections.abc import Callable, Sequence
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
 
 import z3
 
-from verify.question import Budgets
-from verify.solver.encode import Query
+from verify.claims.formula import TRUE
+from verify.claims.region import Interval, Region
+from verify.question import Budgets, Case, DecisionQuestion
+from verify.result import Verdict
+from verify.solver.encode import Query, beyond_any, fix_variables, query, region_only
+from verify.states.real import value_of
+from verify.unanswered import tell_of_goal
 
 
 @dataclass(frozen=True)
@@ -130,3 +140,133 @@ def false_facts(definitions: str, facts: Sequence[str]) -> list[int]:
     text = definitions + "\n".join(f"(assert {fact})" for fact in facts)
     parsed = z3.parse_smt2_string(text, ctx=z3.Context())
     return [place for place in range(len(parsed)) if not z3.is_true(z3.simplify(parsed[place]))]
+
+
+@dataclass(frozen=True)
+class SolverDecision:
+    """The solver's answer over all goals: the verdict, and for VIOLATED the goal and the model."""
+
+    verdict: Verdict
+    resources: int
+    goal: str | None = None
+    answer: Answer | None = None
+    reason: str = ""
+    part: DecisionQuestion | None = None  # of the question, that the answer is about
+    exact: bool = True  # as of the query: else the answer may be no violation
+
+
+def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> SolverDecision:
+    """The bare decision, by Z3. `cases`: only these of the question's. InputError where the team cannot be asked
+    about.
+    """
+    _ = question.team
+    nothing, spent = about_nothing(question)
+    if nothing:
+        return SolverDecision(Verdict.VACUOUS, spent, reason=nothing)
+    open_reasons, beyond = list[str](), False
+    asking = question.cases if cases is None else list(cases)
+    left, answered = dict.fromkeys(question.goals, question.budgets.solver_units), Counter[str | None]()
+    alike: dict[int, tuple[Query, Answer]] = {}  # by part: what was asked for the goal before, where all are the same
+    for place, (goal, part) in enumerate(asking):
+        if left[goal] <= 0:
+            continue
+        if id(part) in alike:
+            asked, answer = alike[id(part)]
+        else:
+            asked = query(part.spending(solver_units=left[goal]), goal)
+            answer = ask(asked, left[goal])
+        if not question.names_goal:
+            alike[id(part)] = asked, answer
+        spent, left[goal] = spent + answer.resources, left[goal] - answer.resources
+        if answer.holds:
+            return SolverDecision(Verdict.VIOLATED, spent, goal, answer, part=part, exact=asked.exact)
+        answered[goal] += answer.holds is False
+        cut_off = left[goal] <= 0 and any(later == goal for later, _ in asking[place + 1 :])
+        beyond = beyond or (bool(asked.beyond) and beyond_any(part))
+        if answer.holds is None or cut_off:
+            used = question.budgets.solver_units - left[goal]
+            open_reasons.append(_open(question, goal, answer, used, answered[goal]))
+    if open_reasons:
+        hint = "smaller trees may be decided" if beyond else question.budgets.hint()
+        return SolverDecision(Verdict.UNKNOWN, spent, reason=f"{'; '.join(open_reasons)}; {hint}")
+    return SolverDecision(Verdict.PROVED, spent)
+
+
+def _open(question: DecisionQuestion, goal: str | None, answer: Answer, spent: int, answered: int) -> str:
+    """Why there is no answer for a goal, whose parts share its budget. `answered`: how many of the parts were."""
+    parts = len(question.parts)
+    after = f" and {answered} of {parts} parts" if parts > 1 else ""
+    return tell_of_goal(goal, f"{answer.reason or 'the budget ended'} after {spent:,} resource units{after}")
+
+
+def about_nothing(question: DecisionQuestion) -> tuple[str, int]:
+    """Why the claim speaks of no world state, or "" if it does; and the resources spent."""
+    anything = ask(region_only(question.region), question.budgets.solver_units)
+    if anything.holds is False:
+        return "the region holds no world state", anything.resources
+    if question.claim.assume == TRUE:
+        return "", anything.resources
+    met = _meeting(question)
+    spent = anything.resources + sum(answer.resources for answer in met)
+    if all(answer.holds is False for answer in met):
+        return "no world state of the region meets the assumption", spent
+    return "", spent
+
+
+def _meeting(question: DecisionQuestion) -> list[Answer]:
+    """For each goal, whether some world state of the region meets the assumption."""
+    region, assume, units = question.region, question.claim.assume, question.budgets.solver_units
+    return [ask(region_only(region, assume, goal), units) for goal in question.goals]
+
+
+BITS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 44, 52)  # behind the binary point
+DENOMINATORS = (10, 100, 1_000)
+MAX_ASKED = 100  # questions an order
+
+
+def pin_model(
+    question: Query, region: Region, model: Mapping[str, Fraction], budget: int
+) -> tuple[dict[str, Fraction], int]:
+    """A model of the question, of float64 numbers where such a one was found, and the resource units spent.
+
+    `budget`: solver resource units per query.
+    """
+    spent, tries, names = 0, list[dict[str, Fraction]](), list(region.box)
+    for order in (names, names[::-1]):
+        pinned, units = _in_order(order, question, region, model, budget)
+        spent += units
+        if all(isinstance(value_of(pinned[name]), float) for name in names):
+            return pinned, spent
+        tries.append(pinned)
+    return tries[0], spent
+
+
+def _in_order(
+    order: Sequence[str], question: Query, region: Region, model: Mapping[str, Fraction], budget: int
+) -> tuple[dict[str, Fraction], int]:
+    """Pins a model as `pin_model` does, coordinates in this order."""
+    pinned, values, spent, queries = dict(model), dict[str, Fraction](), 0, 0
+    for name in order:
+        for value in _simpler(pinned[name], region.box[name]):
+            if queries == MAX_ASKED:
+                break
+            queries += 1
+            answer = ask(fix_variables(question, values | {name: value}), budget)
+            spent += answer.resources
+            if answer.model is not None:
+                pinned = answer.model
+                break
+        values[name] = pinned[name]
+    return pinned, spent
+
+
+def _simpler(value: Fraction, bounds: Interval) -> Iterator[Fraction]:
+    """Numbers near a value, the simplest first, until the value itself is one."""
+    low, high = bounds
+    near = [value.limit_denominator(most) for most in DENOMINATORS]
+    beside = (Fraction(side(value * 2**bits), 2**bits) for bits in BITS for side in (round, math.floor, math.ceil))
+    for simple in dict.fromkeys([*beside, *near]):
+        if simple == value:
+            return
+        if low <= simple <= high:
+            yield simple

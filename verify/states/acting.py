@@ -16,7 +16,7 @@ from codegen.errors import DisagreementError
 from codegen.ir import PolicyProfile
 from codegen.wording import fails, holds, is_zero, number
 from verify.claims.formula import Formula
-from verify.semantics import MACHINE, REAL
+from verify.kinds import MACHINE, REAL
 from verify.states.real import Value
 from verify.states.state import State, actions_at, true_at
 

@@ -17,8 +17,8 @@ from codegen import ir
 from codegen.ir import AgentPolicy, Bool, FeatureSpec, Float64, PolicyProfile, WorldSpec
 from codegen.observe import observe
 from verify.claims.formula import substitute_actions
+from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
-from verify.semantics import MACHINE, REAL
 from verify.states.real import Value, comparable, measure_feature, value_of
 from verify.states.state import State, batch, error_name, meaning_of, measurable, violates
 

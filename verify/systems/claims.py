@@ -36,8 +36,7 @@ from verify.claims.formula import (
     disjunction,
     negate,
 )
-from verify.kinds import Kind
-from verify.semantics import MACHINE
+from verify.kinds import MACHINE, Kind
 from verify.systems.expressions import Affine, Box, Expression, Interval, State
 from verify.systems.system import HalfSpace, Polytope
 

@@ -14,24 +14,23 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from codegen.intervals import Share
 from codegen.wording import visible
-from verify.checker.decisions.certificates import Certificate, Premise
+from verify.checker.decisions import DecisionCertificate, Premise
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import TRUE, Condition, agents, conjunction, negate
+from verify.claims.region import goal_text
 from verify.claims.wording import OwnFormula
 from verify.counterexamples.explanation import Explanation, explain_counterexample
 from verify.counterexamples.search import Counterexample, confirm_point, explain, near, violating_samples
+from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
 from verify.result import SETTLED, Control, Cost, Evidence, Margin, Opinion, Result, Verdict
-from verify.semantics import MACHINE, REAL
 from verify.solver import solve
-from verify.solver.decide import SolverDecision, about_nothing, decide
 from verify.solver.leaves import LeafFinding, leaf_findings
-from verify.solver.solve import Answer
+from verify.solver.solve import Answer, SolverDecision, about_nothing, decide
 from verify.states.acting import Replay
 from verify.states.shares import SAMPLE_SEED, Shares, measure
 from verify.states.state import State
-from verify.verdicts.margins import room
-from verify.verdicts.opinions import Zoned, agreeing, by_zones, largest_eps, with_premises
+from verify.verdicts.opinions import Zoned, agreeing, by_zones, largest_eps, room, with_premises
 
 if TYPE_CHECKING:
     from verify.extent.largest import Where
@@ -62,7 +61,7 @@ class DecisionEvidence(Evidence):
     leaves: tuple[LeafFinding, ...] = ()  # of alive_leaves
     largest: Margin | None = None  # up to which margin a proved claim holds
     steady_up_to: Margin | None = None  # up to which errors of features a claim holds that zones proved with its own
-    certificate: Certificate | None = None  # of a proof by zones
+    certificate: DecisionCertificate | None = None  # of a proof by zones
     solver: str = ""  # its name and version
     alone: str = ""  # why Z3 decides alone, where zones cannot speak
     where: Where | None = None  # where it holds, when that was asked
@@ -173,7 +172,7 @@ def _judge_question(question: DecisionQuestion) -> tuple[Zoned, Settled]:
             return zoned, settled._replace(verdict=verdict, reason=reason)
         if state is not None:
             exact = {name: Fraction(value) for name, value in state.position.items()}
-            premises.append(Premise(condition.formula, state.goal, exact))
+            premises.append(Premise(condition.formula, goal_text(state.goal), exact))
     if zoned.certificate is not None and settled.verdict is Verdict.PROVED:
         zoned = replace(zoned, certificate=with_premises(zoned.certificate, question, premises))
     return zoned, settled

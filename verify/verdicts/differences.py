@@ -15,21 +15,21 @@ from fractions import Fraction
 from itertools import islice, pairwise
 
 from codegen.ir import PolicyProfile
-from codegen.policy_json import content_hash
-from verify.checker.decisions.certificates import FORM, PARTED, Certificate, check_certificate
+from verify.checker.decisions import DecisionCertificate, check_certificate
 from verify.claims.pairs import alike, counterpart, ensure_comparable, pair_profiles
 from verify.claims.region import Region
 from verify.claims.wording import OwnFormula
 from verify.counterexamples.search import MAX_PLACES, confirm_point
 from verify.extent.violations import ExactShare, Failing, exact_share, measure_union, violations
+from verify.kinds import MACHINE
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
-from verify.semantics import MACHINE
-from verify.solver import decide as solver
+from verify.solver import solve as solver
 from verify.states.shares import explain_unstated
 from verify.states.state import State, exact_point, inside, leaf_at, nearest
 from verify.subjects import Game
 from verify.verdicts.decisions import ONLY_REAL
+from verify.verdicts.opinions import certify
 from verify.zones import engine as zones
 from verify.zones.search import Branch
 
@@ -96,7 +96,7 @@ class Difference:
     question: DecisionQuestion  # whether all of these agents act alike, of both profiles as one
     agents: tuple[AgentDifference, ...]
     together: Span  # the share of the region in which some agent acts differently
-    certificate: Certificate | None = None  # that the agents that are PROVED act alike
+    certificate: DecisionCertificate | None = None  # that the agents that are PROVED act alike
     branches: int = 0  # that it closes
 
     @property
@@ -135,7 +135,7 @@ def difference(
     if proved:
         outcome = _no_difference(question_of(*proved))
         if outcome.verdict is Verdict.PROVED:
-            certificate = _certificate(question_of(*proved), outcome, first, second)
+            certificate = certify(question_of(*proved), outcome, pair=(first, second))
             branches = check_certificate(certificate, first, second)
         else:  # what is not certified is not proved
             answer = {"verdict": outcome.verdict, "reason": outcome.reason}
@@ -248,22 +248,6 @@ def _no_difference(question: DecisionQuestion) -> zones.Outcome:
     if outcome.verdict is Verdict.VIOLATED:
         raise AssertionError(f"no zone in which the profiles act differently, yet {outcome.state} is in one")
     return outcome
-
-
-def _certificate(
-    question: DecisionQuestion, outcome: zones.Outcome, first: PolicyProfile, second: PolicyProfile
-) -> Certificate:
-    return Certificate(
-        content_hash(first),
-        None,
-        question.formula,
-        question.region,
-        question.semantics,
-        outcome.inhabitant,
-        outcome.proofs,
-        form=FORM if question.parts == (question,) else PARTED,
-        against=content_hash(second),
-    )
 
 
 def _together(differences: Sequence[AgentDifference], question: DecisionQuestion | None) -> Span:

@@ -20,16 +20,13 @@ import numpy as np
 from codegen.dynamics import partners
 from codegen.intervals import Share
 from codegen.ir import PolicyProfile
-from verify.checker.episodes import certificates as episode_certificates
-from verify.checker.episodes import forever
-from verify.checker.episodes.certificates import EpisodeCertificate
-from verify.checker.episodes.forever import LastingCertificate
+from verify.checker.episodes.certificates import EpisodeCertificate, check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import describe_left_out, opponents_words
 from verify.claims.episodes import EpisodeClaim
 from verify.counterexamples.episode_explanation import EpisodeExplanation, explain_episode
 from verify.counterexamples.search import simplest
-from verify.episodes import certificates, edges
+from verify.episodes import certificates, unbounded
 from verify.episodes.certificates import LeftOpenError, NoCertificateError
 from verify.episodes.composition import ZonesDecision, decide
 from verify.episodes.contacts import MAX_DRIFT
@@ -79,7 +76,7 @@ class EpisodeEvidence(Evidence):
     explanation: EpisodeExplanation | None = None  # of the counterexample
     contacts: str  # how they were treated, in words; "" where nothing collides
     opponents: bool  # whether the proof follows agents of other teams by their own trees
-    certificate: EpisodeCertificate | LastingCertificate | None = None
+    certificate: EpisodeCertificate | None = None
     uncertified: str = ""  # why a proof has no certificate, and so one reading only
 
     @property
@@ -164,7 +161,7 @@ class _Judged:
 
     decision: ZonesDecision
     violating: Share
-    certificate: EpisodeCertificate | LastingCertificate | None = None
+    certificate: EpisodeCertificate | None = None
     branches: int = 0
     uncertified: str = ""
 
@@ -183,9 +180,7 @@ def _judge_question(question: EpisodeQuestion, samples: int | None = None) -> _J
         return _Judged(_unknown(decision, NO_START), violating)
     try:
         certificate = certificates.build_certificate(question, decision.parts)
-        return _Judged(
-            decision, violating, certificate, episode_certificates.check_certificate(certificate, question.profile)
-        )
+        return _Judged(decision, violating, certificate, check_certificate(certificate, question.profile))
     except LeftOpenError as error:
         return _Judged(_unknown(decision, f"{LEFT_OPEN}: {error}"), violating)
     except NoCertificateError as error:
@@ -196,7 +191,7 @@ def _judge_question(question: EpisodeQuestion, samples: int | None = None) -> _J
 
 def _by_edges(question: EpisodeQuestion, violating: Share) -> _Judged:
     """The verdict by edges that agents never cross; each agent that has some is followed alone."""
-    outcome = edges.decide(question)
+    outcome = unbounded.decide(question)
     decision = ZonesDecision(outcome.verdict, outcome.zones, outcome.reason)
     certificate = outcome.certificate
     if certificate is None:
@@ -204,10 +199,10 @@ def _by_edges(question: EpisodeQuestion, violating: Share) -> _Judged:
     if not _has_start(question):
         return _Judged(_unknown(decision, NO_START), violating)
     try:
-        branches = forever.check_certificate(certificate, question.profile)
+        branches = check_certificate(certificate, question.profile)
     except RejectedError as error:
         raise AssertionError(f"the checker refuses the edges of {question.claim.name}: {error}") from error
-    return _Judged(replace(decision, followed=certificate.followed), violating, certificate, branches)
+    return _Judged(replace(decision, followed=certificate.proof.followed), violating, certificate, branches)
 
 
 def _unknown(decision: ZonesDecision, reason: str) -> ZonesDecision:

@@ -342,12 +342,15 @@ class Machine:
         self.at(node)
         return self.arithmetic.truth(value)
 
+    def _text(self, node: Any) -> Text:
+        if not PLAIN_TEXT.fullmatch(node.value):
+            what = f"a text is not read: {escape_text(node.value)[:60]}"
+            raise self.make_error(what, "write it without escapes, but of quotes and backslashes")
+        return Text(re.sub(r"\\(.)", r"\1", node.value[1:-1]))
+
     def _constant(self, node: Any) -> Value:
         if node.type == "string":
-            if not PLAIN_TEXT.fullmatch(node.value):
-                what = f"a text is not read: {escape_text(node.value)[:60]}"
-                raise self.make_error(what, "write it without escapes, but of quotes and backslashes")
-            return Text(re.sub(r"\\(.)", r"\1", node.value[1:-1]))
+            return self._text(node)
         parsed = kinds.literal(node.value)
         if parsed is None:
             advice = "write a finite number of int, float or double"
@@ -460,7 +463,7 @@ class Machine:
         op = getattr(node, "op", "")
         if isinstance(node, c_ast.Constant):
             if node.type == "string":
-                return Many(kinds.CHAR, len(self._constant(node).text.encode()) + 1)
+                return Many(kinds.CHAR, len(self._text(node).text) + 1)
             known = kinds.literal(node.value)
             return known.kind if known else None
         if isinstance(node, c_ast.ID):

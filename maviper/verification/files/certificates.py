@@ -9,20 +9,22 @@ Does not: prove, or read property files and region files, which may have been ch
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+
+import msgspec
 
 from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
 from maviper.files.profiles import find_profile
 from maviper.verification.files.systems import FollowedProof
-from verify.checker.decisions import certificates as certificate
-from verify.checker.decisions.certificates import Certificate
-from verify.checker.episodes import forever
+from verify.certificates.proofs import count_bytes
+from verify.checker import certificate, decisions
+from verify.checker.decisions import DecisionCertificate, FormulaClaim, GameHeader
+from verify.checker.episodes import certificates as episodes
 from verify.checker.episodes.certificates import EpisodeCertificate
-from verify.checker.episodes.forever import LastingCertificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import describe_left_out, opponents_words, select_stated
 from verify.claims.claim import Parameter
@@ -123,92 +125,87 @@ def check_file(
     if world is not None:
         raise InputError("the certificate is not about a stated system", "--world", "leave it out")
     try:
-        certified, about = _read(text, str(path)), find_profile(profile, beside=path)
-        if isinstance(certified, Certificate):
+        kinds.ensure(text, str(path), kinds.CERTIFICATE.called, kinds.CERTIFICATE, kinds.EPISODE_CERTIFICATE)
+        if kinds.kind_of(text) is kinds.EPISODE_CERTIFICATE:
+            certified = certificate.read(text, str(path), episodes.FORMS, FollowedProof)
+            about = find_profile(profile, beside=path)
+            closed, subject = episodes.check_certificate(certified, about), _episodes(certified, about)
+        else:  # also what says of neither that it is one
+            certified = certificate.read(text, str(path), decisions.FORMS, FollowedProof)
+            about = find_profile(profile, beside=path)
             other = _second(certified, against, path)
-            closed, subject = certificate.check_certificate(certified, about, other), _subject(certified, about)
-        else:
-            closed, subject = certified.check(about), _episodes(certified, about)
+            closed, subject = decisions.check_certificate(certified, about, other), _subject(certified, about)
     except RejectedError as error:
         raise RefusedError(
             "the certificate is refused",
             f"{path}: {escape_text(error)}",
             "do not rely on it; run `maviper verify` again",
         ) from None
-    return Checked(subject, closed, certified.size)
+    return Checked(subject, closed, count_bytes(certified.proof))
 
 
-def _second(proof: Certificate, against: PolicyProfile | Path | None, path: Path) -> PolicyProfile | None:
+def _second(proof: DecisionCertificate, against: PolicyProfile | Path | None, path: Path) -> PolicyProfile | None:
     """The second profile of a certificate about two. InputError for one that was given to another certificate."""
-    if not proof.against:
+    if not proof.header.against:
         if against is not None:
             raise InputError("the certificate is about one profile", "--against", "leave it out")
         return None
     return find_profile(path.parent / AGAINST_FILE if against is None else against, beside=path)
 
 
-def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate | LastingCertificate:
-    """A certificate of either kind; what says of neither that it is one is told as one about single decisions."""
-    kinds.ensure(text, where, kinds.CERTIFICATE.called, kinds.CERTIFICATE, kinds.EPISODE_CERTIFICATE)
-    if kinds.kind_of(text) is kinds.EPISODE_CERTIFICATE:
-        return forever.of_either(text, where).reading(FollowedProof)
-    parsed = certificate.from_json(text, where)
-    return replace(parsed, proofs={goal: FollowedProof(proof) for goal, proof in parsed.proofs.items()})
-
-
-def _subject(proof: Certificate, profile: PolicyProfile) -> str:
+def _subject(proof: DecisionCertificate, profile: PolicyProfile) -> str:
     """Describes what was proved, from what was checked."""
-    if proof.against:
-        compared = ", ".join(certificate.find_compared_agents(proof, profile))
-        return (
-            f"{compared} act as in the second profile in {_place(proof.region, profile)}, {proof.semantics} arithmetic"
-        )
-    profile = profile if proof.view is None else over(profile, proof.view)
-    claim = "a formula without a name" if proof.claim is None else f"{proof.claim.name} of the {proof.claim.team}"
-    if proof.claim is None and not agents(proof.formula):
+    header, named, formula = proof.header, proof.claim.property, proof.claim.formula
+    if header.against:
+        compared = ", ".join(decisions.find_compared_agents(formula, profile))
+        return f"{compared} act as in the second profile in {_place(header, profile)}"
+    profile = profile if header.view is None else over(profile, header.view)
+    claim = "a formula without a name" if named is None else f"{named.name} of the {named.team}"
+    if named is None and not agents(formula):
         claim += " that speaks of no agent's actions"
-    if proof.claim is None and proof.eps:
-        claim += f", though every feature is off by up to {_format_parameter(proof.eps)}"
-    if proof.claim is not None:
-        claim += "".join(f", {name} {_format_parameter(value)}" for name, value in select_stated(proof.claim).items())
-    claim += "" if proof.view is None else f", {describe_view(proof.view)},"
-    place = f"{claim} in {_place(proof.region, profile)}, {proof.semantics} arithmetic"
-    if proof.claim is not None:
+    if named is None and header.eps:
+        claim += f", though every feature is off by up to {_format_parameter(header.eps)}"
+    if named is not None:
+        claim += "".join(f", {name} {_format_parameter(value)}" for name, value in select_stated(named).items())
+    claim += "" if header.view is None else f", {describe_view(header.view)},"
+    place = f"{claim} in {_place(header, profile)}"
+    if named is not None:
         return place
-    return f"{place}; the formula: {formula_words(proof.formula, profile)}{_left_sides(proof, profile)}"
+    return f"{place}; the formula: {formula_words(formula, profile)}{_left_sides(proof.claim, profile)}"
 
 
-def _left_sides(proof: Certificate, profile: PolicyProfile) -> str:
+def _left_sides(claim: FormulaClaim, profile: PolicyProfile) -> str:
     """Describes what the certificate of a formula shows of the left sides of implications."""
-    if proof.says_left_sides:
-        met = [formula_words(premise.formula, profile) for premise in proof.premises]
+    if claim.premises is not msgspec.UNSET:
+        met = [formula_words(premise.formula, profile) for premise in claim.premises]
         return f"; some state meets each of its conditions: {'; '.join(met)}" if met else ""
-    parts = proof.formula.parts if isinstance(proof.formula, And) else (proof.formula,)
+    parts = claim.formula.parts if isinstance(claim.formula, And) else (claim.formula,)
     implies = any(isinstance(part, Or) for part in parts)
     return "; if it is an implication, the certificate does not show that its left side can hold" if implies else ""
 
 
-def _episodes(proof: EpisodeCertificate | LastingCertificate, profile: PolicyProfile) -> str:
+def _episodes(proof: EpisodeCertificate, profile: PolicyProfile) -> str:
     """Describes what was proved of episodes, and what others do."""
-    claim = proof.claim
+    claim, groups = proof.claim, proof.proof.followed
     own = f" {'from' if claim.apart else 'at'} {' '.join(claim.named)}" if claim.named else ""
-    followed = sorted({" with ".join(group) for group in proof.followed})
+    followed = sorted({" with ".join(group) for group in groups})
     steps = "for ever" if claim.ever else f"steps {claim.steps}"
     said = f"{claim.name} of the {claim.team}{own}, {steps}, radius {_format_parameter(claim.radius)}"
-    opponents = any(profile.policy(agent).team != claim.team for group in proof.followed for agent in group)
+    opponents = any(profile.policy(agent).team != claim.team for group in groups for agent in group)
     others = f"followed: {', '.join(followed)}, {opponents_words(opponents)}"
     apart = describe_left_out(profile.world)
-    about = f"{said}, from rest in {_place(proof.region, profile)}, {proof.semantics} arithmetic; {others}"
+    about = f"{said}, from rest in {_place(proof.header, profile)}; {others}"
     return about + (f"; {apart}" if apart else "")
 
 
-def _place(region: Region, profile: PolicyProfile) -> str:
-    """A region with its goals in words: it is called `start` only where it is the start region."""
+def _place(header: GameHeader, profile: PolicyProfile) -> str:
+    """A region with its goals and the arithmetic in words: it is called `start` only where it is the start region."""
+    region, arithmetic = header.region, f"{header.semantics} arithmetic"
     goals = f", goal {' or '.join(region.goals)}" if region.goals else ""
     if is_start(profile, region):
-        return f"region start{goals}"
+        return f"region start{goals}, {arithmetic}"
     bounds = region_words(region, profile)
-    return f"a region of its own{f' ({bounds})' if bounds else ''}{goals}"
+    return f"a region of its own{f' ({bounds})' if bounds else ''}{goals}, {arithmetic}"
 
 
 def _format_parameter(value: Parameter) -> str:

@@ -27,14 +27,14 @@ from maviper.verification.files import episodes as episode_files
 from verify.claims.decisions import OWN, PLAIN, formula
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates, read_formula
 from verify.claims.observed import over, view_from
-from verify.claims.region import goal_cases, goal_of, goal_text
+from verify.claims.region import goal_of, goal_text
 from verify.claims.region_files import positions
 from verify.claims.wording import BUILT_IN, formula_document, view_document
 from verify.counterexamples.search import Counterexample
 from verify.exact import MAX_NUMBER, read_number
+from verify.kinds import MACHINE, REAL
 from verify.reports.courses import counterexample
 from verify.reports.decisions import deployed_facts
-from verify.semantics import MACHINE, REAL
 from verify.states.acting import REFERENCE
 from verify.states.real import Value, value_of, write_values
 from verify.states.state import State, error_name, true_at
@@ -278,7 +278,7 @@ def resolve_formula(
         *sorted((coordinates(claim) | placed) - set(world.coordinates())),
         *sorted(agents(claim) - members),
         *sorted({name for state in states for name in state.errors} - features),
-        *sorted(f"goal {goal or 'none'}" for goal in {state.goal for state in states} - set(goal_cases(world.goals))),
+        *sorted(f"goal {goal or 'none'}" for goal in {state.goal for state in states} - set(world.goals or (None,))),
         *sorted({f"no {name}" for state in states for name in needed - set(state.position)}),
     ]
     strange = strange or _strange_parts(claim, team, profile)

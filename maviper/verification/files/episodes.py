@@ -24,7 +24,7 @@ from maviper.verification.bench import replay_course
 from verify.claims.catalogue import ZONES, find_episode_claim, readable
 from verify.claims.claim import Parameter
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
-from verify.claims.region import goal_cases, goal_of, goal_text
+from verify.claims.region import goal_of, goal_text
 from verify.claims.wording import region_document
 from verify.exact import MAX_NUMBER, read_number
 from verify.states.episodes import Episode, fails, playable
@@ -165,7 +165,7 @@ def _ensure_known(episode: EpisodeJson, profile: PolicyProfile, path: Path) -> N
     strange = [
         *sorted(set(episode.position) - set(world.coordinates())),
         *sorted(set(episode.actions) - {entity.name for entity in world.agents}),
-        *([f"goal {episode.goal or 'none'}"] if goal_of(episode.goal) not in goal_cases(world.goals) else []),
+        *([f"goal {episode.goal or 'none'}"] if goal_of(episode.goal) not in (world.goals or (None,)) else []),
         *sorted(f"no {name}" for name in needed - set(episode.position)),
     ]
     if strange:

@@ -40,10 +40,10 @@ from verify.claims.region import Region, goal_of, goal_text
 from verify.claims.region_files import find_observed_velocities, name_region, read_region, region_toml
 from verify.claims.wording import OwnFormula, formula_document
 from verify.exact import read_number
+from verify.kinds import MACHINE
 from verify.question import Question
 from verify.result import AnyResult
-from verify.semantics import MACHINE
-from verify.states.failures import failures
+from verify.states.shares import failures
 from verify.states.state import State, violates
 from verify.subjects import Game
 

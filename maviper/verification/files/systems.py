@@ -24,6 +24,7 @@ from maviper.files import runs
 from maviper.files.profiles import find_profile
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_accepted, ensure_plays, read_certificate, sentence
 from maviper.worlds.stated.systems import read
+from verify.certificates.proofs import count_bytes
 from verify.certificates.systems import claim_document
 from verify.checker.certificate import MAX_BYTES, Bytes
 from verify.checker.reading import RejectedError
@@ -126,7 +127,12 @@ def check_certificate(
     said += _left_sides(certificate.claim, stated)
     label = next((each.label for each in stated if each == certificate.claim), "")  # never the certificate's own
     unit = report.name_units(certificate.proof)[0]
-    return f"{name_claim(replace(certificate.claim, label=label))}: {said}", closed, certificate.size, unit
+    return (
+        f"{name_claim(replace(certificate.claim, label=label))}: {said}",
+        closed,
+        count_bytes(certificate.proof),
+        unit,
+    )
 
 
 def _left_sides(claim: SystemClaim, stated: Sequence[SystemClaim]) -> str:

@@ -29,7 +29,7 @@ from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, CoverTwin, asked_of_cover, module_of
 from tests.support.stated_play import Played
 from verify.checker.accept import accept
-from verify.checker.envelope import body_hash
+from verify.checker.certificate import body_hash
 from verify.checker.systems import proofs
 from verify.systems.files import statement_of
 

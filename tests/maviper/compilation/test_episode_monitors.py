@@ -41,8 +41,8 @@ from tests.support.monitors import (
 )
 from tests.support.pages import STATE
 from tests.support.pushed import move_game
-from verify.certificates.episodes import to_json
-from verify.checker.envelope import body_hash
+from verify.certificates.games import to_json
+from verify.checker.certificate import body_hash
 
 VERDICTS = FOLDER.parent / "verdicts"
 NAME = "certificate-7-reaches.json.xz"

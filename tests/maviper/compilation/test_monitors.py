@@ -169,7 +169,7 @@ def test_other_certificates_are_refused(folder, certificate, said):
 
 def test_a_proof_that_does_not_hold_is_refused(tmp_path):
     """The proof of one goal left out: the checker does not take it, and so there is no monitor."""
-    from verify.checker.envelope import body_hash
+    from verify.checker.certificate import body_hash
 
     body = json.loads(PROVED.read_text())
     body.pop("content_hash")

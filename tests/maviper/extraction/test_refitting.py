@@ -37,8 +37,7 @@ from verify.claims.region import Region
 from verify.claims.region_files import everywhere, region_toml
 from verify.claims.wording import formula_document
 from verify.question import Question, from_start
-from verify.states.failures import failures
-from verify.states.shares import violating
+from verify.states.shares import failures, violating
 from verify.states.state import State, inside, sample, violates
 from verify.subjects import Game
 from verify.verdicts.decisions import Result

@@ -13,10 +13,11 @@ from maviper.files.profiles import load
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.files.certificates import check_file
 from maviper.verification.run import verify_world
+from tests.support.altered import read_game
 from tests.support.pole import pole
-from verify.certificates.decisions import to_json
-from verify.checker.decisions.certificates import FORM, MET, from_json
-from verify.checker.envelope import body_hash
+from verify.certificates.games import to_json
+from verify.checker.certificate import body_hash
+from verify.checker.decisions import FORM, MET
 from verify.result import Verdict
 
 pytestmark = pytest.mark.solver
@@ -173,8 +174,8 @@ def test_the_certificate_states_left_sides_and_the_checker_asks_their_states(tmp
     profile = imported(tmp_path, DOSE)
     done = answered(profile, ["level == 0.1 implies acts(dose) == hold"])
     (name, text), path = *done.certificates.items(), tmp_path / "certificate.json"
-    read = from_json(text)
-    assert read.form == MET and len(read.premises) == 1 and to_json(read) == text
+    read = read_game(text)
+    assert read.header.certificate == MET and len(read.claim.premises) == 1 and to_json(read) == text
     path.write_text(text)
     assert "some state meets each of its conditions: " in check_file(path).subject and name.endswith(".json")
 

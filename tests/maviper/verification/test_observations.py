@@ -122,7 +122,7 @@ def test_certificates_are_accepted_with_the_original_profile(folder, name, capsy
 
 def edited(text, old, new):
     """A certificate with an edit and a hash that fits it."""
-    from verify.checker.envelope import body_hash
+    from verify.checker.certificate import body_hash
 
     body = json.loads(text.replace(old, new))
     assert text.replace(old, new) != text

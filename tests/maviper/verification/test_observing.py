@@ -21,10 +21,10 @@ from verify.checker import thresholds
 from verify.claims.formula import Linear, holds
 from verify.claims.language.terms import last_of
 from verify.claims.observed import View, over
+from verify.kinds import SEMANTICS
 from verify.result import Verdict
-from verify.semantics import SEMANTICS
 from verify.solver import encode
-from verify.solver.halflines import HalfLine
+from verify.solver.terms import HalfLine
 
 CLAIMS = {
     "angle < {end} implies acts(pole) == left": "PROVED",

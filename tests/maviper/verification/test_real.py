@@ -16,8 +16,8 @@ from tests.support.ready_tests import outcomes
 from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
 from tests.support.verifying import ensure_told, run
 from verify.claims.region_files import read_region
+from verify.kinds import REAL
 from verify.question import from_start
-from verify.semantics import REAL
 from verify.states.state import violates
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]

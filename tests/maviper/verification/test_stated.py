@@ -12,7 +12,7 @@ from maviper.cli.main import run as command
 from tests.support.stated import BRAKES, CAR, DRIVES, PROPERTIES, profile, verify
 from tests.support.system_cases import policy
 from tests.support.systems import CART, MOUNTAIN
-from verify.checker.envelope import body_hash
+from verify.checker.certificate import body_hash
 from verify.checker.reading import RejectedError
 
 

@@ -21,7 +21,7 @@ from tests.support.strategies import FLOAT32 as SINGLES
 from verify.checker import thresholds
 from verify.checker.thresholds import find_double_end, find_twice_rounded_end, sides
 from verify.claims import formula
-from verify.semantics import MACHINE, REAL
+from verify.kinds import MACHINE, REAL
 from verify.solver import encode
 
 WORLD = find("physical-deception").spec

@@ -17,7 +17,7 @@ from verify.claims.formula import TRUE
 from verify.claims.region_files import everywhere, read_region
 from verify.question import Question
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from fractions import Fraction
 
 import pytest
 
@@ -11,16 +12,14 @@ from codegen.policy_json import content_hash, dumps
 from maviper.cli import main
 from maviper.verification.ask import from_file
 from maviper.verification.run import verify_claims
+from tests.support.altered import altered, of_episodes, of_goals
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import team, towards
-from verify.certificates import decisions as decision_texts
-from verify.certificates import episodes as episode_texts
-from verify.checker.decisions import certificates
-from verify.checker.decisions.certificates import Certificate
+from verify.certificates.games import to_json
+from verify.checker import decisions as certificates
 from verify.checker.episodes import certificates as episode_certificates
-from verify.checker.episodes.certificates import EpisodeCertificate
-from verify.checker.episodes.reading import ProofPart
+from verify.checker.episodes.certificates import Parts, ProofPart
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim, find_property
 from verify.claims.claim import verifiable
@@ -34,7 +33,7 @@ from verify.episodes import composition
 from verify.question import Question, from_start
 from verify.repair import search
 from verify.solver import leaves
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.states.episodes import at_rest, playable
 from verify.states.state import State, violates
 from verify.subjects import Game
@@ -117,7 +116,7 @@ def test_every_agent_acts_in_an_episode():
         playable(some)
     claim = find_claim("reaches", PAIR)
     made = about_episodes(some, claim)
-    followed = replace(made, parts=(ProofPart("", "", None, ("adversary_0", "agent_0", "agent_1"), b""),))
+    followed = altered(made, parts=(ProofPart("", "", "", ("adversary_0", "agent_0", "agent_1"), b""),))
     with pytest.raises(RejectedError, match="agents that the profile does not have"):
         episode_certificates.check_certificate(followed, some)
 
@@ -127,14 +126,14 @@ def test_every_agent_acts_in_an_episode():
 
 def region_with_inhabitant():
     start = everywhere(PAIR)
-    return start, dict.fromkeys(start.box, 0)
+    return start, dict.fromkeys(start.box, Fraction(0))
 
 
 def about_nobody(name, property_name="distinct_targets"):
     """A certificate of a formula that says nothing, with a proof that shows it."""
     region, inhabitant = region_with_inhabitant()
     empty = dict.fromkeys(region.goals, b"\x00")
-    return Certificate(content_hash(PAIR), BUILT_IN[property_name](name), TRUE, region, "machine", inhabitant, empty)
+    return of_goals(content_hash(PAIR), BUILT_IN[property_name](name), TRUE, region, "machine", inhabitant, empty)
 
 
 def test_reaches_is_about_named_landmarks():
@@ -146,8 +145,8 @@ def test_reaches_is_about_named_landmarks():
 
 def about_episodes(profile, claim):
     region, inhabitant = region_with_inhabitant()
-    part = ProofPart("", "", None, ("agent_0", "agent_1"), b"\x00")
-    return EpisodeCertificate(content_hash(profile), claim, region, inhabitant, (part,))
+    part = ProofPart("", "", "", ("agent_0", "agent_1"), b"\x00")
+    return of_episodes(content_hash(profile), claim, region, inhabitant, Parts((part,)))
 
 
 @pytest.fixture
@@ -162,7 +161,7 @@ def test_no_certificate_is_about_nobody(place, capfd, name, property_name):
     made = about_nobody(name, property_name)
     with pytest.raises(InputError, match="the profile has no team"):
         certificates.check_certificate(made, PAIR)
-    (place / "c.json").write_text(decision_texts.to_json(made))
+    (place / "c.json").write_text(to_json(made))
     code, said = checked_file(place, capfd)
     assert code == 2 and "the profile has no team" in said
 
@@ -170,7 +169,7 @@ def test_no_certificate_is_about_nobody(place, capfd, name, property_name):
 @pytest.mark.parametrize("name", STRANGERS)
 def test_no_certificate_about_episodes_is_about_nobody(place, capfd, name):
     made = about_episodes(PAIR, Covers(name, 3))
-    (place / "c.json").write_text(episode_texts.to_json(made))
+    (place / "c.json").write_text(to_json(made))
     code, said = checked_file(place, capfd)
     assert code == 2 and "the profile has no team" in said
 

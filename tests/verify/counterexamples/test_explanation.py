@@ -20,8 +20,7 @@ from verify.claims.region_files import start_region
 from verify.claims.values import tighten_formula, worth
 from verify.claims.wording import OwnFormula
 from verify.counterexamples import uniqueness
-from verify.counterexamples.explanation import explain_counterexample
-from verify.counterexamples.lines import along, around, line_between
+from verify.counterexamples.explanation import along, around, explain_counterexample, line_between
 from verify.counterexamples.search import explain, violating_samples
 from verify.counterexamples.uniqueness import Unique, unique
 from verify.question import Budgets, Question, from_start

@@ -9,21 +9,22 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from tests.support import contact_readings as faults
+from tests.support.altered import altered, read_game
 from tests.support.contact_teams import HALF, HOMING, LANES, SPREAD, TAG, going
 from tests.support.contacts import around
 from tests.support.episode_certificates import certified, failures, stands
 from tests.support.strategies import with_trees
 from tests.support.teams import LEFT, RIGHT, STAY
-from verify.certificates.episodes import to_json
-from verify.checker.envelope import numbers
-from verify.checker.episodes import walk as episodes
-from verify.checker.episodes.certificates import PUSHED, check_certificate, from_json
-from verify.checker.episodes.contact_reading import ContactReading
-from verify.checker.episodes.reading import OpenBranchError, ProofPart
+from verify.certificates.games import to_json
+from verify.checker.certificate import numbers
+from verify.checker.episodes import certificates as episodes
+from verify.checker.episodes.certificates import PUSHED, ProofPart, check_certificate
+from verify.checker.episodes.contacts import ContactReading
+from verify.checker.episodes.reading import OpenBranchError
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.episodes.proof import EpisodeProver, TooLongError
+from verify.episodes.certificates import EpisodeProver, TooLongError
 from verify.question import Question
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
@@ -60,16 +61,20 @@ def test_what_is_proved_has_a_certificate(cases):
     """Reaching, keeping apart, and prey: each comes back from its text and is accepted."""
     for profile, certificate in cases:
         text = to_json(certificate)
-        assert certificate.form == PUSHED and from_json(text) == certificate and to_json(from_json(text)) == text
+        assert (
+            certificate.header.certificate == PUSHED
+            and read_game(text) == certificate
+            and to_json(read_game(text)) == text
+        )
         assert check_certificate(certificate, profile) > 0
-        assert failures(profile, certificate.claim, certificate.region, 2_000, seed=3) == 0
+        assert failures(profile, certificate.claim, certificate.header.region, 2_000, seed=3) == 0
     names = [certificate.claim.name for _, certificate in cases]
     assert names == ["reaches", "keeps_apart", "keeps_apart", "reaches", "keeps_apart"]
 
 
 def test_a_verdict_shows_its_certificate(cases):
     profile, certificate = cases[2]
-    result = verify_episodes(Question(Game(profile), certificate.claim, certificate.region), {})
+    result = verify_episodes(Question(Game(profile), certificate.claim, certificate.header.region), {})
     assert result.evidence.certificate == certificate and result.evidence.branches == check_certificate(
         certificate, profile
     )
@@ -81,10 +86,10 @@ def test_opponents_as_in_the_profile_are_followed_in_the_proof():
     region = around(profile, Fraction(1, 20), [(-0.5, 0), (0.5, 0), (0, -0.9)])
     claim = find_claim("keeps_apart", profile, "prey", others=["adversary_0"])
     certificate = certified(profile, claim, region)
-    assert [part.followed for part in certificate.parts] == [("adversary_0", "agent_0")]
-    alone = replace(certificate.parts[0], followed=("agent_0",))
+    assert [part.followed for part in certificate.proof.parts] == [("adversary_0", "agent_0")]
+    alone = altered(certificate.proof.parts[0], followed=("agent_0",))
     with pytest.raises(RejectedError):
-        check_certificate(replace(certificate, parts=(alone,)), profile)
+        check_certificate(altered(certificate, parts=(alone,)), profile)
 
 
 # --- mutations
@@ -121,42 +126,42 @@ def other_tree(rng, profile):
 def other_claim(rng, certificate):
     claim = certificate.claim
     if rng.random() < 0.5:
-        return replace(certificate, claim=replace(claim, steps=max(0, claim.steps + int(rng.choice([-2, -1, 1, 2])))))
+        return altered(certificate, claim=replace(claim, steps=max(0, claim.steps + int(rng.choice([-2, -1, 1, 2])))))
     factor = Fraction(int(rng.integers(21, 60)), 20) if claim.apart else Fraction(int(rng.integers(5, 20)), 20)
-    return replace(certificate, claim=replace(claim, radius=claim.radius * factor))
+    return altered(certificate, claim=replace(claim, radius=claim.radius * factor))
 
 
 def wider(rng, certificate):
-    region = certificate.region
+    region = certificate.header.region
     name = str(rng.choice([name for name in region.box if not name.endswith(("vx", "vy"))]))
     low, high = region.box[name]
     ends = low - Fraction(int(rng.integers(4)), 10), high + Fraction(int(rng.integers(4)), 10)
-    return replace(certificate, region=Region({**region.box, name: ends}, region.goals))
+    return altered(certificate, region=Region({**region.box, name: ends}, region.goals))
 
 
 def other_names(rng, certificate):
     """A part about another pair, other followed agents, or none of them; or another claim of the same proof."""
-    parts, claim = list(certificate.parts), certificate.claim
+    parts, claim = list(certificate.proof.parts), certificate.claim
     place, kind = int(rng.integers(len(parts))), int(rng.integers(5))
     part = parts[place]
     if kind == 0:
-        parts[place] = replace(part, followed=part.followed[:-1] or ("agent_1",))
+        parts[place] = altered(part, followed=part.followed[:-1] or ("agent_1",))
     elif kind == 1:
-        parts[place] = replace(part, followed=(*part.followed, "agent_0", "agent_1"))
+        parts[place] = altered(part, followed=(*part.followed, "agent_0", "agent_1"))
     elif kind == 2:
         parts.remove(part)
     elif kind == 3:
-        parts[place] = replace(part, agent="", landmark="")
+        parts[place] = altered(part, agent="", landmark="")
     elif claim.apart:
         claim = replace(claim, others=("obstacle_0", "landmark_0", "agent_0")[int(rng.integers(3)) :][:1])
     else:
         claim = replace(claim, landmarks=claim.landmarks[::-1])
-    return replace(certificate, parts=tuple(parts), claim=claim)
+    return altered(certificate, parts=tuple(parts), claim=claim)
 
 
 def other_proof(rng, certificate):
     """Bytes of a proof that are others, more or fewer; the proof of another part; or none."""
-    parts = list(certificate.parts)
+    parts = list(certificate.proof.parts)
     place, kind = int(rng.integers(len(parts))), int(rng.integers(5))
     proof = bytearray(parts[place].proof)
     at = int(rng.integers(len(proof)))
@@ -166,8 +171,8 @@ def other_proof(rng, certificate):
         proof = bytearray(parts[int(rng.integers(len(parts)))].proof)
     else:
         proof[at : at + int(rng.integers(1, 3))] = bytes(rng.integers(0, 12, rng.integers(3)).tolist())
-    parts[place] = replace(parts[place], proof=bytes(proof))
-    return replace(certificate, parts=tuple(parts))
+    parts[place] = altered(parts[place], proof=bytes(proof))
+    return altered(certificate, parts=tuple(parts))
 
 
 def mutated(rng, profile, certificate):
@@ -188,26 +193,26 @@ def test_no_mutation_makes_a_false_claim_accepted(cases):
         stood = stands(certificate, profile)
         kept, refused = kept + stood, refused + (not stood)
         try:
-            false = failures(profile, certificate.claim, certificate.region, 100, seed=3) > 0
+            false = failures(profile, certificate.claim, certificate.header.region, 100, seed=3) > 0
         except (InputError, LookupError, ValueError):  # about what the profile does not have
             assert not stood
             continue
         wrong += false
-        assert not (stood and false), (certificate.claim, certificate.region)
+        assert not (stood and false), (certificate.claim, certificate.header.region)
     assert wrong > 20 and kept > 10 and refused > 75
 
 
 def test_each_changed_byte_of_a_proof_is_refused_or_as_good(cases):
     """A proof says nothing but how branches are closed; that it can be refused shows that the checker reads it."""
     profile, certificate = cases[2]
-    part, refused = certificate.parts[0], 0
+    part, refused = certificate.proof.parts[0], 0
     for place in range(len(part.proof)):
         proof = bytearray(part.proof)
         proof[place] ^= 1
-        refused += not stands(replace(certificate, parts=(replace(part, proof=bytes(proof)),)), profile)
+        refused += not stands(altered(certificate, parts=(altered(part, proof=bytes(proof)),)), profile)
     assert refused > 0.7 * len(part.proof)
     for proof in (part.proof[:-1], part.proof + b"\0", b"", part.proof + part.proof):
-        assert not stands(replace(certificate, parts=(replace(part, proof=proof),)), profile)
+        assert not stands(altered(certificate, parts=(altered(part, proof=proof),)), profile)
 
 
 # --- provers with faults
@@ -266,7 +271,7 @@ def forged(kind, profile, claim, region, followed):
         proof = EpisodeProver(kind(profile, claim, region, None, followed, [(pair,)]), 20_000).run()
     except (OpenBranchError, TooLongError):
         return None
-    return ProofPart(*pair, None, followed, proof)
+    return ProofPart(*pair, "", followed, proof)
 
 
 @pytest.mark.parametrize(
@@ -292,19 +297,22 @@ def test_what_a_certificate_must_say(cases):
 
     def refused(said, **changes):
         with pytest.raises((RejectedError, InputError), match=said):
-            check_certificate(replace(certificate, **changes), profile)
+            check_certificate(altered(certificate, **changes), profile)
 
-    claim, part = certificate.claim, certificate.parts[0]
+    claim, part = certificate.claim, certificate.proof.parts[0]
     assert (part.agent, part.landmark) == ("agent_0", "agent_1")
     refused("do not make up the claim", parts=())
-    refused("others that", parts=(replace(part, landmark="agent_7"),))
+    refused("others that", parts=(altered(part, landmark="agent_7"),))
     refused("says nothing", claim=replace(claim, radius=Fraction(0)))
     refused("radius", claim=replace(claim, radius=Fraction(-1)))
     refused("unknown entity", claim=replace(claim, others=("agent_7",)))
-    refused("another form", form="maviper-episode-certificate-2")
-    one_place = dict.fromkeys(certificate.inhabitant, Fraction(0))
+    refused("another form", certificate="maviper-episode-certificate-2")
+    one_place = dict.fromkeys(certificate.header.inhabitant, Fraction(0))
     anywhere = Region(
-        {name: (min(low, Fraction(0)), max(high, Fraction(0))) for name, (low, high) in certificate.region.box.items()},
+        {
+            name: (min(low, Fraction(0)), max(high, Fraction(0)))
+            for name, (low, high) in certificate.header.region.box.items()
+        },
         (),
     )
     refused("stand in one place", inhabitant=one_place, region=anywhere)

@@ -10,11 +10,11 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from codegen.profiles import ensure
+from tests.support.altered import altered, read_game
 from tests.support.contacts import played
 from tests.support.teams import RIGHT, STAY, tree
-from verify.certificates.episodes import to_json
-from verify.checker.episodes.certificates import FORM, check_certificate, from_json
-from verify.checker.episodes.reading import ProofPart
+from verify.certificates.games import to_json
+from verify.checker.episodes.certificates import FORM, ProofPart, check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
@@ -144,7 +144,7 @@ def disagreement(seed):
     followed = tuple(policy.agent for policy in profile.team(TEAM))
     own = [("", "")] if not claim.landmarks else zip(followed, claim.landmarks, strict=True)
     try:
-        proved = found.parts if found.verdict is Verdict.PROVED else [ProofPart(*p, None, followed, b"") for p in own]
+        proved = found.parts if found.verdict is Verdict.PROVED else [ProofPart(*p, "", followed, b"") for p in own]
         check_certificate(build_certificate(Question(Game(profile), claim, region), proved, 20_000), profile)
     except NoCertificateError as error:
         wrong = found.verdict is Verdict.PROVED and "answers" not in str(error)
@@ -168,7 +168,7 @@ def placed(profile, **bounds):
 
 def answers(profile, claim, region):
     """The verdict of the zones, and whether the second reading has a certificate."""
-    whole = [ProofPart("", "", None, ("agent_0",), b"")]
+    whole = [ProofPart("", "", "", ("agent_0",), b"")]
     try:
         return decide(Question(Game(profile), claim, region)).verdict, bool(
             build_certificate(Question(Game(profile), claim, region), whole)
@@ -234,10 +234,10 @@ def test_what_is_not_zero_stays_so():
     certificate = build_certificate(
         Question(Game(profile), claim, region), decide(Question(Game(profile), claim, region)).parts
     )
-    assert certificate.form == "maviper-episode-certificate-2"
-    assert from_json(to_json(certificate)) == certificate and check_certificate(certificate, profile) > 0
+    assert certificate.header.certificate == "maviper-episode-certificate-2"
+    assert read_game(to_json(certificate)) == certificate and check_certificate(certificate, profile) > 0
     with pytest.raises(RejectedError):
-        check_certificate(replace(certificate, form=FORM), profile)
+        check_certificate(altered(certificate, certificate=FORM), profile)
 
 
 def test_sums_of_three_are_refused():

@@ -8,13 +8,13 @@ import pytest
 
 from codegen.errors import InputError
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
-from verify.checker.episodes.forever import check_certificate
+from verify.checker.episodes.certificates import check_certificate
 from verify.claims.catalogue import find_claim, in_general, usual
 from verify.claims.episodes import KeepsApart, StaysIn
 from verify.claims.files import read_properties
 from verify.claims.region_files import everywhere
 from verify.claims.wording import account_of
-from verify.episodes.edges import decide
+from verify.episodes.unbounded import decide
 from verify.question import Question
 from verify.result import Verdict
 from verify.states.episodes import play
@@ -117,7 +117,7 @@ def test_whole_answers(profile, few_states):
     assert max(places[:-1]) <= 3 < places[-1] and "from the origin at step" in str(found.evidence.ways[0])
     still = team(profile, tree(STAY), tree(STAY))
     some = verify_episodes(Question(Game(still), find_claim("stays_in", still, steps=5, radius=2), start), {})
-    assert some.verdict is Verdict.PROVED and some.certificate.check(still) >= 0 and not some.claim.ever
+    assert some.verdict is Verdict.PROVED and check_certificate(some.certificate, still) >= 0 and not some.claim.ever
     hard = tuple(replace(agent, collides=True) for agent in still.world.agents)
     pushed = replace(still, world=replace(still.world, agents=hard, contact_force=100.0))
     unknown = decide(Question(Game(pushed), find_claim("stays_in", pushed), start))

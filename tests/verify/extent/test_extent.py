@@ -35,18 +35,18 @@ from verify.extent import largest as where
 from verify.extent import violations
 from verify.extent.largest import GRID, largest, obstacles
 from verify.extent.violations import union
+from verify.kinds import MACHINE, REAL
 from verify.progress import listening
 from verify.question import Budgets, Question
 from verify.reports import report
 from verify.reports import where as where_report
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.states import shares
 from verify.states.state import sample
 from verify.subjects import Game
 from verify.verdicts import decisions
-from verify.zones.compiled import SLOWER
+from verify.zones.search import SLOWER
 from verify.zones.tables import EPSILON, Problem
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
@@ -314,7 +314,7 @@ def test_the_region_found_holds_though_features_are_off(profile):
     found = where.where(Question(Game(same), claim, region), Verdict.VIOLATED)
     assert found.complete and found.share.exact and found.share.value > plain.share.value
     result = decisions.verify(Question(Game(same), claim, found.part.region), {})
-    assert result.verdict is Verdict.PROVED and result.evidence.certificate.eps == claim.eps
+    assert result.verdict is Verdict.PROVED and result.evidence.certificate.header.eps == claim.eps
     assert found.part.exact > Fraction(1, 100)
 
 

@@ -14,7 +14,7 @@ from tests.support.altered import altered
 from tests.support.system_cases import balancing, box, double_integrator, form, pendulum, stays, switching
 from tests.verify.reach.random_systems import case
 from verify.certificates.proofs import encode_numbers
-from verify.checker.envelope import numbers
+from verify.checker.certificate import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.branch_proofs import BITS, Proof, SystemQuestions
 from verify.checker.systems.reading import UNIT, Branch

@@ -16,7 +16,7 @@ from codegen.policy_json import dumps
 from maviper import load
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from tests.support.zone_cases import navigation, random_tree, stated
-from verify.checker.decisions.certificates import check_certificate
+from verify.checker.decisions import check_certificate
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, NoDouble, formula
 from verify.claims.region import Region

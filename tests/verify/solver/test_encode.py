@@ -22,9 +22,9 @@ from verify.claims.region import Region
 from verify.claims.region_files import start_region
 from verify.question import Question, from_start
 from verify.result import Verdict
-from verify.solver.decide import decide
 from verify.solver.encode import half_line, last_double
 from verify.solver.encode import query as query_of
+from verify.solver.solve import decide
 from verify.solver.terms import number
 from verify.states.state import inside, violates
 from verify.subjects import Game

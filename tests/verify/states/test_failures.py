@@ -14,7 +14,7 @@ from verify.claims.region_files import everywhere
 from verify.claims.values import Batch
 from verify.claims.wording import OwnFormula
 from verify.question import Question, from_start
-from verify.states import failures, noise
+from verify.states import noise, shares
 from verify.states import state as world
 from verify.states.state import inside, violates
 from verify.subjects import Game
@@ -49,7 +49,7 @@ def test_what_is_said_of_many_states_is_the_referees_word(seed, kind):
         states = drawn(rng, profile, 25)
         errors = [f"{policy.agent}:{spec.name}" for policy in profile.agents for spec in policy.features]
         states += [replace(state, errors={str(rng.choice(errors)): float(rng.uniform(-1, 1))}) for state in states]
-        found = failures.fails(from_start(profile, claim), states)
+        found = shares.fails(from_start(profile, claim), states)
         assert found.tolist() == [violates(from_start(profile, claim), state) for state in states]
 
 
@@ -71,10 +71,10 @@ def test_states_in_doubt_are_left_to_exact_arithmetic():
 def test_hardly_a_state_is_left_to_exact_arithmetic(profile, monkeypatch):
     same = team(profile, towards(0, 0), towards(0, 1))
     asked = []
-    monkeypatch.setattr(failures, "holds", lambda *given: asked.append(given) or holds(*given))
+    monkeypatch.setattr(shares, "holds", lambda *given: asked.append(given) or holds(*given))
     for claim in (find_property("distinct_targets", same), find_property("steady", same, eps=Fraction(1, 10))):
-        states = failures.failures(Question(Game(same), claim, everywhere(same)))
-        assert len(states) == failures.MAX_NUMBER and len(asked) < 10
+        states = shares.failures(Question(Game(same), claim, everywhere(same)))
+        assert len(states) == shares.MAX_NUMBER and len(asked) < 10
         assert all(
             violates(from_start(same, claim), state) and inside(everywhere(same), state) for state in states[::10]
         )
@@ -86,7 +86,7 @@ def test_states_come_with_errors_within_eps(profile, seed):
     for _ in range(2):
         pair, claim = noisy(rng, profile)
         claim, region = replace(claim, eps=Fraction(1, 10)), random_region(rng, pair)
-        for state in failures.failures(Question(Game(pair), claim, region), 30):
+        for state in shares.failures(Question(Game(pair), claim, region), 30):
             assert inside(region, state) and violates(from_start(pair, claim), state)
             assert all(abs(Fraction(error)) <= claim.eps for error in state.errors.values())
 
@@ -108,20 +108,20 @@ def test_where_float64_is_wrong_everywhere_the_search_ends(profile, monkeypatch)
     claim = OwnFormula("defenders", statement=below(dict.fromkeys(values, 1), 1 + 2 * little))
     start = everywhere(same)
     region = replace(start, box=start.box | {name: (value, value) for name, value in values.items()})
-    assert failures.violating(Question(Game(same), claim, region), world.sample(region, same.world, 100, 0)[0]).all()
+    assert shares.violating(Question(Game(same), claim, region), world.sample(region, same.world, 100, 0)[0]).all()
     judged = []
-    right = failures.fails
-    monkeypatch.setattr(failures, "fails", lambda *given: judged.append(len(given[1])) or right(*given))
-    assert failures.failures(Question(Game(same), claim, region), 20) == []
-    assert 20 <= sum(judged) <= 20 * failures.JUDGED
+    right = shares.fails
+    monkeypatch.setattr(shares, "fails", lambda *given: judged.append(len(given[1])) or right(*given))
+    assert shares.failures(Question(Game(same), claim, region), 20) == []
+    assert 20 <= sum(judged) <= 20 * shares.JUDGED
 
 
 def test_no_states_are_none(profile):
     same = team(profile, towards(0, 0), towards(1, 1))
     claim = find_property("own_target", same)
     assert (
-        failures.fails(from_start(same, claim), []).tolist() == []
-        and failures.failures(Question(Game(same), claim, everywhere(same)), 0) == []
+        shares.fails(from_start(same, claim), []).tolist() == []
+        and shares.failures(Question(Game(same), claim, everywhere(same)), 0) == []
     )
     empty = replace(everywhere(same), apart=(("agent_0", "agent_1", Fraction(3)),))
-    assert failures.failures(Question(Game(same), claim, empty)) == []
+    assert shares.failures(Question(Game(same), claim, empty)) == []

@@ -30,10 +30,10 @@ from verify.claims.region import Region
 from verify.claims.region_files import everywhere, start_region
 from verify.claims.wording import AliveLeaves
 from verify.counterexamples.uniqueness import Unique
+from verify.kinds import REAL
 from verify.question import Question, from_start
 from verify.reports import report
 from verify.result import Verdict
-from verify.semantics import REAL
 from verify.solver.leaves import leaf_findings
 from verify.states import noise, real, shares
 from verify.states.state import State, measurements, sample, violates

@@ -16,8 +16,8 @@ from verify.claims.formula import Linear
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere, start_region
 from verify.claims.wording import OwnFormula
+from verify.kinds import MACHINE, REAL
 from verify.question import Question
-from verify.semantics import MACHINE, REAL
 from verify.states import state as states
 from verify.states.state import State
 from verify.subjects import Game

@@ -15,11 +15,11 @@ from tests.support.system_cases import policy, team
 from verify.checker.accept import accept
 from verify.checker.systems.proofs import Cover, Walks
 from verify.claims.region import UNBOUNDED
+from verify.kinds import MACHINE
 from verify.question import Question
 from verify.reach import decide
 from verify.reach.replay import Course, replay_course
 from verify.reach.written import WrittenReplay
-from verify.semantics import MACHINE
 from verify.solver import unrolled
 from verify.subjects import ClosedLoop
 from verify.systems import documents, motion

@@ -15,7 +15,7 @@ from verify.claims.wording import AliveLeaves
 from verify.question import Budgets, Question
 from verify.repair.search import repair
 from verify.result import Verdict
-from verify.solver import budget, decide, leaves
+from verify.solver import encode, leaves, solve
 from verify.subjects import Game
 from verify.verdicts.differences import difference
 
@@ -32,17 +32,17 @@ def crossed(profile):
 
 
 def test_the_solver_says_how_much_was_spent_and_what_helps(crossed):
-    found = decide.decide(asked(crossed, solver_units=1))
+    found = solve.decide(asked(crossed, solver_units=1))
     assert found.verdict is Verdict.UNKNOWN
     assert re.search(r"after [\d,]+ resource units; a larger --solver-units may answer$", found.reason)
 
 
 def test_a_query_that_a_larger_budget_would_write_says_so(crossed, monkeypatch):
-    monkeypatch.setattr(budget, "FEW_TESTS", 1)
-    found = decide.decide(asked(crossed, solver_units=64))
+    monkeypatch.setattr(encode, "FEW_TESTS", 1)
+    found = solve.decide(asked(crossed, solver_units=64))
     assert "is not asked" in found.reason and found.reason.endswith("a larger --solver-units may answer")
-    monkeypatch.setattr(budget, "MAX_TESTS", 1)
-    assert decide.decide(asked(crossed, solver_units=64)).reason.endswith("smaller trees may be decided")
+    monkeypatch.setattr(encode, "MAX_TESTS", 1)
+    assert solve.decide(asked(crossed, solver_units=64)).reason.endswith("smaller trees may be decided")
 
 
 def test_a_leaf_that_is_left_open_says_what_helps(profile):

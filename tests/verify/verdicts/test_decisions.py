@@ -15,7 +15,7 @@ from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lowering.deploy import deploy_tree
 from tests.support.strategies import grown_trees, profiles
 from tests.support.teams import LEFT, RIGHT, STAY, team, towards, tree
-from verify.checker.decisions.certificates import check_certificate
+from verify.checker.decisions import check_certificate
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import Aligned, DistinctTargets
 from verify.claims.formula import below, conjunction, disjunction
@@ -24,7 +24,7 @@ from verify.claims.region_files import start_region
 from verify.claims.wording import PROPERTIES
 from verify.question import Budgets, Question, from_start, shuffle_leaves
 from verify.result import Opinion, Verdict
-from verify.solver.decide import SolverDecision, decide
+from verify.solver.solve import SolverDecision, decide
 from verify.states import shares
 from verify.states.state import State, inside, sample, violates
 from verify.subjects import Game

@@ -2,7 +2,6 @@
 verifier; and proofs that they act alike.
 """
 
-import dataclasses
 import itertools
 import json
 from dataclasses import replace
@@ -15,17 +14,18 @@ from codegen import ir, policy_json
 from codegen.errors import InputError, UnknownNameError
 from codegen.observe import observe
 from tests.hunting import places, questions, reading, teams
+from tests.support.altered import altered, read_game
 from tests.support.strategies import with_trees
 from tests.support.teams import DOWN, LEFT, STAY, UP, team, towards, tree
-from verify.certificates.decisions import to_json
-from verify.checker.decisions import certificates
+from verify.certificates.games import to_json
+from verify.checker import decisions
 from verify.checker.reading import RejectedError
 from verify.claims.formula import And, Or
 from verify.claims.pairs import alike
 from verify.claims.region_files import everywhere
+from verify.kinds import MACHINE
 from verify.question import Budgets
 from verify.result import Verdict
-from verify.semantics import MACHINE
 from verify.states.state import sample
 from verify.verdicts.differences import difference, differing_leaves, example
 
@@ -324,8 +324,8 @@ def proved(profile):
 
 def test_a_certificate_is_read_back_and_accepted(proved):
     first, second, certificate = proved
-    again = certificates.from_json(to_json(certificate))
-    assert again == certificate and certificates.check_certificate(again, first, second) > 0
+    again = read_game(to_json(certificate))
+    assert again == certificate and decisions.check_certificate(again, first, second) > 0
     stated = json.loads(to_json(certificate))
     assert stated["against"] == policy_json.content_hash(second)
 
@@ -340,29 +340,29 @@ def test_a_certificate_is_about_both_profiles(proved):
     first, second, certificate = proved
     for profiles in ((first, None), (first, first), (second, second), (second, first)):
         with pytest.raises(InputError):
-            certificates.check_certificate(certificate, *profiles)
+            decisions.check_certificate(certificate, *profiles)
 
 
 def test_no_proof_shows_what_is_false(proved):
     """The proof for a twin, and each way to change one byte of it, for a team that acts differently in one leaf."""
     first, _, certificate = proved
     second, _ = planted(first)
-    forged = dataclasses.replace(certificate, against=policy_json.content_hash(second))
+    forged = altered(certificate, against=policy_json.content_hash(second))
     rng, refused = np.random.default_rng(4), 0
     for _ in range(150):
         with pytest.raises(RejectedError):
-            certificates.check_certificate(forged, first, second)
+            decisions.check_certificate(forged, first, second)
         refused += 1
-        goal = list(certificate.proofs)[int(rng.integers(len(certificate.proofs)))]
-        proof = bytearray(certificate.proofs[goal])
+        goal = list(certificate.proof.proofs)[int(rng.integers(len(certificate.proof.proofs)))]
+        proof = bytearray(certificate.proof.proofs[goal])
         proof[int(rng.integers(len(proof)))] = int(rng.integers(128))
-        forged = dataclasses.replace(forged, proofs={**certificate.proofs, goal: bytes(proof)})
+        forged = altered(forged, proofs={**certificate.proof.proofs, goal: bytes(proof)})
     assert refused == 150
 
 
 def test_a_certificate_claims_nothing_but_that_agents_act_alike(proved):
     first, second, certificate = proved
-    whole = certificate.formula
+    whole = certificate.claim.formula
     others = [
         Or(whole.parts),
         And((*whole.parts, *whole.parts)),
@@ -372,9 +372,9 @@ def test_a_certificate_claims_nothing_but_that_agents_act_alike(proved):
     ]
     for stated in others:
         with pytest.raises((RejectedError, InputError)):
-            certificates.check_certificate(dataclasses.replace(certificate, formula=stated), first, second)
+            decisions.check_certificate(altered(certificate, formula=stated), first, second)
     with pytest.raises(RejectedError):
-        certificates.check_certificate(dataclasses.replace(certificate, eps=Fraction(1, 100)), first, second)
+        decisions.check_certificate(altered(certificate, eps=Fraction(1, 100)), first, second)
     fewer = alike(first, names_of(first)[:1])
     with pytest.raises(RejectedError):  # another claim needs another proof
-        certificates.check_certificate(dataclasses.replace(certificate, formula=fewer), first, second)
+        decisions.check_certificate(altered(certificate, formula=fewer), first, second)

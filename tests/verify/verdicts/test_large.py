@@ -6,9 +6,9 @@ from tests.benchmarks.large import full
 from verify.claims.catalogue import find_property
 from verify.question import from_start
 from verify.result import Verdict
-from verify.solver import budget
-from verify.solver.decide import decide
+from verify.solver import encode
 from verify.solver.encode import query
+from verify.solver.solve import decide
 from verify.states.shares import measure
 from verify.verdicts.decisions import verdict, verify
 from verify.verdicts.opinions import by_zones
@@ -42,9 +42,9 @@ def test_queries_beyond_the_budget_are_not_written(monkeypatch):
     asked = from_start(pair, find_property("distinct_targets", pair))
     tests = 4 * (2**4 - 1)  # two agents, each engaged or not with two landmarks
     before = verdict(asked)
-    monkeypatch.setattr(budget, "MAX_TESTS", tests)
+    monkeypatch.setattr(encode, "MAX_TESTS", tests)
     assert query(asked, "landmark_0").constraints and decide(asked).verdict is Verdict.VIOLATED
-    monkeypatch.setattr(budget, "MAX_TESTS", tests - 1)
+    monkeypatch.setattr(encode, "MAX_TESTS", tests - 1)
     second = decide(asked)
     assert second.verdict is Verdict.UNKNOWN and f"a query with {tests} tests of trees" in second.reason
     assert second.reason.endswith("; smaller trees may be decided")

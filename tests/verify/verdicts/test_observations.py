@@ -9,10 +9,11 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
+from tests.support.altered import altered, read_game
 from tests.support.observations import ACTIONS, NAMES, acts, blind, blind_tree, breaks, cells, doubled, representatives
 from tests.support.teams import tree
-from verify.certificates.decisions import to_json
-from verify.checker.decisions.certificates import check_certificate, from_json
+from verify.certificates.games import to_json
+from verify.checker.decisions import check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.formula import Acts, below, conjunction, disjunction, negate
 from verify.claims.observed import Mirrored, View, view_from
@@ -22,7 +23,7 @@ from verify.claims.views import Viewed, carry_region
 from verify.claims.wording import OwnFormula, view_document
 from verify.question import Question
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.verdicts.opinions import by_zones
 
@@ -41,9 +42,9 @@ def verdicts(question):
     """Those of both engines; a proof's certificate is accepted, its text comes back."""
     zoned, second = by_zones(question), decide(question)
     if zoned.certificate is not None:
-        assert from_json(to_json(zoned.certificate)) == zoned.certificate
+        assert read_game(to_json(zoned.certificate)) == zoned.certificate
         assert check_certificate(zoned.certificate, question.origin) == zoned.branches
-        assert zoned.certificate.profile == content_hash(question.origin)
+        assert zoned.certificate.header.profile == content_hash(question.origin)
     return {zoned.opinion.verdict, second.verdict}
 
 
@@ -147,13 +148,13 @@ def test_a_proof_that_a_feature_is_ignored_shows_no_other_claim():
         Monotone("team", agent="agent", feature="angle"),
     ):
         with pytest.raises((RejectedError, InputError)):
-            check_certificate(replace(certificate, claim=claim), profile)
+            check_certificate(altered(certificate, property=claim), profile)
         viewed = asked(profile, claim)
         with pytest.raises((RejectedError, InputError)):
-            check_certificate(replace(certificate, claim=claim, view=viewed.viewed.view), profile)
+            check_certificate(altered(certificate, property=claim, view=viewed.viewed.view), profile)
     other = blind({"agent": tree((0, 0.5, 1, 2), 0, 2)}, {"agent": NAMES[:2]})
     with pytest.raises(RejectedError):
-        check_certificate(replace(certificate, profile=content_hash(other)), other)
+        check_certificate(altered(certificate, profile=content_hash(other)), other)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -184,7 +185,7 @@ def test_a_proof_about_some_mirrored_features_is_none_about_others():
     assert check_certificate(certificate, profile) > 0
     for features in ((), ("spin",), ("angle", "spin")):
         with pytest.raises(RejectedError, match="the view is not the one"):
-            check_certificate(replace(certificate, claim=replace(claim, features=features)), profile)
+            check_certificate(altered(certificate, property=replace(claim, features=features)), profile)
 
 
 def odd_tree(seed):
@@ -224,7 +225,7 @@ def test_a_planted_leaf_is_found_and_its_old_certificate_refused(claim):
     bad = blind({"cart": tree((2, 0.05, 1, 4), (3, 0.5, 2, 3), 0, 2, (3, -0.5, 5, 6), 2, 0)})
     assert verdicts(asked(bad, claim)) == {Verdict.VIOLATED}
     with pytest.raises(RejectedError):
-        check_certificate(replace(made, profile=content_hash(bad)), bad)
+        check_certificate(altered(made, profile=content_hash(bad)), bad)
 
 
 def test_a_certificate_about_another_mirror_is_refused():
@@ -235,11 +236,11 @@ def test_a_certificate_about_another_mirror_is_refused():
     assert made is not None and check_certificate(made, profile)
     crooked = blind({"cart": CART})
     for changed in (
-        (replace(made, profile=content_hash(crooked)), crooked),
-        (replace(made, claim=replace(claim, order=("right", "left", "stay"))), profile),
-        (replace(made, claim=replace(claim, agent="cart_mirrored")), profile),
-        (replace(made, view=View()), profile),
-        (replace(made, view=View((), None, Mirrored("cart", ("wheel",)))), profile),
+        (altered(made, profile=content_hash(crooked)), crooked),
+        (altered(made, property=replace(claim, order=("right", "left", "stay"))), profile),
+        (altered(made, property=replace(claim, agent="cart_mirrored")), profile),
+        (altered(made, view=View()), profile),
+        (altered(made, view=View((), None, Mirrored("cart", ("wheel",)))), profile),
     ):
         with pytest.raises((InputError, RejectedError)):
             check_certificate(*changed)
@@ -261,20 +262,20 @@ def test_a_certificate_about_another_view_or_region_is_refused():
     profile = blind({"cart": CART})
     claim = Monotone("team", agent="cart", feature="speed")
     made = by_zones(asked(profile, claim)).certificate
-    assert made is not None and made.view is not None
+    assert made is not None and made.header.view is not None
     for claimed in (
         replace(claim, feature="place"),
         replace(claim, direction=DECREASING),
         replace(claim, order=("right", "stay", "left")),
     ):
         with pytest.raises((InputError, RejectedError), match=r"formula|names what"):
-            check_certificate(replace(made, claim=claimed), profile)
-    for view in (None, View(), View((), made.view.raised._replace(feature="place"))):
+            check_certificate(altered(made, property=claimed), profile)
+    for view in (None, View(), View((), made.header.view.raised._replace(feature="place"))):
         with pytest.raises((InputError, RejectedError), match="names what the profile does not have"):
-            check_certificate(replace(made, view=view), profile)
-    without = {name: bounds for name, bounds in made.region.box.items() if name != "speed"}
+            check_certificate(altered(made, view=view), profile)
+    without = {name: bounds for name, bounds in made.header.region.box.items() if name != "speed"}
     with pytest.raises((InputError, RejectedError), match=r"do not fit together|not a state|names what"):
-        check_certificate(replace(made, region=replace(made.region, box=without)), profile)
+        check_certificate(altered(made, region=replace(made.header.region, box=without)), profile)
 
 
 def test_mutated_proofs_are_refused():
@@ -283,12 +284,12 @@ def test_mutated_proofs_are_refused():
     made = by_zones(asked(profile, OwnFormula("team", statement=RIGHT_WHEN_LEANING))).certificate
     assert made is not None
     bad = blind({"cart": tree((2, 0.05, 1, 4), (3, 0.5, 2, 3), 0, 2, (3, -0.5, 5, 6), 2, 1)})
-    proof, rng = made.proofs[None], np.random.default_rng(0)
+    proof, rng = made.proof.proofs[""], np.random.default_rng(0)
     refused = 0
     for _ in range(150):
         changed = bytearray(proof)
         changed[rng.integers(len(proof))] = int(rng.integers(256))
-        forged = replace(made, proofs={None: bytes(changed)}, profile=content_hash(bad))
+        forged = altered(made, proofs={"": bytes(changed)}, profile=content_hash(bad))
         with pytest.raises(RejectedError):  # of a false claim no proof holds
             check_certificate(forged, bad)
         refused += 1

@@ -16,17 +16,16 @@ from verify.claims.formula import Acts, below, conjunction, disjunction
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
 from verify.claims.wording import BUILT_IN, OwnFormula
+from verify.kinds import MACHINE, REAL
 from verify.question import Question, from_start
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL
-from verify.solver.decide import decide
 from verify.solver.encode import half_line
 from verify.solver.encode import query as query_of
-from verify.solver.solve import smt_lib
+from verify.solver.solve import decide, smt_lib
 from verify.states.state import inside, violates
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
-from verify.verdicts.margins import MAX_QUESTIONS, STEP, largest_margin
+from verify.verdicts.opinions import MAX_QUESTIONS, STEP, largest_margin
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 

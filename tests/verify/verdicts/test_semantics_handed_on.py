@@ -11,7 +11,7 @@ MODULES = modules("verify", "maviper")
 NAMED = {"semantics", "_semantics", "arithmetics", "MACHINE", "REAL"}  # what says which arithmetic a call is about
 # functions of the deployed arithmetic: what they find, say or write is about that one alone
 DEPLOYED = {
-    "verify.states.failures._mistakes",
+    "verify.states.shares._mistakes",
     "verify.solver.leaves.dead_leaves",  # what code may leave out
     "verify.states.episodes.play",
     "maviper.evaluation.comparison._exactly",

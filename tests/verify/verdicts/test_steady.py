@@ -20,8 +20,8 @@ from verify.claims.region import Region
 from verify.claims.region_files import start_region
 from verify.question import Question, from_start
 from verify.result import Verdict
-from verify.solver.decide import decide
 from verify.solver.encode import query as query_of
+from verify.solver.solve import decide
 from verify.solver.terms import number
 from verify.states import noise, shares
 from verify.states.state import State, error_name, inside, measurable, observe_state, sample, violates

@@ -20,12 +20,12 @@ from verify.claims.region_files import start_region
 from verify.claims.wording import AliveLeaves, OwnFormula
 from verify.episodes import composition
 from verify.extent.largest import BEYOND, where
+from verify.kinds import REAL, Semantics
 from verify.question import Question, from_start
 from verify.repair.search import repair
 from verify.reports import report
 from verify.result import Verdict
-from verify.semantics import REAL, Semantics
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.states.real import comparable, measure_feature
 from verify.states.state import violates
 from verify.subjects import Game

@@ -18,14 +18,13 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import formula
 from verify.claims.region_files import start_region
 from verify.extent import violations
+from verify.kinds import MACHINE, REAL
 from verify.question import Budgets, Question
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL
 from verify.subjects import Game
-from verify.zones import compiled as zone_compiled
 from verify.zones import engine
-from verify.zones.compiled import CompiledSearch
-from verify.zones.search import BudgetError, ZoneSearch
+from verify.zones import search as zone_compiled
+from verify.zones.search import BudgetError, CompiledSearch, ZoneSearch
 from verify.zones.tables import Flat, Problem
 
 pytestmark = pytest.mark.compile

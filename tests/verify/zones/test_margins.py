@@ -10,11 +10,10 @@ from verify.claims.catalogue import find_property
 from verify.claims.region_files import start_region
 from verify.question import Question
 from verify.result import Verdict
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.subjects import Game
-from verify.verdicts.margins import STEP, largest_margin, room
-from verify.zones.engine import BeyondZonesError, ZoneQuery
-from verify.zones.margins import Room
+from verify.verdicts.opinions import STEP, largest_margin, room
+from verify.zones.engine import BeyondZonesError, Room, ZoneQuery
 
 
 @pytest.fixture(scope="module")

@@ -9,21 +9,21 @@ import pytest
 from codegen import ir
 from codegen.profiles import ensure
 from maviper.worlds import find
+from tests.support.altered import altered, read_game
 from tests.support.teams import LEFT, STAY, UP, tree
-from verify.certificates.decisions import to_json
-from verify.checker.decisions.certificates import FORM, PARTED, check_certificate, from_json
+from verify.certificates.games import to_json
+from verify.checker.decisions import FORM, PARTED, check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conjuncts
 from verify.claims.wording import OwnFormula
 from verify.question import from_start
 from verify.result import Verdict
-from verify.solver.decide import decide
 from verify.solver.encode import query
-from verify.solver.solve import ask
+from verify.solver.solve import ask, decide
 from verify.verdicts.decisions import verify
 from verify.verdicts.opinions import by_zones
 from verify.zones import engine
-from verify.zones.compiled import SLOWER
+from verify.zones.search import SLOWER
 
 COUNT = 5
 
@@ -51,15 +51,15 @@ def test_a_proof_in_parts_is_accepted_and_no_part_may_be_missing(crowd):
     assert len(question.parts) == COUNT * (COUNT - 1) // 2
     found = by_zones(question)
     made = found.certificate
-    assert found.opinion.verdict is Verdict.PROVED and made is not None and made.form == PARTED
-    read = from_json(to_json(made))
+    assert found.opinion.verdict is Verdict.PROVED and made is not None and made.header.certificate == PARTED
+    read = read_game(to_json(made))
     assert read == made and check_certificate(read, crowd) == found.branches
-    whole = made.proofs[None]
+    whole = made.proof.proofs[""]
     for wrong in (whole[:-1], whole + b"\0", whole[len(whole) // 2 :], b""):
         with pytest.raises(RejectedError):
-            check_certificate(replace(made, proofs={None: wrong}), crowd)
+            check_certificate(altered(made, proofs={"": wrong}), crowd)
     with pytest.raises(RejectedError):
-        check_certificate(replace(made, form=FORM), crowd)
+        check_certificate(altered(made, certificate=FORM), crowd)
 
 
 @pytest.mark.solver

@@ -22,8 +22,8 @@ from tests.support.zone_cases import (
     random_region,
     stated,
 )
-from verify.checker.decisions import walk as decisions
-from verify.checker.envelope import numbers
+from verify.checker import decisions
+from verify.checker.certificate import numbers
 from verify.checker.thresholds import sides
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
@@ -33,17 +33,17 @@ from verify.claims.region_files import start_region
 from verify.claims.wording import BUILT_IN
 from verify.counterexamples import search
 from verify.decimals import text
+from verify.kinds import MACHINE, REAL, Semantics
 from verify.question import Budgets, Question, from_start
 from verify.reports import report
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL, Semantics
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.states import noise
 from verify.states.state import sample, violates
 from verify.subjects import Game
 from verify.verdicts import decisions as engine
 from verify.verdicts import opinions
-from verify.verdicts.margins import MAX_QUESTIONS, STEP
+from verify.verdicts.opinions import MAX_QUESTIONS, STEP
 from verify.zones import engine as zones
 from verify.zones import tables
 
@@ -61,7 +61,9 @@ def agree(profile, claim, region, semantics=MACHINE, seed=0):
         assert not stands(profile, claim, found.state, found.goal, machine)
     if found.verdict is Verdict.PROVED:
         for goal, proof in found.proofs.items():
-            assert decisions.check(profile, asked, region, goal, Semantics(semantics, claim.eps), numbers(proof)) >= 0
+            assert (
+                decisions.check(profile, (asked,), region, goal, Semantics(semantics, claim.eps), numbers(proof)) >= 0
+            )
         for state in grid_points(np.random.default_rng(seed), region, 10):
             assert all(stands(profile, claim, state, goal, machine) for goal in everyone(region))
     return found.verdict
@@ -181,7 +183,7 @@ def test_up_to_which_errors_a_claim_holds(profile):
     claim = DistinctTargets("defenders", eps=Fraction(1, 100))
     found = engine.verify(Question(Game(roles), claim, region), {})
     room = found.evidence.steady_up_to
-    assert found.verdict is Verdict.PROVED and found.evidence.certificate.eps == claim.eps
+    assert found.verdict is Verdict.PROVED and found.evidence.certificate.header.eps == claim.eps
     assert room.failed == room.proved + STEP and claim.eps < room.proved and room.questions <= MAX_QUESTIONS
     verdicts = [
         decide(Question(Game(roles), replace(claim, eps=eps), region)).verdict for eps in (room.proved, room.failed)

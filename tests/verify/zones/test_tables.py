@@ -13,7 +13,7 @@ from tests.support.zone_cases import deception, exactly_inside, grid_points, ran
 from verify.claims.decisions import formula
 from verify.claims.formula import And, Linear, Or, atoms, below, conjunction, for_goal, holds
 from verify.claims.region import Region
-from verify.semantics import REAL
+from verify.kinds import REAL
 from verify.zones.tables import (
     EPSILON,
     BeyondZonesError,

@@ -24,18 +24,18 @@ from tests.support.zone_cases import (
     switching,
 )
 from verify.certificates.proofs import varint
-from verify.checker.decisions import walk as decisions
-from verify.checker.envelope import numbers
+from verify.checker import decisions
+from verify.checker.certificate import numbers
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import Linear, holds
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
+from verify.kinds import MACHINE, REAL, Semantics
 from verify.question import Question, from_start, shuffle_leaves
 from verify.result import Verdict
-from verify.semantics import MACHINE, REAL, Semantics
 from verify.solver import encode
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.zones import engine as zones
 
@@ -54,7 +54,7 @@ def agree(profile, claim, region, semantics, seed):
     if found.verdict is Verdict.PROVED:
         assert exactly_inside(region, found.inhabitant)
         for goal, proof in found.proofs.items():
-            assert decisions.check(profile, asked, region, goal, Semantics(semantics), numbers(proof)) >= 0
+            assert decisions.check(profile, (asked,), region, goal, Semantics(semantics), numbers(proof)) >= 0
         for state in grid_points(np.random.default_rng(seed), region, 20):
             for goal in everyone(region):
                 at = state | {f"goal.{axis}": state.get(f"{goal}.{axis}", Fraction(0)) for axis in "xy"}

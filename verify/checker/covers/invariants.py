@@ -36,10 +36,10 @@ from itertools import chain
 import numpy as np
 
 from codegen.ir import Bool, Int64, PolicyProfile
+from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import BoxList, Parts, RegionCut, Watch, alike_joined, cut, in_cells, linear, together
 from verify.checker.covers.images import BoxMotion, StatedStates
 from verify.checker.covers.rounding import ensure_arithmetic, floor
-from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.branch_proofs import close_branches, ensure_asked, needs_stated, ways
 from verify.checker.systems.proofs import FollowedPart, Invariant, InvariantPart, SystemCertificate

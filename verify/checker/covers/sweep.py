@@ -18,6 +18,7 @@ from typing import ClassVar, Generic, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from codegen.ir import Bool, Float64, PolicyProfile
+from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import (
     MAX_BOXES,
     BoxList,
@@ -32,7 +33,6 @@ from verify.checker.covers.boxes import (
 from verify.checker.covers.forms import FormList, FormPieces, FormRegion, FormTree, cut_of, of_boxes, with_fewer_columns
 from verify.checker.covers.images import BoxMotion, StatedStates
 from verify.checker.covers.rounding import ensure_arithmetic, floor
-from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.branch_proofs import ensure_asked
 from verify.checker.systems.proofs import Cover, SystemCertificate

@@ -1,7 +1,7 @@
 """The checker of proofs about whole episodes.
 
-Does: reads the certificate (certificates.py), reads the question (reading.py, contact_reading.py), and walks the proof
-  (walk.py).
+Does: reads certificates and walks their proofs (certificates.py); reads the question (reading.py, contacts.py); asks
+  what edges need (unbounded.py).
 Assumes: a profile that is well formed.
 Does not: find proofs.
 """

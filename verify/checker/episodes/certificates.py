@@ -1,71 +1,102 @@
-"""Certificates of claims about whole episodes: the document with its proofs, and whether it is accepted.
+"""Certificates of claims about whole episodes: the members of their documents, and whether one is accepted.
 
-Does: reads the document; whether one fits a profile and passes the checker.
+Does: says what the members are; whether a certificate fits a profile; walks the search that README.md specifies, and
+  adds exact numbers along the cycles of bounds that a proof names, so that each of its branches is closed again.
 Assumes: a profile that was read and checked; proofs of the form that README.md specifies, made by anyone.
-Does not: make proofs, or write (verify/certificates).
+Does not: search for cycles, import an engine, or write (verify/certificates).
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, ClassVar
+from itertools import pairwise
+from typing import Any, TypeAlias
 
 import msgspec
 
+from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.decisions.certificates import Certificate, ensure_known_names, region_from
-from verify.checker.envelope import ensure_about, ensure_readable, ensure_whole, numbers, read_proof
-from verify.checker.episodes import walk as episodes
-from verify.checker.episodes.contact_reading import ContactReading
-from verify.checker.episodes.contacts import coincident
-from verify.checker.episodes.reading import FARTHEST, EpisodeReading, PartedReading, ProofPart, certifiable
-from verify.checker.reading import RejectedError, region_formula
+from verify.checker.certificate import REMAKE, Bytes, Certificate, Forms, Members, ensure_about, numbers
+from verify.checker.decisions import GameHeader, ensure_known_names
+from verify.checker.episodes import unbounded
+from verify.checker.episodes.contacts import ContactReading, coincident
+from verify.checker.episodes.reading import (
+    AWAY,
+    CLAIM,
+    FARTHEST,
+    REGION,
+    EpisodeReading,
+    Gap,
+    PartedReading,
+    Place,
+    Side,
+    certifiable,
+    matchings,
+)
+from verify.checker.episodes.unbounded import Edges
+from verify.checker.reading import LONGEST, RejectedError, region_formula
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.formula import TRUE, holds
-from verify.claims.region import Interval, Region, goal_of
-from verify.exact import read_number
-from verify.semantics import MACHINE
+from verify.claims.formula import holds
+from verify.claims.region import Region, goal_of
+from verify.kinds import ALWAYS, MACHINE
 
 FORM = "maviper-episode-certificate-1"
 PUSHED = "maviper-episode-certificate-3"
-Side = tuple[str, bool, str | None]  # of an edge: coordinate; whether it is the upper one; goal
+UNBOUNDED = "maviper-episode-certificate-4"
 READINGS = {FORM: EpisodeReading, "maviper-episode-certificate-2": PartedReading, PUSHED: ContactReading}
 
 
-@dataclass(frozen=True)
-class EpisodeCertificate:
-    """A claim about the episodes of a profile from a region, with a proof for each of its parts."""
+class ProofPart(Members, frozen=True):
+    """The statement of one proof: that an agent arrives at a landmark, or keeps apart from another entity; or (both
+    names are "") that the team is matched, or all pairs keep apart.
 
-    profile: str  # content hash
-    claim: EpisodeClaim
-    region: Region
-    inhabitant: Mapping[str, Fraction]  # a start of the region, which shows that it is not empty
+    For one goal, or for all of them (goal is ""); `followed` agents act by their trees, others as they like.
+    """
+
+    agent: str
+    landmark: str
+    goal: str
+    followed: tuple[str, ...]
+    proof: Bytes
+
+
+class Parts(Members, frozen=True):
+    """A proof for each part of a claim."""
+
     parts: tuple[ProofPart, ...]
-    semantics: str = MACHINE
-    region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
-    form: str = FORM  # by which the proofs are to be read
-
-    edges: ClassVar[Mapping[str, Interval]] = {}  # which claims for ever have (forever.py)
-    proofs: ClassVar[Mapping[Side, bytes]] = {}
-
-    @property
-    def size(self) -> int:
-        """Bytes of all proofs."""
-        return sum(len(part.proof) for part in self.parts)
 
     @property
     def followed(self) -> tuple[tuple[str, ...], ...]:
         """The agents that are followed together in each part."""
         return tuple(part.followed for part in self.parts)
 
-    def reading(self, reader: Callable[[bytes], bytes]) -> "EpisodeCertificate":
-        """The same with its proofs given to a reader."""
-        return replace(self, parts=tuple(replace(part, proof=reader(part.proof)) for part in self.parts))
 
-    def check(self, profile: PolicyProfile) -> int:
-        """Checks the certificate; see `check_certificate`."""
-        return check_certificate(self, profile)
+class _Claim(Members, frozen=True):
+    property: str
+    team: str
+    steps: int | str
+    radius: Fraction
+    landmarks: tuple[str, ...] | msgspec.UnsetType = msgspec.UNSET  # of claims that an agent arrives
+    others: tuple[str, ...] | msgspec.UnsetType = msgspec.UNSET  # of claims that it keeps apart
+
+    def read(self, header: GameHeader) -> EpisodeClaim:
+        """The claim. RejectedError for those that have no certificates."""
+        kind, by_edges = certifiable(self.property), header.certificate == UNBOUNDED
+        if by_edges and not kind.lasting:
+            raise InputError(f"edges do not show {kind.title}", "$.property", REMAKE)
+        if isinstance(self.steps, str) and not (by_edges and self.steps == ALWAYS):
+            raise ValueError(f"$.steps: {self.steps[:40]!r}")
+        given = {name: getattr(self, name) for name in ("landmarks", "others")}
+        named: dict[str, Any] = {name: names for name, names in given.items() if names is not msgspec.UNSET}
+        if named.keys() != ({kind.whom} if kind.whom or not by_edges else set()):
+            raise ValueError(f"$.{kind.whom or 'others'}: {kind.title} states these, and no other names")
+        return kind(self.team, radius=self.radius, **kind.resolve_steps({"steps": self.steps}), **named)
+
+
+EpisodeCertificate = Certificate[GameHeader, EpisodeClaim, Parts | Edges]
+FORMS = Forms(GameHeader, _Claim, {**dict.fromkeys(READINGS, Parts), UNBOUNDED: Edges})
 
 
 def check_certificate(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
@@ -74,107 +105,156 @@ def check_certificate(certificate: EpisodeCertificate, profile: PolicyProfile) -
     InputError when it is about another policy or names what the profile does not have; RejectedError when a proof is
     missing or does not hold.
     """
-    region, claim = certificate.region, certificate.claim
-    ensure_about(certificate.profile, content_hash(profile), "profile", "--profile")
-    ensure_started(profile, claim, region, certificate.inhabitant, certificate.semantics)
+    header, claim, proof = certificate.header, certificate.claim, certificate.proof
+    ensure_about(header.profile, content_hash(profile), "profile", "--profile")
+    ensure_started(profile, claim, header)
+    if isinstance(proof, Edges):
+        return unbounded.check(profile, claim, header.region, proof)
     if claim.by_edges:
         raise RejectedError(f"{claim.name} for ever has proofs of another form")
-    if coincident(profile.world, certificate.inhabitant):
+    if coincident(profile.world, header.inhabitant):
         raise RejectedError("at its inhabitant two that push each other stand in one place, where claims say nothing")
     agents, marks = {each.agent for each in profile.agents}, {mark.name for mark in profile.world.landmarks}
-    marks |= agents if certificate.claim.apart else set()
-    for part in certificate.parts:
+    marks |= agents if claim.apart else set()
+    for part in proof.parts:
         if not {part.agent} <= agents | {""} or not {*part.followed} <= agents or not part.followed:
             raise RejectedError("a part is about agents that the profile does not have")
         if (
             not {part.landmark} <= marks | {""}
-            or part.goal not in (None, *region.goals)
+            or part.goal not in ("", *header.region.goals)
             or (bool(part.agent) != bool(part.landmark))
         ):
-            whom = "others" if certificate.claim.apart else "landmarks"
+            whom = "others" if claim.apart else "landmarks"
             raise RejectedError(f"a part is about {whom} that the profile does not have")
-    proofs = [(part, numbers(part.proof)) for part in certificate.parts]
-    return episodes.check(profile, certificate.claim, region, proofs, READINGS[certificate.form])
+    return check_parts(profile, claim, header.region, proof.parts, READINGS[header.certificate])
 
 
-def ensure_started(
-    profile: PolicyProfile, claim: EpisodeClaim, region: Region, start: Mapping[str, Fraction], semantics: str
-) -> None:
+def ensure_started(profile: PolicyProfile, claim: EpisodeClaim, header: GameHeader) -> None:
     """InputError for a region that names what the profile does not have, RejectedError unless it holds the start."""
-    ensure_known_names(
-        Certificate(content_hash(profile), None, TRUE, region, semantics, start, {}), profile, claim.team
-    )
+    start: Mapping[str, Fraction] = header.inhabitant
+    ensure_known_names(profile, header, claim.team)
     if any(value and name.endswith((".vx", ".vy")) for name, value in start.items()) or any(
         abs(value) > FARTHEST or Fraction(float(value)) != value for value in start.values()
     ):
         raise RejectedError("its inhabitant is not a start that proofs cover: float64 positions, at rest")
-    if semantics != MACHINE:
+    if header.semantics != MACHINE:
         raise RejectedError(f"proofs about episodes are for {MACHINE} arithmetic")
-    if not holds(region_formula(region), start, {}):
+    if not holds(region_formula(header.region), start, {}):
         raise RejectedError("its inhabitant is not a start in the region, so the claim may be vacuous")
 
 
-class EpisodePartJson(msgspec.Struct, forbid_unknown_fields=True):
-    """A part of the claim and its proof."""
-
-    agent: str
-    landmark: str
-    goal: str
-    followed: list[str]
-    proof: list[str]
+GO_ON = 0  # the number of a branch below which the search goes on
+EVERY = -1  # no answer: below every answer the search goes on
 
 
-class EpisodeCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
-    """The members of the file; numbers are exact texts."""
-
-    certificate: str
-    profile: str
-    property: str
-    team: str
-    steps: int
-    radius: str
-    semantics: str
-    region: dict[str, Any]
-    inhabitant: dict[str, str]
-    parts: list[EpisodePartJson]
-    content_hash: str
-    landmarks: list[str] | msgspec.UnsetType = msgspec.UNSET  # of claims that an agent arrives
-    others: list[str] | msgspec.UnsetType = msgspec.UNSET  # of claims that it keeps apart
+# A branch that must be closed: how many bounds it keeps, the side that it adds to them, its place, and either EVERY or
+# the answer to which all its starts are said to come. A side's child is asked next, else the question of the place.
+Branch: TypeAlias = tuple[int, Side | None, Place, int]
 
 
-def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertificate:
-    """The certificate in a text. InputError when it is damaged, of another version, or edited; RejectedError for claims
-    that have no certificates.
-    """
-    with ensure_readable(where):
-        raw = msgspec.json.decode(text, type=EpisodeCertificateJson)
-        ensure_whole(raw, raw.certificate if raw.certificate in READINGS else FORM, where)
-        parts = [
-            ProofPart(
-                part.agent,
-                part.landmark,
-                goal_of(part.goal),
-                tuple(part.followed),
-                read_proof(part.proof, f"$.parts[{place}]"),
-            )
-            for place, part in enumerate(raw.parts)
-        ]
-        return EpisodeCertificate(
-            profile=raw.profile,
-            claim=_claim(raw),
-            region=region_from(raw.region),
-            inhabitant={name: read_number(value) for name, value in raw.inhabitant.items()},
-            parts=tuple(parts),
-            semantics=raw.semantics,
-            region_said=str(raw.region["name"]),
-            form=raw.certificate,
-        )
+def check_parts(
+    profile: PolicyProfile,
+    claim: EpisodeClaim,
+    region: Region,
+    parts: Sequence[ProofPart],
+    reading: type[EpisodeReading] = EpisodeReading,
+) -> int:
+    """The number of branches closed; RejectedError when the parts do not show the claim for all goals of the region."""
+    allowed, closed = matchings(profile, claim), 0
+    for goal in region.goal_cases:
+        pairs = {(part.agent, part.landmark) for part in parts if part.goal in ("", goal)}
+        whole_team = ("", "") in pairs
+        if not whole_team and not any(pairs.issuperset(matching) for matching in allowed):
+            raise RejectedError(f"goal {goal or 'none'}: the parts do not make up the claim")
+    for part in parts:
+        own = [((part.agent, part.landmark),)] if part.agent else allowed
+        closed += close(reading(profile, claim, region, goal_of(part.goal), part.followed, own), numbers(part.proof))
+    return closed
 
 
-def _claim(raw: EpisodeCertificateJson) -> EpisodeClaim:
-    kind = certifiable(raw.property)
-    stated = {name: names for name in ("landmarks", "others") if (names := getattr(raw, name)) is not msgspec.UNSET}
-    if stated.keys() != {kind.whom}:
-        raise ValueError(f"$.{kind.whom}: {kind.title} states these, and no other names")
-    named: dict[str, Any] = {kind.whom: tuple(stated[kind.whom])}
-    return kind(raw.team, raw.steps, read_number(raw.radius), **named)
+def close(episode: EpisodeReading, proof: Iterator[int]) -> int:
+    """The number of branches closed; RejectedError when `proof` does not close all of them."""
+    try:
+        closed = EpisodeWalk(episode, proof).close()
+    except (StopIteration, IndexError):
+        raise RejectedError("the proof ends early, or names a bound that its branch does not have") from None
+    if next(proof, None) is not None:
+        raise RejectedError("the proof continues after its last branch")
+    return closed
+
+
+class EpisodeWalk:
+    """The walk through an episode's questions, step by step."""
+
+    def __init__(self, episode: EpisodeReading, proof: Iterator[int]) -> None:
+        self.episode, self.proof, self.closed = episode, proof, 0
+        self.bounds = BranchBounds(episode)
+
+    def close(self) -> int:
+        """Closes every branch; how many there are."""
+        episode, bounds, proof = self.episode, self.bounds, self.proof
+        branches: list[Branch] = [(0, None, (REGION, episode.region, (), episode.start), EVERY)]
+        while branches:
+            kept, side, place, only = branches.pop()
+            stage, node, chosen, now = place
+            bounds.keep(kept)
+            if side is not None:
+                bounds.add(*episode.bound(side, now))
+                node, kept = side.child, kept + 1
+            code = GO_ON if side is None and not isinstance(node, tuple) else next(proof)
+            if code > episode.answers:
+                self.ensure_empty(code - episode.answers - 1)
+                self.closed += 1
+                continue
+            if isinstance(node, Gap):
+                if code != GO_ON:
+                    raise RejectedError(f"branch {self.closed} is said to answer how far two are apart")
+                number = next(proof)
+                node = episode.cut(node, number) if number else node
+            elif code != GO_ON:  # all starts are said to come to one answer: the search goes on with it, at last
+                if only != EVERY:
+                    raise RejectedError(f"branch {self.closed} is said to answer two questions at once")
+                only = code - 1
+                branches.append((kept, None, (stage, only, chosen, now), EVERY))
+                if (stage, only) == (CLAIM, AWAY):  # nothing need be shown: starts that have arrived may go on
+                    continue
+            if isinstance(node, tuple):
+                branches += [(kept, side, place, only) for side in reversed(node) if side.child != only]
+            elif only != EVERY:
+                raise RejectedError(f"branch {self.closed} has an answer other than the one given as the only one")
+            elif following := episode.onward(stage, node, chosen, now):
+                branches.append((kept, None, following, EVERY))
+        return self.closed
+
+    def ensure_empty(self, between: int) -> None:
+        """RejectedError unless the bounds around a cycle have a negative sum, so that no start meets them all.
+
+        The cycle begins and ends with the bound that was added last; the proof names the coordinates in `between`.
+        """
+        upper, lower = self.bounds.last
+        cycle = [upper, lower, *[next(self.proof) for _ in range(between)], upper]
+        if len(cycle) > LONGEST or sum(self.bounds.most[p][q] for p, q in pairwise(cycle)) >= 0:
+            raise RejectedError(f"the bounds of branch {self.closed} do not contradict each other: {cycle[1:10]}")
+
+
+class BranchBounds:
+    """The least bound on each difference of two coordinates that the branch at hand has, and what it had before."""
+
+    def __init__(self, episode: EpisodeReading) -> None:
+        self.most = [[episode.far] * episode.nodes for _ in range(episode.nodes)]  # [upper][lower]
+        self.last = 0, 0  # (upper, lower) of the bound that was added or taken back last
+        self._before: list[tuple[int, int, int]] = []
+
+    def add(self, upper: int, lower: int, most: int) -> None:
+        """Adds upper - lower <= most."""
+        row, self.last = self.most[upper], (upper, lower)
+        self._before.append((upper, lower, row[lower]))
+        if most < row[lower]:
+            row[lower] = most
+
+    def keep(self, count: int) -> None:
+        """Takes back all bounds but the first `count`."""
+        while len(self._before) > count:
+            upper, lower, before = self._before.pop()
+            self.most[upper][lower] = before
+            self.last = upper, lower

@@ -1,10 +1,11 @@
 """The checker's own reading of a claim about episodes: trees and distances as questions, moves as shifts of them.
 
 Does: states one part of a claim as questions about start positions, says what follows an answer, and how agents move
-  that nobody can push (contact_reading.py adds pushes).
+  that nobody can push (contacts.py adds pushes).
 Assumes: nothing beyond checker/reading.py and thresholds.py; belongs to the trusted base (checker/README.md).
-Does not: serve the zone engine (verify/episodes/unroll.py), which has its own reading, or close branches (walk.py). Its
-  step and its bound of roundings are second readings on purpose, and not those of codegen/dynamics.py either.
+Does not: serve the zone engine (verify/episodes/unroll.py), which has its own reading, or close branches
+  (certificates.py). Its step and its bound of roundings are second readings on purpose, and not those of
+  codegen/dynamics.py either.
 
 Why start positions are enough. All starts with the same actions so far have the same velocities, bit for bit, and have
 come equally far but for rounding. So a question about positions now is one about start positions, its bound moved by
@@ -28,7 +29,7 @@ from verify.checker.reading import LONGEST, Flat, Reading, RejectedError, region
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim, KeepsApart
 from verify.claims.formula import Linear, Or
 from verify.claims.region import Region
-from verify.semantics import Semantics
+from verify.kinds import Semantics
 
 GRID, SLACK = 1 << 44, 1 << 14  # lengths are in 1 / GRID; SLACK of them are 2^-30
 FARTHEST = 1 << 13  # of positions, length units
@@ -113,21 +114,6 @@ def matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[Matching]:
     if not own and len(team) * len(landmarks) > MAX_PAIRS:
         raise RejectedError(f"the claim is about more than {MAX_PAIRS} pairs of an agent and a landmark")
     return [tuple(zip(team, each, strict=True)) for each in ([own] if own else permutations(landmarks, len(team)))]
-
-
-@dataclass(frozen=True)
-class ProofPart:
-    """The statement of one proof: that an agent arrives at a landmark, or keeps apart from another entity; or (both
-    names are "") that the team is matched, or all pairs keep apart.
-
-    For one goal, or for all of them (goal is None); `followed` agents act by their trees, others as they like.
-    """
-
-    agent: str
-    landmark: str
-    goal: str | None
-    followed: tuple[str, ...]
-    proof: bytes
 
 
 class EpisodeReading:

@@ -26,10 +26,10 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64, Int64, PolicyProfile
+from verify.checker.certificate import REMAKE, numbers
 from verify.checker.covers.boxes import BoxList, Parts, RegionCut, StartBox, cut, least_of_runs, linear, multipliers
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
 from verify.checker.covers.trees import digits, split_by_trees
-from verify.checker.envelope import REMAKE, numbers
 from verify.checker.flows.intervals import Spans
 from verify.checker.flows.samples import PACE, FlowCases, LateTrees, pace_flow, pace_of
 from verify.checker.flows.series import FlowReading, Stepping

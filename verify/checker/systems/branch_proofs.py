@@ -16,7 +16,7 @@ from enum import IntEnum
 from codegen.errors import InputError, escape_text
 from codegen.ir import ROOT, PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.envelope import REMAKE, ensure_about, numbers
+from verify.checker.certificate import REMAKE, ensure_about, numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import box_of, ensure_cases, has_cases, hull_of
 from verify.checker.systems.proofs import FollowedPart, Hull, SystemCertificate, Walks

@@ -11,15 +11,12 @@ from codegen import policy_json
 from maviper.cli import main
 from maviper.files import runs
 from maviper.verification.files.certificates import check_file
+from tests.support.altered import altered, read_game
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import STAY, team, towards, tree
-from verify.certificates import decisions as decision_texts
-from verify.certificates import episodes as episode_texts
-from verify.checker.decisions import certificates
-from verify.checker.envelope import body_hash
-from verify.checker.episodes import certificates as episode_certificates
-from verify.claims.episodes import EPISODE_CLAIMS
+from verify.certificates.games import to_json
+from verify.checker.certificate import MAX_BYTES, body_hash
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 ROOT = Path(__file__).parents[4]
@@ -60,10 +57,10 @@ def test_a_check_tells_how_far_it_is(proved, arrived, monkeypatch, capsys):
 
 
 def test_a_proof_that_does_not_hold_is_refused_with_1(proved, tmp_path, capsys):
-    made = certificates.from_json((proved / "certificate-1-distinct_targets.json").read_text())
-    proofs = {goal: proof.replace(b"\x02", b"\x01") for goal, proof in made.proofs.items()}
+    made = read_game((proved / "certificate-1-distinct_targets.json").read_text())
+    proofs = {goal: proof.replace(b"\x02", b"\x01") for goal, proof in made.proof.proofs.items()}
     forged = tmp_path / "forged.json"
-    forged.write_text(decision_texts.to_json(certificates.Certificate(**{**vars(made), "proofs": proofs})))
+    forged.write_text(to_json(altered(made, proofs=proofs)))
     assert main.run(["check", str(forged), "--profile", str(proved / "profile.json")]) == 1
     said = capsys.readouterr().err
     assert said.startswith("error: the certificate is refused\n") and "goal landmark_0" in said and str(forged) in said
@@ -109,10 +106,10 @@ def test_a_proof_about_episodes_is_accepted_and_says_what_it_proves(arrived, cap
 
 
 def test_a_forged_proof_about_episodes_is_refused(arrived, tmp_path, capsys):
-    made = episode_certificates.from_json((arrived / "certificate-2-reaches.json").read_text())
-    sooner = replace(made, claim=replace(made.claim, steps=10))
+    made = read_game((arrived / "certificate-2-reaches.json").read_text())
+    sooner = altered(made, claim=replace(made.claim, steps=10))
     forged = tmp_path / "forged.json"
-    forged.write_text(episode_texts.to_json(sooner))
+    forged.write_text(to_json(sooner))
     assert main.run(["check", str(forged), "--profile", str(arrived / "profile.json")]) == 1
     assert capsys.readouterr().err.startswith("error: the certificate is refused\n")
     other = tmp_path / "profile.json"
@@ -178,10 +175,10 @@ def test_a_region_is_the_start_region_by_its_bounds_alone(proved, arrived, tmp_p
         assert main.run(["check", str(tmp_path / "named.json"), "--profile", str(beside / "profile.json")]) == 0
         out = capsys.readouterr().out
         assert said in out and (said == "region start") == ("start" in out)
-    read = certificates.from_json(json.dumps(rehashed(proved / "certificate-1-distinct_targets.json", narrower)))
-    assert read.region.name == "" and read.region_said == name
-    read = episode_certificates.from_json(json.dumps(rehashed(arrived / "certificate-2-reaches.json", narrower)))
-    assert read.region.name == "" and read.region_said == name
+    read = read_game(json.dumps(rehashed(proved / "certificate-1-distinct_targets.json", narrower)))
+    assert read.header.region.name == "" and read.header.region.said == name
+    read = read_game(json.dumps(rehashed(arrived / "certificate-2-reaches.json", narrower)))
+    assert read.header.region.name == "" and read.header.region.said == name
 
 
 def test_certificates_read_back_to_the_same_bytes():
@@ -190,10 +187,8 @@ def test_certificates_read_back_to_the_same_bytes():
     found = sorted(set(ROOT.glob("generated/**/certificate-*.json*")) - stated)
     assert len(found) > 5 and any(path.suffix == runs.PACKED for path in found)
     for path in found:
-        about_episodes = any(name in path.name for name in EPISODE_CLAIMS)
-        read, text = (episode_certificates, episode_texts) if about_episodes else (certificates, decision_texts)
-        data = runs.read_unpacked(path, certificates.MAX_BYTES)
-        assert text.to_json(read.from_json(data)).encode() == data
+        data = runs.read_unpacked(path, MAX_BYTES)
+        assert to_json(read_game(data)).encode() == data
 
 
 def test_regions_state_nothing_that_is_not_read(arrived, tmp_path, capsys):

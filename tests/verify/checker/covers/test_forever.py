@@ -18,9 +18,9 @@ from tests.verify.reach import random_modes
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
+from verify.checker.certificate import body_hash
 from verify.checker.covers import invariants
 from verify.checker.covers.invariants import InvariantSweep
-from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Cover, InvariantPart, Walks, from_json
 from verify.reach import unbounded

@@ -21,9 +21,9 @@ from tests.support.system_cases import box, double_integrator, form, policy, sta
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
+from verify.checker.certificate import body_hash
 from verify.checker.covers import boxes, images, rounding, sweep, trees
 from verify.checker.covers.sweep import Cells
-from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Cover, from_json
 from verify.systems import documents

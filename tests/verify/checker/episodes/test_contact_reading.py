@@ -16,7 +16,7 @@ from tests.support.contact_readings import (
     strays,
 )
 from tests.support.contacts import around, random_team
-from verify.checker.episodes.contact_reading import ContactReading
+from verify.checker.episodes.contacts import ContactReading
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 

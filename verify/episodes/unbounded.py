@@ -13,14 +13,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
+from typing import Literal
 
-from codegen.policy_json import content_hash
-from verify.checker.episodes.forever import SLACK, EdgeReading, LastingCertificate, Side, ensure_shown
+from verify.checker.episodes.certificates import UNBOUNDED, EpisodeCertificate
+from verify.checker.episodes.unbounded import SLACK, EdgeReading, Edges, Side, ensure_shown
 from verify.checker.reading import RejectedError
 from verify.claims.claim import read_by
-from verify.claims.region import Interval
+from verify.claims.region import Interval, goal_text
 from verify.claims.wording import OwnFormula, account_of
-from verify.episodes.certificates import inhabitant
+from verify.episodes.certificates import certify, inhabitant
 from verify.question import EpisodeQuestion, Question
 from verify.result import Verdict
 from verify.subjects import Game
@@ -41,7 +42,7 @@ class EdgesDecision:
     verdict: Verdict
     zones: int
     reason: str = ""
-    certificate: LastingCertificate | None = None
+    certificate: EpisodeCertificate | None = None
 
 
 class _Spent(Exception):
@@ -82,7 +83,7 @@ class _EdgeSearch:
         self._reading = EdgeReading(question.profile, question.region)
         self._outcomes: dict[tuple[str, bool, tuple[tuple[str, Interval], ...]], Outcome] = {}
 
-    def certificate(self, team: list[str], everybody: list[str]) -> LastingCertificate:
+    def certificate(self, team: list[str], everybody: list[str]) -> EpisodeCertificate:
         """The certificate, of edges of the team alone or of all agents. _Far, _Spent, RejectedError."""
         try:
             return self._build_certificate(team)
@@ -103,7 +104,7 @@ class _EdgeSearch:
         others = {policy.agent for policy in profile.agents} - {*team}
         return any(read_by(profile.policy(agent)) & others for agent in team)
 
-    def _build_certificate(self, followed: list[str]) -> LastingCertificate:
+    def _build_certificate(self, followed: list[str]) -> EpisodeCertificate:
         profile, claim, region = self._question.profile, self._question.claim, self._question.region
         edges = {name: region.box[name] for name in self._reading.axes if name.rpartition(".")[0] in followed}
         proofs = self._proofs(edges)
@@ -112,8 +113,7 @@ class _EdgeSearch:
             ensure_shown(profile, claim, region, edges)
         except RejectedError as error:
             raise RejectedError(OVERLAP.format(error, _words(edges))) from None
-        start = inhabitant(profile, region)
-        return LastingCertificate(content_hash(profile), claim, region, start, edges, proofs, self._question.semantics)
+        return certify(self._question, UNBOUNDED, inhabitant(profile, region), Edges(edges, nest_proofs(proofs)))
 
     def _proofs(self, edges: dict[str, Interval]) -> dict[Side, bytes]:
         """The proofs that nobody crosses edges, once they have been moved outwards. _Far, _Spent."""
@@ -197,6 +197,14 @@ class _EdgeSearch:
         goal = f", goal {outcome.goal}" if outcome.goal else ""
         may = f"{agent} may leave {float(most):.4g} along {axis}: it goes {pushing} at {', '.join(seen)}{goal}"
         return f"{may}; at its top speed it then comes to rest at {axis} = {out * float(rest):.4g}"
+
+
+def nest_proofs(proofs: Mapping[Side, bytes]) -> dict[str, dict[Literal["lower", "upper"], dict[str, bytes]]]:
+    """Proofs as certificates have them."""
+    nested: dict[str, dict[Literal["lower", "upper"], dict[str, bytes]]] = {}
+    for (name, upper, goal), proof in proofs.items():
+        nested.setdefault(name, {}).setdefault("upper" if upper else "lower", {})[goal_text(goal)] = proof
+    return nested
 
 
 def _words(edges: Mapping[str, Interval]) -> str:

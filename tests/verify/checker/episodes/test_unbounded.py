@@ -8,16 +8,19 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
+from tests.support.altered import altered, read_game
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
-from verify.certificates.episodes import to_json
-from verify.checker.episodes import certificates as over_steps
-from verify.checker.episodes.certificates import EpisodeCertificate
-from verify.checker.episodes.forever import RUNAWAY, SLACK, EdgeReading, check_certificate, from_json, of_either
+from verify.certificates.games import to_json
+from verify.certificates.proofs import count_bytes
+from verify.checker import decisions
+from verify.checker.certificate import read
+from verify.checker.episodes.certificates import FORM, Parts, check_certificate
+from verify.checker.episodes.unbounded import RUNAWAY, SLACK, EdgeReading
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region_files import everywhere
-from verify.episodes import edges
-from verify.episodes.edges import decide
+from verify.episodes import unbounded
+from verify.episodes.unbounded import decide, nest_proofs
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.states.episodes import play
@@ -68,34 +71,34 @@ def test_nobody_crosses_an_edge(homers, certificate):
     coordinates, _ = sample(start, homers.world, 300, SAMPLE_SEED)
     coordinates = np.concatenate([coordinates, np.sign(coordinates[:60])])
     episode, _ = play(homers, coordinates, 300)
-    for name, (low, high) in certificate.edges.items():
+    for name, (low, high) in certificate.proof.edges.items():
         places = episode[..., names.index(name)]
         assert places.min() >= float(low) - 2**-30 and places.max() <= float(high) + 2**-30
         assert float(high) - places.max() < 0.6  # the edge says something
-    assert certificate.followed == (("agent_0",), ("agent_1",))
+    assert certificate.proof.followed == (("agent_0",), ("agent_1",))
 
 
 def test_a_text_is_read_back(homers, certificate):
     text = to_json(certificate)
-    assert of_either(text) == from_json(text) == certificate and to_json(from_json(text)) == text
-    assert check_certificate(from_json(text), homers) > 0 and certificate.size < 2_000
+    assert read_game(text) == certificate and to_json(read_game(text)) == text
+    assert check_certificate(read_game(text), homers) > 0 and count_bytes(certificate.proof) < 2_000
     with pytest.raises(InputError, match="edited"):
-        from_json(text.replace('"upper"', '"lower"', 1))
+        read_game(text.replace('"upper"', '"lower"', 1))
     with pytest.raises(InputError, match="not a certificate"):
-        over_steps.from_json(text)
+        read(text, "here", decisions.FORMS)
 
 
 def test_a_shipped_team_stays_whatever_all_others_do(profile):
     certificate = proved(profile, radius=F(5, 2))
-    assert max(edge for both in certificate.edges.values() for edge in both) < F(9, 4)
-    assert {name.rpartition(".")[0] for name in certificate.edges} == {"agent_0", "agent_1"}
+    assert max(edge for both in certificate.proof.edges.values() for edge in both) < F(9, 4)
+    assert {name.rpartition(".")[0] for name in certificate.proof.edges} == {"agent_0", "agent_1"}
 
 
 def test_two_that_never_meet(homers):
     """Each homes in on a landmark of its own side; where landmarks may be nearer, their edges overlap."""
     region = placed(homers, agent_0_x=-4, landmark_0_x=-4, agent_1_x=4, landmark_1_x=4)
     certificate = proved(homers, "keeps_apart", region, radius=3)
-    assert certificate.edges["agent_0.x"][1] + 3 + 2 * SLACK <= certificate.edges["agent_1.x"][0]
+    assert certificate.proof.edges["agent_0.x"][1] + 3 + 2 * SLACK <= certificate.proof.edges["agent_1.x"][0]
     still = team(homers, tree(STAY), tree(STAY))
     assert proved(still, "keeps_apart", placed(still, agent_0_x=1), radius=F(3, 4))
     assert proved(still, "keeps_apart", placed(still, landmark_0_x=1, landmark_1_y=1), radius=F(3, 4),
@@ -118,11 +121,11 @@ def test_who_may_leave_is_named(homers):
 
 def test_those_whom_a_tree_reads(profile, monkeypatch):
     """Who runs after another one has edges where that one has: together, and never alone."""
-    monkeypatch.setattr(edges, "FARTHEST_EDGE", F(8))  # sooner too far
+    monkeypatch.setattr(unbounded, "FARTHEST_EDGE", F(8))  # sooner too far
     number = [feature.name for feature in profile.policy("agent_0").features].index("agent_1_dx")
     chasing = tree((number, -0.25, 1, 2), LEFT, (number, 0.25, 3, 4), STAY, RIGHT)
     chased = team(profile, chasing, homing(1))
-    assert proved(chased).followed == (("agent_0",), ("agent_1",))
+    assert proved(chased).proof.followed == (("agent_0",), ("agent_1",))
     runaway = team(profile, chasing, tree(RIGHT))
     alone = decide(asked(runaway))
     assert alone.verdict is Verdict.UNKNOWN and "agent_1 may leave 3 along x: it goes right" in alone.reason
@@ -133,7 +136,7 @@ def test_those_whom_a_tree_reads(profile, monkeypatch):
     hiding = replace(runaway, agents=tuple(
         replace(policy, tree=homing(0)) if policy.agent == "agent_0" else policy for policy in runaway.agents
     ))  # fmt: skip
-    assert proved(hiding, team="defenders").followed == (("agent_0",),)
+    assert proved(hiding, team="defenders").proof.followed == (("agent_0",),)
 
 
 # --- what the checker refuses
@@ -141,24 +144,27 @@ def test_those_whom_a_tree_reads(profile, monkeypatch):
 
 def forgeries(certificate):
     """Certificates that say more than was proved: (what is wrong, certificate)."""
-    held, proofs, claim = certificate.edges, certificate.proofs, certificate.claim
-    yield "another radius", replace(certificate, claim=replace(claim, radius=F(2)))
+    held, proofs, claim = certificate.proof.edges, certificate.proof.sides, certificate.claim
+    yield "another radius", altered(certificate, claim=replace(claim, radius=F(2)))
     for name, (low, high) in [*held.items()][:2]:
         for nearer in ((low, high - F(1, 4)), (low + F(1, 4), high), (low, F(9, 10))):
-            yield f"{name} nearer", replace(certificate, edges={**held, name: nearer})
-        yield f"{name} has none", replace(certificate, edges={each: held[each] for each in held if each != name})
+            yield f"{name} nearer", altered(certificate, edges={**held, name: nearer})
+        yield f"{name} has none", altered(certificate, edges={each: held[each] for each in held if each != name})
     for side in [each for each in proofs if each[0] == "agent_0.x"]:
-        yield f"no {side}", replace(certificate, proofs={each: proofs[each] for each in proofs if each != side})
-        yield f"empty {side}", replace(certificate, proofs={**proofs, side: b""})
-        yield f"short {side}", replace(certificate, proofs={**proofs, side: proofs[side][:-1]})
-        yield f"long {side}", replace(certificate, proofs={**proofs, side: proofs[side] + b"\0"})
-    wide = {**certificate.region.box, "landmark_0.x": (F(-2), F(2))}
-    yield "landmarks elsewhere", replace(certificate, region=replace(certificate.region, box=wide))
-    starts = {**certificate.region.box, "agent_0.x": (F(-4), F(1))}
-    yield "starts elsewhere", replace(certificate, region=replace(certificate.region, box=starts))
-    moving = {**certificate.inhabitant, "agent_0.x": F(1, 3)}
-    yield "no float64 start", replace(certificate, inhabitant=moving)
-    yield "exact arithmetic", replace(certificate, semantics="real")
+        yield (
+            f"no {side}",
+            altered(certificate, proofs=nest_proofs({each: proofs[each] for each in proofs if each != side})),
+        )
+        yield f"empty {side}", altered(certificate, proofs=nest_proofs({**proofs, side: b""}))
+        yield f"short {side}", altered(certificate, proofs=nest_proofs({**proofs, side: proofs[side][:-1]}))
+        yield f"long {side}", altered(certificate, proofs=nest_proofs({**proofs, side: proofs[side] + b"\0"}))
+    wide = {**certificate.header.region.box, "landmark_0.x": (F(-2), F(2))}
+    yield "landmarks elsewhere", altered(certificate, region=replace(certificate.header.region, box=wide))
+    starts = {**certificate.header.region.box, "agent_0.x": (F(-4), F(1))}
+    yield "starts elsewhere", altered(certificate, region=replace(certificate.header.region, box=starts))
+    moving = {**certificate.header.inhabitant, "agent_0.x": F(1, 3)}
+    yield "no float64 start", altered(certificate, inhabitant=moving)
+    yield "exact arithmetic", altered(certificate, semantics="real")
 
 
 def test_forged_edges_are_refused(homers, certificate):
@@ -173,16 +179,16 @@ def test_edges_of_another_team_are_refused(profile, homers, certificate):
     for first in (tree(RIGHT), homing(1), tree((2, -3.0, 1, 2), LEFT, RIGHT)):
         other = team(profile, first, homing(1))
         with pytest.raises(RejectedError):
-            check_certificate(replace(certificate, profile=content_hash(other)), other)
+            check_certificate(altered(certificate, profile=content_hash(other)), other)
 
 
 def test_no_claim_for_ever_from_some_steps(homers, certificate):
     """A proof about some steps is none for ever, and edges show no arrival."""
     ever = find_claim("keeps_apart", homers, steps="always", radius=F(1, 2))
-    bounded = EpisodeCertificate(certificate.profile, ever, certificate.region, certificate.inhabitant, ())
+    bounded = altered(certificate, certificate=FORM, claim=ever, proof=Parts(()))
     with pytest.raises(RejectedError, match="for ever"):
-        over_steps.check_certificate(bounded, homers)
-    some = replace(certificate, claim=find_claim("keeps_apart", homers, steps=25))
+        check_certificate(bounded, homers)
+    some = altered(certificate, claim=find_claim("keeps_apart", homers, steps=25))
     with pytest.raises(RejectedError, match="another form"):
         check_certificate(some, homers)
 

@@ -11,15 +11,15 @@ import pytest
 from codegen.errors import InputError
 from codegen.policy_json import content_hash, dumps
 from maviper.verification.files.certificates import check_file
+from tests.support.altered import altered, read_game
 from tests.support.certificates import changed_proof, changed_region, changed_tree, rehashed
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import noisy, noisy_roles, random_region, stated
-from verify.certificates.decisions import to_json
+from verify.certificates.games import to_json
+from verify.checker import decisions, thresholds
 from verify.checker import reading as bounds
-from verify.checker import thresholds
-from verify.checker.decisions import walk as decisions
-from verify.checker.decisions.certificates import check_certificate, from_json
-from verify.checker.envelope import numbers
+from verify.checker.certificate import numbers
+from verify.checker.decisions import check_certificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import STEADY, DistinctTargets, OwnTarget, formula
@@ -28,10 +28,10 @@ from verify.claims.formula import FALSE, TRUE, Linear
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
 from verify.claims.wording import BUILT_IN
+from verify.kinds import Semantics
 from verify.question import Budgets, Question
 from verify.result import Verdict
-from verify.semantics import Semantics
-from verify.solver.decide import decide
+from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.verdicts import opinions
 from verify.zones import engine as zones
@@ -46,7 +46,7 @@ def proved(profile, claim, region):
     zoned = opinions.by_zones(Question(Game(profile), claim, region, budgets=Budgets(10**9)))
     assert zoned.opinion.verdict is Verdict.PROVED and zoned.branches > 0
     text = to_json(zoned.certificate)
-    back = from_json(text)
+    back = read_game(text)
     assert back == zoned.certificate and to_json(back) == text
     return back
 
@@ -78,19 +78,21 @@ def test_the_proof_of_the_property_itself_does_not_pass_for_steady(roles):
     pair, made = roles
     plain = proved(pair, find_property("distinct_targets", pair), start_region(pair.world))
     with pytest.raises(RejectedError, match="errors up to 1/25, but the proof about errors up to 0"):
-        check_certificate(replace(plain, claim=made.claim), pair)
+        check_certificate(altered(plain, property=made.claim.property), pair)
     with pytest.raises(RejectedError):
-        check_certificate(replace(plain, claim=made.claim, eps=EPS), pair)
+        check_certificate(altered(plain, property=made.claim.property, eps=EPS), pair)
     with pytest.raises(RejectedError, match="errors up to 0, but the proof about errors up to 1/25"):
-        check_certificate(replace(made, claim=plain.claim), pair)
-    false = replace(made.claim, eps=Fraction(1, 4))
-    assert decide(Question(Game(pair), false, plain.region)).verdict is Verdict.VIOLATED
-    for proofs in (plain.proofs, made.proofs):
+        check_certificate(altered(made, property=plain.claim.property), pair)
+    false = replace(made.claim.property, eps=Fraction(1, 4))
+    assert decide(Question(Game(pair), false, plain.header.region)).verdict is Verdict.VIOLATED
+    for proofs in (plain.proof.proofs, made.proof.proofs):
         with pytest.raises(RejectedError):
-            check_certificate(replace(plain, claim=false, eps=false.eps, proofs=proofs), pair)
+            check_certificate(altered(plain, property=false, eps=false.eps, proofs=proofs), pair)
         with pytest.raises(RejectedError):
-            check_certificate(replace(plain, claim=None, eps=false.eps, proofs=proofs), pair)
-    assert check_certificate(replace(made, claim=None), pair) > 10, "a formula without a name may be said of errors too"
+            check_certificate(altered(plain, property=None, eps=false.eps, proofs=proofs), pair)
+    assert check_certificate(altered(made, property=None), pair) > 10, (
+        "a formula without a name may be said of errors too"
+    )
 
 
 @pytest.mark.parametrize("eps", [Fraction(-1, 100), Fraction(-9), Fraction(10**10)])
@@ -98,9 +100,9 @@ def test_errors_out_of_range_are_refused(roles, eps):
     """Negative errors would make sides narrower: a proof of less than what is claimed."""
     pair, made = roles
     with pytest.raises((InputError, RejectedError)):
-        check_certificate(replace(made, claim=replace(made.claim, eps=eps), eps=eps), pair)
+        check_certificate(altered(made, property=replace(made.claim.property, eps=eps), eps=eps), pair)
     with pytest.raises(InputError, match="eps must be between"):
-        check_certificate(replace(made, claim=None, eps=eps), pair)
+        check_certificate(altered(made, property=None, eps=eps), pair)
 
 
 @pytest.mark.parametrize(
@@ -120,7 +122,7 @@ def test_errors_out_of_range_are_refused(roles, eps):
 def test_damaged_errors_are_told(roles, change):
     _, made = roles
     with pytest.raises(InputError, match="does not hold what it should"):
-        from_json(rehashed(json.loads(to_json(made)) | change))
+        read_game(rehashed(json.loads(to_json(made)) | change))
 
 
 def test_an_edited_eps_is_told(roles):
@@ -128,11 +130,11 @@ def test_an_edited_eps_is_told(roles):
     document = json.loads(to_json(made))
     for edited in (document | {"eps": "1/20"}, {key: value for key, value in document.items() if key != "eps"}):
         with pytest.raises(InputError, match="edited after"):
-            from_json(json.dumps(edited))
+            read_game(json.dumps(edited))
         if "eps" in edited:
             edited["eps"] = 0.04
-            with pytest.raises(InputError, match="not a certificate"):
-                from_json(json.dumps(edited))
+            with pytest.raises(InputError, match="does not hold what it should"):
+                read_game(json.dumps(edited))
 
 
 def test_steady_without_its_errors_is_refused(roles):
@@ -141,7 +143,7 @@ def test_steady_without_its_errors_is_refused(roles):
     document = json.loads(to_json(made))
     del document["eps"]
     with pytest.raises(RejectedError, match="but the proof about errors up to 0"):
-        check_certificate(from_json(rehashed(document)), pair)
+        check_certificate(read_game(rehashed(document)), pair)
 
 
 def test_claims_of_ones_own_are_certified_with_their_errors(profile):
@@ -150,9 +152,9 @@ def test_claims_of_ones_own_are_certified_with_their_errors(profile):
     source = '[[property]]\nformula = "landmark_0.x - agent_0.x < 1/10 or acts(agent_0) == up"\neps = 0.05'
     ((own, region, _),) = read_properties(source, pair, "claims", lambda name: start_region(pair.world))
     made = proved(pair, own, region)
-    assert made.claim is None and made.eps == Fraction(1, 20)
+    assert made.claim.property is None and made.header.eps == Fraction(1, 20)
     with pytest.raises(RejectedError):
-        check_certificate(replace(made, eps=Fraction(1, 5)), pair)
+        check_certificate(altered(made, eps=Fraction(1, 5)), pair)
     assert (
         opinions.by_zones(
             Question(Game(pair), replace(own, eps=Fraction(1, 5)), region, budgets=Budgets(10**9))
@@ -170,17 +172,19 @@ def changed(rng, pair, made):
     if kind == "tree":
         pair = changed_tree(rng, pair)
     if kind == "region":
-        made = replace(made, region=changed_region(rng, made.region))
+        made = altered(made, region=changed_region(rng, made.header.region))
     if kind == "property":
         of, radius = str(rng.choice(["own_target", "distinct_targets"])), Fraction(int(rng.integers(0, 30)), 100)
-        made = replace(made, claim=BUILT_IN[of](made.claim.team, radius=radius, eps=made.claim.eps))
+        made = altered(
+            made, property=BUILT_IN[of](made.claim.property.team, radius=radius, eps=made.claim.property.eps)
+        )
     if kind == "errors":
         eps = Fraction(int(rng.integers(1, 100)), 1000)
-        made = replace(made, claim=replace(made.claim, eps=eps), eps=eps)
+        made = altered(made, property=replace(made.claim.property, eps=eps), eps=eps)
     if kind == "proof":
-        made = replace(made, proofs=changed_proof(rng, made.proofs))
-    made = replace(made, profile=content_hash(pair), formula=formula(pair, made.claim))
-    return kind, pair, from_json(to_json(made))
+        made = altered(made, proofs=changed_proof(rng, made.proof.proofs))
+    made = altered(made, profile=content_hash(pair), formula=formula(pair, made.claim.property))
+    return kind, pair, read_game(to_json(made))
 
 
 @pytest.mark.slow
@@ -272,7 +276,7 @@ def test_bugs_of_the_engine_are_caught(profile, bug, monkeypatch):
         refused = 0
         for goal, proof in found.proofs.items():
             try:
-                decisions.check(pair, asked, region, goal, Semantics(eps=eps), numbers(proof))
+                decisions.check(pair, (asked,), region, goal, Semantics(eps=eps), numbers(proof))
             except RejectedError:
                 refused += 1
         caught += refused
@@ -346,4 +350,4 @@ def test_a_region_of_one_point_is_enough_for_a_refusal(profile):
     claim = DistinctTargets("defenders", eps=end - little)
     made = proved(one, claim, Region(box, ("landmark_0",)))
     with pytest.raises(RejectedError):
-        check_certificate(replace(made, claim=replace(claim, eps=end), eps=end), one)
+        check_certificate(altered(made, property=replace(claim, eps=end), eps=end), one)

@@ -1,8 +1,8 @@
-"""Certificates of claims about episodes of any length: edges that agents never cross.
+"""Proofs of claims about episodes of any length: edges that agents never cross.
 
-Does: reads the document; says what agents must not do near an edge, and whether proofs of that show a claim.
-Assumes: nothing beyond checker/reading.py, decisions/walk.py and thresholds.py; belongs to the trusted base.
-Does not: look for edges (verify/episodes/edges.py).
+Does: says what agents must not do near an edge, and whether proofs of that show a claim.
+Assumes: nothing beyond checker/reading.py, decisions.py and thresholds.py; belongs to the trusted base.
+Does not: look for edges (verify/episodes/unbounded.py).
 
 Why edges hold. Along an axis an agent is at x with velocity v. Unless it is pushed, it comes to rest at z = x + k v,
 where k = dt / damping: a step keeps z. A push by q adds k q to z. Let x and z be at most the edge. A step that does not
@@ -19,33 +19,25 @@ Agents without edges may do anything. How fast they get is bounded all the same,
 number that is large enough does not change when so little is added to it.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from math import ceil
-from typing import Any, ClassVar, NamedTuple
+from typing import Literal, NamedTuple
 
-import msgspec
-
-from codegen.errors import InputError
 from codegen.ir import EntitySpec, PolicyProfile
-from codegen.policy_json import content_hash
-from verify.checker.decisions.certificates import region_from
-from verify.checker.decisions.walk import check
-from verify.checker.envelope import REMAKE, ensure_about, ensure_readable, ensure_whole, numbers, read_proof
-from verify.checker.episodes import certificates as over_steps
-from verify.checker.episodes.certificates import EpisodeCertificate, Side, ensure_started
-from verify.checker.episodes.reading import FARTHEST, ProofPart, certifiable, compute_push, ensure_stated
+from verify.checker import decisions
+from verify.checker.certificate import Bytes, Members, numbers
+from verify.checker.episodes.reading import FARTHEST, compute_push, ensure_stated
 from verify.checker.reading import RejectedError
 from verify.claims.claim import verifiable
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import Acts, Formula, Not, conjunction
 from verify.claims.region import Interval, Region, goal_of
-from verify.exact import read_number
-from verify.kinds import ALWAYS
-from verify.semantics import MACHINE, Semantics
+from verify.kinds import MACHINE, Semantics
 
-FORM = "maviper-episode-certificate-4"
+Side = tuple[str, bool, str | None]  # of an edge: coordinate; whether it is the upper one; goal
 SLACK = Fraction(1, 1 << 30)  # what float64 may lose, length units
 RUNAWAY = Fraction(1 << 60)  # nobody is ever farther away
 MAX_SPEED = 16  # length units per step: nobody gets much farther than 2^58, since 2^58 + 16 is 2^58 in float64
@@ -80,34 +72,21 @@ class Axis(NamedTuple):
         return [action for action, push in enumerate(self.pushes) if outwards * push > 0]
 
 
-@dataclass(frozen=True)
-class LastingCertificate:
-    """A claim about the episodes of a profile from a region, and edges that agents never cross, with proofs."""
+class Edges(Members, frozen=True):
+    """Edges that agents never cross, and proofs of that: by coordinate, edge, and goal."""
 
-    profile: str  # content hash
-    claim: EpisodeClaim
-    region: Region
-    inhabitant: Mapping[str, Fraction]  # a start of the region, which shows that it is not empty
     edges: Mapping[str, Interval]  # by coordinate of a place
-    proofs: Mapping[Side, bytes]
-    semantics: str = MACHINE
-    region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
-
-    form: ClassVar[str] = FORM
-    parts: ClassVar[tuple[ProofPart, ...]] = ()
+    proofs: Mapping[str, Mapping[Literal["lower", "upper"], Mapping[str, Bytes]]]
 
     @property
-    def size(self) -> int:
-        """Bytes of all proofs."""
-        return sum(map(len, self.proofs.values()))
-
-    def reading(self, reader: Callable[[bytes], bytes]) -> "LastingCertificate":
-        """The same with its proofs given to a reader."""
-        return replace(self, proofs={side: reader(proof) for side, proof in self.proofs.items()})
-
-    def check(self, profile: PolicyProfile) -> int:
-        """Checks the certificate; see `check_certificate`."""
-        return check_certificate(self, profile)
+    def sides(self) -> dict[Side, bytes]:
+        """The proofs, by what each is about."""
+        return {
+            (name, edge == "upper", goal_of(goal)): proof
+            for name, by_edge in self.proofs.items()
+            for edge, by_goal in by_edge.items()
+            for goal, proof in by_goal.items()
+        }
 
     @property
     def followed(self) -> tuple[tuple[str, ...], ...]:
@@ -223,109 +202,26 @@ def ensure_shown(profile: PolicyProfile, claim: EpisodeClaim, region: Region, ed
         raise RejectedError(broken)
 
 
-def check_certificate(certificate: LastingCertificate, profile: PolicyProfile) -> int:
-    """Checks a certificate; the number of branches that its proofs close.
-
-    InputError when it is about another policy or names what the profile does not have; RejectedError when a proof is
-    missing or does not hold, or the edges do not show the claim.
+def check(profile: PolicyProfile, claim: EpisodeClaim, region: Region, proof: Edges) -> int:
+    """The number of branches that the proofs of edges close; RejectedError when one is missing or does not hold, or the
+    edges do not show the claim.
     """
-    ensure_about(certificate.profile, content_hash(profile), "profile", "--profile")
-    start, semantics = certificate.inhabitant, certificate.semantics
-    ensure_started(profile, certificate.claim, certificate.region, start, semantics)
-    if not certificate.claim.by_edges:
-        raise RejectedError(f"{certificate.claim.name} over some steps has proofs of another form")
-    reading = EdgeReading(profile, certificate.region)
-    reading.ensure(certificate.edges)
-    ensure_shown(profile, certificate.claim, certificate.region, certificate.edges)
-    sides = list(reading.sides(certificate.edges))
-    if set(sides) != set(certificate.proofs):
+    if not claim.by_edges:
+        raise RejectedError(f"{claim.name} over some steps has proofs of another form")
+    reading, edges, proofs = EdgeReading(profile, region), proof.edges, proof.sides
+    reading.ensure(edges)
+    ensure_shown(profile, claim, region, edges)
+    sides = list(reading.sides(edges))
+    if set(sides) != set(proofs):
         raise RejectedError("the proofs are not those of the edges")
     closed = 0
     for coordinate, upper, goal in sides:
         formula = reading.harmless(coordinate, upper)
         assert formula is not None
-        region = reading.danger(certificate.edges, coordinate, upper)
-        proof = numbers(certificate.proofs[coordinate, upper, goal])
+        read, danger = numbers(proofs[coordinate, upper, goal]), reading.danger(edges, coordinate, upper)
         try:
-            closed += check(profile, formula, region, goal, Semantics(MACHINE), proof)
+            closed += decisions.check(profile, (formula,), danger, goal, Semantics(MACHINE), read)
         except RejectedError as error:
             edge = "upper" if upper else "lower"
             raise RejectedError(f"the {edge} edge of {coordinate}, goal {goal or 'none'}: {error}") from None
     return closed
-
-
-# --- the text
-
-
-class LastingCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
-    """The members of the file; numbers are exact texts. Proofs: by coordinate, `lower` or `upper`, and goal."""
-
-    certificate: str
-    profile: str
-    property: str
-    team: str
-    steps: int | str
-    radius: str
-    semantics: str
-    region: dict[str, Any]
-    inhabitant: dict[str, str]
-    edges: dict[str, tuple[str, str]]
-    proofs: dict[str, dict[str, dict[str, list[str]]]]
-    content_hash: str
-    others: list[str] | msgspec.UnsetType = msgspec.UNSET
-
-
-def from_json(text: str | bytes, where: str = "certificate") -> LastingCertificate:
-    """The certificate in a text. InputError when it is damaged, of another version, or edited; RejectedError for claims
-    that have no certificates.
-    """
-    with ensure_readable(where):
-        raw = msgspec.json.decode(text, type=LastingCertificateJson)
-        ensure_whole(raw, FORM, where)
-        proofs = {
-            (name, _upper(edge), goal_of(goal)): read_proof(lines, f"$.proofs.{name}.{edge}")
-            for name, sides in raw.proofs.items()
-            for edge, goals in sides.items()
-            for goal, lines in goals.items()
-        }
-        return LastingCertificate(
-            profile=raw.profile,
-            claim=_claim(raw),
-            region=region_from(raw.region),
-            inhabitant={name: read_number(value) for name, value in raw.inhabitant.items()},
-            edges={name: (read_number(low), read_number(high)) for name, (low, high) in raw.edges.items()},
-            proofs=proofs,
-            semantics=raw.semantics,
-            region_said=str(raw.region["name"]),
-        )
-
-
-def _upper(edge: str) -> bool:
-    if edge not in ("lower", "upper"):
-        raise ValueError(f"$.proofs: {edge[:40]!r} is no edge")
-    return edge == "upper"
-
-
-def _claim(raw: LastingCertificateJson) -> EpisodeClaim:
-    kind = certifiable(raw.property)
-    if not kind.lasting:
-        raise InputError(f"edges do not show {kind.title}", "$.property", REMAKE)
-    if isinstance(raw.steps, str) and raw.steps != ALWAYS:
-        raise ValueError(f"$.steps: {raw.steps[:40]!r}")
-    named: dict[str, Any] = {} if isinstance(raw.others, msgspec.UnsetType) else {"others": tuple(raw.others)}
-    if named.keys() != ({kind.whom} if kind.whom else set()):
-        raise ValueError(f"$.others: {kind.title} states them, or has none")
-    return kind(raw.team, radius=read_number(raw.radius), **kind.resolve_steps({"steps": raw.steps}), **named)
-
-
-class _Head(msgspec.Struct):
-    """Of what form a certificate is."""
-
-    certificate: str = ""
-
-
-def of_either(text: str | bytes, where: str = "certificate") -> EpisodeCertificate | LastingCertificate:
-    """The certificate in a text, about episodes of some steps or of any length, as `from_json`."""
-    with ensure_readable(where):
-        form = msgspec.json.decode(text, type=_Head).certificate
-    return from_json(text, where) if form == FORM else over_steps.from_json(text, where)
