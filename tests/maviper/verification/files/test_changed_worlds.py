@@ -163,7 +163,7 @@ def test_a_changed_world_is_refused_or_means_the_same(proved):
 
 
 def test_a_checker_that_does_not_look_is_found_out(proved, monkeypatch):
-    for form in ("systems", "covers"):
-        monkeypatch.setattr(f"verify.checker.{form}.certificates.check_certificate", lambda *given: 1)
+    for form in ("systems.branch_proofs", "covers.sweep"):
+        monkeypatch.setattr(f"verify.checker.{form}.check_certificate", lambda *given: 1)
     with pytest.raises(AssertionError):
         sweep(proved)
