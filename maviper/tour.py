@@ -37,7 +37,7 @@ from maviper.verification.repair import Repaired, repair_profile, request
 from maviper.verification.run import Verified
 from maviper.worlds import World
 from maviper.worlds.games.physical_deception import DEFENDERS
-from verify.reports.lines import as_lines
+from verify.reports.report import as_lines
 from verify.result import Verdict
 
 if TYPE_CHECKING:

@@ -272,7 +272,7 @@ SAMPLED = {
         "verify.solver.leaves",
         "verify.states.shares",
         "verify.counterexamples.search",
-        "verify.extent.found",
+        "verify.extent.largest",
         "verify.repair.search",
         "verify.verdicts.episodes",
         "maviper.verification.diff",

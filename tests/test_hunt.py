@@ -135,7 +135,7 @@ def test_next_values_are_asked_and_judged():
     ],
 )
 def test_wrong_next_values_are_found(attribute, wrong, monkeypatch):
-    monkeypatch.setattr(f"verify.systems.curves.following.{attribute}", wrong)
+    monkeypatch.setattr(f"verify.systems.curves.{attribute}", wrong)
     assert any(hunt.KINDS["following"](seed, False).wrong for seed in range(30))
 
 

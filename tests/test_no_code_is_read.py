@@ -33,7 +33,7 @@ STARTS: dict[str, str] = {
     "codegen/agreement/readback.py": "interpreters, of code that this very run has generated",
     "codegen/importers/c/compiled.py": "the C preprocessor on an imported file, and C that was accepted, with limits",
     "codegen/importers/running/asking.py": "Python, of a source that passed the gate",
-    "maviper/compilation/frama_c.py": "Frama-C, of code that this very run has generated",
+    "maviper/compilation/proofs.py": "Frama-C, of code that this very run has generated",
     "maviper/worlds/outside/processes.py": "copies of an environment that the user names on the command line",
 }
 

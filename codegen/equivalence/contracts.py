@@ -3,7 +3,7 @@
 Does: writes PREFIX_contracts.c: for each leaf, the tests on its path and its action, from the profile's trees; where
   code does not say `<= threshold`, the axioms that it needs, and PREFIX_axioms.smt2, which asks a solver for each.
 Assumes: a checked profile, and a model of it, from which only names and the style are taken.
-Does not: run anything (maviper/compilation/frama_c.py), or look at the lowered trees.
+Does not: run anything (maviper/compilation/proofs.py), or look at the lowered trees.
 """
 
 from collections.abc import Iterable, Sequence

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING
 from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from maviper.console import Console
-from verify.reports.lines import as_lines
+from verify.reports.report import as_lines
 from verify.result import AnyResult, Verdict
 
 if TYPE_CHECKING:
     from maviper.compilation.compile import Compiled
-    from maviper.compilation.frama_c import Proven
-    from maviper.compilation.proofs import Proofs
+    from maviper.compilation.proofs import Proofs, Proven
     from maviper.verification.repair import Repaired
 
 

@@ -30,8 +30,7 @@ from maviper.worlds import World
 from maviper.worlds.matching import NO_WORLD, matching_world, not_ours
 
 if TYPE_CHECKING:
-    from maviper.compilation.frama_c import Proven
-    from maviper.compilation.proofs import Proofs
+    from maviper.compilation.proofs import Proofs, Proven
 
 SOLVER_ROWS = 1_000  # an agent; a solver takes milliseconds each
 BEFORE_REPAIR = "profile before repair"  # in the provenance of a repaired profile

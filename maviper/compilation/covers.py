@@ -37,8 +37,8 @@ from verify.checker.systems.proofs import Cover as CoverProof
 from verify.checker.systems.proofs import FlowSets, Invariant, InvariantPart, SystemCertificate, Walks
 from verify.reports.systems import period
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import as_played, list_roundings
-from verify.systems.language.expressions import Number
+from verify.systems.expressions import Number
+from verify.systems.observing import as_played, list_roundings
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Interval, Polytope
 

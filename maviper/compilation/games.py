@@ -20,9 +20,8 @@ from verify.claims.formula import And, Formula, Linear, Not, Or
 from verify.claims.region import Interval
 from verify.decimals import plain
 from verify.systems.claims import SystemClaim
-from verify.systems.regions import narrow
 from verify.systems.statement import Statement
-from verify.systems.system import Affine, Feature, HalfSpace, Measure, Polytope, System
+from verify.systems.system import Affine, Feature, HalfSpace, Measure, Polytope, System, narrow
 
 MEASURES = {"": Measure.VALUE, "sign": Measure.SIGN, "positive": Measure.POSITIVE, "zero": Measure.EQUALS}
 NONE: Interval = (Fraction(0), Fraction(0))

@@ -16,7 +16,6 @@ from codegen.deciding import ensure_plain, sums_in
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import InputError
 from codegen.targets.rendered import LANGUAGES
-from maviper.compilation import frama_c
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.options import CompileOptions, make_request
 from verify.claims.language.parameters import Number
@@ -70,8 +69,10 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
         contracts = contracts_of(code.build.profile, code.build.model)
         more = {**more, **contracts.files}
         if asked.frama_c:
-            proven = frama_c.prove_contracts(code.build, contracts)
-            more = {**more, **frama_c.record_of(proven, contracts, code.build)}
+            from maviper.compilation import proofs
+
+            proven = proofs.prove_contracts(code.build, contracts)
+            more = {**more, **proofs.record_of(proven, contracts, code.build)}
     return replace(code, notes=notes, proofs=proved, proven=proven, beside=more)
 
 
@@ -107,4 +108,6 @@ def _ensure_contracts(targets: tuple[str, ...], proved: bool) -> None:
     if "c" not in targets:
         raise InputError("contracts are of the C, and the target c is not asked for", "--contracts", "add --target c")
     if proved:
-        frama_c.ensure_installed()
+        from maviper.compilation import proofs
+
+        proofs.ensure_installed()

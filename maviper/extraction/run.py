@@ -53,10 +53,9 @@ from maviper.extraction.journal import (
 from maviper.extraction.selection.selection import explain_stop
 from maviper.extraction.settings import STARTING, Settings, part_settings
 from maviper.files import resuming, runs
-from maviper.files.jobs import side_by_side
+from maviper.files.jobs import Scored, best_of, ensure_counts, folder_of, is_resumed, side_by_side
 from maviper.files.profiles import version
 from maviper.files.runs import working_alone
-from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, is_resumed
 from maviper.options import ExtractOptions, complete_options
 from maviper.worlds import ParticleWorld, World, find_built_in
 from maviper.worlds.games.features import DERIVED, SEPARATOR

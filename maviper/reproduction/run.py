@@ -20,7 +20,7 @@ from codegen.wording import format_count
 from maviper.console import Console, LiveLine, duration
 from maviper.files import jobs as processes
 from maviper.files import runs
-from maviper.files.seeds import ensure_counts
+from maviper.files.jobs import ensure_counts
 from maviper.options import ReproduceOptions, complete_options
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells import table

@@ -62,7 +62,7 @@ def _answer(question: DecisionQuestion, bench: Bench, region_file: str | None) -
     result = decide(question)
     if region_file is None:
         return result
-    from verify.extent.found import where as located  # imported here, as few ask where
+    from verify.extent.largest import where as located  # imported here, as few ask where
 
     where = located(question, result.verdict, region_file)
     inner = decide(question.within(where.part.region)) if where.part else None

@@ -27,7 +27,7 @@ from verify.reach.play import Starts, courses
 from verify.reach.replay import Course, replay_course, within
 from verify.reach.results import SystemCounterexample
 from verify.reach.written import WrittenReplay
-from verify.reports import flows
+from verify.reports import systems
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import choose_actions, observe_state
 from verify.systems.statement import Statement
@@ -49,7 +49,7 @@ def measure_reference(statement: Statement, run: bool) -> dict[str, Any]:
         what = f"the statement is not that of {name}: {beyond}"
         raise InputError(what, measurement.worst, "widen the error of the variable, narrow its range, or mend the rule")
     off = {variable: list(bounds) for variable, bounds in measurement.off.items()}
-    reach = ", ".join(f"{variable} {flows.upwards(max(map(abs, bounds)), 2)}" for variable, bounds in off.items())
+    reach = ", ".join(f"{variable} {systems.upwards(max(map(abs, bounds)), 2)}" for variable, bounds in off.items())
     said = f"{name}: {measurement.steps} steps were measured, off by at most {reach}"
     return {"name": name, "steps": measurement.steps, "anywhere": measurement.placed, "off": off, "said": [said]}
 

@@ -32,7 +32,7 @@ from maviper.verification.procedures import Procedure
 from verify.kinds import Kind
 from verify.question import AnyClaim, Question
 from verify.reports import report
-from verify.reports.trajectories import tables
+from verify.reports.courses import tables
 from verify.result import AnyResult, Verdict
 
 if TYPE_CHECKING:

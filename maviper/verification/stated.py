@@ -50,12 +50,11 @@ from verify.reports import systems as report
 from verify.result import Cost, Result, Verdict
 from verify.subjects import ClosedLoop
 from verify.systems.claims import CurvedClaim, SystemClaim, SystemPremise
-from verify.systems.curves.formulas import with_comparisons
+from verify.systems.curves import with_comparisons
+from verify.systems.enclosures import list_curved
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
-from verify.systems.given.formulas import find_numbers
-from verify.systems.given.played import as_played
-from verify.systems.pieces import list_curved
-from verify.systems.properties import claims_in, claims_of
+from verify.systems.observing import as_played
+from verify.systems.properties import claims_in, claims_of, find_numbers
 from verify.systems.statement import Statement
 from verify.verdicts.systems import BOXES, ENCLOSED, Attempt, SystemEvidence, SystemResult, verify_system
 

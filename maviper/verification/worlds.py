@@ -56,13 +56,10 @@ from verify.decimals import text as number_text
 from verify.language.units import unit_of
 from verify.states.episodes import at_rest, playable
 from verify.systems.files import state_world
-from verify.systems.given import robust
-from verify.systems.given.robust import copy_called
-from verify.systems.regions import box_of, is_empty
+from verify.systems.properties import ROBUST, copy_called, errors_of, spell_formula
 from verify.systems.statement import Statement
-from verify.systems.system import Affine, HalfSpace, Polytope
+from verify.systems.system import Affine, HalfSpace, Polytope, box_of, is_empty
 from verify.systems.values import ADVICE, NAME, only, text
-from verify.systems.words import spell_formula
 from verify.toml_places import Place, parse
 
 OF_OBSERVATIONS = """\
@@ -191,14 +188,12 @@ def errors_in(source: str, profile: PolicyProfile, where: str) -> dict[str, dict
     agents = {policy.agent: policy for policy in profile.agents if not policy.actions}
     stated: dict[str, dict[str, Fraction]] = {}
     for described, place in properties(document, file):
-        if described.get("name") != robust.NAME:
+        if described.get("name") != ROBUST:
             continue
         agent = text(described.get("agent", ""), place / "agent")
         only({agent: None}, agents, place / "agent", "agent that gives numbers")
         largest = stated.setdefault(agent, {})
-        for name, most in robust.errors_of(
-            described, {each.name: each for each in agents[agent].features}, place
-        ).items():
+        for name, most in errors_of(described, {each.name: each for each in agents[agent].features}, place).items():
             largest[name] = max(most, largest.get(name, most))
     return stated
 

@@ -24,7 +24,7 @@ from verify.reach.decide import decide
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.curves.following import name_next_values, without_next
+from verify.systems.curves import name_next_values, without_next
 
 STATES, STEP = 120, Fraction(1, 2)  # that the judge asks; many borders of the random systems are multiples of it
 WEIGHTS = [Fraction(1), Fraction(-1), Fraction(1, 2), Fraction(-1, 3)]

@@ -29,7 +29,7 @@ from verify.checker.episodes import certificates as episode_certificates
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.checker.systems.proofs import from_json as read_system
-from verify.systems.given.played import as_played
+from verify.systems.observing import as_played
 from verify.verdicts.opinions import by_zones
 
 CHANGES = 6  # of each certificate

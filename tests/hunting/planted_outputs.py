@@ -13,121 +13,123 @@ from maviper.verification import stated
 from verify.checker.systems import branch_proofs, reading
 from verify.claims.formula import disjunction
 from verify.reach.decide import ClaimSearch
-from verify.systems.given import agents, formulas, robust
+from verify.systems import lowered, properties
 
 SMALL = Fraction(1, 1 << 200)
 
 
 def _term(patch):
     """The last feature of a sum that is tested is left out."""
-    form = agents._Reading._form
+    form = lowered._Reading._form
 
     def shorter(self, each):
         tested = each in self._tree.sums and len(each.terms) > 1
         return form(self, replace(each, terms=each.terms[:-1]) if tested else each)
 
-    patch.setattr(agents._Reading, "_form", shorter)
+    patch.setattr(lowered._Reading, "_form", shorter)
 
 
 def _threshold(patch):
     """Tests of sums compare with a threshold that is a little larger."""
-    split = agents._Reading._split
+    split = lowered._Reading._split
 
     def later(self, plain, threshold, left, right):
         tested = len(list(self._features.values())[plain].form.terms) > 1
         return split(self, plain, threshold + 0.125 * tested, left, right)
 
-    patch.setattr(agents._Reading, "_split", later)
+    patch.setattr(lowered._Reading, "_split", later)
 
 
 def _sides(patch):
     """The sides of every split are swapped."""
-    split = agents._Reading._split
-    patch.setattr(agents._Reading, "_split", lambda self, plain, at, left, right: split(self, plain, at, right, left))
+    split = lowered._Reading._split
+    patch.setattr(lowered._Reading, "_split", lambda self, plain, at, left, right: split(self, plain, at, right, left))
 
 
 def _weight(patch):
     """The first weight of what a leaf gives has the opposite sign."""
-    form = agents._Reading._form
+    form = lowered._Reading._form
 
     def turned(self, each):
         given = any(each in vector for vector in self._tree.vectors) and each not in self._tree.sums
         (weight, place), *others = each.terms
         return form(self, replace(each, terms=((-weight, place), *others)) if given else each)
 
-    patch.setattr(agents._Reading, "_form", turned)
+    patch.setattr(lowered._Reading, "_form", turned)
 
 
 def _vector(patch):
     """Constants of leaves are those of the first leaf."""
-    constant = agents._Reading._constant
-    patch.setattr(agents._Reading, "_constant", lambda self, vector, output: constant(self, 0, output) + 0 * vector)
+    constant = lowered._Reading._constant
+    patch.setattr(lowered._Reading, "_constant", lambda self, vector, output: constant(self, 0, output) + 0 * vector)
 
 
 def _swapped(patch):
     """The first two features stand for each other in sums."""
-    form = agents._Reading._form
+    form = lowered._Reading._form
 
     def swapped(self, each):
         terms = tuple((weight, 1 - place if place in (0, 1) else place) for weight, place in each.terms)
         return form(self, replace(each, terms=terms))
 
-    patch.setattr(agents._Reading, "_form", swapped)
+    patch.setattr(lowered._Reading, "_form", swapped)
 
 
 def _one_side(patch):
     """The right side of each split is left out: what stands on its left is on both."""
-    split = agents._Reading._split
-    patch.setattr(agents._Reading, "_split", lambda self, plain, at, left, right: split(self, plain, at, left, left))
+    split = lowered._Reading._split
+    patch.setattr(lowered._Reading, "_split", lambda self, plain, at, left, right: split(self, plain, at, left, left))
 
 
 def _cut(patch):
     """Numbers are not cut to their bounds."""
-    patch.setattr(agents._Reading, "_reach", lambda self, form: (Fraction(0), Fraction(0)))
+    patch.setattr(lowered._Reading, "_reach", lambda self, form: (Fraction(0), Fraction(0)))
 
 
 def _sums(patch):
     """Sums are exact."""
-    patch.setattr(agents.Errors, "of", lambda self, each: SMALL)
+    patch.setattr(lowered.Errors, "of", lambda self, each: SMALL)
 
 
 def _observed(patch):
     """Features are observed exactly."""
-    patch.setattr(agents.Errors, "bound_feature", lambda self, place: SMALL)
+    patch.setattr(lowered.Errors, "bound_feature", lambda self, place: SMALL)
 
 
 def _last(patch):
     """The last rounding of a number is forgotten."""
-    patch.setattr(agents.Errors, "bound_output", lambda self, largest: SMALL)
+    patch.setattr(lowered.Errors, "bound_output", lambda self, largest: SMALL)
 
 
 def _beyond(patch):
     """States in which a leaf's number lies within its bounds are those of which nothing is asked."""
-    beyond = formulas._beyond
+    beyond = properties._cut_off
 
     def within(*given):
         parts = list(beyond(*given))
-        yield from [formulas.Not(disjunction(*parts))] if parts else []
+        yield from [properties.Not(disjunction(*parts))] if parts else []
 
-    patch.setattr(formulas, "_beyond", within)
+    patch.setattr(properties, "_cut_off", within)
 
 
 def _inputs(patch):
     """A comparison of two outputs reads the first of them alone."""
-    compared = formulas._rewrite_comparison
+    compared = properties._put_settings
 
     def alone(formula, statement, acting, where):
         inputs = [name for _, name in formula.terms if any(name in each.inputs for each in statement.agents)]
         kept = tuple(term for term in formula.terms if term[1] not in inputs[1:])
         return compared(formula._replace(terms=kept), statement, acting, where)
 
-    patch.setattr(formulas, "_rewrite_comparison", alone)
+    patch.setattr(properties, "_put_settings", alone)
 
 
 def _errors(patch):
     """None of the errors that `robust` speaks of is looked at."""
-    box = robust.box_of
-    patch.setattr(robust, "box_of", lambda ends: box({name: (0 * low, 0 * high) for name, (low, high) in ends.items()}))
+    box = properties.box_of
+    patch.setattr(
+        properties, "box_of", lambda ends: box({name: (0 * low, 0 * high) for name, (low, high) in ends.items()})
+    )
 
 
 def _ranges(patch):

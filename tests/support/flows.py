@@ -5,33 +5,14 @@ from scipy.integrate import solve_ivp
 
 from codegen.ir import act
 from tests.support.system_cases import policy, team
+from tests.support.systems import world
 from verify.checker.flows.intervals import Program, Spans
 from verify.checker.flows.series import FlowReading
+from verify.systems.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.files import statement_of
-from verify.systems.language.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.properties import claims_of
 
-PENDULUM = """
-name = "pendulum"
-steps = 20
-[variables]
-angle = { unit = "rad", range = [-4, 4] }
-spin = { unit = "rad/s", range = [-8, 8] }
-[agents.motor.features]
-angle = "angle"
-spin = "spin"
-[agents.motor.actions]
-left = { torque = "-8 1/s^2" }
-off = {}
-right = { torque = "8 1/s^2" }
-[start]
-box = { angle = [1, 1.175], spin = [0, 0.2] }
-[dynamics]
-period = "0.05 s"
-[dynamics.flow]
-angle = "spin"
-spin = "2[1/s^2]*sin(angle) + motor.torque"
-"""
+PENDULUM, MIXED, TURNING = map(world, ("pendulum", "mixed", "turning"))
 BRAKING = team(
     policy(
         "motor",
@@ -41,51 +22,8 @@ BRAKING = team(
     )
 )
 LOWERED = '[[property]]\nname = "reaches_and_stays"\nby = 10\nregion = { box = { angle = [0, 1] } }\n'
-
-MIXED = """
-name = "mixed"
-steps = 4
-[variables]
-x = { range = [-2, 2] }
-y = { range = [-2, 2] }
-z = { range = [0.5, 3] }
-[agents.one.features]
-x = "x"
-[agents.one.actions]
-low = { u = -0.5 }
-high = { u = 0.7 }
-[start]
-box = { x = [-0.3, 0.2], y = [-0.4, 0.3], z = [1, 1.3] }
-[dynamics]
-period = "0.1 s"
-[dynamics.flow]
-x = "1[1/s]*(y*cos(x) - x**3 + one.u)"
-y = "1[1/s]*(-x*y/(2 + sin(y)**2) + cos(-z) - one.u)"
-z = "1[1/s]*(sin(z)/z - z**2*0.3 + x*0.3)"
-"""
 SIDES = team(policy("one", ["x"], ["low", "high"], ((0, 0.0), 1, 0)))
 NEAR = '[[property]]\nname = "stays_in"\nregion = { box = { x = [-2, 2] } }\n'
-
-TURNING = """
-name = "turning"
-steps = 12
-[variables]
-x = { range = [-5, 5] }
-y = { range = [-5, 5] }
-[agents.one.features]
-x = "x"
-[agents.one.actions]
-low = { u = -0.2 }
-high = { u = 0.2 }
-[start]
-box = { x = [0.9, 1.1], y = [-0.1, 0.1] }
-[dynamics]
-period = "0.5 s"
-error = { x = 0.001, y = [-0.002, 0.001] }
-[dynamics.flow]
-x = "1[1/s]*(y + one.u)"
-y = "-1[1/s]*x"
-"""
 
 
 def case(text, profile, claim):

@@ -9,7 +9,7 @@ ASIDE = {
     "maviper.verification.files.systems",
     "maviper.worlds.outside.vmas",
     "maviper.worlds.outside.pettingzoo",
-    "verify.extent.found",
+    "verify.extent.largest",
     "verify.reach.replay",
     "verify.reports.code",
     "verify.reports.episodes",

@@ -4,8 +4,8 @@ import shutil
 
 import pytest
 
-from maviper.compilation import frama_c
+from maviper.compilation import proofs
 
 installed = pytest.mark.skipif(
-    any(shutil.which(tool) is None for tool in frama_c.TOOLS), reason=f"no Frama-C here: {frama_c.INSTALL}"
+    any(shutil.which(tool) is None for tool in proofs.TOOLS), reason=f"no Frama-C here: {proofs.INSTALL}"
 )

@@ -7,7 +7,7 @@ import numpy as np
 
 from codegen.ir import act
 from maviper.worlds.stated.systems import PARTS
-from verify.systems.language.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum, names
+from verify.systems.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum, names
 from verify.systems.system import Measure
 
 FUNCTIONS = {"sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "sqrt": np.sqrt}

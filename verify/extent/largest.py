@@ -1,11 +1,9 @@
-"""The largest region found in which a claim holds and means something: a box with bounds on differences.
+"""Where a violated claim holds: the largest region found in which it is proved, and what is known of the others.
 
-Does: starts at conflicting states that fulfil the claim, cuts the violating zones off until none is left, takes cuts
-  back and cuts anew where that gains; for all goals and for each alone, and takes the region that keeps most; asks the
-  zone engine whether the claim is proved there.
-Assumes: all violating zones are known (violations.py), at least one.
-Does not: find the largest of all such regions: it is the best of a fixed number of tries. float64 guides the cuts, and
-  proves nothing.
+Does: looks for a region that leaves every violating zone out and loses few states, by cuts and by its own questions to
+  the zone engine; joins it with the zones and their share.
+Assumes: all violating zones are known (violations.py).
+Does not: trust float64, which only guides cuts: the zone engine is asked afterwards.
 
 A cut `a - b <= c` keeps every zone out whose least a - b is above c; so with the zones' least values in every direction
 known, a cut is a threshold, and what it removes and loses is counted along sorted states. Bounds lie on a decimal grid.
@@ -20,16 +18,20 @@ from itertools import permutations
 import numpy as np
 import numpy.typing as npt
 
+from codegen.intervals import Share
 from codegen.ir import GOAL, Bool, Float64
 from verify.claims.formula import TRUE
 from verify.claims.region import Interval, Region
-from verify.extent.violations import Failing
+from verify.claims.region_files import everywhere
+from verify.extent.violations import ExactShare, Failing, exact_part, exact_share, violations
 from verify.progress import tell
 from verify.question import DecisionQuestion
 from verify.result import Verdict
 from verify.states import shares
-from verify.states.state import batch, sample
+from verify.states.shares import SAMPLE_SEED, SAMPLES, explain_unstated, find_unbounded
+from verify.states.state import batch, contains, sample
 from verify.zones import engine
+from verify.zones.engine import BeyondZonesError
 
 GRID = 1000  # bounds are whole multiples of 1 / GRID
 MAX_BACK = 5  # cuts that are taken back at a time
@@ -327,3 +329,119 @@ def within(region: Region, goals: tuple[str, ...], space: Obstacles, cuts: Cuts)
 def _bounds(space: Obstacles, cuts: Cuts) -> list[tuple[str, str, Fraction]]:
     """(a, b, most of a - b) of each cut, "" standing for zero, in a fixed order."""
     return [(*space.pair(direction), Fraction(most, GRID)) for direction, most in sorted(cuts.items())]
+
+
+BEYOND = (
+    "an inequality of the claim bounds neither a coordinate nor a difference of two, so only a solver can decide it"
+)
+OVERLAPPING = "zones of different leaves overlap, in too many parts to count each state once"
+OF_LEAVES = "the claim is about leaves and not about world states"
+
+
+@dataclass(frozen=True)
+class ProvedPart:
+    """A part of the region in which the claim is proved: how much of it, and of the start region, it is."""
+
+    region: Region
+    exact: Fraction | None  # share of the region; None where it takes too many faces
+    share: Share  # the same, sampled
+    start: Share | None  # None where the start region has a coordinate without a range
+
+
+@dataclass(frozen=True)
+class Where:
+    """The zones and regions that are known; each part that is missing has its reason."""
+
+    reason: str = ""  # why there are no zones at all
+    everywhere: bool = False
+    failing: tuple[Failing, ...] = ()  # goal by goal
+    share: ExactShare | None = None
+    share_reason: str = ""
+    part: ProvedPart | None = None
+    part_reason: str = ""
+
+    @property
+    def complete(self) -> bool:
+        """True if the zones are all that there are."""
+        return all(one.complete for one in self.failing)
+
+    @property
+    def count(self) -> int:
+        """The number of zones."""
+        return sum(len(one.zones) for one in self.failing)
+
+
+def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where:
+    """Where a claim with that verdict holds and fails. `name`: of the region that is found."""
+    claim = question.claim
+    if not claim.per_state:
+        return Where(OF_LEAVES)
+    if verdict is Verdict.PROVED:
+        return Where(everywhere=True)
+    if verdict is Verdict.VACUOUS:
+        return Where("the claim is about no world state of the region")
+    try:
+        failing = tuple(violations(question))
+    except BeyondZonesError:
+        return Where(BEYOND)
+    extent = Where(failing=failing)
+    if reason := explain_unstated(question):
+        return replace(extent, share_reason=reason, part_reason=reason)
+    if not extent.complete:
+        reason = f"not all violating zones are known: {_ending(question, failing)}"
+        return _beside(question, replace(extent, share_reason=reason, part_reason=reason), name)
+    share = exact_share(question, failing)
+    extent = replace(extent, share=share) if isinstance(share, ExactShare) else replace(extent, share_reason=share)
+    if isinstance(share, ExactShare) and not share.exact:
+        extent = replace(extent, share_reason=OVERLAPPING)
+    if not extent.count:
+        return replace(extent, part_reason="no zone violates the claim over real positions")
+    part = largest(question, failing, SAMPLE_SEED)
+    if isinstance(part, str):
+        return replace(extent, part_reason=part)
+    return replace(extent, part=_part(question, replace(part, name=name)))
+
+
+def _beside(question: DecisionQuestion, where: Where, name: str) -> Where:
+    """Adds what is found despite too many zones: a region inside a smaller one of which all zones are known."""
+    if any(one.nodes > one.limit for one in where.failing):
+        return where  # each smaller region might take as many nodes
+    for candidate in candidates(question, SAMPLE_SEED):
+        inner = question.within(candidate)
+        failing = violations(inner)
+        if all(one.complete for one in failing):
+            # without zones it holds in all of the candidate
+            part = largest(inner, failing, SAMPLE_SEED) if any(one.zones for one in failing) else candidate
+            if isinstance(part, str):
+                return replace(where, part_reason=f"{where.part_reason}; in a smaller region: {part}")
+            return replace(where, part=_part(question, replace(part, name=name)), part_reason="")
+    return where
+
+
+def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
+    """Why a search for zones ended before it had all."""
+    spent = next((one.limit for one in failing if not one.complete and one.nodes > one.limit), 0)
+    if spent:
+        return f"the search ended after {spent:,} nodes; {question.budgets.hint('goes on')}"
+    return f"there are more than {question.budgets.max_cells:,}; a larger --max-cells lists more"
+
+
+def _part(question: DecisionQuestion, part: Region) -> ProvedPart:
+    start = everywhere(question.profile)
+    share = _within(question, part, question.region)
+    return ProvedPart(
+        part, exact_part(question, part), share, None if find_unbounded(start) else _within(question, part, start)
+    )
+
+
+def _within(question: DecisionQuestion, part: Region, whole: Region) -> Share:
+    """The sampled share of a part in the states of a whole that meet the assumption."""
+    profile, claim = question.profile, question.claim
+    coordinates, goals = sample(whole, profile.world, SAMPLES, SAMPLE_SEED)
+    if claim.assume != TRUE:
+        kept = batch(coordinates, profile.world).holds(claim.assume, {})
+        coordinates, goals = coordinates[kept], goals[kept]
+    inside = contains(part, coordinates, profile.world)
+    if part.goals:
+        inside &= [profile.world.landmarks[int(goal)].name in part.goals for goal in goals]
+    return Share(int(inside.sum()), len(inside))

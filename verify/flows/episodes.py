@@ -29,7 +29,7 @@ from verify.reach.play import holds_states, observe_planes, value
 from verify.reach.replay import is_start
 from verify.reach.results import SystemCounterexample, Values
 from verify.systems.claims import SystemClaim
-from verify.systems.language.choices import vectorise
+from verify.systems.observing import ARRAYS, function
 from verify.systems.system import Interval, System
 
 PARTS = 8  # of a period
@@ -78,8 +78,10 @@ class FlowPlay:
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
         assert system.flow is not None
         self._profile, self._system, self._claim, self._flow = profile, system, claim, system.flow
-        self._rates = [{name: vectorise(rate) for name, rate in each.rates.items()} for each in system.flow.each]
-        self._jumps = [{name: vectorise(value) for name, value in each.jumps.items()} for each in system.flow.each]
+        self._rates = [{name: function(rate, ARRAYS) for name, rate in each.rates.items()} for each in system.flow.each]
+        self._jumps = [
+            {name: function(value, ARRAYS) for name, value in each.jumps.items()} for each in system.flow.each
+        ]
         zero = Fraction(0), Fraction(0)
         self._ends = [
             {name: _floats(each.error.get(name, zero)) for name in system.flow.errors} for each in system.flow.each

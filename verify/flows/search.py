@@ -25,7 +25,7 @@ from verify.checker.reading import RejectedError
 from verify.progress import tell
 from verify.reach.covering import CutPart
 from verify.systems.claims import SystemClaim
-from verify.systems.language.expressions import Name, affine, names
+from verify.systems.expressions import Name, affine, names
 from verify.systems.system import System
 
 CURVED = ((4, 1), (5, 2), (6, 4), (8, 8), (8, 20))  # order of the series and steps of a period

@@ -26,8 +26,8 @@ from verify.claims.values import Batch
 from verify.progress import tell
 from verify.reach.replay import Course
 from verify.systems.claims import SystemClaim
-from verify.systems.language.choices import vectorise
-from verify.systems.language.expressions import Expression
+from verify.systems.expressions import Expression
+from verify.systems.observing import ARRAYS, function
 from verify.systems.statement import Rule
 from verify.systems.system import Affine, Feature, FlowCase, Interval, Measure, Piece, System
 
@@ -252,7 +252,7 @@ def _measure_feature(feature: Feature, state: Planes) -> Float64:
 def value(form: Affine | Expression, state: Mapping[str, Float64]) -> Float64:
     """Evaluates a form, or an expression, in states, [batch]."""
     if not isinstance(form, Affine):
-        return np.broadcast_to(vectorise(form)(state), len(next(iter(state.values()))))
+        return np.broadcast_to(function(form, ARRAYS)(state), len(next(iter(state.values()))))
     total = np.full(len(next(iter(state.values()))), nearest_double(form.constant))
     for name, factor in form.terms:
         total = total + nearest_double(factor) * state[name]

@@ -28,8 +28,7 @@ from verify.reach.play import Planes, Starts, observe_planes, random_starts, val
 from verify.reach.replay import Course, piece_of, replay_course, within
 from verify.reach.results import SystemCounterexample
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import list_roundings, list_settings, with_roundings
-from verify.systems.observing import choose_actions, observe_state
+from verify.systems.observing import choose_actions, list_roundings, list_settings, observe_state, with_roundings
 from verify.systems.statement import Statement
 from verify.systems.system import State
 

@@ -25,7 +25,8 @@ from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction
 from verify.reach.replay import Course
 from verify.reach.results import Values
 from verify.systems.claims import SystemClaim
-from verify.systems.language.expressions import (
+from verify.systems.enclosures import domain
+from verify.systems.expressions import (
     Call,
     Expression,
     Name,
@@ -36,7 +37,6 @@ from verify.systems.language.expressions import (
     Sum,
     total,
 )
-from verify.systems.pieces import domain
 from verify.systems.statement import Rule, Statement
 from verify.systems.system import State, ensure_in_steps
 

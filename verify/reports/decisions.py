@@ -25,9 +25,8 @@ from verify.counterexamples.search import AgentView, Counterexample
 from verify.decimals import plain
 from verify.decimals import text as decimal
 from verify.kinds import MACHINE, REAL
-from verify.reports import trusted
 from verify.reports.drawing import MARK, VIEW, around, label_place
-from verify.reports.telling import POSITIONS, SHARES, Telling
+from verify.reports.telling import POSITIONS, SHARES, WITH_CERTIFICATE, WITHOUT_CERTIFICATE, Telling
 from verify.result import Margin, Verdict
 from verify.solver.leaves import LeafFinding
 from verify.states import shares
@@ -272,4 +271,4 @@ def picture(profile: PolicyProfile, example: Counterexample) -> dict[str, Any]:
     return {"size": VIEW, "agents": agents, "landmarks": landmarks}
 
 
-TELLING = Telling(facts, limits, (trusted.WITH_CERTIFICATE, trusted.WITHOUT_CERTIFICATE))
+TELLING = Telling(facts, limits, (WITH_CERTIFICATE, WITHOUT_CERTIFICATE))

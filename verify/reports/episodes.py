@@ -19,9 +19,8 @@ from verify.claims.region_files import name_region
 from verify.claims.wording import account_of, region_document
 from verify.decimals import plain
 from verify.kinds import MACHINE
-from verify.reports import trusted
 from verify.reports.drawing import VIEW
-from verify.reports.telling import POSITIONS, SHARES, Telling
+from verify.reports.telling import EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE, POSITIONS, SHARES, Telling
 from verify.result import Verdict
 from verify.states.episodes import Episode, Way
 from verify.verdicts.episodes import EpisodeEvidence, EpisodeResult
@@ -194,4 +193,4 @@ def _courses(profile: PolicyProfile, episode: Episode, ours: Sequence[str]) -> d
     }
 
 
-TELLING = Telling(facts, limits, (trusted.EPISODES_WITH_CERTIFICATE, trusted.EPISODES_WITHOUT_CERTIFICATE))
+TELLING = Telling(facts, limits, (EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE))

@@ -1,28 +1,75 @@
-"""The report of a verification: one set of facts, shown as JSON, text and one self-contained HTML page.
+"""The report of a verification: one set of facts, shown as JSON, as text, as one page, and as lines of a terminal.
 
-Does: puts together what the module of each kind of claim tells of its results; renders it.
-Assumes: results about one profile; commands and hashes of other files are given by the caller.
+Does: puts together what the module of each kind of claim tells of its results; renders it; words the region and how
+  much of it, of the start region and of the states met a proof is about.
+Assumes: results about one profile; commands and hashes of other files are given by the caller; a module for each kind,
+  imported where a result is of it, as most reports are about decisions alone.
 Does not: contain times, paths or facts about the machine, so equal questions give equal reports.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from codegen.floats import FLOAT32
 from codegen.form import layout
+from codegen.intervals import percent
 from codegen.ir import NO_FEATURE, PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash
 from codegen.wording import visible
 from verify.checker.thresholds import AT_ONCE
-from verify.kinds import MACHINE, REAL
-from verify.reports import trusted
+from verify.claims.formula import agents, coordinates
+from verify.claims.region_files import START
+from verify.kinds import MACHINE, REAL, Kind
+from verify.question import Question
 from verify.reports.drawing import draw_picture
-from verify.reports.kinds import by_telling, telling
-from verify.result import AnyResult
+from verify.reports.telling import REFEREED, REPLAYED, Telling, readers, texts
+from verify.result import AnyResult, Verdict
 from verify.states import shares
+
+
+def _decisions() -> Telling:
+    from verify.reports.decisions import TELLING
+
+    return TELLING
+
+
+def _episodes() -> Telling:
+    from verify.reports.episodes import TELLING
+
+    return TELLING
+
+
+def _systems() -> Telling:
+    from verify.reports.systems import TELLING
+
+    return TELLING
+
+
+TELLINGS: Mapping[Kind, Callable[[], Telling]] = {
+    Kind.DECISIONS: _decisions,
+    Kind.LEAVES: _decisions,
+    Kind.EPISODES: _episodes,
+    Kind.SYSTEMS: _systems,
+}
+
+
+def telling_of(result: AnyResult) -> Telling:
+    """Returns the way in which a report tells of a result."""
+    return _get_teller(result)()
+
+
+def by_telling(results: Sequence[AnyResult]) -> list[tuple[Telling, list[AnyResult]]]:
+    """Results that are told of alike, together, in the order of the table."""
+    groups = [(tell, [one for one in results if _get_teller(one) is tell]) for tell in dict.fromkeys(TELLINGS.values())]
+    return [(tell(), group) for tell, group in groups if group]
+
+
+def _get_teller(result: AnyResult) -> Callable[[], Telling]:
+    return TELLINGS[result.claim.kind]
+
 
 NO_PAGE = "no page plays them: agents compare float64 numbers"
 SEMANTICS = (
@@ -66,7 +113,7 @@ def document(
     limits = dict.fromkeys(limit for each, group in told for limit in each.limits(profile, group))
     double = ", ".join(policy.agent for policy in profile.agents if policy.numbers != FLOAT32)
     doubled = [DOUBLES.format(agents=double)] if double and MACHINE in kinds else []
-    replayed = [{MACHINE: trusted.REPLAYED, REAL: trusted.REFEREED}[kind] for kind in kinds]
+    replayed = [{MACHINE: REPLAYED, REAL: REFEREED}[kind] for kind in kinds]
     return {
         "report": "maviper-verification-1",
         "profile": content_hash(profile),
@@ -86,8 +133,8 @@ def document(
             [*([OBSERVED] if observing else [_semantics(profile, kind) for kind in kinds]), *doubled]
         ),
         "trusted": [
-            *trusted.texts(None if observing else known, [line for each, _ in told for line in each.trusted], replayed),
-            *trusted.readers(profile),
+            *texts(None if observing else known, [line for each, _ in told for line in each.trusted], replayed),
+            *readers(profile),
         ],
         "limits": list(limits),
     }
@@ -96,7 +143,7 @@ def document(
 def result_facts(profile: PolicyProfile, result: AnyResult, command: str) -> dict[str, Any]:
     """One result as plain data, as it stands in the document."""
     of_start = {"of_start": shares.of_start(result.question.profile, result.region)}
-    return telling(result).facts(profile, result, command) | of_start
+    return telling_of(result).facts(profile, result, command) | of_start
 
 
 def _semantics(profile: PolicyProfile, kind: str) -> str:
@@ -123,3 +170,50 @@ def as_html(facts: Mapping[str, Any]) -> str:
     return render(
         "report/report.html.j2", **{**facts, "results": [draw_picture(result) for result in facts["results"]]}
     )
+
+
+def as_lines(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]:
+    """One result for a terminal, from the facts of the report: what was asked, and the lines under it."""
+    own = telling_of(result).lines
+    return _of_game(profile, result) if own is None else own(result)
+
+
+def _of_game(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]:
+    """One result about a game: what was asked, and the lines under it."""
+    facts = _show_involved(result, result_facts(profile, result, ""))
+    named = facts["label"] or f"{facts['property']} of the {facts['team']}"
+    named += f" {facts['observations']}" if "observations" in facts else ""
+    real = ", real arithmetic" if facts["semantics"] == REAL else ""
+    text = render("report/lines.txt.j2", result=facts, left_out=result.evidence.left_out)
+    proved = _extent(facts) if result.verdict is Verdict.PROVED else ""
+    return f"{named}, region {facts['region_name'] or 'given'}{proved}{real}", [
+        line for line in text.split("\n") if line
+    ]
+
+
+def _show_involved(result: AnyResult, facts: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The facts with a counterexample over observations of those agents that the claim speaks of, and of what they
+    observe: the report has the others.
+    """
+    example: dict[str, Any] = facts.get("counterexample") or {}
+    question: Question[Any] = result.question
+    acting = agents(question.formula) if example and result.viewed is not None else frozenset[str]()
+    if not acting:
+        return facts
+    policies = [policy for policy in question.profile.agents if policy.agent in acting]
+    meanings = [feature.meaning for policy in policies for feature in policy.features]
+    read = {name for meaning in meanings if meaning for _, name in meaning.terms} | {*coordinates(question.formula)}
+    position: dict[str, Any] = {name: value for name, value in example["position"].items() if name in read}
+    shown: list[dict[str, Any]] = [each for each in example["agents"] if each["agent"] in acting]
+    return {**facts, "counterexample": {**example, "position": position, "agents": shown}}
+
+
+def _extent(facts: Mapping[str, Any]) -> str:
+    """Describes how much a proof is about: the region's share of the start region, and of the states the team meets."""
+    parts: list[str] = []
+    if facts["of_start"] is not None:
+        whole = "it" if facts["region_name"] == START else "the start region"
+        parts.append(shares.extent_words(facts["of_start"], whole))
+    if facts.get("visited"):
+        parts.append(f"{percent(facts['visited']['inside'], facts['visited']['states'])} of the states met")
+    return f" ({', '.join(parts)})" if parts else ""

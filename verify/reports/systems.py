@@ -1,13 +1,14 @@
 """The report about a stated system: one set of facts, shown as JSON, text and one self-contained HTML page.
 
-Does: collects what is stated and claimed, the verdicts and their evidence; words them.
+Does: collects what is stated and claimed, the verdicts and their evidence; words them, also of continuous time, with
+  errors rounded so that a bound stays one.
 Assumes: results of verify/reach; commands and what was measured are given by the caller.
 Does not: decide or measure. It holds no times, paths or facts about the machine.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from decimal import ROUND_FLOOR
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -22,18 +23,30 @@ from verify.checker.systems.proofs import Cover, FlowSets, Invariant, SystemProo
 from verify.claims.wording import spell_rounded
 from verify.decimals import plain
 from verify.language.units import unit_of
-from verify.reports import flows, trusted
-from verify.reports.courses import DECISIONS, draw_courses, in_modes, is_still, runs, tell_end, tell_start, within
-from verify.reports.telling import Telling, describe_sets, sets
-from verify.reports.trajectories import counterexample, moment, nearness, number, tell_closely
+from verify.reports.courses import (
+    DECISIONS,
+    counterexample,
+    draw_courses,
+    in_modes,
+    is_still,
+    moment,
+    nearness,
+    number,
+    runs,
+    tell_closely,
+    tell_end,
+    tell_start,
+    within,
+)
+from verify.reports.telling import Telling, describe_sets, readers, rests_on, sets
 from verify.result import Result, Verdict
 from verify.subjects import ClosedLoop, Subject
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.language.expressions import Number
-from verify.systems.pieces import list_curved
+from verify.systems.enclosures import list_curved
+from verify.systems.expressions import Number
 from verify.systems.statement import Statement
-from verify.systems.system import HalfSpace, Interval, Polytope, System
+from verify.systems.system import Flow, HalfSpace, Interval, Polytope, System
 
 FORM = "maviper-system-verification-1"
 SHOWN = 8  # variables of a state in a line
@@ -113,8 +126,8 @@ def document(
         "reference": dict(reference),
         "results": [facts(result, place) for place, result in enumerate(results, 1)],
         "command": command,
-        "semantics": semantics if system.flow is None else flows.SEMANTICS,
-        "trusted": [*trusted.systems(enclosed, counted, system.flow is not None), *trusted.readers(profile)],
+        "semantics": semantics if system.flow is None else OF_FLOWS,
+        "trusted": [*rests_on(enclosed, counted, system.flow is not None), *readers(profile)],
         "limits": _limits(system, reference, [result.claim for result in results]),
     }
 
@@ -163,13 +176,13 @@ def period(statement: Statement) -> str | None:
 def sentence(system: System) -> str:
     """Describes what verdicts are about."""
     if system.flow is not None:
-        return flows.sentence(system.flow)
+        return flow_sentence(system.flow)
     if not system.pieces:
         return "of single decisions; no dynamics are stated"
     errors = {name: max(map(abs, bounds)) for name, bounds in _errors(system).items()}
     if not any(errors.values()):
         return "of the stated dynamics, exactly"
-    told = ", ".join(f"{name} {flows.upwards(error)}" for name, error in errors.items() if error)
+    told = ", ".join(f"{name} {upwards(error)}" for name, error in errors.items() if error)
     return f"of the stated dynamics, with a per-step error of at most {told}"
 
 
@@ -231,8 +244,8 @@ def _limits(system: System, reference: Mapping[str, Any], claims: Sequence[Syste
     if reference.get("steps"):
         limits.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
     ever = EVER if any(claim.says.ever for claim in claims) else ""
-    limits += [STEPS.format(ever=ever) if system.flow is None else flows.PERIODS] if False in kinds else []
-    limits += [] if system.flow is None else [flows.ONE_READING]
+    limits += [STEPS.format(ever=ever) if system.flow is None else PERIODS] if False in kinds else []
+    limits += [] if system.flow is None else [ONE_READING]
     limits += [OUTSIDE] if False in kinds and system.pieces and all(piece.where for piece in system.pieces) else []
     return limits + ([SINGLE] if True in kinds else [])
 
@@ -242,7 +255,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     claim, evidence = result.claim, result.evidence
     certificate = evidence.certificate
     meanings = MEANINGS | (OF_DECISIONS if claim.about_decisions else {})
-    meanings |= {Verdict.VIOLATED: flows.VIOLATED} if claim.at_samples is not None else {}
+    meanings |= {Verdict.VIOLATED: FOLLOWED} if claim.at_samples is not None else {}
     document: dict[str, Any] = {
         "kind": DECISIONS if claim.about_decisions else "episodes",
         "property": claim.shown,
@@ -364,7 +377,7 @@ def _rows(told: Mapping[str, Any]) -> list[dict[str, str]]:
             "range": ", ".join(each["modes"]) if "modes" in each else _bounds(each["range"]),
             "start": _start(each, told["start"]["box"].get(each["name"])),
             "error": _error(each["error"]),
-            "measured": flows.upwards(max(map(abs, off[each["name"]])), 2) if each["name"] in off else "",
+            "measured": upwards(max(map(abs, off[each["name"]])), 2) if each["name"] in off else "",
         }
         for each in told["variables"]
     ]
@@ -387,8 +400,8 @@ def _error(ends: Sequence[str]) -> str:
     if low == high == 0:
         return "0"
     if low == -high:
-        return f"±{flows.upwards(high)}"
-    return f"[{flows.short(low, flows.DIGITS, ROUND_FLOOR)}, {flows.upwards(high)}]"
+        return f"±{upwards(high)}"
+    return f"[{short(low, DIGITS, ROUND_FLOOR)}, {upwards(high)}]"
 
 
 def as_json(told: Mapping[str, Any]) -> str:
@@ -429,3 +442,59 @@ TELLING = Telling(
     trusted=(),
     lines=lambda result: (result.claim.shown, lines(facts(result, 1))),
 )
+
+
+DIGITS = 6  # of an error in words
+OF_FLOWS = (
+    "A state is an exact number for each variable. At the start and after each period an agent observes the exact "
+    "value of each feature, rounded once to what it compares, float32 or float64. A split goes left iff x <= "
+    "threshold. The engines use the exact end of the half line on which this is true after rounding. The action "
+    "is held until the next of these samples. At every moment the derivative of a variable is what the world file "
+    "gives for the state and the actions, and an error anywhere within its bounds is added, which may change at "
+    "any time."
+)
+FOLLOWED = "fails in the episode shown, which was followed in enclosures that leave no doubt"
+ONE_READING = (
+    "The search tries its plans by the checker's own steps, so a proof has one reading of the flow. Episodes that "
+    "other code played beside it broke no claim that is proved."
+)
+PERIODS = "A claim about episodes covers only the periods that it names. Its steps are periods."
+
+
+def flow_sentence(flow: Flow) -> str:
+    """Describes what verdicts about continuous time are about."""
+    errors = {name: max(map(abs, bounds)) for name, bounds in flow.errors.items()}
+    told = ", ".join(f"{name} {upwards(error)} a second" for name, error in errors.items())
+    jumping = list(dict.fromkeys(name for each in flow.each for name in each.jumps if name not in flow.kept))
+    jumps = f", jumps of {', '.join(jumping)} at samples" if jumping else ""
+    cases = f" in {format_count(len(flow.cases), 'case')}" if flow.cases else ""
+    often = f"of the stated flow{cases}, with actions held for {_periods(flow)}{_delays(flow)}{jumps}"
+    return often + (f" and derivatives off by at most {told}" if told else ", exactly")
+
+
+def _periods(flow: Flow) -> str:
+    if not any(flow.jitter):
+        return f"{plain(flow.period)} s"
+    low, high = (flow.period + end for end in flow.jitter)
+    return f"{plain(low)} to {plain(high)} s"
+
+
+def _delays(flow: Flow) -> str:
+    """Describes how late observations are."""
+    if not flow.kept:
+        return ""
+    most = len(flow.kept) // len(set(flow.kept.values()))
+    least = most + 1 - len(flow.seen)
+    return f", observations late by {f'{least} to {most} periods' if least < most else format_count(most, 'period')}"
+
+
+def upwards(number: Fraction | float, digits: int = DIGITS) -> str:
+    """A number with so many digits at most, never below it."""
+    return short(Fraction(number), digits, ROUND_CEILING)
+
+
+def short(number: Fraction, digits: int, rounding: str) -> str:
+    """A number with so many digits at most, rounded as decimal's modes say."""
+    exact = Context(prec=digits, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
+    near = float(exact)
+    return f"{near:.{digits}g}" if near or not number else str(exact)

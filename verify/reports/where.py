@@ -22,7 +22,7 @@ from verify.claims.region import Region, goal_text
 from verify.claims.wording import region_document, spell_decisions
 from verify.decimals import plain
 from verify.decimals import text as decimal
-from verify.extent.found import Where
+from verify.extent.largest import Where
 from verify.extent.violations import Failing
 from verify.verdicts.decisions import DecisionResult
 from verify.zones.search import Branch

@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from codegen.errors import InputError
 from verify.claims.formula import (
@@ -37,11 +37,8 @@ from verify.claims.formula import (
     negate,
 )
 from verify.kinds import MACHINE, Kind
-from verify.systems.affine import Affine, Box, Interval
-from verify.systems.system import HalfSpace, Polytope, State
-
-if TYPE_CHECKING:
-    from verify.systems.language.expressions import Expression
+from verify.systems.expressions import Affine, Box, Expression, Interval, State
+from verify.systems.system import HalfSpace, Polytope
 
 MAX_STEPS = 1_000
 
@@ -111,7 +108,7 @@ class CurveOverCell(NamedTuple):
 class CurvedClaim:
     """The relation of a claim to one whose formula has curves, `written` in a file: it implies that one, which implies
     `weaker`, since `enclosures` hold, over cells that fill the ranges of what they name. Whoever makes one knows that
-    (curves/formulas.py), or shows it (verify/checker/systems/enclosures.py).
+    (curves.py), or shows it (verify/checker/systems/enclosures.py).
     """
 
     weaker: SystemClaim

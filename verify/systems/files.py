@@ -1,6 +1,6 @@
-"""World's files: variables, features, start and motion of a user's own system, in TOML.
+"""World files: variables, agents, features, start and motion of a user's own system, in TOML.
 
-Does: reads one; checks names, units, shapes and numbers.
+Does: reads one; checks names, units, shapes and numbers; lowers what agents compute to what proofs read.
 Assumes: nothing about the text, which may come from anywhere.
 Does not: run anything that a file holds: expressions are parsed, never evaluated.
 """
@@ -9,31 +9,29 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from types import MappingProxyType
 
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import GOAL
+from codegen.ir import GOAL, NAME
+from codegen.wording import format_count
 from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
 from verify.language.units import PURE, Typed, Unit, format_unit, unit_of
-from verify.systems.actors import agents_of, features_of
-from verify.systems.flows.reading import Around, flow_of
-from verify.systems.flows.sampling import Keeping
-from verify.systems.given.agents import Acting
-from verify.systems.language.expressions import Expression, Number
-from verify.systems.language.parsing import Names, half_spaces
-from verify.systems.motion import rules_of
-from verify.systems.pieces import pieces
-from verify.systems.regions import box_of, is_empty
-from verify.systems.statement import Agent, Rule, Statement
-from verify.systems.system import Box, Flow, HalfSpace, Polytope, System, Variable
+from verify.systems.enclosures import pieces
+from verify.systems.expressions import Call, Expression, Number, affine
+from verify.systems.flows import Keeping, flow_of
+from verify.systems.lowered import Acting
+from verify.systems.motion import Around, StepReader
+from verify.systems.parsing import Names, feature_of, half_spaces
+from verify.systems.statement import Agent, Rule, Statement, set_modes
+from verify.systems.system import Box, Feature, Flow, HalfSpace, Measure, Polytope, System, Variable, box_of, is_empty
 from verify.systems.values import (
     ADVICE,
     VALUES,
     as_list,
     as_name,
     as_table,
+    as_typed,
     count,
     flat,
     interval,
@@ -66,63 +64,95 @@ STEP = "step"  # what texts call the number of a step
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingProxyType({})) -> Statement:
-    """Reads a world file. `name`: of the file, for errors; `acting`: how proofs read those of its agents that test sums
-    or give numbers, whose roundings become variables. InputError with the place of the first fault.
-    """
-    return state_world(*parse(source, name, "not a readable file", ADVICE), acting)
+def statement_of(source: str, name: str) -> Statement:
+    """Reads a world file. `name`: of the file, for errors. InputError with the place of the first fault."""
+    return state_world(*parse(source, name, "not a readable file", ADVICE))
 
 
-def state_world(
-    document: Mapping[str, object], where: Place, acting: Mapping[str, Acting] = MappingProxyType({})
-) -> Statement:
+def state_world(document: Mapping[str, object], where: Place) -> Statement:
     """The statement of a file's tables, whose numbers are integers, fractions or texts. `where`: the file."""
     only(document, KEYS, where)
     constants = _constants(document, where)
     variables, units = _variables(table(document, "variables", where), constants, where)
     clock = _clock(document, variables, constants)
-    variables, units = (*variables, *clock), units | {each.name: PURE for each in clock}
+    counted = [each.name for each in clock]
+    variables, units = (*variables, *clock), units | dict.fromkeys(counted, PURE)
     modes = {each.name: each.modes for each in variables if each.modes}
     names = Names(units, constants.meant, modes)
     described = table(document, "agents", where)
-    agents, inputs = agents_of(described, names, where / "agents", acting)
+    agents, inputs = agents_of(described, names, where / "agents")
     features = features_of(described, names, where / "agents")
-    features = {
-        agent: {**own, **(acting[agent].features if agent in acting else {})} for agent, own in features.items()
-    }
     rules: tuple[Rule, ...] = ()
     flow: Flow | None = None
-    steps, late = 0, Keeping()
+    steps, late, place = 0, Keeping(), where / "dynamics"
     if "dynamics" in document:
         steps = count(document.get("steps"), where / "steps", MAX_STEPS)
-        moved = as_table(document["dynamics"], where / "dynamics")
+        moved = as_table(document["dynamics"], place)
         unset = {name for each in agents for name in each.inputs - inputs.keys()}
         still = dict.fromkeys(unset, Typed[Expression](Number(Fraction(0)), None))
-        known = Names(units | inputs, {**constants.meant, **still}, modes)
+        around = Around(variables, agents, Names(units | inputs, {**constants.meant, **still}, modes), counted)
         if _flows(moved):
-            _ensure_numbers([*_giving(agents), *acting], "a flow", where / "dynamics" / "flow")
+            _ensure_numbers(_giving(agents), "a flow", place / "flow")
             if "reference" in document:
                 what = "a flow is not compared with an environment"
                 raise InputError(what, where / "reference", "remove the reference; worlds check integrates the flow")
-            counted = [each.name for each in clock]
-            around = Around(variables, agents, features, known, counted)
-            flow, late = flow_of(moved, around, where / "dynamics")
+            flow, late = flow_of(moved, around, features, place)
         else:
-            rules = rules_of(moved, variables, agents, known, where / "dynamics", [each.name for each in clock])
+            rules = tuple(StepReader(around).read(moved, place))
     start = _start(table(document, "start", where), variables, names, where / "start", clock)
     called, reference, state = (text(document.get(key, ""), where / key) for key in ("name", "reference", "state"))
     if reference:
         _ensure_numbers(_giving(agents), "an environment", where / "reference")
-        _ensure_numbers((*modes, *(each.name for each in clock)), "an environment", where / "reference")
-    rules, variables, start = with_roundings(rules, variables, start, acting)
-    made = pieces(rules, variables, where / "dynamics")
+        _ensure_numbers((*modes, *counted), "an environment", where / "reference")
+    made = pieces(rules, variables, place)
     variables, start = (*variables, *late.variables), (*start, *late.start)
     system = System(called or "system", variables, features, start, made, steps, reference, flow)
     stated = {key: value for key, value in document.items() if key == "property"}
     observed = document.get("observed", False)
     if not isinstance(observed, bool):
         raise InputError("not true or false", where / "observed", "leave it out where variables are no features")
-    return Statement(system, agents, rules, names, stated, where, state, inputs, document, acting, observed)
+    return Statement(system, agents, rules, names, stated, where, state, inputs, {}, observed)
+
+
+def lower(statement: Statement, acting: Mapping[str, Acting]) -> Statement:
+    """The statement as proofs read it: those of its agents that test sums or give numbers take the actions of `acting`,
+    and their roundings are variables. Each is anywhere within its bounds, anew in each step; as the bounds hold within
+    the ranges, nothing is stated beyond them. InputError for a flow, and for too many pieces.
+    """
+    system, place = statement.system, statement.place / "dynamics"
+    if system.flow is not None:
+        _ensure_numbers([*_giving(statement.agents), *acting], "a flow", place / "flow")
+    agents = tuple(
+        replace(each, actions=acting[each.name].settings) if each.outputs and each.name in acting else each
+        for each in statement.agents
+    )
+    setters = set_modes(agents, system.variables)
+    rules = tuple(each.of_actions(setters) for each in statement.rules)
+    bounds = {each.variable: each.range for one in acting.values() for each in one.roundings}
+    if bounds:
+        ranges = {each.name: each.range for each in system.variables}
+        anew: dict[str, Expression] = dict.fromkeys(bounds, Number(Fraction(0)))  # and an error, which is all of it
+        rules = tuple(
+            replace(
+                rule,
+                where={name: _intersect_ranges(ends, rule.where.get(name, ends)) for name, ends in ranges.items()},
+                move={**rule.move, **anew},
+                error={**rule.error, **bounds},
+            )
+            for rule in rules
+        )
+    variables = (*system.variables, *(Variable(name, "1", ends) for name, ends in bounds.items()))
+    system = replace(
+        system,
+        variables=variables,
+        features={
+            agent: {**own, **acting[agent].features} if agent in acting else own
+            for agent, own in system.features.items()
+        },
+        start=(*system.start, *box_of(bounds)),
+        pieces=pieces(rules, variables, place),
+    )
+    return replace(statement, system=system, agents=agents, rules=rules, acting=acting)
 
 
 def _flows(moved: Mapping[str, object]) -> bool:
@@ -133,30 +163,6 @@ def _flows(moved: Mapping[str, object]) -> bool:
 
 def _giving(agents: Sequence[Agent]) -> list[str]:
     return [f"{agent.name}.{output}" for agent in agents for output in agent.outputs]
-
-
-def with_roundings(
-    rules: tuple[Rule, ...], variables: tuple[Variable, ...], start: Polytope, acting: Mapping[str, Acting]
-) -> tuple[tuple[Rule, ...], tuple[Variable, ...], Polytope]:
-    """Rules, variables and start with the roundings of agents: each is anywhere within its bounds, anew in each step.
-    As the bounds hold within the ranges, nothing is stated beyond them.
-    """
-    bounds = {each.variable: each.range for one in acting.values() for each in one.roundings}
-    if not bounds:
-        return rules, variables, start
-    ranges = {each.name: each.range for each in variables}
-    anew: dict[str, Expression] = dict.fromkeys(bounds, Number(Fraction(0)))  # and an error, which is all of it
-    kept = tuple(
-        replace(
-            rule,
-            where={name: _intersect_ranges(ends, rule.where.get(name, ends)) for name, ends in ranges.items()},
-            move={**rule.move, **anew},
-            error={**rule.error, **bounds},
-        )
-        for rule in rules
-    )
-    added = tuple(Variable(name, "1", ends) for name, ends in bounds.items())
-    return kept, (*variables, *added), (*start, *box_of(bounds))
 
 
 def _intersect_ranges(one: Interval, other: Interval) -> Interval:
@@ -299,3 +305,134 @@ def region_of(given: object, names: Names, where: Place) -> Polytope:
     """A region as half spaces."""
     bounds, conditions = region_parts(as_table(given, where), names, where)
     return (*box_of(bounds), *conditions)
+
+
+OF_AGENTS = ("team", "like", "features", "actions", "outputs", "reward")
+GIVEN = "given"  # the action that stands for all that an agent gives, as long as no profile says what
+MAX_AGENTS, MAX_FEATURES, MAX_ACTIONS, MAX_OUTPUTS = 64, 1_024, 1_024, 64
+ZERO = Number(Fraction(0))
+FUNCTIONS = {measure.value: measure for measure in (Measure.SIGN, Measure.POSITIVE)}
+
+
+def agents_of(given: Mapping[str, object], names: Names, where: Place) -> tuple[tuple[Agent, ...], dict[str, Unit]]:
+    """The agents, and the units of their inputs by name."""
+    if not 1 <= len(given) <= MAX_AGENTS:
+        raise InputError(f"{format_count(len(given), 'agent')}, of 1 to {MAX_AGENTS}", where, ADVICE)
+    agents: list[Agent] = []
+    inputs: dict[str, Unit] = {}
+    for name, value in given.items():
+        place = where / name
+        described = as_table(value, place)
+        only(described, OF_AGENTS, place)
+        outputs = _outputs(name, described, inputs, place) if "outputs" in described else ()
+        actions = {GIVEN: dict.fromkeys(outputs, ZERO)} if outputs else _actions(name, described, names, inputs, place)
+        team = _as_label(text(described.get("team", name), place / "team"), place / "team")
+        reward = as_typed(described.get("reward", 0), names, place / "reward").value
+        called = tuple(each.partition(".")[2] for each in outputs)
+        agents.append(Agent(as_name(name, place), team, actions, reward, called, _like(name, given, place)))
+    for name in inputs.keys() & names.known.keys():
+        raise InputError(f"'{name}' is a variable and an input", where, "give each a name of its own")
+    return tuple(agents), inputs
+
+
+def _like(agent: str, given: Mapping[str, object], where: Place) -> str:
+    """The agent whose tree this one acts by; "": its own."""
+    described = as_table(given[agent], where)
+    if "like" not in described:
+        return ""
+    other = text(described["like"], where / "like")
+    own = [name for name, value in given.items() if name != agent and "like" not in as_table(value, where)]
+    only({other: None}, own, where / "like", "agent with a tree of its own")
+    return other
+
+
+def _actions(
+    agent: str, described: Mapping[str, object], names: Names, inputs: dict[str, Unit], where: Place
+) -> Mapping[str, Mapping[str, Expression]]:
+    """Reads what each action sets; all of them set the same inputs."""
+    actions: dict[str, Mapping[str, Expression]] = {}
+    for action, settings in _some(described, "actions", where, MAX_ACTIONS).items():
+        place = where / "actions" / action
+        actions[_as_label(action, place)] = _settings(agent, as_table(settings, place), names, inputs, place)
+    return _whole(actions)
+
+
+def _outputs(agent: str, described: Mapping[str, object], inputs: dict[str, Unit], where: Place) -> tuple[str, ...]:
+    """The inputs that the numbers of an agent are, `AGENT.OUTPUT`; their units go into `inputs`."""
+    if "actions" in described:
+        raise InputError("an agent has actions or outputs, not both", where, "remove one of the two")
+    outputs: list[str] = []
+    for key, value in _some(described, "outputs", where, MAX_OUTPUTS).items():
+        place = where / "outputs" / key
+        outputs.append(f"{agent}.{as_name(key, place)}")
+        inputs[outputs[-1]] = unit_of(text(value, place), place)
+    return tuple(outputs)
+
+
+def _some(described: Mapping[str, object], key: str, where: Place, most: int) -> Mapping[str, object]:
+    """A table that must hold something."""
+    stated = table(described, key, where)
+    if not 1 <= len(stated) <= most:
+        raise InputError(f"{len(stated)} {key}, of 1 to {most}", where / key, ADVICE)
+    return stated
+
+
+def _as_label(name: str, where: Place) -> str:
+    if not NAME.fullmatch(name):
+        raise InputError(f"not a name: {name[:60]!r}", where, "use letters, digits, _ and -, a letter first")
+    return name
+
+
+def _settings(
+    agent: str, given: Mapping[str, object], names: Names, inputs: dict[str, Unit], where: Place
+) -> dict[str, Expression]:
+    """Reads what one action sets, by `AGENT.INPUT`; their units go into `inputs`."""
+    settings: dict[str, Expression] = {}
+    for key, value in given.items():
+        place, name = where / key, f"{agent}.{as_name(key, where)}"
+        setting = as_typed(value, names, place)
+        if setting.value != ZERO or setting.unit is not None:
+            unit = PURE if setting.unit is None else setting.unit
+            if inputs.setdefault(name, unit) != unit:
+                what = f"units do not fit: {format_unit(unit)}, and {format_unit(inputs[name])} in another action"
+                raise InputError(what, place, "set an input in one unit")
+        settings[name] = setting.value
+    return settings
+
+
+def _whole(actions: Mapping[str, Mapping[str, Expression]]) -> dict[str, Mapping[str, Expression]]:
+    """The actions with 0 for every input that one of them leaves out."""
+    inputs = dict.fromkeys(name for values in actions.values() for name in values)
+    return {action: {name: values.get(name, ZERO) for name in inputs} for action, values in actions.items()}
+
+
+# --- features
+
+
+def features_of(given: Mapping[str, object], names: Names, where: Place) -> dict[str, dict[str, Feature]]:
+    """The features of each agent, in their order."""
+    features: dict[str, dict[str, Feature]] = {}
+    for agent, described in given.items():
+        place = where / agent
+        stated = _some(as_table(described, place), "features", place, MAX_FEATURES)
+        features[agent] = {
+            _as_label(name, place): _feature(text(value, place / "features" / name), names, place / "features" / name)
+            for name, value in stated.items()
+        }
+    return features
+
+
+def _feature(stated: str, names: Names, where: Place) -> Feature:
+    """A feature by its text: an affine form, or sign, positive or clip of one."""
+    function, expression = feature_of(stated, FUNCTIONS, names, where)
+    if function == Measure.EQUALS.value and (form := affine(expression)) is not None:
+        return Feature(form, Measure.EQUALS)
+    if not function and isinstance(expression, Call) and expression.bounds is not None:
+        form = affine(expression.argument)
+        if form is not None:
+            return Feature(form, Measure.CLIP, expression.bounds)
+    form = affine(expression)
+    if form is None:
+        what = "a feature is an affine form of variables, sign, positive or clip of one, or an equation of two"
+        raise InputError(f"not a feature: {stated[:60]!r}", where, what)
+    return Feature(form, FUNCTIONS.get(function, Measure.VALUE))

@@ -15,8 +15,8 @@ from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
 from verify.decimals import number
 from verify.language.units import Typed, Unit, unit_of
-from verify.systems.language.expressions import Expression, Number, affine
-from verify.systems.language.parsing import FUNCTIONS, Names, expression_of, fitting
+from verify.systems.expressions import Expression, Number, affine
+from verify.systems.parsing import FUNCTIONS, Names, expression_of, fitting
 from verify.toml_places import Place
 
 ADVICE = "`maviper worlds new FILE` writes a file to start from"

@@ -33,7 +33,7 @@ from verify.states.state import State
 from verify.verdicts.opinions import Zoned, agreeing, by_zones, largest_eps, room, with_premises
 
 if TYPE_CHECKING:
-    from verify.extent.found import Where
+    from verify.extent.largest import Where
 
 UNIT = "resource units"
 SLIGHTLY = "a region that is a little smaller may be decided"

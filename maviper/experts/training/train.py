@@ -30,9 +30,8 @@ from maviper.experts import cards, network
 from maviper.experts.cards import DEFAULT, MAPPO, Judged, Request, Rival, schedule, settings
 from maviper.experts.network import ACTOR, ACTOR_CRITIC, NetworkExpert
 from maviper.files import resuming, runs
-from maviper.files.jobs import side_by_side
+from maviper.files.jobs import Scored, best_of, ensure_counts, folder_of, is_resumed, side_by_side
 from maviper.files.runs import working_alone
-from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, is_resumed
 from maviper.options import TrainOptions, make_request
 from maviper.worlds import World, find
 from maviper.worlds.world import RETURN

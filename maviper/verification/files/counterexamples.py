@@ -33,8 +33,8 @@ from verify.claims.wording import BUILT_IN, formula_document, view_document
 from verify.counterexamples.search import Counterexample
 from verify.exact import MAX_NUMBER, read_number
 from verify.kinds import MACHINE, REAL
+from verify.reports.courses import counterexample
 from verify.reports.decisions import deployed_facts
-from verify.reports.trajectories import counterexample
 from verify.states.acting import REFERENCE
 from verify.states.real import Value, value_of, write_values
 from verify.states.state import State, error_name, true_at

@@ -39,14 +39,13 @@ from verify.reach.replay import Course, is_start, replay_course
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
 from verify.reports import systems as report
-from verify.reports.trajectories import counterexample
+from verify.reports.courses import counterexample
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
-from verify.systems.given.formulas import name_inputs
-from verify.systems.given.played import as_played
-from verify.systems.properties import claims_in, claims_of
+from verify.systems.observing import as_played
+from verify.systems.properties import claims_in, claims_of, name_inputs
 from verify.systems.statement import Statement
 
 STEP = 2**14  # bytes of proof; a second or less

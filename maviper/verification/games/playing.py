@@ -20,8 +20,7 @@ from verify.claims.values import Batch
 from verify.reach.replay import Course
 from verify.states.episodes import play
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import list_roundings, with_roundings
-from verify.systems.observing import choose_actions
+from verify.systems.observing import choose_actions, list_roundings, with_roundings
 from verify.systems.statement import Statement
 from verify.systems.system import State
 

@@ -22,9 +22,9 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.checker.systems.proofs import SystemCertificate, from_json
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import as_played, with_copies
+from verify.systems.observing import as_played, with_copies
+from verify.systems.properties import spell_claim
 from verify.systems.statement import Statement
-from verify.systems.words import spell_claim
 
 WORLD_FILE = "world.toml"  # beside certificates and counterexamples
 

@@ -28,8 +28,7 @@ from maviper.worlds.outside.processes import Copy
 from maviper.worlds.outside.sources import GYMNASIUM, fault, is_named_by_user, output_aside, parse_source
 from maviper.worlds.stated.systems import Floats, Moving, MovingRule
 from verify.progress import tell
-from verify.systems.language.expressions import (
-    IN_FLOATS,
+from verify.systems.expressions import (
     Call,
     Expression,
     Name,
@@ -40,6 +39,7 @@ from verify.systems.language.expressions import (
     Quotient,
     Sum,
 )
+from verify.systems.observing import SINGLE
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Measure, ensure_in_steps
 
@@ -244,7 +244,7 @@ def _evaluate_each(expression: Power | Call, state: Columns, known: dict[Express
         case Call(function, argument, bounds):
             inner = _column(argument, state, known)
             if bounds is None:
-                return np.array([IN_FLOATS[function](number) for number in inner.tolist()])
+                return np.array([SINGLE.functions[function](number) for number in inner.tolist()])
             low, high = map(float, bounds)
             return np.array([min(max(number, low), high) for number in inner.tolist()])
 

@@ -21,8 +21,7 @@ from codegen.errors import InputError
 from codegen.ir import FeatureSpec
 from codegen.numbers import nearest_single
 from maviper.worlds.stated.systems import Floats, FlowRule, Moving, draw_rule, read, start
-from verify.systems.language.expressions import function
-from verify.systems.observing import measure_feature
+from verify.systems.observing import function, measure_feature
 from verify.systems.system import Affine, Feature, Measure
 
 if TYPE_CHECKING:

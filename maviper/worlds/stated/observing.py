@@ -27,9 +27,8 @@ from verify.states.state import State as GameState
 from verify.states.state import error_name, meaning_of, measurable
 from verify.states.state import observe_state as observe_game
 from verify.systems.observing import observe_state
-from verify.systems.regions import narrow
 from verify.systems.statement import Statement
-from verify.systems.system import Polytope, State
+from verify.systems.system import Polytope, State, narrow
 
 PLACE = f"{GOAL}_place"  # the goal's place: a world file has no goal
 UNIT = Fraction(1, 2**53)  # of a rounding, of what is rounded

@@ -21,7 +21,7 @@ from codegen.ir import Float64
 from maviper.files import kinds, runs
 from maviper.worlds.outside.sources import SYSTEM, is_named_by_user
 from verify.systems.files import MAX_BYTES, statement_of
-from verify.systems.language.expressions import function
+from verify.systems.observing import function
 from verify.systems.system import Flow, FlowCase, Interval
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from codegen.lowering.lower import lower
 from codegen.policy_json import dumps
 from codegen.targets import emit
 from maviper.cli import main
-from maviper.compilation import frama_c
+from maviper.compilation import proofs
 from maviper.compilation.run import compile_and_prove
 from tests.support.observations import blind
 from tests.support.outside import installed
@@ -36,7 +36,7 @@ def proven(style, change=lambda code: code, promise=lambda text: text, steps=STE
     files = {name: change(text) for name, text in emit(profile, ["c"], style=style).items()}
     contracts = contracts_of(profile, model)
     contracts = replace(contracts, files={name: promise(text) for name, text in contracts.files.items()})
-    return frama_c.prove_contracts(Build(profile, model, files), contracts, steps)
+    return proofs.prove_contracts(Build(profile, model, files), contracts, steps)
 
 
 @installed
@@ -135,7 +135,7 @@ def test_contracts_are_written_beside_the_c(tmp_path):
 
 
 def test_a_tool_that_gives_no_answer_is_no_proof(tmp_path, monkeypatch):
-    for tool in frama_c.TOOLS:
+    for tool in proofs.TOOLS:
         (tmp_path / tool).write_text("#!/bin/sh\nexit 0\n")
         (tmp_path / tool).chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
@@ -151,7 +151,7 @@ def test_goals_are_read_from_what_wp_prints():
 [wp] [Z3 4.8.12] Goal typed_f_ensures_2 : Timeout (Qed:1ms) (5s)
 [wp] Proved goals:    2 / 4
 """
-    assert [goal["name"] for goal in frama_c.GOAL.finditer(said)] == re.findall(r"Goal (\S+)", said)
-    assert [goal["answer"] for goal in frama_c.GOAL.finditer(said)] == ["Valid", "Valid", None, "Timeout"]
-    total = frama_c.TOTAL.search(said)
+    assert [goal["name"] for goal in proofs.GOAL.finditer(said)] == re.findall(r"Goal (\S+)", said)
+    assert [goal["answer"] for goal in proofs.GOAL.finditer(said)] == ["Valid", "Valid", None, "Timeout"]
+    total = proofs.TOTAL.search(said)
     assert (total["proved"], total["goals"]) == ("2", "4")

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from codegen.errors import InputError
-from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, is_resumed
+from maviper.files.jobs import Scored, best_of, ensure_counts, folder_of, is_resumed
 
 
 def test_the_first_of_the_best_is_kept_and_every_score_is_said(tmp_path):

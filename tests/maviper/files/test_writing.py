@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from codegen.errors import InputError, MissingToolError
-from maviper.files import runs, scratch
+from maviper.files import runs
 
 CONFIG = {"format": "x-1", "settings": {}, "command": "x"}
 SET = {"a": "first", "deeper/b": b"second", "c": "third" * 1000}
@@ -117,14 +117,14 @@ def scratch_of(process):
 HOLDING = """
 import sys, time
 from pathlib import Path
-from maviper.files.scratch import scratch_file, scratch_folder
+from maviper.files.runs import scratch_file, scratch_folder
 with scratch_file(Path("file")), scratch_folder(Path("folder")):
     print("ready", flush=True)
     time.sleep(60)
 """
 
 
-@pytest.mark.skipif(scratch.fcntl is None, reason="no file locks here")
+@pytest.mark.skipif(runs.fcntl is None, reason="no file locks here")
 def test_scratch_of_a_killed_process_is_removed_and_that_of_a_living_one_is_not(tmp_path):
     process = subprocess.Popen([sys.executable, "-c", HOLDING], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
     try:
@@ -137,7 +137,7 @@ def test_scratch_of_a_killed_process_is_removed_and_that_of_a_living_one_is_not(
         process.send_signal(signal.SIGKILL)
         process.wait(timeout=30)
         assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*held, "file"])
-        scratch._swept.clear()  # as another process begins
+        runs._swept.clear()  # as another process begins
         runs.write(tmp_path / "file", "mine again")
         assert sorted(path.name for path in tmp_path.iterdir()) == [".notes.1-2.part", "file"]
     finally:

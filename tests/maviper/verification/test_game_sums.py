@@ -38,7 +38,7 @@ from verify.result import Verdict
 from verify.states.state import sample
 from verify.systems.claims import SystemClaim
 from verify.systems.files import statement_of
-from verify.systems.words import spell_formula
+from verify.systems.properties import spell_formula
 
 
 def asked(profile, name, region, tmp_path):

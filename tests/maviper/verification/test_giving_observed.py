@@ -18,7 +18,7 @@ from maviper.verification.files.counterexamples import replay
 from tests.support import summed
 from tests.support.giving import CART, tree
 from verify.result import Verdict
-from verify.systems.given import agents
+from verify.systems import lowered
 
 REGION = "default = [-5, 5]\n"
 BOUNDED, LESS, PUSHES, HARDER, OFF, JUMPS = (
@@ -137,9 +137,9 @@ OTHER = "def other(x, v):\n    return [x + v + 0.125, 1.0] if x <= 0 else [x + v
 def test_outputs_of_two_agents_are_compared_where_they_see_the_same(tmp_path):
     (tmp_path / "one.py").write_text(ONE)
     (tmp_path / "other.py").write_text(OTHER)
-    agents = f"one={tmp_path / 'one.py'},other={tmp_path / 'other.py'}"
+    both = f"one={tmp_path / 'one.py'},other={tmp_path / 'other.py'}"
     file = tmp_path / "two.json"
-    assert run(["import", "--agents", agents, "--arrays", "float32", "--outputs", "u,w", "-o", str(file)]) == 0
+    assert run(["import", "--agents", both, "--arrays", "float32", "--outputs", "u,w", "-o", str(file)]) == 0
     near = 'formula = "x - v > 0.49 or |out(one).u - out(other).u| <= {}"'
     claims = [near.format("0.1251"), near.format("0.1249"), 'formula = "out(one).u + out(one).w <= out(other).w + 7"']
     profile = maviper.load(file)
@@ -208,8 +208,8 @@ def just_above(folder):
 def test_sums_are_proved_as_they_are_rounded(tmp_path, monkeypatch):
     """The exact sum is at most 0.3: only a proof that forgets the roundings takes that for the output."""
     assert not just_above(tmp_path)
-    monkeypatch.setattr(agents.Errors, "of", lambda errors, each: Fraction(0))
-    monkeypatch.setattr(agents, "_short", lambda bound: bound)
+    monkeypatch.setattr(lowered.Errors, "of", lambda errors, each: Fraction(0))
+    monkeypatch.setattr(lowered, "_short", lambda bound: bound)
     assert just_above(tmp_path)
 
 

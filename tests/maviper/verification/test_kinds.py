@@ -16,8 +16,8 @@ from tests.support.small import small_profile
 from verify.claims import catalogue
 from verify.claims.claim import TeamClaim
 from verify.claims.wording import region_document
-from verify.reports import kinds
-from verify.reports.lines import as_lines
+from verify.reports import report
+from verify.reports.report import as_lines
 from verify.reports.telling import Telling
 from verify.result import Cost, Evidence, Result, Verdict
 
@@ -95,7 +95,7 @@ def _registered(monkeypatch):
     )
     monkeypatch.setattr(catalogue, "FAMILIES", [*catalogue.FAMILIES, found])
     telling = Telling(facts, lambda _profile, _results: ["Names are no deeds."], ("the count",))
-    monkeypatch.setattr(kinds, "TELLINGS", {**kinds.TELLINGS, KIND: lambda: telling})
+    monkeypatch.setattr(report, "TELLINGS", {**report.TELLINGS, KIND: lambda: telling})
     done = Procedure(answer, verdict, str, lambda *_: None)
     monkeypatch.setattr(run, "PROCEDURES", {**run.PROCEDURES, KIND: lambda: done})
     environment = render._environment()

@@ -13,8 +13,7 @@ from tests.maviper.page.browsers import overhang
 from tests.support.stated import BRAKES, CAR, DRIVES, PROPERTIES, profile, verify
 from tests.support.systems import CART, MOUNTAIN
 from verify.reports import systems as report
-from verify.reports.flows import upwards
-from verify.reports.systems import region_facts, sentence
+from verify.reports.systems import region_facts, sentence, upwards
 from verify.systems.files import statement_of
 from verify.systems.properties import ensure_claims
 

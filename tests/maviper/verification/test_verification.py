@@ -355,19 +355,19 @@ def test_the_number_of_cells_is_checked(capsys, place):
 
 
 def test_an_interrupted_search_leaves_no_file(capsys, place, monkeypatch):
-    from verify.extent import found
+    from verify.extent import largest
 
     def interrupted(*given):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(found, "where", interrupted)
+    monkeypatch.setattr(largest, "where", interrupted)
     code, out, _ = run(capsys, "verify", "same.json", "--where", "-o", "report")
     assert code == ExitCode.INTERRUPTED and out == "" and not (place / "report").exists()
 
 
 def test_a_region_found_overwrites_no_region_of_the_user(capsys, place, monkeypatch):
     """Neither one that is asked about, by option or property file, nor a file that is no region found."""
-    from verify.extent import found as extent
+    from verify.extent import largest as extent
 
     monkeypatch.setattr(extent, "where", lambda *given: pytest.fail("asked before"))
     folder = place / "report"

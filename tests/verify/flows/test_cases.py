@@ -24,8 +24,8 @@ from verify.question import Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems import documents
+from verify.systems.expressions import Name, Number
 from verify.systems.files import statement_of
-from verify.systems.language.expressions import Name, Number
 from verify.systems.properties import claims_of
 
 ROOM = """

@@ -20,7 +20,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern
-from verify.systems.language.choices import vectorise
+from verify.systems.observing import ARRAYS, function
 
 
 def asked(text, profile, claim, **changes):
@@ -98,7 +98,7 @@ def test_play_reads_derivatives_as_the_tests_do():
     known = {name: random.uniform(0.5, 1.5, 50) for name in ("x", "y", "z", "one.u")}
     for expression in system.flow.rates.values():
         again = rate(expression, {**known, "number": float, "library": np})
-        assert np.allclose(vectorise(expression)(known), again, rtol=1e-13)
+        assert np.allclose(function(expression, ARRAYS)(known), again, rtol=1e-13)
 
 
 def test_a_search_stops_at_its_budget():

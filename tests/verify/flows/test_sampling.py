@@ -22,7 +22,7 @@ from verify.claims.region import UNBOUNDED
 from verify.flows.decide import decide
 from verify.flows.episodes import FlowCourse, replay_course
 from verify.question import Question
-from verify.reports.flows import sentence
+from verify.reports.systems import flow_sentence
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems import documents
@@ -142,7 +142,7 @@ def test_what_a_file_says_of_samples_is_read_exactly():
     assert flow.period == F(1, 20) and flow.jitter == (F(-4, 1000), F(3, 1000))
     assert flow.seen == ({}, {"angle": "angle 1 ago", "spin": "spin 1 ago"})
     assert late(DELAY)[0].flow.seen == ({"angle": "angle 2 ago", "spin": "spin 2 ago"},)
-    assert sentence(flow) == (
+    assert flow_sentence(flow) == (
         "of the stated flow, with actions held for 0.046 to 0.053 s, observations late by 0 to 1 periods, exactly"
     )
     hashes = {documents.content_hash(late(said)[0]) for said in (JITTER, DELAY, EITHER, "jitter = 0", "delay = 1")}

@@ -1,4 +1,4 @@
-"""One grammar: what was accepted of the two languages before it means the same; faults are marked in the text."""
+"""The grammar of texts, and units."""
 
 import json
 from fractions import Fraction
@@ -10,6 +10,7 @@ from codegen.errors import InputError
 from tests.verify.language.vocabularies import READERS, STATED
 from verify.claims.formula import holds
 from verify.claims.language.formulas import formula_of
+from verify.language.units import PURE, format_unit, times, unit_of
 
 EXAMPLES = [
     json.loads(line) for line in Path(__file__).with_name("examples.jsonl").read_text(encoding="utf-8").splitlines()
@@ -90,3 +91,42 @@ def test_long_and_odd_texts_are_cut_and_escaped_where_they_are_shown():
         READERS["game"]("true and\n" + "a.x < 1 or " * 20 + "é" + " or a.x < 1" * 20)
     _, line, mark = raised.value.where.split("\n")
     assert "\\xe9" in line and line[mark.index("^")] == "\\" and len(line) < 140 and line.startswith("  ...")
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("m/s^2", "m/s/s"),
+        ("kg*m/s**2", "m*kg/s^2"),
+        ("1/s", "m/s/m"),
+        ("rad", "none"),
+        ("", "1"),
+        ("rad/s", "1/s"),
+        ("m*s^-1", "m/s"),
+        ("m^0.5*m^0.5", "m"),
+        ("m^(1/2)/s", "m^0.5/s"),
+        ("N^0.5", "kg^0.5*m^0.5/s"),
+        ("m**-0.50", "m^( -1 / 2 )"),
+    ],
+)
+def test_units_that_are_the_same(text, same):
+    assert unit_of(text, "") == unit_of(same, "")
+
+
+@pytest.mark.parametrize("text", ["m s", "m//s", "/s", "2*m", "m^", "m^1.5.2", "m^(1/0)", "m^x", "m^99", "m+s", "*m"])
+def test_what_is_no_unit(text):
+    with pytest.raises(InputError):
+        unit_of(text, "here")
+
+
+def test_units_multiply_and_are_written():
+    speed, time = unit_of("m/s", ""), unit_of("s", "")
+    assert format_unit(times(speed, time)) == "m" and format_unit(times(speed, time, -1)) == "m/s^2"
+    assert format_unit(PURE) == "1" and format_unit(unit_of("1/s", "")) == "1/s"
+    for text, told in (
+        ("kg*m/s^2/A", "kg*m/A/s^2"),
+        ("m^0.5/s", "m^0.5/s"),
+        ("s^-0.25", "1/s^0.25"),
+        ("m^(1/3)", "m^(1/3)"),
+    ):
+        assert format_unit(unit_of(text, "")) == told and unit_of(told, "") == unit_of(text, "")

@@ -8,8 +8,8 @@ from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, Tree
 from verify.claims.language.formulas import Vocabulary, formula_of
 from verify.claims.wording import formula_document
 from verify.language.units import Typed, format_unit, unit_of
-from verify.systems.language.expressions import Call, Name, Number, Power
-from verify.systems.language.parsing import Names, expression_of, half_spaces
+from verify.systems.expressions import Call, Name, Number, Power
+from verify.systems.parsing import Names, expression_of, half_spaces
 
 EFFECTS = {"stay": (0.0, 0.0), "left": (-1.0, 0.0), "right": (1.0, 0.0), "up": (0.0, 1.0)}
 LEAF = Tree(*(np.array([number]) for number in (NO_FEATURE, 0, NO_CHILD, NO_CHILD, 0)))

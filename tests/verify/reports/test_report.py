@@ -28,8 +28,7 @@ from verify.claims.wording import OwnFormula
 from verify.question import Question
 from verify.reports import report
 from verify.reports.code import code_of
-from verify.reports.lines import as_lines
-from verify.reports.report import result_facts
+from verify.reports.report import as_lines, result_facts
 from verify.states.shares import SAMPLE_SEED, measure
 from verify.subjects import Game
 from verify.verdicts.decisions import verify

@@ -2,7 +2,7 @@
 
 import csv
 
-from verify.reports.trajectories import moment, table, tables
+from verify.reports.courses import moment, table, tables
 
 FOUND = {
     "file": "counterexample-1-stays_in.json",

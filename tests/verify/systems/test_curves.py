@@ -11,7 +11,7 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves
 from verify.claims.formula import holds
 from verify.systems.files import statement_of
-from verify.systems.properties import _build_agents, _claims
+from verify.systems.properties import _ClaimReader
 from verify.systems.system import Affine
 
 WORLD = """
@@ -44,7 +44,7 @@ FORMULAS = {
 
 def claim(formula, more=""):
     statement = statement_of(f'{WORLD}\n[[property]]\nformula = "{formula}"\n{more}', "f")
-    return _claims(statement.properties, statement.place, statement, _build_agents(statement))[0], statement
+    return _ClaimReader.of_file(statement).read(statement.properties, statement.place)[0], statement
 
 
 @pytest.mark.parametrize("formula", FORMULAS)

@@ -13,8 +13,8 @@ from tests.support.systems import CURVED, MOUNTAIN
 from verify.progress import listening
 from verify.systems.enclosures import Enclosing
 from verify.systems.files import statement_of
-from verify.systems.language.expressions import value
-from verify.systems.language.parsing import Names, expression_of
+from verify.systems.observing import function
+from verify.systems.parsing import Names, expression_of
 
 NAMES = Names({"x": (), "y": ()})
 TEXTS = (
@@ -47,7 +47,7 @@ def test_values_lie_in_the_enclosure(text, ends):
     for x in np.linspace(*map(float, box["x"]), 7):
         for y in np.linspace(*map(float, box["y"]), 5):
             state = {"x": float(x), "y": float(y)}
-            off = value(expression, state) - constant - sum(factor * state[name] for factor, name in factors)
+            off = function(expression)(state) - constant - sum(factor * state[name] for factor, name in factors)
             assert low - 1e-12 <= off <= high + 1e-12
 
 
@@ -91,8 +91,10 @@ def test_pieces_hold_the_rules_they_come_from(text):
             after = piece.step(state, acts, {})
             floats = {name: float(each) for name, each in state.items()}
             for name, move in rule.move.items():
-                told = value(move, floats)
-                told += sum(value(rule.effect[c][name], floats) for c in acts.items() if name in rule.effect.get(c, {}))
+                told = function(move)(floats)
+                told += sum(
+                    function(rule.effect[c][name])(floats) for c in acts.items() if name in rule.effect.get(c, {})
+                )
                 low, high = piece.error.get(name, (F(0), F(0)))
                 assert float(low) - 1e-12 <= told - float(after[name]) <= float(high) + 1e-12
 

@@ -20,8 +20,8 @@ from verify.checker.systems.enclosures import FUNCTIONS, ONE, Range, UnboundedEr
 from verify.language.units import PURE, unit_of
 from verify.systems.enclosures import LINES, PI, UndefinedError, _root
 from verify.systems.files import statement_of
-from verify.systems.language.expressions import value
-from verify.systems.language.parsing import Names, expression_of
+from verify.systems.observing import function
+from verify.systems.parsing import Names, expression_of
 
 mpmath = pytest.importorskip("mpmath")
 ALL = ("sin", "cos", "tan", "exp", "sqrt")
@@ -210,7 +210,7 @@ def test_pieces_hold_the_rules_in_floats():
         state = {name: F(rng.uniform(float(low), float(high))) for name, (low, high) in piece.where.items()}
         after = piece.step(state, {"one": "off"}, {})
         for name, move in rule.move.items():
-            told = value(move, {each: float(number) for each, number in state.items()})
+            told = function(move)({each: float(number) for each, number in state.items()})
             low, high = piece.error[name]
             assert float(low) - 1e-12 <= told - float(after[name]) <= float(high) + 1e-12
 
@@ -237,7 +237,7 @@ NAMES = Names({"x": PURE, "h": unit_of("m", ""), "a": unit_of("deg", ""), "k": u
 def test_units_and_values(text, unit, number):
     found = expression_of(text, NAMES, "here")
     assert found.unit == (None if unit is None else unit_of(unit, ""))
-    assert value(found.value, {"x": 0.5, "h": 2.25, "a": 30.0, "k": 3.0}) == pytest.approx(number, abs=1e-12)
+    assert function(found.value)({"x": 0.5, "h": 2.25, "a": 30.0, "k": 3.0}) == pytest.approx(number, abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,10 @@ from codegen.errors import InputError
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 from tests.support import summed
 from tests.support.giving import VARIABLES, tree, world
+from verify.systems import lowered as giving
+from verify.systems.expressions import affine
 from verify.systems.files import statement_of
-from verify.systems.given import agents as giving
-from verify.systems.given.played import as_played, with_roundings
-from verify.systems.language.expressions import affine
-from verify.systems.observing import choose_actions, observe_state
+from verify.systems.observing import as_played, choose_actions, observe_state, with_roundings
 
 FEW, MANY = 2, 120  # trees a kind
 STATES = 40

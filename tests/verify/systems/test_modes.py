@@ -5,8 +5,8 @@ from fractions import Fraction as F
 import pytest
 
 from codegen.errors import InputError, UnknownNameError
-from tests.support.heater import CASES, HEAD, read
 from tests.support.system_cases import policy, team
+from tests.support.systems import CASES, HEATER, read
 from verify.claims.formula import Acts, conjunction
 from verify.systems.properties import claims_of, ensure_claims
 from verify.systems.system import Affine, Feature, Measure
@@ -24,7 +24,7 @@ def form(constant=0, **terms):
 
 
 def test_modes_are_numbers_with_names():
-    system = read(HEAD + CASES).system
+    system = read(HEATER + CASES).system
     (_, heat) = system.variables
     assert (heat.name, heat.range, heat.modes) == ("heat", (0, 2), ("off", "low", "high"))
     assert system.features["a"]["high"] == Feature(form(-2, heat=1), Measure.EQUALS)
@@ -42,7 +42,7 @@ def moved(system, x, heat, action):
 
 
 def test_cases_hold_each_state_once_and_a_choice_is_a_piece_for_each_value():
-    system = read(HEAD + CASES).system
+    system = read(HEATER + CASES).system
     assert moved(system, 1, 2, "high") == [(3, 1, {})]
     just_below = F(1) - F(1, 10**9)
     one, other = moved(system, just_below, 2, "high")
@@ -52,36 +52,36 @@ def test_cases_hold_each_state_once_and_a_choice_is_a_piece_for_each_value():
 
 def test_choices_that_are_written_twice_are_two_and_a_name_is_one():
     apart = CASES.replace('noise", heat', 'noise + choice(0[K], 0.5[K])", heat')
-    assert {each[0] for each in moved(read(HEAD + apart).system, 0, 0, "off")} == {-1, F(-1, 2), 1, F(3, 2)}
+    assert {each[0] for each in moved(read(HEATER + apart).system, 0, 0, "off")} == {-1, F(-1, 2), 1, F(3, 2)}
     same = CASES.replace('noise", heat', 'noise - noise", heat')
-    assert {each[0] for each in moved(read(HEAD + same).system, 0, 0, "off")} == {0}
-    names = [sorted(piece.choice) for piece in read(HEAD + apart).system.pieces if piece.choice]
+    assert {each[0] for each in moved(read(HEATER + same).system, 0, 0, "off")} == {0}
+    names = [sorted(piece.choice) for piece in read(HEATER + apart).system.pieces if piece.choice]
     assert names[0] == ["noise", "x"]
 
 
 def test_modes_are_chosen_kept_and_follow_actions():
     chosen = CASES.replace('"acts(a)"', '"choice(heat, low)"')
-    assert {each[1] for each in moved(read(HEAD + chosen).system, 0, 0, "off")} == {0, 1}
-    assert {each[1] for each in moved(read(HEAD + CASES).system, 0, 1, "high")} == {2}
+    assert {each[1] for each in moved(read(HEATER + chosen).system, 0, 0, "off")} == {0, 1}
+    assert {each[1] for each in moved(read(HEATER + CASES).system, 0, 1, "high")} == {2}
 
 
 STEP = CASES + '[[property]]\nname = "avoids"\nregion = { box = { step = [2, 6] }, where = ["x >= 0.5[K]*step"] }\n'
 
 
 def test_the_step_is_known_where_a_file_speaks_of_it():
-    assert [one.name for one in read(HEAD + CASES).system.variables] == ["x", "heat"]
+    assert [one.name for one in read(HEATER + CASES).system.variables] == ["x", "heat"]
     labelled = '[[property]]\nlabel = "a step"\nname = "stays_in"\nregion = { box = { x = [-50, 50] } }\n'
-    assert [one.name for one in read(HEAD + CASES + labelled).system.variables] == ["x", "heat"]
-    system = read(HEAD + STEP).system
+    assert [one.name for one in read(HEATER + CASES + labelled).system.variables] == ["x", "heat"]
+    system = read(HEATER + STEP).system
     assert system.variables[-1].name == "step" and system.variables[-1].range == (0, 6)
     assert all(piece.move["step"] == form(1, step=1) for piece in system.pieces)
-    own = HEAD.replace("x = { unit", "step = { range = [0, 9] }\nx = { unit", 1).replace(
+    own = HEATER.replace("x = { unit", "step = { range = [0, 9] }\nx = { unit", 1).replace(
         "x = [-1, 1]", "x = [-1, 1], step = 3"
     )
     stays = STEP.replace("next = {", "next = { step = 'step',")
     assert all(piece.move["step"] == form(step=1) for piece in read(own + stays).system.pieces)
     timed = CASES.replace("heat == high and x >= 1[K]", "step >= 3")
-    assert "step" in read(HEAD + timed).system.pieces[0].where
+    assert "step" in read(HEATER + timed).system.pieces[0].where
 
 
 def test_claims_name_modes():
@@ -94,7 +94,7 @@ formula = "heat in [off, high] implies acts(a) == high"
 [[property]]
 formula = "heat not in [off, high] implies acts(a) == high"
 """
-    statement = read(HEAD + CASES + claims)
+    statement = read(HEATER + CASES + claims)
     profile = team(policy("a", ["x", "high", "number"], ["off", "high"], 0))
     avoids, inside, outside = claims_of(statement, profile, "world.toml")
     assert avoids.inside == conjunction(avoids.inside) and len(avoids.regions[0]) == 5
@@ -113,7 +113,10 @@ REFUSED = {
     "overlap": (CASES.replace('"otherwise"', '"x <= 1[K] or heat != high"'), "cases 1 and 2 overlap"),
     "gap": (CASES.replace('"otherwise"', '"heat != high"'), "leave a gap: heat = high, x in [-50, 1]"),
     "empty": (CASES.replace("x >= 1[K]", "x >= 99[K]"), "case 1 holds no state"),
-    "twice otherwise": (CASES.replace("heat == high and x >= 1[K]", "otherwise"), "several cases are 'otherwise'"),
+    "twice otherwise": (
+        CASES.replace("heat == high and x >= 1[K]", "otherwise"),
+        "several cases are 'otherwise'",
+    ),
     "both": (CASES.replace('when = "otherwise"', "where = { x = [0, 1] }"), "one piece has conditions"),
     "curved": (CASES.replace("x >= 1[K]", "x*x >= 1[K^2]"), "not an affine form"),
     "no condition": (CASES.replace('"heat == high and x >= 1[K]"', '"x"'), "not a condition"),
@@ -121,7 +124,10 @@ REFUSED = {
     "no mode": (CASES.replace('"acts(a)"', '"warm"'), "unknown mode of heat 'warm'"),
     "no sum": (CASES.replace('"acts(a)"', '"heat + 1"'), "no mode"),
     "no agent": (CASES.replace('"acts(a)"', '"acts(b)"'), "unknown agent 'b'"),
-    "error": (CASES.replace("[dynamics.let]", "[dynamics.error]\nheat = 1\n[dynamics.let]"), "a mode has no error"),
+    "error": (
+        CASES.replace("[dynamics.let]", "[dynamics.error]\nheat = 1\n[dynamics.let]"),
+        "a mode has no error",
+    ),
     "one value": (CASES.replace("choice(-1[K], 1[K])", "choice(1[K])"), "a choice has 2 to 64 values"),
     "choice of units": (CASES.replace("choice(-1[K], 1[K])", "choice(1[K], 1[m])"), "units do not fit"),
     "many": (CASES.replace("+ noise", "+ noise" + "+ choice(0[K], 1[K])" * 8), "512 ways to choose"),
@@ -137,18 +143,18 @@ REFUSED = {
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_is_refused_says_where(name):
     text, words = REFUSED[name]
-    told = refused(HEAD + text)
+    told = refused(HEATER + text)
     assert words in told and "world.toml, line" in told, told
 
 
 def test_heads_that_are_refused():
-    assert "nothing is chosen here" in refused(HEAD.replace('x = "x"', 'x = "choice(x, 1)"') + CASES)
-    assert "2 to 256 different modes" in refused(HEAD.replace('["off", "low", "high"]', '["off", "off"]') + CASES)
-    assert "unknown mode of heat 'warm'" in refused(HEAD.replace('heat = "off"', 'heat = "warm"') + CASES)
+    assert "nothing is chosen here" in refused(HEATER.replace('x = "x"', 'x = "choice(x, 1)"') + CASES)
+    assert "2 to 256 different modes" in refused(HEATER.replace('["off", "low", "high"]', '["off", "off"]') + CASES)
+    assert "unknown mode of heat 'warm'" in refused(HEATER.replace('heat = "off"', 'heat = "warm"') + CASES)
     assert "the action high, which is no mode" in refused(
-        HEAD.replace('"high"]', '"hot"]').replace("heat == high", "heat == hot")
+        HEATER.replace('"high"]', '"hot"]').replace("heat == high", "heat == hot")
         + CASES.replace("heat == high", "heat == hot")
     )
-    assert "every episode starts at step 0" in refused(HEAD.replace("x = [-1, 1]", "x = [-1, 1], step = 1") + STEP)
+    assert "every episode starts at step 0" in refused(HEATER.replace("x = [-1, 1]", "x = [-1, 1], step = 1") + STEP)
     with pytest.raises(UnknownNameError):
-        read(HEAD.replace("heat == high", "heat == hi") + CASES)
+        read(HEATER.replace("heat == high", "heat == hi") + CASES)

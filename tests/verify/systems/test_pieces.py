@@ -1,5 +1,6 @@
 """Pieces of rules: together they cover the rules' boxes, and in each the stated motion lies within form and error."""
 
+from dataclasses import replace
 from fractions import Fraction as F
 from math import cos, sin
 
@@ -9,9 +10,8 @@ import pytest
 from codegen.errors import InputError
 from tests.support.systems import CART
 from verify.progress import listening
-from verify.systems import pieces
+from verify.systems import enclosures
 from verify.systems.files import statement_of
-from verify.systems.statement import Rule
 from verify.systems.system import Variable
 
 HEAD = CART[: CART.index("[dynamics.next]")]
@@ -35,7 +35,11 @@ def within(box, at):
 def test_affine_rules_are_one_piece_without_error():
     found, ranges = stated(PLAIN)
     (rule,), (piece,) = found.rules, found.system.pieces
-    assert pieces.count(rule) == 1 and pieces.list_curved(rule) == () and list(pieces.cells(rule, ranges)) == [{}]
+    assert (
+        enclosures.count(rule) == 1
+        and enclosures.list_curved(rule) == ()
+        and list(enclosures.cells(rule, ranges)) == [{}]
+    )
     assert not piece.error and piece.move["x"].at({"x": F(1), "v": F(3)}) == F(8, 5)
     pushed = piece.step({"x": F(1), "v": F(3)}, {"cart": "left"}, {})
     assert pushed == {"x": F(8, 5), "v": F(29, 10)}
@@ -44,8 +48,8 @@ def test_affine_rules_are_one_piece_without_error():
 def test_cells_are_parts_of_the_ranges_that_meet_at_borders_only():
     found, ranges = stated(CURVED)
     (rule,) = found.rules
-    assert pieces.list_curved(rule) == ("v", "x") and pieces.count(rule) == 10
-    cells = list(pieces.cells(rule, ranges))
+    assert enclosures.list_curved(rule) == ("v", "x") and enclosures.count(rule) == 10
+    cells = list(enclosures.cells(rule, ranges))
     assert len(cells) == 10 == len({tuple(sorted(cell.items())) for cell in cells})
     volume = sum((x[1] - x[0]) * (v[1] - v[0]) for x, v in ((cell["x"], cell["v"]) for cell in cells))
     (a, b), (c, d) = ranges["x"], ranges["v"]
@@ -88,20 +92,20 @@ def test_a_box_of_a_piece_is_cut_within_the_ranges():
         "[[dynamics.piece]]\nwhere = { x = [-30, 0] }\ncuts = { x = 2 }\n[[dynamics.piece]]\nwhere = { x = [0, 10] }\n"
     )
     found, ranges = stated(text + piece)
-    assert [cell["x"] for cell in pieces.cells(found.rules[0], ranges)] == [(-10, -5), (-5, 0)]
+    assert [cell["x"] for cell in enclosures.cells(found.rules[0], ranges)] == [(-10, -5), (-5, 0)]
     assert [piece.where["x"] for piece in found.system.pieces] == [(-10, -5), (-5, 0), (0, 10)]
 
 
 def test_what_would_be_too_many_pieces_is_refused_before_any_is_made():
     found, _ = stated(CURVED)
     (rule,) = found.rules
-    many = Rule(rule.where, rule.move, rule.effect, rule.error, {"x": 1_000, "v": 5})
+    many = replace(rule, cuts={"x": 1_000, "v": 5})
     told = []
     with listening(lambda *given: told.append(given)), pytest.raises(InputError, match="more than 4096 pieces"):
-        pieces.pieces([many], found.system.variables, "f")
+        enclosures.pieces([many], found.system.variables, "f")
     assert not told
     with listening(lambda *given: told.append(given)):
-        assert pieces.pieces([rule], found.system.variables, "f") == found.system.pieces
+        assert enclosures.pieces([rule], found.system.variables, "f") == found.system.pieces
     assert [done for done, *_ in told] == sorted(done for done, *_ in told) and told[-1][:2] == (10, 10)
 
 
@@ -111,7 +115,7 @@ def test_errors_of_actions_are_those_of_the_widest():
     (rule,) = found.rules
     variables = tuple(Variable(v.name, v.unit, v.range) for v in found.system.variables)
     alone = {
-        action: pieces.pieces([Rule(rule.where, rule.move, {key: each}, {}, rule.cuts)], variables, "f")
+        action: enclosures.pieces([replace(rule, effect={key: each}, error={})], variables, "f")
         for key, each in rule.effect.items()
         for action in [key[1]]
     }

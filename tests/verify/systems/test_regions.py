@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from verify.systems.regions import apart, box_of, find_gap, is_empty, overlapping
-from verify.systems.system import Affine, HalfSpace
+from verify.systems.system import Affine, HalfSpace, apart, box_of, find_gap, is_empty, overlapping
 
 NUMBER = st.fractions(-3, 3, max_denominator=4)
 

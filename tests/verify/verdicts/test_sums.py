@@ -19,7 +19,7 @@ from verify.claims.region import Region
 from verify.claims.region_files import start_region
 from verify.claims.wording import AliveLeaves, OwnFormula
 from verify.episodes import composition
-from verify.extent.found import BEYOND, where
+from verify.extent.largest import BEYOND, where
 from verify.kinds import REAL, Semantics
 from verify.question import Question, from_start
 from verify.repair.search import repair

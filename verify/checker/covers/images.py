@@ -22,8 +22,7 @@ from verify.checker.covers.trees import TreeCuts, digits, split_by_trees
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import box_of, has_cases, hull_of
 from verify.systems.claims import SystemClaim
-from verify.systems.regions import find_gap
-from verify.systems.system import Affine, Box, Piece, System
+from verify.systems.system import Affine, Box, Piece, System, find_gap
 
 Terms = tuple[tuple[tuple[str, Fraction], ...], ...]  # of each variable's next value
 

@@ -25,7 +25,7 @@ from verify.checker.covers.boxes import BoxList, RegionCut, join_by_cell, linear
 from verify.checker.covers.trees import TreeCuts
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import ensure_complete, ensure_starts, hull_of, is_mode_value, tests_of
-from verify.systems.language.expressions import Expression, Name, Number, Product
+from verify.systems.expressions import Expression, Name, Number, Product
 from verify.systems.system import Flow, Interval, Piece, System, Variable
 
 STILL = Number(Fraction(0))

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from verify.checker.flows.intervals import Operation, Program, Tape
 from verify.checker.reading import RejectedError
-from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
+from verify.systems.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.system import Flow
 
 

@@ -38,7 +38,7 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.branch_proofs import ensure_asked
 from verify.checker.systems.proofs import FlowSets, SystemCertificate
 from verify.systems.claims import SystemClaim
-from verify.systems.language.expressions import Name
+from verify.systems.expressions import Name
 from verify.systems.system import Flow, System
 
 MAX_PARTS = 1 << 18  # of the start

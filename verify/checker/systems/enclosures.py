@@ -26,7 +26,7 @@ from typing import NamedTuple, TypeAlias
 
 from verify.checker.reading import RejectedError
 from verify.systems.claims import CurveOverCell
-from verify.systems.language.expressions import (
+from verify.systems.expressions import (
     Call,
     Expression,
     Name,
@@ -41,9 +41,8 @@ from verify.systems.language.expressions import (
     terms,
     total,
 )
-from verify.systems.regions import find_gap
 from verify.systems.statement import Rule, Statement
-from verify.systems.system import Affine, Box, Interval, Piece
+from verify.systems.system import Affine, Box, Interval, Piece, find_gap
 
 BITS = 128
 ONE = 1 << BITS

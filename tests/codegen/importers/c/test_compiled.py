@@ -24,7 +24,7 @@ from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.reading import NOT_COMPARED
 from codegen.importers.symbolic import feature
 from tests.codegen.importers.origins import label_of
-from verify.reports.trusted import readers
+from verify.reports.telling import readers
 
 COMPILER = find_compiler()
 pytestmark = [pytest.mark.compile, pytest.mark.skipif(COMPILER is None, reason="no C compiler")]

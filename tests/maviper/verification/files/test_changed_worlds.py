@@ -14,7 +14,7 @@ from maviper.cli.main import run as command
 from maviper.verification.files.certificates import check_file
 from tests.support.stated import BRAKES, profile
 from verify.systems.files import statement_of
-from verify.systems.language.expressions import value
+from verify.systems.observing import function
 
 WORLD = """
 name = "cart"
@@ -113,9 +113,9 @@ def meaning(statement):
             found += [(agent, name, each.measure, each.bounds, each.form.at(state)) for name, each in features.items()]
         for rule in statement.rules:
             if all(low <= state[name] <= high for name, (low, high) in rule.where.items()):
-                moved = {name: round(value(each, floats), 12) for name, each in rule.move.items()}
+                moved = {name: round(function(each)(floats), 12) for name, each in rule.move.items()}
                 acted = {
-                    (choice, name): round(value(each, floats), 12)
+                    (choice, name): round(function(each)(floats), 12)
                     for choice, added in rule.effect.items()
                     for name, each in added.items()
                 }
@@ -163,7 +163,7 @@ def test_a_changed_world_is_refused_or_means_the_same(proved):
 
 
 def test_a_checker_that_does_not_look_is_found_out(proved, monkeypatch):
-    for form in ("systems", "covers"):
-        monkeypatch.setattr(f"verify.checker.{form}.certificates.check_certificate", lambda *given: 1)
+    for form in ("systems.branch_proofs", "covers.sweep"):
+        monkeypatch.setattr(f"verify.checker.{form}.check_certificate", lambda *given: 1)
     with pytest.raises(AssertionError):
         sweep(proved)

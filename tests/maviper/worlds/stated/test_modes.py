@@ -8,14 +8,14 @@ from codegen.ir import EntitySpec
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
 from maviper.worlds.stated.environment import StatedEnv
-from tests.support.heater import CASES, HEAD, read
 from tests.support.system_cases import policy, team
+from tests.support.systems import CASES, HEATER, read
 
 CLAIM = '\n[[property]]\nlabel = "warm"\nname = "stays_in"\nregion = { box = { x = [-4, 4] } }\n'
 
 
 def test_play_draws_choices_and_observes_modes():
-    env = StatedEnv(read(HEAD + CASES), "heater")
+    env = StatedEnv(read(HEATER + CASES), "heater")
     space = env.observation_space("a")
     assert space.low.tolist() == [-50, 0, 0] and space.high.tolist() == [50, 1, 2]
     steps = set()
@@ -35,7 +35,7 @@ def test_play_draws_choices_and_observes_modes():
 
 def test_a_counterexample_says_what_was_chosen_and_replays(tmp_path, capsys):
     world, profile, report = (tmp_path / name for name in ("heater.toml", "heater.json", "report"))
-    world.write_text(HEAD + CASES + CLAIM)
+    world.write_text(HEATER + CASES + CLAIM)
     cools = team(policy("a", ["x", "high", "number"], ["off", "high"], 0))
     agent = EntitySpec("a", 0.0, 0.0, None, False)
     cools = replace(cools, world=replace(cools.world, agents=(agent,)))

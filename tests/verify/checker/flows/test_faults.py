@@ -16,7 +16,7 @@ from verify.checker.flows.steps import FlowStep
 from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.checker.reading import RejectedError
 from verify.systems.claims import Pattern
-from verify.systems.language.expressions import Name, Number, Power, Product
+from verify.systems.expressions import Name, Number, Power, Product
 from verify.systems.system import Flow
 
 

@@ -17,7 +17,7 @@ from verify.checker.flows import intervals
 from verify.checker.flows.intervals import Program, Spans, Tape
 from verify.checker.flows.series import AROUND, ON_THE_WAY, FlowReading, Stepping, StepPrograms, centre_of, error_name
 from verify.language.units import PURE
-from verify.systems.language.parsing import Names, expression_of
+from verify.systems.parsing import Names, expression_of
 from verify.systems.system import Flow
 
 ENDS = [0.0, 1.0, 3.0, 0.1, 2.0**-1074, 3e-320, 2.0**-1022, 1.5e-160, 7e150, 1.7e308]

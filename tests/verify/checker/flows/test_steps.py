@@ -11,8 +11,8 @@ from verify.checker.flows.series import FlowReading
 from verify.checker.flows.steps import FlowStep, Stepping, build_frames
 from verify.checker.reading import RejectedError
 from verify.language.units import PURE
-from verify.systems.language.expressions import Call, Name, Number, Product, Quotient
-from verify.systems.language.parsing import Names, expression_of
+from verify.systems.expressions import Call, Name, Number, Product, Quotient
+from verify.systems.parsing import Names, expression_of
 from verify.systems.system import Flow
 
 mpmath = pytest.importorskip("mpmath")

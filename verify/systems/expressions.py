@@ -1,25 +1,51 @@
-"""What a world file writes about numbers, as trees: sums, products, quotients, powers and functions.
+"""Expressions over the variables of a state, in exact numbers: affine forms, sums, products, quotients, functions.
 
-Does: the data of expressions; which names stand in one; puts expressions in place of names; the affine form of one
-  that is affine; its value in floats.
+Does: the data; intervals and boxes; which names stand in an expression; puts expressions in place of names; the affine
+  form of one that is affine.
 Assumes: constants of a file are numbers already.
 Does not: read text (parsing.py) or enclose what is not affine (enclosures.py).
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from operator import itemgetter
 from typing import TypeAlias
 
-from verify.systems.affine import Affine, Interval
+State = Mapping[str, Fraction]
+Interval = tuple[Fraction, Fraction]
+Box = Mapping[str, Interval]  # closed; a variable that is not named is free
+
+
+@dataclass(frozen=True)
+class Affine:
+    """A sum of multiples of variables and a constant: `terms` by name, in order, none of them 0."""
+
+    terms: tuple[tuple[str, Fraction], ...] = ()
+    constant: Fraction = Fraction(0)
+
+    @staticmethod
+    def of(terms: Mapping[str, Fraction], constant: Fraction = Fraction(0)) -> Affine:
+        """The form with these terms, in the one order in which equal forms are equal data."""
+        return Affine(tuple(sorted((name, factor) for name, factor in terms.items() if factor)), constant)
+
+    def at(self, state: State) -> Fraction:
+        """Its value in a state."""
+        return self.constant + sum((factor * state[name] for name, factor in self.terms), Fraction(0))
+
+    def plus(self, other: Affine, times: Fraction = Fraction(1)) -> Affine:
+        """This form and a multiple of another."""
+        if not other.terms:
+            return Affine(self.terms, self.constant + (other.constant if times == 1 else times * other.constant))
+        terms = dict(self.terms)
+        for name, factor in other.terms:
+            terms[name] = terms.get(name, Fraction(0)) + times * factor
+        return Affine.of(terms, self.constant + times * other.constant)
+
 
 ONE, ZERO = Fraction(1), Fraction(0)
-ROUNDED = 1e-12  # what rounding may take from a number that is 0
 
 
 @dataclass(frozen=True)
@@ -204,56 +230,3 @@ def of_affine(form: Affine) -> Expression:
     """An affine form as an expression."""
     made: list[Expression] = [Product(Number(factor), Name(name)) for name, factor in form.terms]
     return total([*made, Number(form.constant)] if form.constant or not made else made)
-
-
-def function(expression: Expression) -> Callable[[Mapping[str, float]], float]:
-    """Its value in a state, in float64, operation by operation as it is written.
-
-    The function raises ZeroDivisionError, OverflowError and ValueError as Python has them.
-    """
-    match expression:
-        case Number(constant):
-            number = float(constant)
-            return lambda state: number
-        case Pi():
-            return lambda state: math.pi
-        case Name(name):
-            return itemgetter(name)
-        case Power(base, exponent):
-            under = function(base)
-            return lambda state: under(state) ** exponent
-        case Call(called, argument, bounds):
-            inner = function(argument)
-            if bounds is not None:
-                low, high = map(float, bounds)
-                return lambda state: min(max(inner(state), low), high)
-            called_by = IN_FLOATS[called]
-            return lambda state: called_by(inner(state))
-        case Sum(left, right):
-            one, other = function(left), function(right)
-            return lambda state: one(state) + other(state)
-        case Product(left, right):
-            one, other = function(left), function(right)
-            return lambda state: one(state) * other(state)
-        case Quotient(left, right):
-            one, other = function(left), function(right)
-            return lambda state: one(state) / other(state)
-
-
-def _root(number: float) -> float:
-    """The square root, 0 of what rounding has put below 0."""
-    return math.sqrt(0.0 if -ROUNDED < number < 0 else number)
-
-
-IN_FLOATS: Mapping[str, Callable[[float], float]] = {
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "exp": math.exp,
-    "sqrt": _root,
-}
-
-
-def value(expression: Expression, state: Mapping[str, float]) -> float:
-    """Its value in a state, as `function` computes it."""
-    return function(expression)(state)

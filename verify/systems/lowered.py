@@ -1,10 +1,10 @@
-"""Agents that test sums or give numbers, as agents that test single features and take actions: what proofs read.
+"""Agents that test sums or give numbers, lowered: as agents that test single features and take actions.
 
 Does: makes of such an agent a plain tree over exact affine features, in which each leaf is an action that sets the
   agent's inputs to affine forms of the state; states how much rounding may change each sum, as a variable of its own.
 Assumes: a checked profile, whose features the file states; states within the ranges of the variables.
 Does not: leave out a decision. In each state within the ranges there are values of these variables, within their
-  bounds, with which the plain agent decides as the real one (played.py says which).
+  bounds, with which the plain agent decides as the real one (observing.py says which).
 
 A sum that an agent computes is its exact value plus an error. The error has a bound known from the order of the
 operations and the ranges of the features: see `Errors`. A variable of a system holds error and bound together, so it is
@@ -24,7 +24,7 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import CONSTANT, MAX_LENGTH, NO_FEATURE, ROOT, ActionSpec, AgentPolicy, FeatureSpec, Sum, Tree, outputs
 from codegen.numbers import neighbour
 from codegen.sums import DOUBLE_SUMS, choose_numbers
-from verify.systems.language.expressions import Expression, Number, of_affine
+from verify.systems.expressions import Expression, Number, of_affine
 from verify.systems.system import Affine, Feature, Interval, Measure
 
 MAX_ACTIONS = 1_024

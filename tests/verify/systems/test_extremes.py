@@ -8,9 +8,10 @@ import pytest
 from codegen.errors import InputError
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.language.units import PURE, unit_of
+from verify.systems.expressions import Number
 from verify.systems.files import statement_of
-from verify.systems.language.expressions import Number, value
-from verify.systems.language.parsing import Names, expression_of
+from verify.systems.observing import function
+from verify.systems.parsing import Names, expression_of
 
 NAMES = Names({"x": PURE, "y": PURE, "v": unit_of("m", "")})
 CASES = {
@@ -27,7 +28,7 @@ CASES = {
 def test_values_are_those_of_python(text):
     read = expression_of(text, NAMES, "here").value
     for x, y in [*np.random.default_rng(0).uniform(-2, 2, (200, 2)).tolist(), [0.0, 0.0], [0.5, 0.5], [-1.0, 1.0]]:
-        assert abs(value(read, {"x": x, "y": y}) - CASES[text](x, y)) < 1e-12
+        assert abs(function(read)({"x": x, "y": y}) - CASES[text](x, y)) < 1e-12
 
 
 @pytest.mark.parametrize("text", CASES)
@@ -62,7 +63,7 @@ y = 2
 
 def test_constants_are_numbers_and_units_have_to_fit():
     assert expression_of("max(1/3, 0.25)", Names({}), "here").value is not None
-    assert value(expression_of("min(abs(-2), 3)", Names({}), "here").value, {}) == 2
+    assert function(expression_of("min(abs(-2), 3)", Names({}), "here").value)({}) == 2
     assert isinstance(expression_of("2", Names({}), "here").value, Number)
     for text, words in (("max(x, v)", "units do not fit"), ("abs(x, y)", "abs has other"), ("min(x)", "min has other")):
         with pytest.raises(InputError, match=words):

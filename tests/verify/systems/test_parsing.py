@@ -9,9 +9,9 @@ from tests.support.systems import CART
 from verify.decimals import exact
 from verify.language.parser import Source, tokens
 from verify.language.units import PURE, unit_of
+from verify.systems.expressions import affine
 from verify.systems.files import statement_of
-from verify.systems.language.expressions import affine
-from verify.systems.language.parsing import Names, expression_of, half_spaces
+from verify.systems.parsing import Names, expression_of, half_spaces
 
 NAMES = Names({"x": PURE, "v": PURE, "cart.x": PURE})
 ENDS_OF_LINES = "\n\r\v\f\x1c\x1d\x1e\x85\u2028\u2029"  # of str.splitlines

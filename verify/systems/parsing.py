@@ -1,18 +1,21 @@
-"""Expressions, conditions and features of a world file, read from texts with their units.
+"""Expressions, conditions, features and values of modes in a world file, read from texts with their units.
 
-Does: names, + - * / **, pi and functions as expressions; comparisons as half spaces.
+Does: names, + - * / **, pi and functions as expressions; conditions as unions of polytopes; what a rule sets a mode to;
+  choices, each as a name, and the rule of each way to choose.
 Assumes: the names that a text may use are given with their units. Units that do not fit are refused.
-Does not: parse (verify.language), or evaluate.
+Does not: parse (verify/language), evaluate, or say whether polytopes overlap or are empty (motion.py).
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
+from math import prod
 from typing import NamedTuple, TypeVar
 
 from codegen.errors import InputError
 from verify.language.parser import (
+    ACTS,
     BARS,
     NEXT,
     PRIME,
@@ -22,6 +25,7 @@ from verify.language.parser import (
     Limits,
     NameNode,
     Node,
+    Prefixed,
     Source,
     Token,
     parse,
@@ -39,8 +43,7 @@ from verify.language.units import (
     resolve_modes,
     times,
 )
-from verify.systems.language.conditions import polytopes
-from verify.systems.language.expressions import (
+from verify.systems.expressions import (
     Call,
     Expression,
     Name,
@@ -53,6 +56,8 @@ from verify.systems.language.expressions import (
     affine,
     degree,
     extent,
+    names,
+    substitute,
 )
 from verify.systems.system import Affine, HalfSpace, Polytope
 from verify.toml_places import Place
@@ -68,6 +73,7 @@ ABOVE, BELOW = (Fraction(0), Fraction(LARGEST)), (-Fraction(LARGEST), Fraction(0
 EQUALS = "equals"
 CHOICE = "choice"
 MAX_CHOICE = 64  # values of one choice
+MAX_WAYS = 256  # to choose in one rule
 SPECIAL = "#\\'\""  # a comment would hide what follows it; texts and line ends are no part of expressions
 MINUS = Number(Fraction(-1))
 IN_RADIANS = Product(Number(Fraction(1, 180)), Pi())  # of a degree
@@ -85,20 +91,90 @@ class Option(NamedTuple):
     written: str
 
 
-Choice = tuple[Option, ...]
+class ChosenMotion(NamedTuple):
+    """The next value of each variable for some choices, and what these are in the words of the file."""
+
+    next: Mapping[str, Expression]
+    words: Mapping[str, str]
+
+
+class Choices:
+    """The choices that the texts of a table hold: a name stands for each in expressions."""
+
+    def __init__(self) -> None:
+        self._made: dict[str, tuple[Option, ...]] = {}
+        self._called: dict[str, str] = {}  # each, in the words of the file
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._made
+
+    def add(self, values: Iterable[Expression], text: str) -> str:
+        """The name that stands for a further choice, whose values are written in `text` from its parenthesis on."""
+        name = f"{CHOICE} {len(self._made) + 1}"
+        self._made[name] = tuple(map(Option, values, _arguments(text)))
+        return name
+
+    def call(self, name: str) -> None:
+        """Calls the choices that were read last by the name that they stand under; a second one gets a number too."""
+        fresh = [each for each in self._made if each not in self._called]
+        for number, each in enumerate(fresh, 1):
+            self._called[each] = name if number == 1 and name not in self._called.values() else f"{name} {number}"
+
+    def ways(self, stated: Mapping[str, Expression], where: Place) -> Iterator[ChosenMotion]:
+        """The next values for each way to choose. InputError for too many."""
+        used = self._find_used(stated.values())
+        count = prod(len(self._made[name]) for name in used)
+        if count > MAX_WAYS:
+            raise InputError(f"{count:,} ways to choose, of at most {MAX_WAYS}", where, "choose between fewer values")
+        for options in product(*(self._made[name] for name in used)):
+            taken = dict(zip(used, options, strict=True))
+            words = {self._called[name]: option.written for name, option in taken.items()}
+            yield ChosenMotion({name: _replace_choices(each, taken) for name, each in stated.items()}, words)
+
+    def _find_used(self, stated: Iterable[Expression]) -> list[str]:
+        """The choices that expressions hold, those within others included, in the order in which they were read."""
+        used: set[str] = set()
+        pending = [name for each in stated for name in names(each) if name in self._made]
+        while pending:
+            name = pending.pop()
+            if name not in used:
+                used.add(name)
+                pending += [
+                    other for option in self._made[name] for other in names(option.value) if other in self._made
+                ]
+        return [name for name in self._made if name in used]
+
+
+def _replace_choices(expression: Expression, taken: Mapping[str, Option]) -> Expression:
+    """The expression with what is taken in place of choices."""
+    while names(expression) & taken.keys():
+        expression = substitute(expression, {name: option.value for name, option in taken.items()})
+    return expression
+
+
+def _arguments(text: str) -> list[str]:
+    """The arguments of a call as they are written, from its parenthesis on."""
+    cuts, depth = list[int](), 0
+    for place, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if (letter, depth) in (("(", 1), (",", 1), (")", 0)):
+            cuts.append(place)
+        if (letter, depth) == (")", 0):
+            break
+    given = [text[one + 1 : other].strip() for one, other in pairwise(cuts)]
+    return [each for each in given if each]
 
 
 @dataclass(frozen=True)
 class Names:
     """The names that a text may use: `known` are variables and inputs, `meant` constants and what `let` names; `modes`
-    those of variables that have some. `choices`: where texts may hold choices, those that were read, by the name that
-    stands for each in an expression.
+    those of variables that have some. `choices`: where texts may hold choices, those that were read.
     """
 
     known: Mapping[str, Unit]
     meant: Mapping[str, Typed[Expression]] = field(default_factory=dict[str, Typed[Expression]])
     modes: Modes = field(default_factory=dict[str, tuple[str, ...]])
-    choices: dict[str, Choice] | None = None
+    choices: Choices | None = None
 
 
 def expression_of(text: str, names: Names, where: Place | str) -> Typed[Expression]:
@@ -150,19 +226,6 @@ def half_spaces(text: str, names: Names, where: Place | str) -> Polytope:
 def conditions(text: str, names: Names, where: Place | str) -> list[Polytope]:
     """The polytopes of a condition, of which a state lies in one just where it holds."""
     return read_with(text, names, where, lambda reader, tree: reader.polytopes(tree))
-
-
-def arguments(text: str) -> list[str]:
-    """The arguments of a call as they are written, from its parenthesis on."""
-    cuts, depth = list[int](), 0
-    for place, letter in enumerate(text):
-        depth += (letter == "(") - (letter == ")")
-        if (letter, depth) in (("(", 1), (",", 1), (")", 0)):
-            cuts.append(place)
-        if (letter, depth) == (")", 0):
-            break
-    given = [text[one + 1 : other].strip() for one, other in pairwise(cuts)]
-    return [each for each in given if each]
 
 
 def read_with(text: str, names: Names, where: Place | str, read: "Callable[[_Expressions, Node], Read]") -> Read:
@@ -306,10 +369,7 @@ class _Expressions(Arithmetic[Expression]):
         unit = first.unit
         for other in others:
             unit = self.same(Typed(first.value, unit), other, call.token)
-        texts = arguments(self.source.text[place + len(CHOICE) :])
-        name = f"{CHOICE} {len(made) + 1}"
-        made[name] = tuple(Option(one.value, text) for one, text in zip(given, texts, strict=True))
-        return Typed(Name(name), unit)
+        return Typed(Name(made.add((one.value for one in given), self.source.text[place + len(CHOICE) :])), unit)
 
     def polytopes(self, tree: Node) -> list[Polytope]:
         """The polytopes of a condition."""
@@ -373,3 +433,106 @@ class _Expressions(Arithmetic[Expression]):
             if is_so:
                 raise self.source.wrong(what, token.place, "simplify the expression")
         return expression
+
+
+MAX_POLYTOPES = 1_000
+Compare = Callable[[Node, Token, Node], Affine]  # one side less the other, as an affine form
+COMPARING = "write comparisons, and join them by and, or, not"
+OPPOSITE = Fraction(-1)
+
+
+def polytopes(source: Source, node: Node, less: Compare) -> list[Polytope]:
+    """Polytopes of which a state lies in one just where the condition of a tree holds."""
+    match node:
+        case Joined(_, Level.OR, first, rest):
+            union = [each for part in (first, *(other for _, other in rest)) for each in polytopes(source, part, less)]
+        case Joined(_, Level.AND, first, rest):
+            union = _every([polytopes(source, part, less) for part in (first, *(other for _, other in rest))])
+        case Prefixed(_, signs, inside) if "not" in signs:
+            union = polytopes(source, inside, less)
+            union = outside(union) if len(signs) % 2 else union
+        case Joined(_, Level.RELATION, first, rest):
+            sides = [first, *(other for _, other in rest)]
+            signs = [sign for sign, _ in rest]
+            union = _every(
+                [_compare_to_zero(source, less(*each), each[1]) for each in zip(sides, signs, sides[1:], strict=False)]
+            )
+        case _:
+            raise source.wrong("not a condition", node.token.place, COMPARING)
+    if len(union) > MAX_POLYTOPES:
+        raise source.wrong("too many alternatives", node.token.place, "split the case")
+    return union
+
+
+def outside(regions: Sequence[Polytope]) -> list[Polytope]:
+    """Polytopes of which a state lies in one just where it lies in none of some."""
+    return _every([[(_opposite(half),) for half in region] for region in regions])
+
+
+def _every(parts: Sequence[Sequence[Polytope]]) -> list[Polytope]:
+    union: list[Polytope] = [()]
+    for part in parts:
+        union = [(*one, *other) for one, other in product(union, part)]
+        if len(union) > MAX_POLYTOPES:
+            return union
+    return union
+
+
+def _opposite(half: HalfSpace) -> HalfSpace:
+    return HalfSpace(Affine().plus(half.form, OPPOSITE), not half.strict)
+
+
+def _compare_to_zero(source: Source, less: Affine, sign: Token) -> list[Polytope]:
+    """`less` compared with 0."""
+    more = Affine().plus(less, OPPOSITE)
+    match sign.text:
+        case "<=" | "<":
+            return [(HalfSpace(less, sign.text == "<"),)]
+        case ">=" | ">":
+            return [(HalfSpace(more, sign.text == ">"),)]
+        case "==":
+            return [(HalfSpace(less), HalfSpace(more))]
+        case "!=":
+            return [(HalfSpace(less, True),), (HalfSpace(more, True),)]
+        case _:
+            raise source.wrong("not a comparison", sign.place, COMPARING)
+
+
+Actions = Mapping[str, Sequence[str]]  # of each agent
+OF_MODES = "write one of its modes, its name to keep it, acts(AGENT), or choice(.., ..) of these"
+
+
+def input_of(agent: str, variable: str) -> str:
+    """The name of the input by which an agent's action is a mode of a variable. No text can write it."""
+    return f"{agent}.acts as {variable}"
+
+
+def mode_of(text: str, variable: str, names: Names, actions: Actions, where: Place) -> Expression:
+    """Reads the value of a mode from a text. InputError for anything else."""
+    return read_with(text, names, where, lambda reader, tree: _value(reader.source, tree, variable, names, actions))
+
+
+def _value(source: Source, node: Node, variable: str, names: Names, actions: Actions) -> Expression:
+    known = names.modes[variable]
+    match node:
+        case NameNode(token) if token.text in known:
+            return Number(Fraction(known.index(token.text)))
+        case NameNode(token) if token.text in names.modes:
+            if tuple(names.modes[token.text]) != tuple(known):
+                raise source.wrong(f"{token.text} has other modes than {variable}", token.place, OF_MODES)
+            return Name(token.text)
+        case NameNode(token):
+            raise source.unknown(f"mode of {variable}", token, known)
+        case CallNode(token, (NameNode(agent),)) if token.text == ACTS:
+            if agent.text not in actions:
+                raise source.unknown("agent", agent, actions)
+            strange = [action for action in actions[agent.text] if action not in known]
+            if strange:
+                what = f"{agent.text} has the action {strange[0]}, which is no mode of {variable}"
+                raise source.wrong(what, token.place, f"add it to the modes of {variable}")
+            return Name(input_of(agent.text, variable))
+        case CallNode(token, given) if token.text == CHOICE and len(given) > 1 and names.choices is not None:
+            values = [_value(source, each, variable, names, actions) for each in given]
+            return Name(names.choices.add(values, source.text[token.place + len(CHOICE) :]))
+        case _:
+            raise source.wrong("no mode", node.token.place, OF_MODES)
