@@ -20,7 +20,7 @@ from codegen import process
 from maviper import claims, options
 from maviper import errors as errors
 from maviper.importing.verbs import from_file, from_onnx, from_sklearn
-from maviper.options.profiles import TARGETS
+from maviper.options.verbs import TARGETS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -90,7 +90,7 @@ def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions])
     from pathlib import Path
 
     from maviper.console import Console
-    from maviper.experts.training.run import train_expert
+    from maviper.experts.training.train import train_expert
 
     return train_expert(world, Path(output), Console(quiet=True), **asked)
 

@@ -281,7 +281,7 @@ SAMPLED = {
     ),
     "DRAWN": ("verify.extent.largest",),
     "ON_POLICY_EPISODES": ("maviper.episodes.trees", "maviper.verification.diff"),
-    "EVALUATION_EPISODES": ("maviper.evaluation.held_out", "maviper.cli.tour"),
+    "EVALUATION_EPISODES": ("maviper.evaluation.held_out", "maviper.tour"),
 }
 
 
@@ -326,17 +326,17 @@ def world():
 
 @pytest.fixture(scope="session")
 def expert():
-    from maviper.experts import store
+    from maviper.experts import network
 
-    return store.load("physical-deception")[0]
+    return network.load("physical-deception")[0]
 
 
 @pytest.fixture(scope="session")
 def clone():
     """A network that imitated the script: fixed roles, which small trees learn, and unlearn, at once."""
-    from maviper.experts import store
+    from maviper.experts import network
 
-    return store.load("physical-deception@clone")[0]
+    return network.load("physical-deception@clone")[0]
 
 
 @pytest.fixture(scope="session")

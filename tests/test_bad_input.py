@@ -21,9 +21,9 @@ from hypothesis import strategies as st
 
 from codegen import policy_json, profiles
 from codegen.errors import ExitCode
+from maviper import tour
 from maviper.cli import main
 from maviper.files import runs
-from maviper.tour import handout
 from tests.support.strategies import WORLD
 from verify.claims.region_files import positions
 
@@ -524,7 +524,7 @@ def test_interrupted_at_a_random_moment(tmp_path, how, attempt):
     folder.mkdir()
     (folder / "profile.json").write_text("{}")
     earlier = {"sha256": {"profile.json": hashlib.sha256(b"{}").hexdigest()}}
-    (folder / handout.MANIFEST).write_text(json.dumps(earlier))
+    (folder / tour.MANIFEST).write_text(json.dumps(earlier))
     process, first = started("demo", "-o", folder, "--seed", attempt, cwd=tmp_path)
     time.sleep(random.Random(f"{how}{attempt}").uniform(0.0, 9.0))
     process.send_signal(how)

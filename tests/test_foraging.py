@@ -14,7 +14,7 @@ from maviper.cli import main
 from maviper.episodes import measures
 from maviper.episodes.play import Policies, tree_policies
 from maviper.evaluation import held_out
-from maviper.experts import store
+from maviper.experts import network
 from maviper.worlds.checking import check, usable
 from maviper.worlds.matching import plays
 from tests.support.generated import FOLDER
@@ -53,7 +53,7 @@ def greedy(adapter, script):
 @pytest.fixture(scope="module")
 def expert(script):
     """What learned from reward."""
-    return store.load(str(PLACE / "expert.safetensors"), script.world)[0]
+    return network.load(str(PLACE / "expert.safetensors"), script.world)[0]
 
 
 def returned(world, controllers, seeds=SEEDS):

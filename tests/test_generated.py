@@ -10,9 +10,8 @@ import subprocess
 import pytest
 
 from codegen.agreement.compiled import find_compiler
-from maviper import load
+from maviper import load, tour
 from maviper.files import runs
-from maviper.tour import handout
 from tests.support.generated import FOLDER
 
 pytestmark = [pytest.mark.compile, pytest.mark.solver]
@@ -26,15 +25,15 @@ def present():
 
 @pytest.mark.slow
 def test_all_files_follow_from_the_extracted_profile(golden):
-    profile = load(FOLDER / handout.EXTRACTED / runs.PROFILE_FILE)
-    files = handout.handout(handout.compile_trees(handout.verify_trees(profile), handout.repair_trees(profile)))
+    profile = load(FOLDER / tour.EXTRACTED / runs.PROFILE_FILE)
+    files = tour.handout(tour.compile_trees(tour.verify_trees(profile), tour.repair_trees(profile)))
     assert set(files) == set(present())
     golden("generated/physical_deception", files)
 
 
 def test_the_demo_knows_before_its_work_what_it_will_write():
     """All but the numbered files, so that it refuses to write over those of somebody else."""
-    assert {name for name in present() if "-1-" not in name and "_1_" not in name} == set(handout.NAMES)
+    assert {name for name in present() if "-1-" not in name and "_1_" not in name} == set(tour.NAMES)
 
 
 def test_the_manifest_names_every_hash():

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from maviper.experts import store
+from maviper.experts import network
 
 ROOT = Path(__file__).parent.parent
 pytestmark = pytest.mark.slow
@@ -44,7 +44,7 @@ def test_templates_experts_and_manual_are_inside_and_nothing_else(wheel):
     place = "codegen/templates/"
     assert {name.removeprefix(place) for name in names if name.startswith(place)} - {"__init__.py"} == templates
     place = "maviper/experts/shipped/"
-    best = {store.file_of(stem, seed) for stem, _, seed in store.LEARNED.values()}
+    best = {network.file_of(stem, seed) for stem, _, seed in network.LEARNED.values()}
     experts = {name.removeprefix(place) for name in names if name.startswith(place)} - {"__init__.py"}
     assert experts == best | {name.replace(".safetensors", ".json") for name in best}
     assert "maviper/reproduction/claims.toml" in names
@@ -90,6 +90,6 @@ def test_the_demo_runs_from_another_folder(wheel, tmp_path):
     assert (elsewhere / "tour" / "physical_deception.py").exists() and committed.exists()
     command = [tmp_path / "fresh" / "bin" / "maviper", "evaluate", "predator-prey@maddpg", "--episodes", "100"]
     done = subprocess.run(command, cwd=elsewhere, capture_output=True, text=True, check=False, env=environment)
-    assert done.returncode == 2 and store.REPOSITORY in done.stderr  # says where it lies
+    assert done.returncode == 2 and network.REPOSITORY in done.stderr  # says where it lies
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr  # in a clone it is found by name

@@ -1,7 +1,7 @@
 """The last named level before text: legal names, exact literals, and the order in which text is written.
 
 Does: turns a checked profile into the model that templates receive, which is plain data.
-Assumes: `check.check` found nothing (names are legal, trees sound).
+Assumes: `check.violations` finds nothing (names are legal, trees sound).
 Does not: write text of any language, or change a decision.
 """
 

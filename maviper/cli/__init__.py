@@ -1,4 +1,4 @@
-"""The command line: one file a command.
+"""The command line: one file for commands that belong together.
 
 Does: parses, calls the library, prints.
 Assumes: every command is also a function of `maviper`.

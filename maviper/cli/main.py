@@ -1,33 +1,19 @@
 """The command line: all commands in one group.
 
 Does: gathers the commands under chapters, states the exit codes, runs a command line inside a program.
-Assumes: each command is in a file of its own, which imports nothing heavy before the command runs.
-Does not: turn exceptions into exit codes (exits.py) or lay out help texts (group.py).
+Assumes: files of commands import nothing heavy before a command runs.
+Does not: turn exceptions into exit codes (exits.py) or lay out help texts (options.py).
 """
 
 import click
 
 from maviper.cli import exits
-from maviper.cli.check import check
-from maviper.cli.compile import compile_verb
-from maviper.cli.demo import demo
-from maviper.cli.diff import diff
-from maviper.cli.evaluate import evaluate
-from maviper.cli.exploit import exploit
-from maviper.cli.extract import extract
-from maviper.cli.group import Verbs
-from maviper.cli.guide import guide
-from maviper.cli.importing import import_verb
-from maviper.cli.properties import properties
-from maviper.cli.repair import repair
-from maviper.cli.replay import replay
-from maviper.cli.reproduce import reproduce
-from maviper.cli.robust import robust
-from maviper.cli.schema import schema
-from maviper.cli.show import play, show
-from maviper.cli.train import train
-from maviper.cli.verify import verify
-from maviper.cli.worlds import worlds
+from maviper.cli.look import evaluate, exploit, play, show, worlds
+from maviper.cli.make import compile_verb, extract, import_verb, train
+from maviper.cli.options import Verbs
+from maviper.cli.prove import check, diff, repair, replay, robust
+from maviper.cli.start import demo, guide, reproduce, schema
+from maviper.cli.verify import properties, verify
 
 CHAPTERS = {
     "Start here": (demo, guide),

@@ -1,8 +1,9 @@
-"""The command verify.
+"""The commands verify, and properties list and new.
 
-Does: asks what the options ask, prints verdicts, writes the report and what belongs to it.
-Assumes: `maviper.verification.run` decides; verify_options.py has the options that say what is asked.
-Does not: decide verdicts.
+Does: asks what the options ask, prints verdicts, writes the report and what belongs to it; prints the built-in
+  properties; writes a property file to start from.
+Assumes: `maviper.verification.run` decides; `maviper.verification.ask.VerifyOptions` has a field for each option.
+Does not: decide verdicts, or check values beyond their form.
 """
 
 import json
@@ -12,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codegen.errors import InputError
+from codegen.errors import ExitCode, InputError
 from codegen.wording import format_count
-from maviper.cli.group import Verb
-from maviper.cli.options import FOLDER, PROFILE, RESULTS, console_of, option
-from maviper.cli.verify_options import add_verify_options
+from maviper import options as tables
+from maviper.cli.options import FOLDER, PATH, PROFILE, REGION, RESULTS, Verb, Verbs, console_of, option, options_of
+from maviper.options.verbs import QUESTION
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
@@ -25,6 +26,118 @@ if TYPE_CHECKING:
     from maviper.verification.run import Verified
     from maviper.verification.stated import StatedWorld
     from verify.result import Verdict
+
+
+MAX_STARTER_BYTES = 2**24
+
+
+@click.group(cls=Verbs, example="maviper properties list")
+def properties() -> None:
+    """List the built-in properties, or write a starter property file."""
+
+
+@properties.command("list", cls=Verb, example="maviper properties list")
+@option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def properties_list(as_json: bool) -> int:
+    """List the built-in properties.
+
+    For each property: what it claims, and its parameters with their defaults.
+    """
+    return print_properties(as_json)
+
+
+@properties.command("new", cls=Verb, example="maviper properties new physical-deception -o claims.toml")
+@click.argument("subject", metavar="WORLD|PROFILE")
+@option("-o", "--output", type=PATH, default=None, help="The file (default: print it).")
+def properties_new(subject: str, output: Path | None) -> int:
+    """Write claims to start from, for WORLD or a profile's .json file.
+
+    The file names agents, actions, and landmarks or features, and explains itself in comments.
+    """
+    from maviper.files import runs
+    from maviper.verification.starters import starter
+
+    if output is not None:
+        runs.target(output, "claims.toml")
+    text = starter(subject)
+    if output is None:
+        click.echo(text, nl=False)
+    elif not runs.create(output, text) and runs.read(output, MAX_STARTER_BYTES) != text.encode():
+        raise InputError("the file exists, with other content", str(output), "choose another name with -o")
+    return ExitCode.DONE
+
+
+def print_properties(as_json: bool) -> int:
+    """Prints the built-in properties, for people or as JSON."""
+    from codegen.policy_json import layout
+    from maviper.verification.ask import option_of
+    from maviper.verification.starters import list_properties
+
+    if as_json:
+        click.echo(layout({"properties": list_properties()}))
+        return ExitCode.DONE
+    for entry in list_properties():
+        click.echo(f"{entry['name']}: {entry['sentence']}")
+        for name, default in entry["parameters"].items():
+            click.echo(f"  {option_of(name)} (default: {default or _of_the_world(entry['name'], name)})")
+    return ExitCode.DONE
+
+
+def _of_the_world(claim: str, parameter: str) -> str:
+    """A default that depends on the world, in words."""
+    usual = {"steps": "the world's episode", "radius": "the distance at which they touch", "others": "one another"}
+    usual |= dict.fromkeys(("agents", "agent", "feature"), "none, state it") | {
+        "order": "the profile's order",
+        "features": "all of them",
+    }
+    if parameter in usual:
+        return usual[parameter]
+    return "any matching" if claim == "covers" else "the order of the world"
+
+
+def _list_properties(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    if asked and not context.resilient_parsing:
+        print_properties(as_json=False)
+        context.exit(ExitCode.DONE)
+
+
+QUESTION_OPTIONS = (
+    option(
+        "--property",
+        "names",
+        multiple=True,
+        metavar="NAME",
+        section=QUESTION,
+        help="A built-in property (repeatable; default: distinct_targets).",
+    ),
+    option("--properties", "file", type=PATH, default=None, section=QUESTION, help="A property file (TOML)."),
+    option(
+        "--list",
+        is_flag=True,
+        is_eager=True,
+        expose_value=False,
+        callback=_list_properties,
+        section=QUESTION,
+        help="List the built-in properties.",
+    ),
+    option(
+        "--world",
+        type=PATH,
+        default=None,
+        section=QUESTION,
+        help="A world file (TOML): claims are about the system that it states, those of the file or of --properties.",
+    ),
+    options_of(tables.SystemOptions, "run_reference"),
+    REGION,
+)
+
+
+def add_verify_options(command: Any) -> Any:
+    """Adds all of them to a command."""
+    of_systems = options_of(tables.SystemOptions, "max_boxes")
+    for each in reversed((*QUESTION_OPTIONS, options_of(tables.VerifyOptions), of_systems)):
+        command = each(command)
+    return command
 
 
 @click.command(
@@ -216,8 +329,7 @@ def _write(
 
     page, no_page, page_file = dict[str, str](), "", Path()
     if done.stated is None:  # no page plays a system, and what makes pages takes long to load
-        from maviper.page.page import FILE, unplayable
-        from maviper.page.results import page_of
+        from maviper.page.page import FILE, page_of, unplayable
 
         no_page, page_file = unplayable(done.profile), folder / FILE
         page = {} if no_page else {FILE: page_of(done.profile, done.results)}

@@ -25,7 +25,7 @@ from codegen.targets import USUAL
 from codegen.targets.rendered import facts
 from maviper.episodes.play import Episodes, Policies
 from maviper.episodes.trees import in_parts, on_policy
-from maviper.evaluation.fidelity import Fidelity, fidelity
+from maviper.evaluation.comparison import Fidelity, fidelity
 from maviper.worlds import World
 from maviper.worlds.matching import NO_WORLD, matching_world, not_ours
 

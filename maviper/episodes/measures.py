@@ -1,23 +1,38 @@
-"""What episodes are worth: each team's measures, with intervals.
+"""What episodes are worth: each team's measures, with intervals; and how like an expert's actions others are.
 
-Does: estimates the world's measures over episodes, and of each team against given opponents.
-Assumes: evaluation seeds are episode seeds of the reference environment, so that every number can be replayed there.
-Does not: run experiments over training seeds.
+Does: estimates the world's measures over episodes, and of each team against given opponents; the share of an action
+  that is the expert's, for actions and for numbers.
+Assumes: evaluation seeds are episode seeds of the reference environment, so that every number can be replayed there;
+  outputs with both bounds, as worlds have them.
+Does not: run experiments over training seeds, or ask an expert.
 """
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from codegen.intervals import Z95, Share
-from codegen.ir import Float64
+from codegen.ir import Float64, OutputSpec
 from maviper.episodes.play import Controller, Episodes, rollout
 from maviper.worlds import Measure, World
-from maviper.worlds.world import RETURN
+from maviper.worlds.world import RETURN, bounds
+
+
+def likeness(outputs: Sequence[OutputSpec], acted: Any, wanted: Any) -> Float64:
+    """From 0 to 1, how like an agent's actions are to those that were `wanted`: whether they are the same.
+
+    Of numbers, [..., n_outputs] and any zeros behind them: 1 less their mean distance in parts of their ranges.
+    """
+    if not outputs:
+        return np.equal(acted, wanted).astype(np.float64)
+    low, high = bounds(outputs)
+    off = np.abs(np.asarray(acted, np.float64) - np.asarray(wanted, np.float64))[..., : len(outputs)]
+    return 1 - (off / np.where(high > low, high - low, 1.0)).mean(axis=-1)
+
 
 # Episode seeds. Those below a billion have fixed lengths; extraction seeds shift the others by 100,000
 # each, up to 2**32 of them, so those lie far apart. No purpose meets another's episodes.

@@ -1,12 +1,14 @@
-"""What another policy costs a team: changed actions, and its measures before and after in the same episodes.
+"""What other policies cost a team, and how far trees act as the expert that they come from.
 
-Does: compares two profiles of one world in states of a region, in the states that the first one meets, and in play.
-Assumes: opponents are the expert where it is shipped, else the profiles' own trees.
-Does not: make the other policy, or judge whether it is worth its price.
+Does: compares two profiles of one world in states of a region, in the states that the first one meets, and in play:
+  changed actions, and measures before and after in the same episodes; asks the expert about the states that the trees
+  meet, and counts by action and by leaf.
+Assumes: opponents are the expert where it is shipped, else the profiles' own trees; the expert is found by its hash.
+Does not: make the other policy, judge whether it is worth its price, or whether a difference matters.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -20,10 +22,12 @@ from codegen.wording import format_count
 from maviper.console import Console
 from maviper.episodes import measures
 from maviper.episodes.measures import Estimate, Mean, estimate, format_estimate
-from maviper.episodes.play import Controller, rollout, tree_policies
-from maviper.evaluation.players import Player
-from maviper.worlds import Measure, ParticleWorld, WorldState
+from maviper.episodes.play import Controller, Episodes, points, rollout, tree_policies
+from maviper.evaluation.players import Player, find_shipped
+from maviper.experts.expert import labels
+from maviper.worlds import Measure, ParticleWorld, World, WorldState
 from maviper.worlds.matching import NO_WORLD
+from maviper.worlds.world import Int
 from verify.claims.region import Region
 from verify.question import Budgets
 from verify.states.shares import SAMPLE_SEED, SAMPLES, find_unbounded
@@ -186,3 +190,70 @@ def _interval(estimate: Estimate) -> dict[str, float | None]:
     """The value and its interval, whose ends are None where one episode bounds nothing."""
     low, high = (round(end, 6) if math.isfinite(end) else None for end in estimate.interval)
     return {"value": round(estimate.value, 6), "low": low, "high": high}
+
+
+@dataclass(frozen=True)
+class Counted:
+    """In how many of some states an agent's tree acts as the expert."""
+
+    agreeing: int
+    states: int
+
+    @property
+    def share(self) -> float:
+        """The share of agreeing states; 0 where there are none."""
+        return self.agreeing / self.states if self.states else 0.0
+
+    def __add__(self, other: "Counted") -> "Counted":
+        return Counted(self.agreeing + other.agreeing, self.states + other.states)
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """One agent: in all states, by the action that the expert takes, and by the leaf that decides."""
+
+    agent: str
+    whole: Counted
+    by_action: Mapping[str, Counted]
+    by_leaf: Mapping[int, Counted]
+
+    def __add__(self, other: "Fidelity") -> "Fidelity":
+        """The same agent in more states."""
+        by_action = {name: count + other.by_action[name] for name, count in self.by_action.items()}
+        by_leaf = {leaf: count + other.by_leaf[leaf] for leaf, count in self.by_leaf.items()}
+        return Fidelity(self.agent, self.whole + other.whole, by_action, by_leaf)
+
+    def document(self) -> dict[str, object]:
+        """Returns the counts as plain data."""
+        return {
+            "agent": self.agent,
+            "states": self.whole.states,
+            "agreement": round(self.whole.share, 6),  # the word of before, in files that are committed
+            "by_action": {name: [item.agreeing, item.states] for name, item in self.by_action.items()},
+            "by_leaf": {str(leaf): [item.agreeing, item.states] for leaf, item in self.by_leaf.items()},
+        }
+
+
+def fidelity(profile: ir.PolicyProfile, world: World, episodes: Episodes) -> tuple[Fidelity, ...]:
+    """Each agent's fidelity to the expert in the states of `episodes`; () where the expert is not shipped."""
+    expert = find_shipped(profile.provenance.expert, world)
+    if expert is None:
+        return ()
+    observations, state = points(episodes)
+    wanted = labels(expert.controller, observations, state)  # pyright: ignore[reportArgumentType]
+    alive = episodes.alive.reshape(wanted.shape)
+    by_agent: list[Fidelity] = []
+    for agent, (policy, seen) in enumerate(zip(profile.agents, observations, strict=True)):
+        mine, asked = alive[:, agent], wanted[alive[:, agent], agent]
+        leaf = ir.apply(policy.tree, seen[mine])
+        right = policy.tree.action[leaf] == asked
+        by_action = _count_right(asked, right, np.arange(len(policy.actions)))
+        names = [action.name for action in policy.actions]
+        whole = Counted(int(right.sum()), len(right))
+        by_name = dict(zip(names, by_action.values(), strict=True))
+        by_agent.append(Fidelity(policy.agent, whole, by_name, _count_right(leaf, right, ir.leaves(policy.tree))))
+    return tuple(by_agent)
+
+
+def _count_right(kind: Int, right: ir.Bool, kinds: Int) -> dict[int, Counted]:
+    return {int(each): Counted(int(right[kind == each].sum()), int((kind == each).sum())) for each in kinds}

@@ -17,8 +17,7 @@ from codegen.deciding import decide_at, size
 from codegen.intervals import Share
 from codegen.ir import Float32, Float64
 from maviper.episodes import measures
-from maviper.episodes.likeness import likeness
-from maviper.episodes.measures import Estimate
+from maviper.episodes.measures import Estimate, likeness
 from maviper.episodes.play import Controller, Episodes, play
 from maviper.worlds import Measure, World
 from maviper.worlds.world import Int

@@ -15,9 +15,9 @@ from codegen.floats import FLOAT32
 from codegen.ir import PHYSICS
 from maviper.episodes.play import Controller, tree_policies
 from maviper.evaluation.crossplay import Uniform
-from maviper.experts import store
+from maviper.experts import network
 from maviper.experts.finding import find_expert, moving, seeing
-from maviper.experts.foreign.named import is_file
+from maviper.experts.foreign.libraries import is_file
 from maviper.experts.scripted import build_script
 from maviper.files.profiles import load
 from maviper.worlds import World, find
@@ -67,7 +67,7 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
     except UnknownNameError as error:
         if not error.where.startswith("neither"):  # a world's option, say
             raise
-        raise UnknownNameError("player", text, (*store.SHIPPED, SCRIPTED, RANDOM), where) from None
+        raise UnknownNameError("player", text, (*network.SHIPPED, SCRIPTED, RANDOM), where) from None
     features, physics = ("" if world is None else str(world.spec.options.get(name, "")) for name in (FEATURES, PHYSICS))
     if features and FEATURES not in played.spec.options:
         expert, played = seeing(expert, played, features)
@@ -123,7 +123,7 @@ def _ensure_plays(profile: ir.PolicyProfile, played: World, at: str) -> None:
 def find_shipped(origin: str, world: World) -> Player | None:
     """The shipped expert with that id, or None; one that is not installed is not looked at."""
     game = plain_name(plain_name(world.name)[0], PHYSICS)[0]
-    for name, file in store.SHIPPED.items():
-        if name.partition("@")[0] == game and store.is_here(file) and store.load(name)[0].hash == origin:
+    for name, file in network.SHIPPED.items():
+        if name.partition("@")[0] == game and network.is_here(file) and network.load(name)[0].hash == origin:
             return find_player(name, "", world)[0]
     return None

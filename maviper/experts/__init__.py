@@ -24,10 +24,10 @@ def from_sb3(
     normalization: Normalization | str | None = None,
     activation: str | None = None,
 ) -> LayersExpert:
-    """The expert in a zip of stable-baselines3: as `maviper.experts.foreign.sb3.from_sb3`."""
-    from maviper.experts.foreign import sb3
+    """The expert in a zip of stable-baselines3: as `maviper.experts.foreign.libraries.from_sb3`."""
+    from maviper.experts.foreign import libraries
 
-    return sb3.from_sb3(file, world, normalization, activation)
+    return libraries.from_sb3(file, world, normalization, activation)
 
 
 def from_torch(
@@ -38,7 +38,7 @@ def from_torch(
     outputs: str,
     normalization: Normalization | None = None,
 ) -> LayersExpert:
-    """The expert in a torch state dict or its file: as `maviper.experts.foreign.state_dicts.from_torch`."""
-    from maviper.experts.foreign import state_dicts
+    """The expert in a torch state dict or its file: as `maviper.experts.foreign.libraries.from_torch`."""
+    from maviper.experts.foreign import libraries
 
-    return state_dicts.from_torch(weights, world, net, activation, outputs, normalization)
+    return libraries.from_torch(weights, world, net, activation, outputs, normalization)

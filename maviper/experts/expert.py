@@ -1,15 +1,23 @@
-"""What extraction asks of an expert, however it came about.
+"""What extraction asks of an expert, however it came about; and critics without a network.
 
-Does: states the protocol that networks, scripts, adapters and measured critics share.
-Assumes: discrete actions; the critic is asked for joint actions in states that some controller met.
-Does not: know any kind of expert.
+Does: states the protocol that networks, scripts, adapters and measured critics share; gives any controller a critic by
+  branching the simulator: step once with the joint action that is asked for, follow the controller for a while, add up
+  the discounted rewards.
+Assumes: the critic is asked for joint actions in states that some controller met; to measure, a world whose states can
+  be stepped more than once (ours, or a single-agent environment that can be copied).
+Does not: know any kind of expert; say what happens beyond its horizon.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol, overload
+
+import numpy as np
 
 from codegen.ir import Float32, Float64
 from maviper.episodes.play import Controller
+from maviper.worlds import World
 from maviper.worlds.world import Int
 
 AS_GIVEN = -1  # in a column of `joint`: take each state's own action
@@ -52,3 +60,113 @@ class Expert(Controller, Protocol):
 def labels(expert: Expert, observations: Sequence[Float32], state: Any) -> Int:
     """The expert's joint action in each state, [n, n_agents]."""
     return expert.act(range(len(observations)), observations, state)
+
+
+MEASURED = "measured"  # whose Q it is
+GAMMA = 0.95
+HORIZON = 12  # steps; what lies beyond it weighs at most 0.95^12 = 0.54 of what lies within
+FAR, FAR_GAMMA = 50, 0.99  # of single-agent environments, whose episodes are long
+BRANCHES_AT_ONCE = 16_384  # bounds the memory
+COPIES_AT_ONCE = 512  # ... where each branch is a copy of an environment
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A controller with measured Q, an expert. `shaping`: weight of the world's shaping term in what is added up."""
+
+    world: World
+    controller: Controller
+    shaping: float = 0.0
+    horizon: int = HORIZON
+    gamma: float = GAMMA
+
+    def __post_init__(self) -> None:
+        self.world.branch()
+
+    @staticmethod
+    def for_world(world: World, controller: Controller) -> "Measured":
+        """With the horizon of the world's kind."""
+        return Measured(world, controller) if world.games is None else Measured(world, controller, 0.0, FAR, FAR_GAMMA)
+
+    @property
+    def critic(self) -> str:
+        """Whose Q this is."""
+        return MEASURED
+
+    @property
+    def card(self) -> Mapping[str, Any]:
+        """The controller's."""
+        return getattr(self.controller, "card", {})
+
+    @property
+    def hash(self) -> str:
+        """The controller's."""
+        return getattr(self.controller, "hash", "")
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The world's agents."""
+        return self.world.agents
+
+    @property
+    def centralized(self) -> bool:
+        """True: a measured Q depends on everybody's actions."""
+        return True
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """Returns the controller's actions; see `Controller.act`."""
+        return self.controller.act(agents, observations, state)
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """Returns the measured Q of the agent; see `Expert.q`."""
+        return self.all_q(state, joint, given)[..., agent]
+
+    def all_q(self, state: Any, joint: Int, given: Int) -> Float64:
+        """Q of all agents at once, [batch, n_joint, n_agents]; one branch serves them all."""
+        n_joint = len(joint)
+        q_values = np.empty((len(state), n_joint, len(self.agents)))
+        at_once = max(1, (BRANCHES_AT_ONCE if self.world.games is None else COPIES_AT_ONCE) // n_joint)
+        for low in range(0, len(state), at_once):
+            rows = np.arange(low, min(low + at_once, len(state)))
+            asked = np.where(joint[None] == AS_GIVEN, given[rows, None], joint[None]).reshape(-1, len(self.agents))
+            returns = self._returns(state[np.repeat(rows, n_joint)], asked)
+            q_values[rows] = returns.reshape(len(rows), n_joint, -1)
+        return q_values
+
+    def _returns(self, state: Any, first: Int) -> Float64:
+        """Discounted rewards of following the controller after a first joint action, [batch, n_agents]."""
+        everybody = range(len(self.agents))
+        total, actions = np.zeros((len(state), len(self.agents))), first
+        state = self.world.branch_states(state)
+        for step in range(min(self.horizon, self.world.spec.episode_steps)):
+            if step:
+                actions = self.controller.act(everybody, _Observed(self.world, state), state)
+            state = self.world.step(state, actions)
+            rewards = self.world.rewards(state)
+            if self.shaping:
+                rewards = rewards + self.shaping * self.world.shaping(state)
+            total += self.gamma**step * rewards
+        return total
+
+
+class _Observed(Sequence[Float32]):
+    """The observations of all agents in a state, made once somebody looks: a script does not."""
+
+    def __init__(self, world: World, state: Any) -> None:
+        self._world, self._state = world, state
+
+    @cached_property
+    def _each(self) -> tuple[Float32, ...]:
+        return self._world.observe(self._state)
+
+    def __len__(self) -> int:
+        return len(self._world.agents)
+
+    @overload
+    def __getitem__(self, place: int) -> Float32: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[Float32]: ...
+
+    def __getitem__(self, place: int | slice) -> Float32 | Sequence[Float32]:
+        return self._each[place]

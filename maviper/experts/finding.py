@@ -1,24 +1,323 @@
-"""Which expert a text on the command line means.
+"""Which expert a text on the command line means, and what is put around one.
 
 Does: finds shipped experts, files and run folders, other libraries' files, a user's own by `module:function`, scripts
-  for worlds without a shipped network; puts a measured critic in place of the expert's own where that is asked for.
-Assumes: a user who names a module wants its code to run.
-Does not: take such a name from a file.
+  for worlds without a shipped network; checks every answer of a user's own; passes an expert the features that it knows
+  in a world that shows more or other things; puts a measured critic in place of its own, or gives every action the same
+  worth.
+Assumes: a user who names a module wants its code to run; a world around an expert has the same states as the expert's.
+Does not: take such a name from a file; change what a correct expert does.
 """
 
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import PHYSICS
-from maviper.experts import store
-from maviper.experts.expert import Expert
-from maviper.experts.foreign import named
-from maviper.experts.given import import_expert
-from maviper.experts.measured import Measured
+from codegen.ir import PHYSICS, Float32, Float64
+from codegen.wording import format_count
+from maviper.experts import cards, network
+from maviper.experts.expert import AS_GIVEN, Expert, Measured
+from maviper.experts.foreign import libraries
 from maviper.experts.scripted import build_script, is_script
-from maviper.experts.wrapped import Narrowed, Unweighted, lawful_expert
 from maviper.worlds import WORLDS, ParticleWorld, World, find, find_built_in
-from maviper.worlds.outside.acting import refuse_numbers
-from maviper.worlds.outside.sources import is_named_by_user, parse_source
-from maviper.worlds.world import FEATURES, plain_name
+from maviper.worlds.outside.making import import_maker
+from maviper.worlds.outside.sources import Source, fault, is_named_by_user, output_aside, parse_source
+from maviper.worlds.outside.spaces import refuse_numbers
+from maviper.worlds.world import FEATURES, Int, bounds, legal_in, plain_name
+
+
+@dataclass(frozen=True)
+class Wrapped:
+    """An expert as it is."""
+
+    expert: Expert
+
+    @property
+    def critic(self) -> str:
+        """Whose Q this is."""
+        return critic_of(self.expert)
+
+    @property
+    def card(self) -> Mapping[str, Any]:
+        """The expert's."""
+        return self.expert.card
+
+    @property
+    def hash(self) -> str:
+        """The expert's."""
+        return self.expert.hash
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The expert's."""
+        return self.expert.agents
+
+    @property
+    def centralized(self) -> bool:
+        """The expert's."""
+        return self.expert.centralized
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """Returns the wrapped expert's actions; see `Controller.act`."""
+        return self.expert.act(agents, observations, state)
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """Returns the wrapped expert's Q; see `Expert.q`."""
+        return self.expert.q(agent, observations, state, joint, given)
+
+
+@dataclass(frozen=True)
+class Narrowed(Wrapped):
+    """An expert of `world` in a world of the same states that shows more, the first features being the expert's."""
+
+    world: World
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """Returns the expert's actions on narrowed observations; see `Controller.act`."""
+        return super().act(agents, self._narrow_observations(observations), state)
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """Returns the expert's Q on narrowed observations; see `Expert.q`."""
+        return super().q(agent, self._narrow_observations(observations), state, joint, given)
+
+    def _narrow_observations(self, observations: Sequence[Float32]) -> list[Float32]:
+        return [seen[:, : len(mine)] for seen, mine in zip(observations, self.world.features, strict=True)]
+
+
+@dataclass(frozen=True)
+class Observing(Wrapped):
+    """An expert of `world` in a world of the same states that shows something else: it observes for itself."""
+
+    world: World
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """Returns the expert's actions on the world's own observations; `observations` are not looked at."""
+        return super().act(agents, self.world.observe(state), state)
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """Returns the expert's Q on the world's own observations; see `Expert.q`."""
+        return super().q(agent, self.world.observe(state), state, joint, given)
+
+
+@dataclass(frozen=True)
+class Unweighted(Wrapped):
+    """An expert to whom all actions are worth the same, so that all states weigh the same: plain DAgger."""
+
+    @property
+    def critic(self) -> str:
+        """Nobody's."""
+        return "none"
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """Returns a Q of 0 for all; see `Expert.q`."""
+        del agent, observations, state
+        return np.zeros((len(given), len(joint)))
+
+
+@dataclass(frozen=True)
+class Lawful(Wrapped):
+    """An expert in a world of masks: where its action is illegal, the legal one that its Q likes best."""
+
+    world: World
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """Returns legal actions; InputError where the expert acts illegally and its Q cannot be asked."""
+        chosen, acting = np.array(super().act(agents, observations, state)), self.world.alive(state)
+        for place, agent in enumerate(agents):
+            mask = self.world.mask(agent)
+            if mask is None:
+                continue
+            legal = legal_in(mask, observations[agent])
+            wrong = np.flatnonzero(acting[:, agent] & ~legal[np.arange(len(legal)), chosen[:, place]])
+            if len(wrong):
+                worth = self._worth(agent, [seen[wrong] for seen in observations], state[wrong])
+                chosen[wrong, place] = np.where(legal[wrong], worth, -np.inf).argmax(axis=1)
+        return chosen
+
+    def _worth(self, agent: int, observations: Sequence[Float32], state: Any) -> Float64:
+        """Q of the agent's own actions, the others' being the expert's, [batch, n_actions]."""
+        n_agents, n_actions = len(self.agents), len(self.world.actions[agent])
+        joint = np.full((n_actions, n_agents), AS_GIVEN)
+        joint[:, agent] = np.arange(n_actions)
+        given = super().act(range(n_agents), observations, state)
+        try:
+            return self.expert.q(agent, observations, state, joint, given)
+        except (NotImplementedError, InputError):
+            what = f"the expert takes illegal actions for {self.agents[agent]}, and has no Q to choose another by"
+            raise InputError(what, self.world.name, "let it read the mask, the last features it observes") from None
+
+
+def lawful_expert(expert: Expert, world: World) -> Expert:
+    """The expert, taking legal actions only where a world has masks."""
+    inner = expert
+    while isinstance(inner, Wrapped):
+        if isinstance(inner, Lawful):
+            return expert
+        inner = inner.expert
+    return Lawful(expert, world) if world.masked else expert
+
+
+def critic_of(expert: Expert) -> str:
+    """Whose Q an expert answers with: `learned` unless it says otherwise."""
+    return str(getattr(expert, "critic", "learned"))
+
+
+def reward_weighed_by(expert: Expert, world: World) -> str:
+    """Returns the kind of reward that an expert's Q adds up; "" where nobody knows, or where there is no Q."""
+    whose, card = critic_of(expert), expert.card
+    while isinstance(expert, Wrapped):
+        expert = expert.expert
+    if isinstance(expert, Measured):
+        return cards.reward_of({"shaping": expert.shaping}, world) if whose == expert.critic else ""
+    return cards.critic_reward(card, world) if whose == "learned" else ""
+
+
+MEMBERS = ("world", "agents", "act", "q")
+FIX = "fix it there"
+ROWS = "return an array of action numbers [batch, len(agents)], as np.stack(columns, axis=1) of one column per agent"
+
+
+@dataclass(frozen=True)
+class Given(Wrapped):
+    """A user's expert, whose answers are checked. InputError for those that are not what `Expert` says."""
+
+    source: Source
+
+    @property
+    def card(self) -> Mapping[str, Any]:
+        """The expert's; {} where it has none."""
+        return getattr(self.expert, "card", {})
+
+    @property
+    def hash(self) -> str:
+        """The expert's; "" where it has none."""
+        return getattr(self.expert, "hash", "")
+
+    @property
+    def centralized(self) -> bool:
+        """The expert's; True where it does not say."""
+        return bool(getattr(self.expert, "centralized", True))
+
+    @property
+    def world(self) -> World:
+        """The world that it plays."""
+        return cast("Any", self.expert).world
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """Returns the agents' actions, checked; see `Controller.act`."""
+        actions = self._call_expert("act", agents, observations, state)
+        if self.world.outputs:
+            return self._numbers(actions, len(observations[0]), agents)
+        wanted = (len(observations[0]), len(agents))
+        if actions.dtype.kind not in "iu":
+            what = f"act of your expert returns {_kind(actions)}, not numbers of actions"
+            raise InputError(
+                what, self.source.text, "return whole numbers, such as logits.argmax(axis=1) of each agent"
+            )
+        if actions.shape != wanted:
+            asked = f"{format_count(wanted[0], 'observation')} of {format_count(wanted[1], 'agent')}"
+            what = f"act of your expert returns shape {actions.shape} for {asked}"
+            raise InputError(f"{what}, not {wanted}", self.source.text, ROWS)
+        acting = self.world.alive(state)
+        for place, agent in enumerate(agents):
+            n = len(self.world.actions[agent])
+            wrong = (actions[:, place] < 0) | (actions[:, place] >= n)
+            if (wrong & acting[:, agent]).any():
+                action = actions[wrong & acting[:, agent], place][0]
+                what = f"act of your expert returns action {action} for {self.agents[agent]}, which has {n}"
+                raise InputError(
+                    what, self.source.text, f"its actions are 0 to {n - 1}: {_list_actions(self.world, agent)}"
+                )
+            actions[wrong, place] = 0  # of who no longer acts, which means nothing
+        return actions.astype(np.int64)
+
+    def _numbers(self, given: Any, batch: int, agents: Sequence[int]) -> Any:
+        """Returns its numbers, [batch, len(agents), n_outputs], as float32; InputError for anything else."""
+        outputs = self.world.outputs
+        wanted = (batch, len(agents), max(len(outputs[agent]) for agent in agents))
+        fits = given.ndim == 3 and given.shape[:2] == wanted[:2] and given.shape[2] >= wanted[2]
+        if given.dtype.kind not in "fiu" or not fits or not np.isfinite(given).all():
+            seen = _kind(given) if fits else f"shape {given.shape}"
+            what = f"act of your expert returns {seen}, not finite numbers of shape {wanted}"
+            raise InputError(what, self.source.text, "return the numbers of each agent, zeros behind those of few")
+        numbers = np.zeros(wanted, np.float32)
+        for place, agent in enumerate(agents):
+            low, high = bounds(outputs[agent])
+            numbers[:, place, : len(low)] = np.clip(given[:, place, : len(low)], low, high)
+        return numbers
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """Returns the agent's Q, checked; see `Expert.q`."""
+        try:
+            values = self._call_expert("q", agent, observations, state, joint, given)
+        except InputError as error:
+            if not isinstance(error.__cause__, NotImplementedError):
+                raise
+            what = "your expert has no critic: its q raises NotImplementedError"
+            advice = "add --critic none, or --critic measured where the game can be tried out"
+            raise InputError(what, self.source.text, advice) from None
+        wanted = (len(given), len(joint))
+        if values.dtype.kind not in "fiu" or values.shape != wanted or not np.isfinite(values).all():
+            seen = _kind(values) if values.shape == wanted else f"shape {values.shape}"
+            what = f"q of your expert returns {seen}, not finite numbers of shape {wanted}"
+            raise InputError(
+                what, self.source.text, "return one worth for each state and joint action, or --critic none"
+            )
+        return values.astype(np.float64)
+
+    def _call_expert(self, verb: str, *given: Any) -> np.ndarray:
+        doing = f"{verb} of your expert"
+        return _run(lambda: np.array(getattr(self.expert, verb)(*given)), self.source, doing)
+
+
+def import_expert(source: Source) -> Given:
+    """The expert that the function of a module returns. InputError when it raises, or returns something else."""
+    function = import_maker(source)
+    expert = _run(lambda: function(**source.options), source, source.function)
+    missing = [name for name in MEMBERS if not hasattr(expert, name)]
+    if missing:
+        what = f"what it returns is not an expert: it lacks {', '.join(missing)}"
+        advice = "return a maviper.experts.adapter.TorchExpert, or an object with these members"
+        raise InputError(what, source.text, advice)
+    if not isinstance(expert.world, World):
+        what = f"`world` of your expert is a {type(expert.world).__name__}, not a world"
+        raise InputError(what, source.text, "write self.world = maviper.worlds.find(NAME)")
+    agents: Any = expert.agents
+    if not isinstance(agents, Sequence) or tuple(cast("Sequence[Any]", agents)) != expert.world.agents:
+        what = f"`agents` of your expert are not those of its world, {', '.join(expert.world.agents)}"
+        raise InputError(what, source.text, "write self.agents = self.world.agents")
+    return Given(expert, source)
+
+
+def _run(function: Callable[[], Any], source: Source, doing: str) -> Any:
+    """Returns the result of a user's code; InputError, with the cause, when it raises."""
+    try:
+        with output_aside():
+            return function()
+    except (Exception, SystemExit) as error:
+        raise fault(error, source, doing, FIX) from error
+
+
+def _kind(array: np.ndarray) -> str:
+    """Describes in words the kind of values that an array holds."""
+    kinds = {
+        "f": "floats",
+        "b": "truth values",
+        "O": "objects",
+        "U": "texts",
+        "i": "whole numbers",
+        "u": "whole numbers",
+    }
+    nan = " that are not finite" if array.dtype.kind == "f" and not np.isfinite(array).all() else ""
+    return f"{kinds.get(array.dtype.kind, str(array.dtype))}{nan}"
+
+
+def _list_actions(world: World, agent: int) -> str:
+    names = [action.name for action in world.actions[agent]]
+    return ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
+
 
 LEARNED, MEASURED, NONE = "learned", "measured", "none"
 CRITICS = (LEARNED, MEASURED, NONE)
@@ -67,8 +366,8 @@ def moving(world: World, physics: str) -> World:
 
 
 def _resolve_expert(text: str, world: World | None) -> tuple[Expert, World]:
-    if named.is_file(text):
-        expert = named.from_name(text, world)
+    if libraries.is_file(text):
+        expert = libraries.from_name(text, world)
         return expert, expert.world
     name, _, script = text.partition("@")
     if is_script(script) and name.partition(",")[0] in WORLDS:
@@ -80,12 +379,14 @@ def _resolve_expert(text: str, world: World | None) -> tuple[Expert, World]:
         return seeing(*_resolve_expert(plain, None), features)
     still, physics = plain_name(name, PHYSICS) if name.partition(",")[0] in WORLDS else (name, "")
     learned = text.replace(name, still, 1)
-    if physics and learned in store.SHIPPED:
-        return store.load(learned)[0], find_built_in(name)
-    if "@" not in text and text not in store.SHIPPED and text.partition(",")[0] in WORLDS:
+    if physics and learned in network.SHIPPED:
+        return network.load(learned)[0], find_built_in(name)
+    if "@" not in text and text not in network.SHIPPED and text.partition(",")[0] in WORLDS:
         game = find_built_in(text)
-        return (Measured(game, build_script(game)), game) if game.name not in store.SHIPPED else store.load(game.name)
+        return (
+            (Measured(game, build_script(game)), game) if game.name not in network.SHIPPED else network.load(game.name)
+        )
     if is_named_by_user(text):
         expert = import_expert(parse_source(text))
         return expert, expert.world
-    return store.load(text, world)
+    return network.load(text, world)

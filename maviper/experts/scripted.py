@@ -3,7 +3,7 @@
 Does: one script a game, for any number of agents; landing on a point by short look-ahead, pursuit and flight; in
   coordination games, the convention that the agent's own readings demand.
 Assumes: in games with places, the dynamics of `codegen/dynamics.py`, contacts left out of the look-ahead.
-Does not: learn, or give a critic (measured.py makes one).
+Does not: learn, or give a critic (expert.py measures one).
 """
 
 import re

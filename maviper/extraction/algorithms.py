@@ -14,9 +14,13 @@ from codegen.ir import GrownTree
 from codegen.wording import format_count
 from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
-from maviper.experts.wrapped import lawful_expert
-from maviper.extraction import dagger, fitted_q, rgmdt
-from maviper.extraction.bundles import (
+from maviper.experts.finding import lawful_expert
+from maviper.extraction import baselines, dagger, released
+from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running, profile_of
+from maviper.extraction.journal import MEASURING, NOTHING_KEPT, WHOLE, Journal, Part, Underway
+from maviper.extraction.selection import refine
+from maviper.extraction.selection.selection import Selection
+from maviper.extraction.settings import (
     AGENT,
     BEST_RESPONSE,
     EQUAL,
@@ -24,22 +28,15 @@ from maviper.extraction.bundles import (
     IMITATION,
     IVIPER,
     NO_VOTES,
-    REGRET,
+    RELEASED,
     RESPONSE,
     RGMDT,
+    SUMMED,
     TEAM,
     VIPER,
+    Settings,
     group_agents,
 )
-from maviper.extraction.examples import NO_EXAMPLES, Examples
-from maviper.extraction.extraction import QUIETLY, Extraction, Running
-from maviper.extraction.journal import NOTHING_KEPT, Journal
-from maviper.extraction.outcome import profile_of
-from maviper.extraction.released import released
-from maviper.extraction.selection import refine
-from maviper.extraction.selection.progress import MEASURING, WHOLE, Part, Underway
-from maviper.extraction.selection.selection import Selection
-from maviper.extraction.settings import RELEASED, SUMMED, Settings
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World
 
@@ -91,9 +88,6 @@ def check(world: World, settings: Settings, examples: Examples) -> None:
     if len(examples) and learns:
         what = f"{settings.algorithm} learns from {learns}, not from labelled states"
         raise InputError(what, "--counterexamples", "choose another --algorithm, or leave them out")
-    if len(examples) and settings.weights == REGRET:
-        what = "--weights regret needs what each action costs in a state, and counterexamples have an action alone"
-        raise InputError(what, "--counterexamples", "choose --weights own or equal, or leave them out")
 
 
 def _check_masks(world: World, settings: Settings) -> None:
@@ -200,9 +194,9 @@ def _quietly(asked: Extraction, agents: list[int]) -> Iterates:
 def _rounds(settings: Settings) -> Callable[[Extraction, list[int], Selection], int]:
     """Returns the function that makes the iterates."""
     if settings.algorithm == FITTED_Q:
-        return fitted_q.fitted_q
+        return baselines.fitted_q
     if settings.algorithm == RGMDT:
-        return rgmdt.rgmdt
+        return baselines.rgmdt
     if settings.preset != RELEASED:
         return dagger.dagger
     return {IMITATION: released.imitation, IVIPER: released.viper, VIPER: released.viper}.get(

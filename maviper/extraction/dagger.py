@@ -17,11 +17,18 @@ from codegen import ir
 from codegen.deciding import decide
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64, GrownTree
-from maviper.episodes.likeness import likeness
+from maviper.episodes.measures import likeness
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
-from maviper.experts.wrapped import critic_of
-from maviper.extraction.bundles import (
+from maviper.experts.finding import critic_of
+from maviper.extraction.dataset import Dataset, Met, collect, resample
+from maviper.extraction.extraction import Extraction, counts_of
+from maviper.extraction.growth.growing import Growth, Labelled, Part, lawful, pool_points
+from maviper.extraction.growth.weights import Replies, iviper_weights, maviper_weights
+from maviper.extraction.journal import NOTHING_KEPT, pack_trees, unpack_trees
+from maviper.extraction.selection.arena import merge_leaves
+from maviper.extraction.selection.selection import Selection
+from maviper.extraction.settings import (
     AGENT,
     ALL,
     EQUAL,
@@ -29,72 +36,82 @@ from maviper.extraction.bundles import (
     EXPERTS,
     NO_VOTES,
     OWN,
-    REGRET,
     RESPONSE,
     TEAM,
+    Settings,
     group_agents,
 )
-from maviper.extraction.dataset import Dataset, Met, collect, resample
-from maviper.extraction.examples import counts_of
-from maviper.extraction.extraction import Extraction
-from maviper.extraction.growth.growing import Growth, Part, pool_points
-from maviper.extraction.growth.lawful import Labelled, lawful
-from maviper.extraction.growth.replies import Replies
-from maviper.extraction.growth.weights import iviper_weights, maviper_weights
-from maviper.extraction.journal import NOTHING_KEPT, Arrays, pack_trees, unpack_trees
-from maviper.extraction.selection.selection import Selection
-from maviper.extraction.selection.stack import merge_leaves
-from maviper.extraction.settings import Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
 FIGURES = "figures"
+# of each team: how much of its data the votes kept, in what share of the points in which all its members act all of
+# them do right, and what that share would be if their errors had nothing to do with each other
+FIGURE_NAMES = ("kept", "joint accuracy", "product of accuracies")
 WITH_Q = "choose --critic learned or measured, or --labels expert"
 EVERYBODY = -1  # whose the points of examples are
 WEIGHING = 0.9  # of a round's work, where it takes long enough to be told of
+
+Grown = tuple[list[GrownTree], dict[str, float]]  # trees in the order of agents; of each team's data, the share kept
 
 
 def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
     """Offers every iterate of some agents to `selection`; returns how many points there were in the end, beside the
     examples.
     """
-    settings = asked.settings
-    parties = group_agents(asked.world, settings.rollouts_by, agents)
+    world, settings = asked.world, asked.settings
+    parties = group_agents(world, settings.rollouts_by, agents)
     names = [""] if len(parties) == 1 else [f"-{place}" for place in range(len(parties))]
     kind = _Responding if settings.labels == RESPONSE else _Group
     groups = [kind(asked, party, name) for party, name in zip(parties, names, strict=True)]
-    growers = _growers(asked, groups)
+    growers: Sequence[_Group | _Voters] = groups
+    if settings.rollouts_by == AGENT and settings.least_right != NO_VOTES:
+        mine = {agent: group for group in groups for agent in group.agents}
+        teams = enumerate(group_agents(world, TEAM, sorted(mine)))
+        growers = [_Voters(asked, [mine[agent] for agent in team], f"-team-{place}") for place, team in teams]
     for iteration in range(settings.iterations):
-        met = [
-            group.play(iteration, _tell_of_weighing(selection, place, len(groups)))
-            for place, group in enumerate(groups)
-        ]
+        met: list[Met] = []
+        for place, group in enumerate(groups):  # lines 3 and 4
+
+            def tell(share: float, place: int = place) -> None:
+                selection.underway(WEIGHING * (place + share) / len(groups), "weighing the states of a round")
+
+            met.append(group.play(iteration, tell))
         if settings.rollouts_by != EXPERTS:
-            selection.note_rollouts(_values(met), float(np.mean([each.fidelity for each in met])))
+            played = dict.fromkeys(team for each in met for team in each.values)
+            values = {team: np.concatenate([one.values[team] for one in met if team in one.values]) for team in played}
+            selection.note_rollouts(values, float(np.mean([each.fidelity for each in met])))
         trees: dict[int, GrownTree] = {}
         figures: dict[str, float] = {}
-        for grower in growers:
-            trees |= grower.grow(iteration)  # lines 5 and 6
-            figures |= grower.figures
+        for grower in growers:  # lines 5 and 6
+            grown, told = _grow(asked, grower, iteration)
+            for group in grower.groups:
+                group.take(grown)
+            trees, figures = trees | grown, figures | told
         selection.note_growth(figures)
         if selection.offer([trees[agent] for agent in agents]):
             break
     return sum(group.points for group in groups)
 
 
-def _tell_of_weighing(selection: Selection, place: int, count: int) -> Callable[[float], None]:
-    """Tells of the share of a round's points that is weighed, these being the group at a place."""
+def _grow(
+    asked: Extraction, grower: "_Group | _Voters", iteration: int
+) -> tuple[dict[int, GrownTree], dict[str, float]]:
+    """The next trees by agent, and figures of their growth by name: read from the journal, or grown and kept there."""
+    grower.gather()
+    teams = [team for team in asked.world.teams if set(asked.world.members(team)) <= set(grower.agents)]
 
-    def tell(share: float) -> None:
-        selection.underway(WEIGHING * (place + share) / count, "weighing the states of a round")
+    def grow() -> Mapping[str, np.ndarray]:
+        data = grower.known
+        trees, kept = grower.grow(data, iteration)
+        by_agent = dict(zip(grower.agents, trees, strict=True))
+        each = [figure for team in teams for figure in (kept[team], *accuracies(asked.world, data, by_agent, team))]
+        return pack_trees(trees) | {FIGURES: np.array(each)}
 
-    return tell
-
-
-def _values(met: Sequence[Met]) -> dict[str, Float64]:
-    """Each team's primary measure in all rollouts that it was part of."""
-    teams = dict.fromkeys(team for each in met for team in each.values)
-    return {team: np.concatenate([each.values[team] for each in met if team in each.values]) for team in teams}
+    arrays = asked.journal.arrays(f"{iteration:04d}-trees{grower.name}", grow)
+    grown = unpack_trees({name: array for name, array in arrays.items() if name != FIGURES})
+    names = [f"{name} {team}" for team in teams for name in FIGURE_NAMES]
+    return dict(zip(grower.agents, grown, strict=True)), dict(zip(names, map(float, arrays[FIGURES]), strict=True))
 
 
 class _Group:
@@ -106,7 +123,7 @@ class _Group:
         self.examples = asked.examples.of_teams(*teams)
         self.journal, self.growth = asked.journal, Growth(asked.world, asked.settings)
         self.data: Dataset | None = None
-        self.figures: dict[str, float] = {}
+        self.groups = [self]  # whose trees grow together
         # line 1: no data yet, the experts play first
         self.controllers: Sequence[Controller] = [asked.expert] * len(asked.world.agents)
 
@@ -142,24 +159,18 @@ class _Group:
         for agent in self.agents:
             yield weights(self.asked, [agent], observations, state, wanted)
 
+    def gather(self) -> None:
+        """The points of the round are there already."""
+
     @property
     def known(self) -> Dataset:
         """The examples, then the points."""
         assert self.data is not None
         return self.examples.before(self.asked.world, self.data, self.agents)
 
-    def grow(self, iteration: int) -> dict[int, GrownTree]:
-        """The next trees of the group, by agent."""
-        arrays = self.asked.journal.arrays(f"{iteration:04d}-trees{self.name}", self._grow_trees, iteration)
-        grown, self.figures = _trees_and_figures(self.asked.world, self.agents, arrays)
-        self.take(grown)
-        return grown
-
-    def _grow_trees(self, iteration: int) -> Arrays:
-        """The next trees, and figures of their growth."""
-        known = self.known
-        given = (self.asked.world, known, self.asked.settings, self.growth, self.agents, iteration)
-        return _with_figures(self.asked.world, known, self.agents, *grow_teams(*given))
+    def grow(self, data: Dataset, iteration: int) -> Grown:
+        """The next trees of the group, from all that is known."""
+        return grow_teams(self.asked.world, data, self.asked.settings, self.growth, self.agents, iteration)
 
     def take(self, trees: Mapping[int, GrownTree]) -> None:
         """Trees by agent, by which those of the group play from now on."""
@@ -193,37 +204,30 @@ class _Responding(_Group):
         super().take(trees)
         self.trees = dict(trees)
 
-    def _grow_trees(self, iteration: int) -> Arrays:
-        settings, world, present = self.asked.settings, self.asked.world, dict(self.trees)
-        units = group_agents(world, TEAM if settings.share else AGENT, self.agents)
+    def grow(self, data: Dataset, iteration: int) -> Grown:
+        """The next trees, one agent's after the other's: each is taught the replies to the present trees of its mates,
+        weighed by what they are worth. Nobody votes, so everything is kept.
+        """
+        settings, world, points = self.asked.settings, self.asked.world, self.data
+        assert points is not None
+        present, units = dict(self.trees), group_agents(world, TEAM if settings.share else AGENT, self.agents)
         first = iteration % len(units)
         for unit in [*units[first:], *units[:first]]:
-            trees, _ = grow_teams(world, self._label_replies(unit, present), settings, self.growth, unit, iteration)
+            labels, weights = points.labels.copy(), np.zeros((len(points), len(unit)))
+            for place, agent in enumerate(unit):
+                acting = points.labels.copy()
+                for mate in world.members(world.team_of(world.agents[agent])):
+                    if mate != agent and mate in present:
+                        tree = present[mate]
+                        acting[:, mate] = tree.action[ir.apply(tree, points.observations[mate])]
+                reply = self.replies[agent].to(acting, points, self.state)
+                labels[:, agent] = reply.labels
+                worth = reply.worth if settings.weights == OWN else 1.0
+                weights[:, place] = np.where(points.alive[:, agent], worth, 0)
+            replied = self.examples.before(world, replace(points, labels=labels, weights=weights), unit)
+            trees, _ = grow_teams(world, replied, settings, self.growth, unit, iteration)
             present |= dict(zip(unit, trees, strict=True))
-        everything = dict.fromkeys(whole_teams(world, self.agents), 1.0)  # is kept: nobody votes
-        return _with_figures(world, self.known, self.agents, [present[agent] for agent in self.agents], everything)
-
-    def _label_replies(self, unit: Sequence[int], present: Mapping[int, GrownTree]) -> Dataset:
-        """The points with the replies of some agents to the present trees, and with weights for these agents, or with
-        what each of their actions costs.
-        """
-        data, world, asked = self.data, self.asked.world, self.asked.settings.weights
-        assert data is not None
-        labels, weights = data.labels.copy(), np.zeros((len(data), len(unit)))
-        regrets = dict[int, Float64]()
-        for place, agent in enumerate(unit):
-            acting = data.labels.copy()
-            for mate in world.members(world.team_of(world.agents[agent])):
-                if mate != agent and mate in present:
-                    tree = present[mate]
-                    acting[:, mate] = tree.action[ir.apply(tree, data.observations[mate])]
-            reply = self.replies[agent].to(acting, data, self.state)
-            labels[:, agent] = reply.labels
-            weights[:, place] = np.where(data.alive[:, agent], reply.worth if asked == OWN else 1.0, 0)
-            if asked == REGRET:
-                regrets[agent] = reply.regrets
-        replied = replace(data, labels=labels, weights=weights, regrets=regrets)
-        return self.examples.before(world, replied, unit)
+        return [present[agent] for agent in self.agents], dict.fromkeys(world.teams, 1.0)
 
 
 class _Voters:
@@ -233,28 +237,27 @@ class _Voters:
         self.asked, self.groups, self.name = asked, list(groups), name
         self.agents = [agent for group in groups for agent in group.agents]
         self.growth = Growth(asked.world, asked.settings)
-        self.figures: dict[str, float] = {}
         self.whose = np.zeros(0, dtype=np.int64)  # [n] the place of the group that met a point
         self.data: Dataset | None = None  # the points of all groups, those of a round behind those before it
 
-    def grow(self, iteration: int) -> dict[int, GrownTree]:
-        """The next trees of the team, by agent."""
+    def gather(self) -> None:
+        """Takes the points that the members met in the round."""
         for place, group in enumerate(self.groups):
             assert group.data is not None
             fresh = group.data.since(int((self.whose == place).sum()))
             self.data = fresh if self.data is None else self.data + fresh
             self.whose = np.append(self.whose, np.full(len(fresh), place))
-        arrays = self.asked.journal.arrays(f"{iteration:04d}-trees{self.name}", self._grow_trees, iteration)
-        grown, self.figures = _trees_and_figures(self.asked.world, self.agents, arrays)
-        for group in self.groups:
-            group.take(grown)
-        return grown
 
-    def _grow_trees(self, iteration: int) -> Arrays:
-        settings, world = self.asked.settings, self.asked.world
+    @property
+    def known(self) -> Dataset:
+        """The examples, then the points of all members."""
         assert self.data is not None
-        lessons = self.groups[0].known.before(self.groups[0].points)
-        whose, data = np.append(np.full(len(lessons), EVERYBODY), self.whose), lessons + self.data
+        return self.groups[0].known.before(self.groups[0].points) + self.data
+
+    def grow(self, data: Dataset, iteration: int) -> Grown:
+        """The next trees of the team: each member counts its own points, and all predict one another."""
+        settings, world = self.asked.settings, self.asked.world
+        whose = np.append(np.full(len(data) - len(self.whose), EVERYBODY), self.whose)
         parts: list[Part] = []
         seeds: dict[int, int] = {}
         for place, group in enumerate(self.groups):
@@ -268,28 +271,7 @@ class _Voters:
         kept: list[float] = []
         alive, votes = data.alive[:, self.agents], settings.votes_of(len(self.agents))
         trees = _legally(world, data, self.agents, self.growth.jointly(parts, seeds, votes, alive, kept))
-        (team,) = whole_teams(world, self.agents)
-        return _with_figures(world, data, self.agents, trees, {team: float(np.mean(kept))})
-
-
-def _growers(asked: Extraction, groups: Sequence[_Group]) -> Sequence[_Group | _Voters]:
-    """Those whose trees grow together: the groups, or the teams where members vote on data that each has alone."""
-    settings = asked.settings
-    if settings.rollouts_by != AGENT or settings.least_right == NO_VOTES:
-        return groups
-    mine = {agent: group for group in groups for agent in group.agents}
-    teams = group_agents(asked.world, TEAM, sorted(mine))
-    return [_Voters(asked, [mine[agent] for agent in team], f"-team-{place}") for place, team in enumerate(teams)]
-
-
-def _trees_and_figures(
-    world: World, agents: Sequence[int], arrays: Arrays
-) -> tuple[dict[int, GrownTree], dict[str, float]]:
-    """Splits the result of a step of growth into trees by agent, and its figures by name."""
-    grown = unpack_trees({name: array for name, array in arrays.items() if name != FIGURES})
-    names = figure_names(whole_teams(world, agents))
-    figures = dict(zip(names, map(float, arrays[FIGURES]), strict=True))
-    return dict(zip(agents, grown, strict=True)), figures
+        return trees, {world.team_of(world.agents[self.agents[0]]): float(np.mean(kept))}
 
 
 def weights(
@@ -302,31 +284,6 @@ def weights(
     if asked.settings.weights == OWN:
         return np.stack([iviper_weights(*given, agent) for agent in agents], axis=1)
     return maviper_weights(*given, agents)
-
-
-def whole_teams(world: World, agents: Sequence[int]) -> list[str]:
-    """The teams all of whose members are among some agents."""
-    return [team for team in world.teams if set(world.members(team)) <= set(agents)]
-
-
-def figure_names(teams: Sequence[str]) -> list[str]:
-    """Names the figures of a round's growth in `metrics.jsonl`: of each team, how much of its data the votes kept, in
-    what share of the points in which all its members act all of them do right, and what that share would be if their
-    errors had nothing to do with each other.
-    """
-    names = ("kept", "joint accuracy", "product of accuracies")
-    return [f"{name} {team}" for team in teams for name in names]
-
-
-def _with_figures(
-    world: World, data: Dataset, agents: Sequence[int], trees: Sequence[GrownTree], kept: Mapping[str, float]
-) -> Arrays:
-    """Trees, and the figures of their growth. `kept`: of each team's data, the share that its votes kept."""
-    grown = dict(zip(agents, trees, strict=True))
-    figures = [
-        figure for team in whole_teams(world, agents) for figure in (kept[team], *accuracies(world, data, grown, team))
-    ]
-    return pack_trees(trees) | {FIGURES: np.array(figures)}
 
 
 def accuracies(world: World, data: Dataset, trees: Mapping[int, GrownTree], team: str) -> tuple[float, float]:
@@ -380,6 +337,5 @@ def _legally(world: World, data: Dataset, members: Sequence[int], trees: Sequenc
 
 
 def _draw_counts(column: Float64, alive: ir.Bool, settings: Settings, rng: np.random.Generator) -> Int:
-    """Counts each point in an agent's data; nothing is drawn where all weigh the same, or by what they cost."""
-    alike = settings.weights in (EQUAL, REGRET)
-    return counts_of(column) if alike else resample(column, alive, settings.max_samples, rng)
+    """Counts each point in an agent's data; nothing is drawn where all weigh the same."""
+    return counts_of(column) if settings.weights == EQUAL else resample(column, alive, settings.max_samples, rng)

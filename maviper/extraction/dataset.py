@@ -8,7 +8,7 @@ Does not: compute weights (extraction/growth/weights.py).
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import reduce
 from operator import add
 from typing import Any
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import Bool, Float32, Float64
-from maviper.episodes.likeness import likeness
+from maviper.episodes.measures import likeness
 from maviper.episodes.play import Controller, points, rollout
 from maviper.experts.expert import Expert, labels
 from maviper.worlds import World
@@ -31,8 +31,6 @@ class Dataset:
     labels: Any  # [n, n_agents] the expert's actions; or its numbers, [n, n_agents, n_outputs] float32
     weights: Float64  # [n, n_agents] each agent's resampling weight, >= 0; 0 where it takes no part
     alive: Bool  # [n, n_agents] who takes part
-    # by agent [n, n_actions], what each action costs in a point, where trees are grown on that; not passed on
-    regrets: Mapping[int, Float64] = field(default_factory=dict[int, Float64])
 
     def __len__(self) -> int:
         return len(self.labels)

@@ -1,22 +1,92 @@
-"""What an extraction has done so far, in a folder, so that it can go on after any interruption.
+"""How far an extraction has come: finished steps in a folder, and what a step gave, for those who watch it run.
 
-Does: keeps the result of every finished step as a file; a step that is there already is read instead of done again.
+Does: keeps the result of every finished step as a file, so that an extraction goes on after any interruption: a step
+  that is there already is read instead of done again. Holds a step's scores, the best so far with intervals, and
+  figures of growth; writes them as a line.
 Assumes: a step depends on the settings and on earlier steps alone, so that what is read is what would come out.
-Does not: know what the steps are.
+Does not: know what the steps are, or show anything.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import GrownTree
 from codegen.lowering.deploy import SummedTree
+from maviper.episodes.measures import Estimate
 from maviper.extraction.dataset import Met
 from maviper.files import runs
+
+EXTRACTING, SELECTING, REFINING, MEASURING = "extracting", "selecting", "refining", "measuring"
+
+
+@dataclass(frozen=True)
+class Part:
+    """The place of this extraction among several, one after the other: those of single agents or teams."""
+
+    place: int = 0
+    count: int = 1
+    name: str = ""  # of the agent or team
+
+
+WHOLE = Part()
+
+
+@dataclass(frozen=True)
+class Progress:
+    """The result of one step. Scores: the mean of the ratios to the expert while extracting, and the primary measure,
+    higher being better, while refining.
+    """
+
+    stage: str
+    done: int
+    total: int
+    score: float  # of this step's candidate
+    best: float
+    measured: Mapping[str, Estimate]  # team or agent -> primary measure of the best, against expert opponents
+    fidelity: float | None  # share of the step's decisions that were the expert's
+    leaves: int  # of the best, all agents
+    # figures of the step's growth, where teams grow jointly
+    growth: Mapping[str, float] = field(default_factory=dict[str, float])
+    part: Part = WHOLE
+
+    @property
+    def line(self) -> dict[str, float | int | str | None]:
+        """The step as one line of a metrics file."""
+        entry: dict[str, float | int | str | None] = {"stage": self.stage, "step": self.done, "score": self.score}
+        entry |= {"best": self.best}
+        for name, estimate in self.measured.items():
+            low, high = estimate.interval
+            entry |= {f"best {name}": estimate.value, f"best {name} low": low, f"best {name} high": high}
+        return entry | {"fidelity": self.fidelity, "leaves": self.leaves, **self.growth}
+
+
+@dataclass(frozen=True)
+class Underway:
+    """The progress within a step that takes long: `done` of `total` steps, with the share of this one. Other stages
+    than EXTRACTING are counted in episodes, from when they are told.
+    """
+
+    done: float
+    total: int
+    doing: str
+    stage: str = EXTRACTING
+    part: Part = WHOLE
+
+
+OnProgress = Callable[[Progress], None]
+OnUnderway = Callable[[Underway], None]
+
+
+def count_leaves(trees: Sequence[GrownTree]) -> int:
+    """Leaves of some trees together."""
+    return sum(int((tree.feature == ir.NO_FEATURE).sum()) for tree in trees)
+
 
 MAX_BYTES = 2**31
 EXPERT_STEP = "expert"  # the expert's own play, before there is a tree

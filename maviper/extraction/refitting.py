@@ -23,7 +23,7 @@ from maviper.console import Console
 from maviper.evaluation import comparison, held_out
 from maviper.evaluation.players import EXPERT, Player
 from maviper.experts.expert import Expert
-from maviper.extraction.examples import NO_EXAMPLES, Examples, FailingStates, Lesson, lesson_of
+from maviper.extraction.extraction import NO_EXAMPLES, Examples, FailingStates, Lesson, lesson_of
 from maviper.files import runs
 from maviper.verification.bench import states_of
 from maviper.verification.files.states import Failing, blank, read_failing

@@ -1,7 +1,9 @@
 """Extraction by name: find the expert, extract with a live line, write the profile or a whole run folder.
 
-Does: joins expert store, algorithm, console and file.
-Assumes: options as a user gives them.
+Does: joins expert store, algorithm, console and file; chooses the further features that help trees to act as an expert
+  does: trees are grown with and without each group on the expert's own episodes, and what predicts held-out ones better
+  is kept.
+Assumes: options as a user gives them; groups of features that are derived from what agents observe already.
 Does not: know how trees are grown.
 """
 
@@ -17,25 +19,37 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from codegen import ir, policy_json
 from codegen.errors import InputError
+from codegen.ir import Float32
 from codegen.wording import format_count
 from maviper.console import Console, LiveLine
+from maviper.episodes import measures
 from maviper.episodes.measures import format_estimate, ratio
-from maviper.episodes.play import TALLY
+from maviper.episodes.play import TALLY, points, rollout
 from maviper.evaluation.held_out import format_cut, read_measure, stop_of
 from maviper.experts.cards import how_learned
-from maviper.experts.expert import Expert
-from maviper.experts.finding import find_expert, seeing
+from maviper.experts.expert import Expert, labels
+from maviper.experts.finding import critic_of, find_expert, seeing
 from maviper.experts.foreign.layers import LOG_PROBABILITIES
-from maviper.experts.wrapped import critic_of
 from maviper.extraction import refitting
 from maviper.extraction.algorithms import check, extract
-from maviper.extraction.choosing import helpful_features
-from maviper.extraction.extraction import Running
-from maviper.extraction.journal import EXPERT_STEP, NOTHING_KEPT, Journal
-from maviper.extraction.outcome import finalist_score
-from maviper.extraction.selection.progress import EXTRACTING, MEASURING, REFINING, SELECTING, Progress, Underway
+from maviper.extraction.dataset import Dataset
+from maviper.extraction.extraction import Running, finalist_score
+from maviper.extraction.growth.growing import Growth
+from maviper.extraction.journal import (
+    EXPERT_STEP,
+    EXTRACTING,
+    MEASURING,
+    NOTHING_KEPT,
+    REFINING,
+    SELECTING,
+    Journal,
+    Progress,
+    Underway,
+)
 from maviper.extraction.selection.selection import explain_stop
 from maviper.extraction.settings import STARTING, Settings, part_settings
 from maviper.files import resuming, runs
@@ -43,8 +57,51 @@ from maviper.files.jobs import Scored, best_of, ensure_counts, folder_of, is_res
 from maviper.files.profiles import version
 from maviper.files.runs import working_alone
 from maviper.options import ExtractOptions, complete_options
-from maviper.worlds import ParticleWorld, World
-from maviper.worlds.naming import with_names
+from maviper.worlds import ParticleWorld, World, find_built_in
+from maviper.worlds.games.features import DERIVED, SEPARATOR
+from maviper.worlds.matching import with_names
+from maviper.worlds.world import Int
+
+EPISODES, HELD_OUT = 200, 50
+LEAST_GAIN = 0.01  # of the share of held-out actions that are predicted right, all agents together
+
+
+def helpful_features(world: ParticleWorld, expert: Expert, settings: Settings) -> str:
+    """Groups of features, best first, joined as an option says them; "" when none helps."""
+    seeds = settings.episodes(measures.ROLLOUT_SEEDS)[:EPISODES]
+    (played,) = rollout(world, [expert] * len(world.agents), seeds)
+    observations, state = points(played)
+    wanted = labels(expert, observations, state)
+    held = np.arange(len(wanted)) % EPISODES < HELD_OUT
+    chosen: list[str] = []
+    reached = _right(world, world.observe(state), wanted, held, settings)
+    while True:
+        accuracy: dict[str, float] = {}
+        for group in DERIVED:
+            try:
+                wide = find_built_in(f"{world.name},features={SEPARATOR.join([*chosen, group])}")
+            except InputError:  # it is there already, or adds nothing
+                continue
+            accuracy[group] = _right(wide, wide.observe(state), wanted, held, settings)
+        best = max(accuracy, key=lambda group: accuracy[group], default="")
+        if not best or accuracy[best] < reached + LEAST_GAIN:
+            return SEPARATOR.join(chosen)
+        chosen.append(best)
+        reached = accuracy[best]
+
+
+def _right(world: World, observations: tuple[Float32, ...], wanted: Int, held: ir.Bool, settings: Settings) -> float:
+    """The share of held-out actions that trees grown on the others predict."""
+    growth = Growth(world, settings)
+    shape = wanted[~held].shape
+    known = Dataset(tuple(seen[~held] for seen in observations), wanted[~held], np.ones(shape), np.ones(shape, bool))
+    ones = [np.ones(len(known), dtype=np.int64)] * len(observations)
+    shares = list[float]()
+    for agent, seen in enumerate(observations):
+        (tree,) = growth.team([agent], known, ones, [settings.seed] * len(observations), 0)
+        shares.append(float((tree.action[ir.apply(tree, seen[held])] == wanted[held, agent]).mean()))
+    return float(np.mean(shares))
+
 
 AUTOMATIC = "auto"
 WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "its log-probabilities as critic"}

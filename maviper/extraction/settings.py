@@ -1,13 +1,14 @@
-"""What an extraction is asked for.
+"""What an extraction is asked for: the settings that an algorithm's name stands for, and those that a user changed.
 
-Does: the settings of every algorithm, their presets and the limits they must keep.
+Does: names the algorithms, the bundle of settings of each, and the rungs of the ladder from IVIPER to MAVIPER; holds
+  the settings of every algorithm, their presets and the limits they must keep.
 Assumes: presets change defaults; whatever a user says goes on top.
 Does not: know how an algorithm works.
 """
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from typing import Any
@@ -16,39 +17,106 @@ from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
 from maviper.evaluation import held_out
-from maviper.extraction.bundles import (
-    ACCIDENTS,
-    AGENT,
-    EQUAL,
-    FITTED_Q,
-    IMITATION,
-    IVIPER,
-    KNOWN,
-    LABELS,
-    MAVIPER,
-    MEMBER,
-    NO_VOTES,
-    NOTHING,
-    PARTS,
-    RACE,
-    RETURN,
-    RGMDT,
-    ROLLOUTS_BY,
-    SELECTION_BY,
-    SHARES,
-    TEAM,
-    UNIFORM,
-    VIPER,
-    WEIGHTS,
-    bundle,
-    group_agents,
-    wider,
-)
-from maviper.extraction.selection.progress import MEASURING, REFINING, SELECTING
+from maviper.extraction.journal import MEASURING, REFINING, SELECTING
 from maviper.options import ExtractOptions, table_of
-from maviper.options.refusals import DEPTH, RELEASED, ensure_together, option_of
+from maviper.options.extraction import DEPTH, RELEASED, ensure_together, option_of
 from maviper.worlds import World
 from maviper.worlds.outside.playing import START_EPISODES
+
+MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q = "maviper", "iviper", "viper", "imitation", "fitted-q"
+NO_PREDICTION, IVIPER_RESAMPLING = "maviper-no-prediction", "maviper-iviper-resampling"
+ALGORITHMS = (MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q, NO_PREDICTION, IVIPER_RESAMPLING)
+RGMDT = "rgmdt"  # not of the paper; what is known of it is its description
+BEST_RESPONSE = "best-response"  # ours
+KNOWN = (*ALGORITHMS, BEST_RESPONSE, RGMDT)
+DESCRIBED = {RGMDT: "after the description in arXiv 2410.16517"}
+JOINT = (MAVIPER, NO_PREDICTION, IVIPER_RESAMPLING)  # the trees of all agents come from the same episodes
+
+AGENT, TEAM, ALL = "agent", "team", "all"  # who plays, or is chosen, together
+MEMBER = "member"  # each member of a team has a round of its own, judged by how the team plays
+NOTHING, SHARES = "", ("", TEAM)  # for whom there is one tree
+EXPERTS = "experts"  # no tree plays while data are collected
+ROLLOUTS_BY, SELECTION_BY = (EXPERTS, AGENT, TEAM, ALL), (AGENT, MEMBER, TEAM, ALL)
+EXPERT, RESPONSE = "expert", "response"  # what a tree is taught: the expert's action, or the best reply to its mates
+LABELS = (EXPERT, RESPONSE)
+OWN, AVERAGED, EQUAL = "own", "averaged", "equal"
+WEIGHTS = (OWN, AVERAGED, EQUAL)
+N_LESS_1, NO_VOTES = "N-1", "0"
+UNIFORM, RETURN, RACE = "uniform", "return", "race"
+CHOSEN_BY = {UNIFORM: ALL, RETURN: TEAM, RACE: TEAM}  # unless an algorithm says otherwise
+
+_JOINT: dict[str, str] = {"rollouts_by": ALL, "weights": AVERAGED, "least_right": N_LESS_1}
+_ALONE: dict[str, str] = {"rollouts_by": AGENT, "weights": OWN, "least_right": NO_VOTES, "selection_by": AGENT}
+_EXPERTS: dict[str, str] = {"rollouts_by": EXPERTS, "weights": EQUAL, "least_right": NO_VOTES}
+BUNDLES: dict[str, dict[str, str]] = {
+    MAVIPER: _JOINT,
+    NO_PREDICTION: {**_JOINT, "least_right": NO_VOTES},
+    IVIPER_RESAMPLING: {**_JOINT, "weights": OWN},
+    IVIPER: _ALONE,
+    VIPER: _ALONE,
+    IMITATION: _EXPERTS,
+    FITTED_Q: _EXPERTS,
+    RGMDT: {"rollouts_by": ALL, "weights": EQUAL, "least_right": NO_VOTES},
+    BEST_RESPONSE: {"labels": RESPONSE, "rollouts_by": ALL, "weights": OWN, "least_right": NO_VOTES},
+}
+PARTS = ("labels", "rollouts_by", "weights", "least_right", "selection_by")
+
+# What the released code does besides its text, each of which can be undone alone: leaves that stand still, a collector
+# that starts a new episode at every step, and 500 expert episodes ahead of all. Who does which:
+LEAVES, RESTARTS, WARM_UP = "leaves", "restarts", "warm-up"
+ACCIDENTS: dict[str, tuple[str, ...]] = {
+    IVIPER: (LEAVES, WARM_UP),
+    VIPER: (LEAVES, WARM_UP),
+    IMITATION: (LEAVES, RESTARTS),
+    **dict.fromkeys(JOINT, (WARM_UP,)),
+}
+
+# From IVIPER to MAVIPER and one step beyond: each rung is one difference from the one before it.
+RUNGS: dict[str, dict[str, str]] = {
+    "iviper": {"algorithm": IVIPER},
+    "joint-rollouts": {"algorithm": MAVIPER, "weights": OWN, "least_right": NO_VOTES, "selection_by": AGENT},
+    "joint-selection": {"algorithm": MAVIPER, "weights": OWN, "least_right": NO_VOTES},
+    "averaged-weights": {"algorithm": NO_PREDICTION},
+    "vote-N-1": {"algorithm": MAVIPER},
+    "vote-N": {"algorithm": MAVIPER, "least_right": "N"},
+}
+# Fitted Q that sees other actions than its expert's while it collects, so that its trees are no constant.
+EXPLORING = "fitted-q-exploring"
+VARIANTS: dict[str, dict[str, Any]] = {**RUNGS, EXPLORING: {"algorithm": FITTED_Q, "explore": 0.3}}
+# From joint selection to best responses, where rounds are chosen by races.
+OUR_RUNGS: dict[str, dict[str, str]] = {
+    "joint-selection": RUNGS["joint-selection"],
+    "member-selection": {"algorithm": BEST_RESPONSE, "labels": EXPERT},
+    "best-response": {"algorithm": BEST_RESPONSE},
+}
+
+
+def bundle(algorithm: str, selection: str, share: str = NOTHING) -> dict[str, str]:
+    """The settings that an algorithm's name stands for. `selection`: how an iterate is chosen; `share`: members of a
+    team that share a tree play and choose together, where each would do so alone.
+    """
+    settings = {"labels": EXPERT, "selection_by": CHOSEN_BY[selection], **BUNDLES[algorithm]}
+    if algorithm == BEST_RESPONSE and selection == RACE and not share:
+        settings["selection_by"] = MEMBER
+    if share == TEAM:
+        settings |= {name: TEAM for name in ("rollouts_by", "selection_by") if settings[name] == AGENT}
+    return settings
+
+
+def group_agents(world: World, by: str, agents: Sequence[int]) -> list[list[int]]:
+    """Some agents in the groups that a setting makes of them, in the world's order."""
+    if by == AGENT:
+        return [[agent] for agent in agents]
+    if by in (TEAM, MEMBER):
+        mine = [[agent for agent in world.members(team) if agent in agents] for team in world.teams]
+        return [members for members in mine if members]
+    return [list(agents)]
+
+
+def wider(one: str, other: str) -> str:
+    """That of two groupings whose groups hold the other's."""
+    return max(one, other, key=(AGENT, MEMBER, TEAM, ALL, EXPERTS).index)
+
 
 STARTING, ROLLOUTS = "start", "rollouts"
 EXACT, HISTOGRAM = "exact", "histogram"
@@ -57,7 +125,7 @@ SUMS = "sums"  # of few features, by alternating optimisation of a tree that a h
 SUMMED = (DIFFERENCES, SUMS)  # after which nothing is refined unless that is asked for
 SPLITS = (EXACT, HISTOGRAM, *SUMMED)
 CONSTANT, LINEAR = "constant", "linear"
-LEAVES = ("", CONSTANT, LINEAR)  # "": leaves have actions
+LEAF_KINDS = ("", CONSTANT, LINEAR)  # "": leaves have actions
 SELECTIONS = (UNIFORM, RETURN, RACE)
 PAPER, DEFAULT = "paper", "default"
 REFINEMENT = 300_000
@@ -124,7 +192,7 @@ class Settings:
     # What an algorithm's name stands for; "": as it says.
     labels: str = ""  # what trees are taught: the expert's actions, or the best replies to their mates' trees
     rollouts_by: str = ""  # whose trees play together among experts while data are collected; or `experts` alone
-    weights: str = ""  # others at expert actions, averaged over the others' actions, every state alike, or regrets
+    weights: str = ""  # others at expert actions, averaged over the others' actions, or every state alike
     least_right: str = ""  # right predictions that a point needs in joint growth: a number, or a share of the N
     selection_by: str = ""  # for whom one iterate is chosen
     share: str = NOTHING  # who shares a tree: nobody, or the agents of a team
@@ -309,7 +377,7 @@ class Settings:
 
     def _ensure_usable(self) -> "Settings":
         self._check_names({"algorithm": KNOWN, "preset": PRESETS, "splits": SPLITS, "selection": SELECTIONS})
-        self._check_names({"share": SHARES, "leaf": LEAVES})
+        self._check_names({"share": SHARES, "leaf": LEAF_KINDS})
         self._check_names({"labels": LABELS, "rollouts_by": ROLLOUTS_BY})
         self._check_names({"weights": WEIGHTS, "selection_by": SELECTION_BY})
         for name in ("refinement", "budget"):

@@ -6,12 +6,20 @@ Does not: run a verb, or know click.
 """
 
 from maviper.options.extraction import ExtractOptions
-from maviper.options.measuring import EvaluateOptions, ExploitOptions
-from maviper.options.profiles import CompileOptions, DiffOptions, ImportOptions, RepairOptions
-from maviper.options.reproduction import ReproduceOptions
 from maviper.options.table import complete_options, make_request, spell_out, table_of
-from maviper.options.training import TrainOptions
-from maviper.options.verification import FileOptions, SystemOptions, VerifyOptions
+from maviper.options.verbs import (
+    CompileOptions,
+    DiffOptions,
+    EvaluateOptions,
+    ExploitOptions,
+    FileOptions,
+    ImportOptions,
+    RepairOptions,
+    ReproduceOptions,
+    SystemOptions,
+    TrainOptions,
+    VerifyOptions,
+)
 
 __all__ = [
     "CompileOptions",

@@ -16,8 +16,8 @@ from codegen.ir import Float64
 from maviper.evaluation.exploitability import OWN
 from maviper.reproduction import register
 from maviper.reproduction.cells.cell import BLOCKS, CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
-from maviper.reproduction.cells.responding import CHOSEN_ON
-from maviper.reproduction.results import Results, Row
+from maviper.reproduction.cells.making import CHOSEN_ON
+from maviper.reproduction.cells.table import Results, Row
 from maviper.reproduction.statistics import INVERSE, RATIO, REWARD, VALUE, Estimate, Term, estimate
 from maviper.worlds import World, find
 from maviper.worlds.world import RETURN

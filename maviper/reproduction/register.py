@@ -1,9 +1,10 @@
 """The register of claims: what the paper says, in our words, and by which number and test each claim is decided.
 
 Does: reads `claims.toml`, which is part of the package, checks it, and gives its hash; behind its claims come those of
-  `more_claims.toml`, in families of their own.
-Assumes: the first file is written before any cell is played; every cell keeps its hash.
-Does not: decide a claim (verdicts.py), or read results.
+  `more_claims.toml`, in families of their own; writes the `maviper reproduce` that plays what a report lacks, so that
+  its cells join those that are there.
+Assumes: the first file is written before any cell is played; every cell keeps its hash; labels as the plan gives them.
+Does not: decide a claim (verdicts.py), or read results; know where a user's own expert lies: EXPERT stands for it.
 """
 
 import hashlib
@@ -18,8 +19,9 @@ from typing import Any, TypeVar
 import msgspec
 
 from codegen.errors import InputError, UnknownNameError, escape_text
-from maviper.extraction.bundles import ALGORITHMS, RGMDT, VARIANTS
+from maviper.extraction.settings import ALGORITHMS, RGMDT, VARIANTS
 from maviper.files import runs
+from maviper.reproduction.cells.plan import MADDPG, MAIN_DEPTH, MAPPO, NO_CARD
 from maviper.reproduction.cells.table import COLUMNS
 
 FILE, MORE = (Path(__file__).with_name(name) for name in ("claims.toml", "more_claims.toml"))
@@ -219,3 +221,23 @@ _RULES: tuple[tuple[Callable[[Claim], bool], str], ...] = (
         "a main claim has no effect",
     ),
 )
+
+
+def command(experts: Iterable[str], options: str = "") -> str:
+    """The command with some options, for experts of those labels."""
+    words = ["maviper reproduce -o FOLDER", options, _experts(list(experts))]
+    return " ".join(word for word in words if word)
+
+
+def playing(claim: Claim, expert: str) -> str:
+    """The command that plays the cells of a claim, with the expert of that label."""
+    depths = [str(depth) for depth in claim.list_values("depth")]
+    everywhere = claim.statistic == EXPLOITABILITY and set(claim.list_values("depth")) - {MAIN_DEPTH}
+    tier = "--full " if everywhere else ""  # others answer teams of the main depth alone
+    return command([expert], f"{tier}--games {','.join(claim.list_values('game'))} --depths {','.join(depths)}")
+
+
+def _experts(labels: list[str]) -> str:
+    """The option --experts, where it is needed."""
+    named = [label if label in (MAPPO, MADDPG) else f"{label.removesuffix(NO_CARD)}=EXPERT" for label in labels]
+    return f"--experts {','.join(named)}" if set(named) - {MAPPO} else ""

@@ -19,12 +19,12 @@ from codegen.lowering.render import render
 from codegen.wording import format_count
 from maviper.evaluation.crossplay import DRAWS
 from maviper.files import runs
-from maviper.reproduction import further, register, results, sections, verdicts
+from maviper.reproduction import further, register, sections, verdicts
 from maviper.reproduction.cells.cell import EXPERT, KINDS
+from maviper.reproduction.cells.table import Results, Row, read_table
 from maviper.reproduction.figures import MARKS, name_algorithm
 from maviper.reproduction.recipes import Book
 from maviper.reproduction.register import Register
-from maviper.reproduction.results import Results
 from maviper.reproduction.sections import Context, Section
 from maviper.reproduction.statistics import DRAW_SEED
 from maviper.reproduction.verdicts import Verdict
@@ -42,7 +42,7 @@ WIDTH = 150  # of a line of the summary
 
 def write_report(folder: Path) -> list[str]:
     """Writes the report of a folder's table into it; the lines for the terminal. InputError for a damaged table."""
-    table, known = results.read(folder), register.read()
+    table, known = read_table(folder), register.read()
     book = Book(table)
     experts = _experts(table)
     judged = [verdict for expert in experts for verdict in verdicts.judge_claims(book, known, expert)]
@@ -189,7 +189,7 @@ def describe_run(table: Results, known: Register, experts: Sequence[str]) -> dic
     }
 
 
-def _any(table: Results, row: results.Row) -> list[tuple[str, str]]:
+def _any(table: Results, row: Row) -> list[tuple[str, str]]:
     return list(table.values(row.cell))[:1]
 
 

@@ -24,11 +24,10 @@ from maviper.files.jobs import ensure_counts
 from maviper.options import ReproduceOptions, complete_options
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells import table
-from maviper.reproduction.cells.cell import DONE, KINDS, Made, Task
-from maviper.reproduction.cells.costs import estimate, is_guessed
+from maviper.reproduction.cells.cell import DONE, KINDS, Made, Task, estimate, is_guessed
 from maviper.reproduction.cells.making import make_cell
 from maviper.reproduction.cells.plan import Asked, Plan
-from maviper.reproduction.cells.store import Store
+from maviper.reproduction.cells.table import Store
 
 LOCAL, DASK = "local", "dask"
 BACKENDS = (LOCAL, DASK)

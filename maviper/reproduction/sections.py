@@ -11,10 +11,9 @@ from itertools import product
 
 from maviper.reproduction import figures, register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
-from maviper.reproduction.commands import command
 from maviper.reproduction.figures import Point, name_algorithm
 from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place
-from maviper.reproduction.register import Register
+from maviper.reproduction.register import Register, command
 from maviper.reproduction.statistics import PAPER
 from maviper.worlds.games.particle import SUCCESS
 from maviper.worlds.world import RETURN

@@ -15,9 +15,8 @@ from msgspec import structs
 from maviper.reproduction import register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.cells.cell import EXPLOITABILITY as EXPLOITING
-from maviper.reproduction.commands import playing
 from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place, game_of, less, times
-from maviper.reproduction.register import Claim, Register
+from maviper.reproduction.register import Claim, Register, playing
 from maviper.reproduction.statistics import holm, size, untestable
 from maviper.worlds.world import RETURN
 

@@ -19,8 +19,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile, act
-from maviper.worlds.stated.deviation import deviation
-from maviper.worlds.stated.reference import Reference, is_known
+from maviper.worlds.stated.deviation import Reference, deviation, is_known
 from maviper.worlds.stated.systems import box
 from maviper.worlds.stated.systems import start as draw_start
 from verify.claims.formula import holds

@@ -19,9 +19,9 @@ from maviper.worlds.games.coordination import Coordination
 from maviper.worlds.games.particle import ParticleWorld, WorldState
 from maviper.worlds.games.physical_deception import PhysicalDeception
 from maviper.worlds.games.predator_prey import PredatorPrey
-from maviper.worlds.outside.acting import refuse_numbers
 from maviper.worlds.outside.making import add_maker
 from maviper.worlds.outside.sources import SYSTEM, VMAS, is_named_by_user, parse_source
+from maviper.worlds.outside.spaces import refuse_numbers
 from maviper.worlds.world import Measure, World
 
 if TYPE_CHECKING:

@@ -19,26 +19,26 @@ from codegen.lowering.render import render
 from codegen.wording import format_count
 from maviper.files import runs
 from maviper.worlds import World, find_built_in
-from maviper.worlds.findings import Finding, Mark, usable
-from maviper.worlds.outside.acting import random_actions, width
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
 from maviper.worlds.outside.processes import Copy
-from maviper.worlds.outside.silence import asking, output_aside
 from maviper.worlds.outside.sources import (
     MAX_STEPS,
     SYSTEM,
     VMAS,
     Source,
+    asking,
     attribute,
     fault,
     is_named_by_user,
+    output_aside,
     parse_source,
     space,
 )
+from maviper.worlds.outside.spaces import random_actions, width
 from maviper.worlds.outside.vmas import GAMES, VmasWorld
 from maviper.worlds.seeds import fold_seed
-from maviper.worlds.stated.statements import check_statement, measure_reference
+from maviper.worlds.stated.statements import Finding, Mark, check_statement, measure_reference, usable
 from maviper.worlds.stated.systems import read
 from maviper.worlds.world import Outcome
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from maviper.episodes import measures
 from maviper.episodes.play import play
-from maviper.experts import store
+from maviper.experts import network
 from maviper.experts.scripted import build_script
 from maviper.worlds.games.predator_prey import PREDATORS
 from tests.benchmarks.common import figure, reader, tell
@@ -35,12 +35,12 @@ TIME_TARGETS = (15 * 60, 3 * 60)
 
 
 def card_of(name):
-    stem = store.SHIPPED[name].removesuffix(".safetensors")
+    stem = network.SHIPPED[name].removesuffix(".safetensors")
     return json.loads((resources.files("maviper.experts.shipped") / f"{stem}.json").read_text())
 
 
 def of_expert(name):
-    expert, world = store.load(name)
+    expert, world = network.load(name)
     among = measures.evaluate(world, [expert] * len(world.agents), SEEDS)
     for measure in world.measures:
         found = among[measure]
@@ -73,7 +73,7 @@ def main() -> None:
     parser = reader(__doc__)
     parser.add_argument("--all", action="store_true")
     options = parser.parse_args()
-    names = [name for name in store.SHIPPED if options.all or "@" not in name]
+    names = [name for name in network.SHIPPED if options.all or "@" not in name]
     tell((found for name in names for found in of_expert(name)), options.json)
 
 

@@ -43,13 +43,13 @@ def one_run(name, depth, iterations, refinement=0):
 def growth(splits, rounds):
     """CPU seconds of a joint growth of deception's teams on 25,000 points, by way of searching splits, interleaved."""
     from maviper.episodes.play import play, points
-    from maviper.experts import store
+    from maviper.experts import network
     from maviper.experts.expert import labels
     from maviper.extraction.dataset import Dataset
     from maviper.extraction.growth.growing import Growth
     from maviper.extraction.settings import Settings
 
-    expert, world = store.load("physical-deception")
+    expert, world = network.load("physical-deception")
     episodes = play(world, [expert] * 3, world.start_from_seeds(range(1_000)))
     observations, state = points(episodes)
     wanted = labels(expert, observations, state)
@@ -68,7 +68,7 @@ def by_size(n):
     """CPU seconds per agent, sample and non-constant feature of one iteration in navigation with `n` agents: the
     script's rollouts and labels, measured Q, weights and growth.
     """
-    from maviper.experts.measured import Measured
+    from maviper.experts.expert import Measured
     from maviper.experts.scripted import build_script
     from maviper.extraction.dagger import grow_teams, weights
     from maviper.extraction.dataset import collect

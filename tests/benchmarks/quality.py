@@ -15,13 +15,12 @@ import time
 
 import numpy as np
 
-from maviper.cli import tour as demo
+from maviper import tour as demo
 from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import FITTED_Q
-from maviper.extraction.settings import RELEASED, Settings
+from maviper.extraction.settings import FITTED_Q, RELEASED, Settings
 from maviper.files.jobs import side_by_side
 from tests.benchmarks.common import figure, reader, tell
 

@@ -23,8 +23,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from maviper.files import runs
-from maviper.reproduction import report, results
-from maviper.reproduction.cells.table import ABOUT, COLUMNS, EPISODES_FOLDER, TABLE_FILE
+from maviper.reproduction import report
+from maviper.reproduction.cells.table import ABOUT, COLUMNS, EPISODES_FOLDER, TABLE_FILE, read_table
 from tests.benchmarks import compact
 
 COPIED = (report.PAGE, report.SUMMARY, report.CLAIMS, report.SCRIPT)
@@ -64,7 +64,7 @@ def rows(place: Path) -> list[dict[str, str]]:
 def cells(folder: Path) -> bytes:
     """The cells of a finished folder in the form of records, and what each number of its report is made of."""
     numbers = json.loads((folder / report.NUMBERS).read_text())
-    table = results.read(folder)
+    table = read_table(folder)
     whole, paths = needed(numbers, table)
     with (folder / TABLE_FILE).open(encoding="utf-8", newline="") as file:
         first = {row["cell"]: row for row in reversed(list(csv.DictReader(file)))}

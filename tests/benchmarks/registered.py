@@ -21,8 +21,7 @@ import numpy as np
 from maviper.episodes import measures
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import JOINT
-from maviper.extraction.settings import PAPER, Settings
+from maviper.extraction.settings import JOINT, PAPER, Settings
 from maviper.files import runs
 from maviper.files.profiles import version
 from maviper.reproduction.cells.cell import EPISODES

@@ -18,17 +18,16 @@ from pathlib import Path
 from statistics import median
 
 from maviper.console import Console
-from maviper.extraction.bundles import RGMDT
-from maviper.reproduction.cells import costs
+from maviper.extraction.settings import RGMDT
+from maviper.reproduction.cells import cell as cells
 from maviper.reproduction.cells.cell import DONE, EXPLOITABILITY, EXTRACTION, Source, Task
-from maviper.reproduction.cells.making import make_cell
+from maviper.reproduction.cells.making import UNTRAINED, USUAL, make_cell
 from maviper.reproduction.cells.plan import Asked, plan_cells
-from maviper.reproduction.cells.responding import UNTRAINED, USUAL
-from maviper.reproduction.cells.store import Store
+from maviper.reproduction.cells.table import Store
 from maviper.reproduction.run import reproduce_paper, request
 from tests.benchmarks.common import figure, reader, tell
 
-TABLE = Path(costs.__file__).with_name(costs.FILE)
+TABLE = Path(cells.__file__).with_name(cells.FILE)
 HEAD = (
     "# CPU seconds of one cell by depth. Made by `python -m tests.benchmarks.reproduce --write`;"
     " MAVIPER's: means of `published`.\n"
@@ -44,7 +43,7 @@ def measured(folder):
         cell = document.cell
         if document.outcome == DONE and not (cell.leaves and cell.algorithm != RGMDT):
             effort = {name: document.identity[name] for name in UNTRAINED if name in document.identity}
-            key = costs.key_of(cell), cell.depth
+            key = cells.key_of(cell), cell.depth
             found.setdefault(key, []).append(document.cpu_seconds)
             tasks[key] = Task(cell, Source(cell.game, world=cell.game), "", "", effort=effort)
     return found, tasks
@@ -66,8 +65,8 @@ def responders(folder):
         seconds(**{name: whole // SMALL})  # a process imports what it needs once
         none, small, large = (seconds(**{name: count}) for count in (0, whole // SMALL, whole))
         rate = (large - small) / (whole - whole // SMALL)
-        found[f"effort {name}", costs.UNIT] = [rate * costs.UNIT]
-        found[f"effort {name}", costs.BEGUN] = [max(0.0, large - none - rate * whole)]
+        found[f"effort {name}", cells.UNIT] = [rate * cells.UNIT]
+        found[f"effort {name}", cells.BEGUN] = [max(0.0, large - none - rate * whole)]
     return found
 
 
@@ -112,12 +111,12 @@ def main():
 def compare(found, tasks, as_json):
     """Prints what was measured beside what was estimated."""
     spent = {key: sum(seconds) for key, seconds in found.items()}
-    expected = {key: len(found[key]) * costs.estimate(tasks[key]) for key in found}
+    expected = {key: len(found[key]) * cells.estimate(tasks[key]) for key in found}
     ratio = sum(spent.values()) / sum(expected.values())
     if not as_json:
         print(f"{'cells':>6}  {'median':>7}  {'estimate':>8}  {'ratio':>6}  what, depth")
         for key in sorted(found):
-            middle, guess = median(found[key]), costs.estimate(tasks[key])
+            middle, guess = median(found[key]), cells.estimate(tasks[key])
             print(f"{len(found[key]):>6}  {middle:>7.1f}  {guess:>8.1f}  {middle / guess:>6.2f}  {key[0]}, {key[1]}")
         print(f"all together {sum(spent.values()):.0f} CPU s, {ratio:.2f} of the estimate")
     tell([figure("CPU time less its estimate, share", abs(ratio - 1), REACH, STRETCH)], as_json)

@@ -8,8 +8,7 @@ Does not: extract, judge, or choose among experts: all seeds of a recipe count.
 from codegen.errors import InputError
 from maviper.console import Console
 from maviper.experts.finding import find_expert
-from maviper.experts.training.run import train_expert
-from maviper.experts.training.train import CARD_FILE
+from maviper.experts.training.train import CARD_FILE, train_expert
 from maviper.files import runs
 
 

@@ -9,7 +9,7 @@ from codegen.errors import ExitCode
 from maviper.cli.main import run as command
 from maviper.manual import page
 from maviper.worlds.checking import check, new
-from maviper.worlds.findings import usable
+from maviper.worlds.stated.statements import usable
 from verify.systems.files import statement_of
 
 TEXT = page("flows")

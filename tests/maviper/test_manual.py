@@ -18,9 +18,9 @@ from codegen.targets import TARGETS, emit
 from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.experts import store
-from maviper.extraction.bundles import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
-from maviper.options.refusals import option_of
+from maviper.experts import network
+from maviper.extraction.settings import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
+from maviper.options.extraction import option_of
 from maviper.verification.starters import list_properties
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
 from maviper.worlds.games.coordination import RULES
@@ -177,7 +177,7 @@ def test_velocity_adds_what_the_page_says():
 
 @pytest.mark.parametrize(
     ("kind", "heading", "trained"),
-    [("@clone", "## Clones of scripts", store.CLONES), ("", "## Shipped experts", store.LEARNED)],
+    [("@clone", "## Clones of scripts", network.CLONES), ("", "## Shipped experts", network.LEARNED)],
 )
 def test_the_shipped_experts(kind, heading, trained):
     page = manual.page("experts")

@@ -14,8 +14,8 @@ import maviper
 from codegen.errors import InputError
 from maviper import claims
 from maviper.cli import main
-from maviper.extraction import bundles
 from maviper.extraction import run as extraction
+from maviper.extraction import settings
 from maviper.extraction.settings import PRESETS, SELECTIONS, SPLITS, Settings, part_settings
 from maviper.options import (
     CompileOptions,
@@ -33,7 +33,7 @@ from maviper.options import (
     complete_options,
     table_of,
 )
-from maviper.options.refusals import (
+from maviper.options.extraction import (
     FITTED_Q,
     PART_NAMES,
     REFUSALS,
@@ -134,13 +134,13 @@ def test_an_option_of_extraction_is_a_setting_or_a_field_of_the_request():
 
 
 VALUES = {
-    "algorithm": bundles.KNOWN,
+    "algorithm": settings.KNOWN,
     "preset": PRESETS,
     "selection": SELECTIONS,
-    "labels": bundles.LABELS,
-    "rollouts_by": bundles.ROLLOUTS_BY,
-    "weights": bundles.WEIGHTS,
-    "selection_by": bundles.SELECTION_BY,
+    "labels": settings.LABELS,
+    "rollouts_by": settings.ROLLOUTS_BY,
+    "weights": settings.WEIGHTS,
+    "selection_by": settings.SELECTION_BY,
     "least_right": ("0", "N", "N-1"),
     "refinement": (0, 50_000),
     "splits": SPLITS,
@@ -162,8 +162,8 @@ def test_a_refusal_is_made_beside_the_values_that_it_names_and_no_others(refusal
 
 
 def test_the_names_in_the_table_of_refusals_are_those_of_the_algorithms():
-    assert {VIPER, FITTED_Q, RGMDT} < set(bundles.KNOWN) and RELEASED in PRESETS
-    assert PART_NAMES == bundles.PARTS and VOTES == (bundles.NO_VOTES,)
+    assert {VIPER, FITTED_Q, RGMDT} < set(settings.KNOWN) and RELEASED in PRESETS
+    assert PART_NAMES == settings.PARTS and VOTES == (settings.NO_VOTES,)
     assert {name for refusal in REFUSALS for name in refusal.settings} < {field.name for field in fields(Settings)}
 
 

@@ -1,6 +1,6 @@
 """Teams of trees grown from arrays, without a world."""
 
-from maviper.extraction.growth.grow import CartTree, grow_jointly
+from maviper.extraction.growth.joint import CartTree, grow_jointly
 
 
 def train_joint_trees(observations, labels, counts, n_actions, max_depth, seeds, least_right=None, alive=None):

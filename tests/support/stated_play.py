@@ -6,7 +6,7 @@ It shares the reader of files with the rest, and nothing else: no pieces, no eng
 import numpy as np
 
 from codegen.ir import act
-from maviper.worlds.stated.flowing import PARTS
+from maviper.worlds.stated.systems import PARTS
 from verify.systems.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum, names
 from verify.systems.system import Measure
 

@@ -15,7 +15,7 @@ import torch
 
 from codegen.ir import Float32
 from maviper.experts.training.nets import Adam, Nets, average_rows
-from maviper.experts.training.replay import Replay
+from maviper.experts.training.off_policy import Replay
 from maviper.experts.training.trainer import Trainer
 from maviper.worlds import World
 

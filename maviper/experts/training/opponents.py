@@ -16,11 +16,10 @@ from torch import Tensor
 from codegen.errors import InputError
 from codegen.ir import Float32
 from maviper.episodes.play import Controller
-from maviper.experts import cards, store
+from maviper.experts import cards, network
+from maviper.experts.finding import Observing
 from maviper.experts.scripted import build_script
-from maviper.experts.training.heads import Head
-from maviper.experts.training.nets import Joint, Nets
-from maviper.experts.wrapped import Observing
+from maviper.experts.training.nets import Head, Joint, Nets
 from maviper.worlds import World
 
 VERSIONS = 20  # kept in a whole training, at equal distances
@@ -101,7 +100,7 @@ class Finished:
         """Does nothing: there is nothing to take over; see `Opponents.remember`."""
 
 
-def by_reward_alone(world: World, names: Sequence[str]) -> dict[str, store.NetworkExpert]:
+def by_reward_alone(world: World, names: Sequence[str]) -> dict[str, network.NetworkExpert]:
     """The named experts, shipped ones or files, each for all agents of `world`.
 
     InputError for an expert of another game, and for one that learned from a script, or does not say how it learned.
@@ -110,7 +109,7 @@ def by_reward_alone(world: World, names: Sequence[str]) -> dict[str, store.Netwo
 
 
 def _by_reward_alone(world: World, name: str) -> Any:
-    expert, played = store.load(name)
+    expert, played = network.load(name)
     same = ("agents", "landmarks", "episode_steps")
     if any(getattr(played.spec, each) != getattr(world.spec, each) for each in same) or played.teams != world.teams:
         raise InputError("the expert plays another game", f"--against {name}: {played.name}, not {world.name}")

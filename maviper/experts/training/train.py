@@ -1,7 +1,7 @@
-"""Training runs: an expert in a run folder, the best of its checkpoints on held-out episodes.
+"""Training runs: an expert in a run folder, the best of its checkpoints on held-out episodes, or the best of seeds.
 
-Does: trains, judges checkpoints, keeps the best in the folder at all times, resumes, measures the winner on fresh
-  episodes.
+Does: trains with a live line, one seed or several side by side, judges checkpoints, keeps the best in the folder at all
+  times, resumes, measures the winner on fresh episodes.
 Assumes: the extra `maviper[train]`.
 Does not: know how an algorithm learns.
 
@@ -14,22 +14,26 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, Unpack
 
 from codegen.errors import InputError, MissingToolError
 from codegen.ir import Float32
+from maviper.console import Console, LiveLine
 from maviper.episodes import measures
-from maviper.episodes.measures import Estimate
-from maviper.experts import cards, judging, store
-from maviper.experts.judging import Judged, Rival
+from maviper.episodes.measures import Estimate, format_estimate
+from maviper.experts import cards, network
+from maviper.experts.cards import DEFAULT, MAPPO, Judged, Request, Rival, schedule, settings
 from maviper.experts.network import ACTOR, ACTOR_CRITIC, NetworkExpert
-from maviper.experts.recipes import DEFAULT, MAPPO, Request, settings
-from maviper.files import runs
+from maviper.files import resuming, runs
+from maviper.files.jobs import Scored, best_of, ensure_counts, folder_of, is_resumed, side_by_side
 from maviper.files.runs import working_alone
-from maviper.worlds import World
+from maviper.options import TrainOptions, make_request
+from maviper.worlds import World, find
 from maviper.worlds.world import RETURN
 
 CHECKPOINT_EPISODES = 1_000
@@ -100,7 +104,7 @@ def train(
         fault = run.finish_training(on_checkpoint)
         closing = time.monotonic()
         card, tensors = run.best(fault, request.critic)
-        runs.write(folder / EXPERT_FILE, store.encode(tensors, card))
+        runs.write(folder / EXPERT_FILE, network.encode(tensors, card))
         runs.write(folder / CURVE_FILE, cards.learning_curve(world, run.lines))
         seconds = run.seconds + time.monotonic() - closing
         card |= {"seconds": round(seconds, 1), "machine": cards.machine(request.device)}
@@ -143,7 +147,7 @@ def _trainer(algorithm: str) -> _Algorithm:
     try:
         import torch  # pyright: ignore[reportMissingImports]
 
-        from maviper.experts.training import maddpg, mappo, value_based
+        from maviper.experts.training import mappo, off_policy
 
         import_module("matplotlib")  # which draws the curve at the end, and is missed now rather than then
     except ImportError as error:
@@ -152,8 +156,8 @@ def _trainer(algorithm: str) -> _Algorithm:
     torch.set_num_threads(1)  # small products: threads cost more than they give, and one thread repeats bit for bit
     return {
         MAPPO: _Algorithm(mappo.Settings, mappo.Mappo),
-        "maddpg": _Algorithm(maddpg.Settings, maddpg.Maddpg),
-        "vdn": _Algorithm(value_based.Settings, value_based.Vdn),
+        "maddpg": _Algorithm(off_policy.MaddpgSettings, off_policy.Maddpg),
+        "vdn": _Algorithm(off_policy.VdnSettings, off_policy.Vdn),
     }[algorithm]
 
 
@@ -185,9 +189,9 @@ def _rule(world: World) -> str:
     """Describes in words the rule by which the expert is chosen."""
     checkpoint, final = _episodes(world)
     score, again = "the mean over teams of the primary measure among experts (of a share, its log-odds)", ""
-    if judging.is_rated(world):
+    if cards.is_rated(world):
         score = (
-            f"its rating against the {judging.N_RIVALS} best checkpoints before it in the same run (their ratings plus "
+            f"its rating against the {cards.N_RIVALS} best checkpoints before it in the same run (their ratings plus "
             "what it gains on them in every team's place)"
         )
         again = "each against all others, "
@@ -261,16 +265,16 @@ class _Run:
         return {**self.config, "networks": self.trainer.networks, **more}
 
     def _judge(self, tensors: Mapping[str, Float32], first: int, episodes: int, rivals: Sequence[Rival] = ()) -> Judged:
-        expert = store.build_expert(self.world, tensors, {"world": self.world.name})
-        return judging.judge(self.world, expert, range(first, first + episodes), rivals)
+        expert = network.build_expert(self.world, tensors, {"world": self.world.name})
+        return cards.judge(self.world, expert, range(first, first + episodes), rivals)
 
     def _rivals(self) -> list[Rival]:
-        best = self._finalists()[: judging.N_RIVALS] if judging.is_rated(self.world) else []
+        best = self._finalists()[: cards.N_RIVALS] if cards.is_rated(self.world) else []
         return [Rival(self._load_checkpoint(line["steps"]), line["score"]) for line in best]
 
     def _load_checkpoint(self, steps: int) -> NetworkExpert:
-        data = runs.read(self._checkpoint(steps), store.MAX_BYTES)
-        return store.decode(data, "checkpoint", self.world)
+        data = runs.read(self._checkpoint(steps), network.MAX_BYTES)
+        return network.decode(data, "checkpoint", self.world)
 
     def _save(self, judged: Judged, logged: Mapping[str, float]) -> None:
         """Writes a checkpoint so that an interruption at any point leaves a run that can go on."""
@@ -281,7 +285,7 @@ class _Run:
         row = {"steps": steps, "score": judged.score, "learned": learned}
         self.lines.append({**row, **logged, **cards.table(judged)})
         card = self._card(steps=steps, learned=learned, measured={"note": "interrupted before the final measurement"})
-        data = store.encode(tensors, card)
+        data = network.encode(tensors, card)
         runs.write(self._checkpoint(steps), data)
         runs.write(self.folder / METRICS_FILE, "".join(json.dumps(line) + "\n" for line in self.lines))
         if judged.score > best:
@@ -335,7 +339,7 @@ class _Run:
         finalists = {line["steps"]: self._load_checkpoint(line["steps"]) for line in self._finalists()}
         self.on_step(Step(CHOOSING, 0, len(finalists)))
         seeds = range(measures.FINALIST_SEEDS, measures.FINALIST_SEEDS + episodes)
-        score, steps = max(zip(judging.scores(self.world, list(finalists.values()), seeds), finalists, strict=True))
+        score, steps = max(zip(cards.scores(self.world, list(finalists.values()), seeds), finalists, strict=True))
         tensors = finalists[steps].tensors
         judged = self._judge(tensors, measures.MEASUREMENT_SEEDS, episodes)
         self.on_step(Step(CHOOSING, len(finalists), len(finalists)))
@@ -365,3 +369,117 @@ class _Run:
             self.on_step(Step(CRITIC, done, total, f"loss {loss:.3g}" if done else ""))
 
         return critic.fit(self.world, actors, wanted, self.trainer.device, tell_progress), steps[0]
+
+
+MAX_SEED = 2**32
+
+
+def train_expert(name: str, folder: Path, console: Console, **options: Unpack[TrainOptions]) -> dict[str, Any]:
+    """Trains an expert for the named world into a run folder; returns its card.
+
+    The card says `stopped` where a training had to stop early.
+    """
+    asked = make_request(TrainOptions, options)
+    overrides: dict[str, Any] = {"seed": asked.seed}
+    overrides |= {} if asked.steps is None else {"steps": asked.steps}
+    overrides |= dict(_setting(text) for text in asked.settings)
+    request = Request(asked.algorithm, asked.recipe, overrides, asked.device, asked.against).complete()
+    world = find(name, giving=True)
+    seeds = range(asked.seed, asked.seed + asked.seeds)
+    ensure_counts(asked.seeds, asked.jobs)
+    if not 0 <= seeds[0] <= seeds[-1] < MAX_SEED:
+        raise InputError(f"seeds must be from 0 to {MAX_SEED - 1}, not {_seeds(seeds)}", "--seed, --seeds")
+    runs.ensure_vacant(folder, EXPERT_FILE, asked.resume)
+    resuming.resumable(partial(runs.holds_run, folder))
+    console.line("training", f"{world.name}, {request.algorithm}, recipe {request.recipe}, {_seeds(seeds)}")
+    console.line("", schedule(request, settings_of(world, request)))
+    if len(seeds) == 1:
+        return _one(world, folder, request, asked.resume, console)
+    return _several(_Task(name, folder, request, asked.resume, console.quiet), seeds, asked.jobs, console)
+
+
+def _setting(text: str) -> tuple[str, str]:
+    name, separator, value = text.partition("=")
+    if not separator:
+        raise InputError(f"'{text[:40]}' is not a setting", "--set", "write --set NAME=VALUE")
+    return name, value
+
+
+def _seeds(seeds: Sequence[int]) -> str:
+    return f"seed {seeds[0]}" if len(seeds) == 1 else f"seeds {seeds[0]} to {seeds[-1]}"
+
+
+def _one(world: World, folder: Path, request: Request, resume: bool, console: Console) -> dict[str, Any]:
+    with _Stages(console, resume) as stages:
+        return train(world, folder, request, stages.keep_best, resume, stages.show)
+
+
+class _Stages:
+    """A live line for each stage of a training. `resumed`: what is told first was done by an earlier call."""
+
+    def __init__(self, console: Console, resumed: bool) -> None:
+        self.console, self.resumed, self.stage, self.best = console, resumed, "", -math.inf
+        self._said = ""
+        self._open = ExitStack()
+        self._live: LiveLine | None = None
+
+    def __enter__(self) -> "_Stages":
+        return self
+
+    def __exit__(self, *caught: object) -> None:
+        self._open.close()
+
+    def keep_best(self, checkpoint: Checkpoint, total: int) -> None:
+        """Keeps what a checkpoint scored, if it is the best so far."""
+        del total
+        if checkpoint.score > self.best:
+            self.best = checkpoint.score
+            self._said = (
+                f"best {_format_estimates(checkpoint.measured)}; return {_format_estimates(checkpoint.returns)}"
+            )
+
+    def show(self, step: Step) -> None:
+        """Shows how far a stage is."""
+        if step.stage != self.stage or self._live is None:
+            self._open.close()
+            live = self.console.live(step.stage, step.total, step.done if self.resumed else 0)
+            self.stage, self._live = step.stage, self._open.enter_context(live)
+        self._live.update(step.done, "  ".join(filter(None, (step.said, self._said))))
+
+
+def _format_estimates(estimates: Mapping[str, Estimate]) -> str:
+    return ", ".join(f"{team} {format_estimate(value)}" for team, value in estimates.items())
+
+
+class _Task(NamedTuple):
+    """A training: of what, where, how."""
+
+    name: str
+    folder: Path
+    request: Request
+    resume: bool
+    quiet: bool
+
+
+def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> dict[str, Any]:
+    """Each seed in a folder of its own; the one with the best score on its finalists' episodes becomes the run's."""
+    folder, request = task.folder, task.request
+    folders = [folder_of(folder, seed) for seed in seeds]
+    asked = [replace(request, overrides={**request.overrides, "seed": seed}) for seed in seeds]
+    tasks = [
+        _Task(task.name, place, one, is_resumed(place, task.resume), task.quiet)
+        for place, one in zip(folders, asked, strict=True)
+    ]
+    best, card = best_of(folder, seeds, side_by_side(_beside, tasks, jobs), _read_score, console.line)
+    kept = (EXPERT_FILE, CARD_FILE, CURVE_FILE)
+    runs.write_all(folder, {file: (folder_of(folder, best) / file).read_bytes() for file in kept})
+    return card
+
+
+def _read_score(card: Mapping[str, Any]) -> Scored:
+    return Scored(card["score"], f", best after {card['steps']:,} steps, {card['seconds']:.0f} s", card["measured"])
+
+
+def _beside(name: str, folder: Path, request: Request, resume: bool, quiet: bool) -> dict[str, Any]:
+    """One of several seeds, whose lines say whose they are."""
+    return _one(find(name, giving=True), folder, request, resume, Console(quiet, f"seed {request.overrides['seed']}"))

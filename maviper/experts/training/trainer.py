@@ -18,8 +18,7 @@ from codegen.errors import InputError
 from codegen.ir import Float32
 from maviper.episodes.play import Controller
 from maviper.experts.cards import REWARD
-from maviper.experts.network import ACTOR, VALUE, NetworkExpert
-from maviper.experts.store import shapes
+from maviper.experts.network import ACTOR, VALUE, NetworkExpert, shapes
 from maviper.experts.training.nets import Adam, Joint, Nets, Running, Stacked
 from maviper.experts.training.scaling import measure_scale
 from maviper.worlds import World

@@ -1,23 +1,27 @@
 """Growing trees by either way of searching splits: every threshold (scikit-learn's CART), or histograms.
 
-Does: keeps the bins of a data set that only grows; grows a team jointly, or one agent alone, or one tree for a team.
-Assumes: points are appended, never changed.
+Does: keeps the bins of a data set that only grows; grows a team jointly, or one agent alone, or one tree for a team;
+  gives trees the tests of a mask of legal actions that they need. The mask is tested before a leaf's action, where the
+  path to the leaf has not made sure that the action is legal; then comes the action that most labels there name, and
+  the last one needs no test.
+Assumes: points are appended, never changed; features of a mask are 0 or 1, and in every state in which an agent acts
+  some action is legal, and labels are.
 Does not: know where the points come from.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from codegen.ir import Bool, FeatureSpec, Float32, Float64, GrownTree
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, FeatureSpec, Float32, GrownTree
+from codegen.legality import LEGAL, Mask
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.growth.alternating import Labels, Numbers, optimise_tests
-from maviper.extraction.growth.best_first import BestFirstTree, gini, thrift
-from maviper.extraction.growth.grow import CartTree, Growing, grow_jointly, grow_shared
-from maviper.extraction.growth.histogram import Bins, Codes, HistogramTree
-from maviper.extraction.growth.regression import KINDS, Leaves, grow_tree, testing
+from maviper.extraction.growth.best_first import KINDS, BestFirstTree, Leaves, gini, grow_tree, testing
+from maviper.extraction.growth.joint import Bins, CartTree, Codes, Growing, HistogramTree, grow_jointly, grow_shared
+from maviper.extraction.growth.sums import Labels, Numbers, optimise_tests
 from maviper.extraction.settings import DIFFERENCES, EXACT, SUMS, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -35,12 +39,11 @@ class Part(NamedTuple):
     labels: Any  # [n], or [n, n_outputs]
     counts: Int  # [n] how often its data set holds each point
     alive: Bool  # [n] whether the agent takes part, and the point is of its data
-    regrets: Float64 | None = None  # [n, n_actions] what each action costs, where that decides in place of labels
 
 
 def _part(data: Dataset, agent: int, counts: Int) -> Part:
     labels = np.ascontiguousarray(data.labels[:, agent])
-    return Part(agent, data.observations[agent], labels, counts, data.alive[:, agent], data.regrets.get(agent))
+    return Part(agent, data.observations[agent], labels, counts, data.alive[:, agent])
 
 
 def pool_points(data: Dataset, members: Sequence[int], counts: Mapping[int, Int] | Sequence[Int]) -> Part:
@@ -48,10 +51,8 @@ def pool_points(data: Dataset, members: Sequence[int], counts: Mapping[int, Int]
     obs = np.stack([data.observations[agent] for agent in members], axis=1)
     columns = np.stack([counts[agent] for agent in members], axis=1)
     labels = data.labels[:, members].reshape(-1, *data.labels.shape[2:])
-    costs: Any = np.stack([data.regrets[agent] for agent in members], axis=1) if data.regrets else None
-    costs = None if costs is None else costs.reshape(-1, costs.shape[2])
     alive = data.alive[:, members].ravel()
-    return Part(members[0], obs.reshape(-1, obs.shape[2]), labels, columns.ravel(), alive, costs)
+    return Part(members[0], obs.reshape(-1, obs.shape[2]), labels, columns.ravel(), alive)
 
 
 def _pairs(features: Sequence[FeatureSpec]) -> list[tuple[int, int]]:
@@ -79,8 +80,7 @@ class Growth:
         least_right: int,
         kept: list[float] | None = None,
     ) -> list[GrownTree]:
-        """TrainJointTrees for agents over shared points; with a budget of leaves, or where what actions cost is known,
-        each tree best first by itself.
+        """TrainJointTrees for agents over shared points; with a budget of leaves, each tree best first by itself.
 
         `counts`, `seeds`: by agent. A point counts at a level when at least `least_right` members are predicted right,
         or take no part in it. `kept`: as in `grow_jointly`. Members that share a tree get the same one.
@@ -90,7 +90,7 @@ class Growth:
         parts = (
             [pool_points(data, members, counts)] if shared else [_part(data, agent, counts[agent]) for agent in members]
         )
-        if self.settings.max_leaves or self.outputs or data.regrets:
+        if self.settings.max_leaves or self.outputs:
             assert not least_right, "growth with votes goes level by level"
             if kept is not None:
                 kept += [1.0] * len(members)
@@ -130,12 +130,9 @@ class Growth:
             leaves = kind(part.obs[rows], part.labels[rows], self.outputs[part.agent])
             summed_tree = grow_tree(leaves, part.counts[rows], codes, bins, settings.max_depth, settings.leaves)
             return self._testing(part, summed_tree, leaves)
-        if part.regrets is None:
-            purity, vectors = gini, np.zeros((len(rows), self.n_actions[part.agent]))
-            vectors[np.arange(len(rows)), part.labels[rows]] = part.counts[rows]
-        else:
-            purity, vectors = thrift, -part.regrets[rows] * part.counts[rows, None]
-        tree = BestFirstTree(codes, vectors, bins, settings.max_depth, purity).deciding(settings.leaves)
+        vectors = np.zeros((len(rows), self.n_actions[part.agent]))
+        vectors[np.arange(len(rows)), part.labels[rows]] = part.counts[rows]
+        tree = BestFirstTree(codes, vectors, bins, settings.max_depth, gini).deciding(settings.leaves)
         return self._testing(part, tree)
 
     def _testing(self, part: Part, tree: GrownTree, leaves: Leaves | None = None) -> GrownTree:
@@ -176,3 +173,83 @@ class Growth:
             codes = np.concatenate([codes, bins.codes(self._columns(agent, obs[known:]))], axis=1)
             self._bins[agent] = bins, fitted, codes
         return bins, codes
+
+
+Legal = Mapping[int, bool]  # of some actions, whether they are legal
+
+
+@dataclass(frozen=True)
+class Labelled:
+    """The points that one agent's second choices are learned from."""
+
+    observations: Float32  # [n, n_features]
+    labels: Int  # [n]
+
+
+def lawful(tree: GrownTree, mask: Mask, known: Labelled) -> GrownTree:
+    """The tree with the tests of the mask that it needs: it decides as before wherever its own action is legal."""
+    completion = _Completion(tree, mask, known)
+    always = {action: True for action, place in enumerate(mask) if place is None}
+    completion.below(ROOT, np.arange(len(known.labels)), always)
+    return GrownTree(*(np.array(column) for column in zip(*completion.rows, strict=True)))
+
+
+class _Completion:
+    """A tree while it is written anew, node by node. Each method returns where in `rows` its part begins."""
+
+    def __init__(self, tree: GrownTree, mask: Mask, known: Labelled) -> None:
+        self.tree, self.mask, self.known = tree, mask, known
+        self.rows: list[tuple[int, float, int, int, int]] = []
+        self.asked = {place: action for action, place in enumerate(mask) if place is not None}
+        self.usual = np.bincount(known.labels, minlength=len(mask))
+
+    def below(self, node: int, here: Int, legal: Legal) -> int:
+        """The part of the tree from a node on. `here`: the points that reach it."""
+        tree, feature = self.tree, int(self.tree.feature[node])
+        if feature == NO_FEATURE:
+            return self._choice(int(tree.action[node]), here, legal)
+        left, right, threshold = int(tree.left[node]), int(tree.right[node]), float(tree.threshold[node])
+        action = self.asked.get(feature)
+        if action is None:
+            sides = self._split_points(here, feature, threshold)
+            return self._split(feature, threshold, ((left, sides[0], legal), (right, sides[1], legal)))
+        if not 0 <= threshold < 1 or action in legal:  # decided before it is asked
+            goes_left = threshold >= 1 or (threshold >= 0 and not legal[action])
+            return self.below(left if goes_left else right, here, legal)
+        sides = self._split_points(here, feature, LEGAL)  # one threshold says what any other in [0, 1) does
+        known = ({**legal, action: False}, {**legal, action: True})
+        return self._split(feature, LEGAL, ((left, sides[0], known[0]), (right, sides[1], known[1])))
+
+    def _split(self, feature: int, threshold: float, sides: Sequence[tuple[int, Int, Legal]]) -> int:
+        place = self._leaf(NO_ACTION)
+        left, right = (self.below(*side) for side in sides)
+        self.rows[place] = (feature, threshold, left, right, NO_ACTION)
+        return place
+
+    def _choice(self, action: int, here: Int, legal: Legal) -> int:
+        """An action where it is legal, else the others in their order."""
+        others = [other for other in range(len(self.mask)) if other != action and legal.get(other, True)]
+        if legal.get(action) or not others:  # also where the path says that none is legal: nobody gets there
+            return self._leaf(action)
+        if not legal.get(action, True):
+            return self._choice(self._best(others, here), here, legal)
+        feature = self.mask[action]
+        assert feature is not None
+        place, illegal = self._leaf(NO_ACTION), self._split_points(here, feature, LEGAL)[0]
+        left = self._choice(self._best(others, illegal), illegal, {**legal, action: False})
+        self.rows[place] = (feature, LEGAL, left, self._leaf(action), NO_ACTION)
+        return place
+
+    def _best(self, actions: Sequence[int], here: Int) -> int:
+        """The action that most of some points are labelled with, of equals the one that most of all points are."""
+        counts = np.bincount(self.known.labels[here], minlength=len(self.mask))
+        return max(actions, key=lambda action: (counts[action], self.usual[action], -action))
+
+    def _split_points(self, here: Int, feature: int, threshold: float) -> tuple[Int, Int]:
+        # float32 against float64, as scikit-learn compares
+        goes_left = self.known.observations[here, feature] <= np.float64(threshold)
+        return here[goes_left], here[~goes_left]
+
+    def _leaf(self, action: int) -> int:
+        self.rows.append((NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, action))
+        return len(self.rows) - 1

@@ -1,7 +1,11 @@
-"""Resampling weights: how much it matters in a state that an agent acts as its expert does.
+"""What an expert's Q says of a state: how much it matters to act as the expert does there, and the best reply to mates.
 
-Does: the paper's weights of MAVIPER and IVIPER from an expert's Q, for centralized critics and for value networks.
-Assumes: the expert acts greedily, so that V is Q at the expert's joint action.
+Does: the paper's weights of MAVIPER and IVIPER, for centralized critics and for value networks; labels and
+  weights of an agent whose mates act as their trees do, as in iterated best response, less what Q also promises beside
+  experts. Q is kept from round to round, and asked again only where a mate acts otherwise than before.
+Assumes: the expert acts greedily, so that V is Q at the expert's joint action, and is its own best reply where all
+  mates act as their experts: whatever a learned Q promises for another action there is an error of Q, and is taken off
+  beside other mates too. Points are appended, never changed.
 Does not: average over every joint action where there are too many: beyond MAX_JOINT a fixed sample stands for them, and
   beyond MAX_BRANCHED, where play measures each, one that is drawn for each state; weigh states in which the agent no
   longer acts (0), or average over the actions of others who no longer do; look at what illegal actions are worth.
@@ -9,14 +13,14 @@ Does not: average over every joint action where there are too many: beyond MAX_J
 
 from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from codegen.ir import Bool, Float32, Float64
-from maviper.experts.expert import AS_GIVEN, Expert
-from maviper.experts.measured import MEASURED
-from maviper.experts.wrapped import critic_of
+from maviper.experts.expert import AS_GIVEN, MEASURED, Expert
+from maviper.experts.finding import critic_of
+from maviper.extraction.dataset import Dataset
 from maviper.worlds import World
 from maviper.worlds.world import Int, legal_in
 
@@ -159,3 +163,68 @@ def _with_own(world: World, agent: int, others: list[int], theirs: Int) -> Int:
     joint[:, agent] = np.repeat(np.arange(n_own), len(theirs))
     joint[:, others] = np.tile(theirs, (n_own, 1))
     return joint
+
+
+LEAST_GAIN = 0.2  # of what is at stake in a state: below it another action is taken to be the critic's error
+
+
+class Reply(NamedTuple):
+    """What one agent is taught at every point."""
+
+    labels: Int  # [n]
+    worth: Float64  # [n] of taking the label: its gain less that of the worst legal action, at least 0
+
+
+class Replies:
+    """The best replies of one agent to its mates."""
+
+    def __init__(self, world: World, expert: Expert, agent: int) -> None:
+        self.world, self.expert, self.agent = world, expert, agent
+        self.joint = joint_actions(world, agent, [])
+        self._acting = np.zeros((0, len(world.agents)), dtype=np.int64)  # what Q was asked for, [n, n_agents]
+        self._q = np.zeros((0, len(self.joint)))
+        self._usual = np.zeros((0, len(self.joint)))  # Q where all others act as their experts
+
+    def to(self, acting: Int, data: Dataset, state: Any) -> Reply:
+        """The reply to what the others do. `acting`: [n, n_agents] what each of them does; `state`: of all points."""
+        q, legal = self._values(acting, data, state), legal_actions(self.world, self.agent, data.observations)
+        expert = data.labels[:, self.agent]
+        promised = np.maximum(0.0, self._usual - _of(self._usual, expert)[:, None])
+        gains = q - _of(q, expert)[:, None] - promised
+        margin = LEAST_GAIN * (_best(q, legal) + _best(-q, legal))
+        replied = np.where(legal, gains, -np.inf).argmax(axis=1)
+        labels = cast("Int", np.where(_best(gains, legal) > margin, replied, expert))
+        return Reply(labels, np.maximum(0.0, _of(gains, labels) + _best(-gains, legal)))
+
+    def _values(self, acting: Int, data: Dataset, state: Any) -> Float64:
+        """Q of each own action beside what the others do, [n, n_actions]."""
+        known, asked, experts = len(self._acting), acting.copy(), data.labels.copy()
+        asked[:, self.agent] = experts[:, self.agent] = 0
+        fresh = self._ask(experts, np.arange(known, len(experts)), data, state)
+        self._usual = np.concatenate([self._usual, fresh])
+        self._q = np.concatenate([self._q, fresh])
+        before = np.concatenate([self._acting, experts[known:]])
+        changed, misled = ((asked != other).any(axis=1) for other in (before, experts))
+        back, rows = changed & ~misled, np.flatnonzero(changed & misled)
+        self._q[back] = self._usual[back]
+        self._q[rows] = self._ask(asked, rows, data, state)
+        self._acting = asked
+        return self._q
+
+    def _ask(self, joint: Int, rows: Int, data: Dataset, state: Any) -> Float64:
+        """Q of each own action in some points, [len(rows), n_actions]. `joint`: [n, n_agents] what the others do."""
+        values = [np.empty((0, len(self.joint)))]
+        for part in parts(rows, len(joint), max(1, ROWS_AT_ONCE // len(self.joint))):
+            seen = [each[part] for each in data.observations]
+            values.append(self.expert.q(self.agent, seen, state[part], self.joint, joint[part]))
+        return np.concatenate(values)
+
+
+def _best(values: Float64, legal: Bool) -> Float64:
+    """The largest value among legal actions, [n]."""
+    return np.where(legal, values, -np.inf).max(axis=1)
+
+
+def _of(q: Float64, actions: Int) -> Float64:
+    """Q of one action in each state, [n]."""
+    return np.take_along_axis(q, actions[:, None], axis=1)[:, 0]

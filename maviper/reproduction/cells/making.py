@@ -1,30 +1,42 @@
 """Making a cell: from a task to the bytes of its files, in any process, on any machine.
 
-Does: extracts, plays the line-ups of each kind of cell, and keeps every episode's values; times itself.
-Assumes: the profiles that a cell needs are handed to it.
+Does: extracts, plays the line-ups of each kind of cell, has the teams of a profile answered by the expert, the other
+  algorithms' trees, a refined tree and networks, and keeps every episode's values; gathers what a cell tells beside its
+  episodes: sizes, importances, the exact share of violating states, learning curves; times itself.
+Assumes: the profiles that a cell needs are handed to it; on-policy states of the expert, the same for all of its
+  profiles; networks need the extra `maviper[train]`.
 Does not: touch files or claims, or raise for what goes wrong inside a cell: that is an outcome.
 """
 
+import tempfile
 import time
 import traceback
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, cast
 
-from codegen import policy_json
+import numpy as np
+import numpy.typing as npt
+
+from codegen import ir, policy_json
 from codegen.errors import InputError, MaviperError
-from codegen.ir import Float64, PolicyProfile
+from codegen.floats import observations as rounded
+from codegen.ir import NO_FEATURE, Float32, Float64, PolicyProfile, Tree
 from codegen.profiles import loads
 from maviper.episodes import measures
-from maviper.episodes.play import Controller
+from maviper.episodes.play import Controller, play, points
 from maviper.episodes.trees import among
+from maviper.evaluation.exploitability import CHOSEN_ON as CHOICE
+from maviper.evaluation.exploitability import exploitability
 from maviper.experts.expert import Expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import VIPER
-from maviper.extraction.extraction import Running
-from maviper.extraction.outcome import profile_of
-from maviper.extraction.selection.progress import Progress
+from maviper.extraction.exploiting import Effort, Frozen, Learning, responders
+from maviper.extraction.extraction import Running, profile_of
+from maviper.extraction.journal import Progress
+from maviper.extraction.settings import VIPER
 from maviper.files import runs
-from maviper.reproduction.cells import facts
 from maviper.reproduction.cells.cell import (
     CROSSPLAY,
     DONE,
@@ -33,6 +45,7 @@ from maviper.reproduction.cells.cell import (
     EXTRACTION,
     FAILED,
     FORMAT,
+    ID_LETTERS,
     Cell,
     Document,
     Made,
@@ -40,8 +53,209 @@ from maviper.reproduction.cells.cell import (
     settings_of,
     tool,
 )
-from maviper.reproduction.cells.responding import Asked, exploit_teams
+from maviper.verification.ask import VerifyOptions, questions
 from maviper.worlds import Measure, World
+from maviper.worlds.world import RETURN, Int
+from verify.extent.violations import exact_share, violations
+from verify.question import DecisionQuestion
+from verify.zones.tables import BeyondZonesError
+
+
+@dataclass(frozen=True)
+class Importances:
+    """The importance of each feature of a policy, both [n_features], in the order of the policy's features."""
+
+    decrease: Float64  # Gini impurity that its splits remove; sums to 1, or to 0 where no split removes any
+    tested: Float64  # share of decisions whose path tests it, each from 0 to 1; a path tests several, so no fixed sum
+
+
+def importances(policy: ir.AgentPolicy, observations: npt.ArrayLike, labels: Int | None = None) -> Importances:
+    """The importances of a policy's features over observations [n, n_features].
+
+    `labels`: [n] actions whose impurity is meant; None: the tree's own. With the data and labels that a tree was fitted
+    to, `decrease` is scikit-learn's `feature_importances_`. InputError for no observations, another width or labels of
+    another number.
+    """
+    x, n_actions = rounded(observations, len(policy.features), policy.agent), len(policy.actions)
+    leaf = ir.apply(policy.tree, x)
+    wanted = policy.tree.action[leaf] if labels is None else np.asarray(labels)
+    if not len(x) or wanted.shape != (len(x),) or not 0 <= wanted.min() <= wanted.max() < n_actions:
+        raise InputError("importances need observations, each with one of the actions as its label", policy.agent)
+    classes = np.zeros((len(policy.tree.feature), n_actions))
+    np.add.at(classes, (leaf, wanted), 1)
+    for node in reversed(list(ir.splits(policy.tree))):  # children come after parents
+        classes[node] = classes[policy.tree.left[node]] + classes[policy.tree.right[node]]
+    removed = _decrease(policy.tree, classes, len(policy.features))
+    return Importances(
+        removed / (removed.sum() or 1.0), _compute_shares(policy.tree, classes.sum(axis=1), len(policy.features))
+    )
+
+
+def _decrease(tree: Tree, classes: Float64, n_features: int) -> Float64:
+    """The decrease of impurity times observations by feature, added up. `classes`: [n_nodes, n_actions]."""
+    count = classes.sum(axis=1)
+    impurity = count - np.square(classes).sum(axis=1) / np.maximum(count, 1)  # Gini times observations
+    decrease = np.zeros(n_features)
+    for node in ir.splits(tree):
+        left, right = tree.left[node], tree.right[node]
+        decrease[tree.feature[node]] += max(0.0, impurity[node] - impurity[left] - impurity[right])
+    return decrease
+
+
+def _compute_shares(tree: Tree, count: Float64, n_features: int) -> Float64:
+    """The share of observations on whose path each feature is tested. `count`: [n_nodes] that reach each node."""
+    tested, passed = np.zeros(n_features), np.zeros((len(tree.feature), n_features), dtype=bool)
+    for node, feature in enumerate(tree.feature):
+        if feature == NO_FEATURE:
+            tested += passed[node] * count[node]
+            continue
+        passed[[tree.left[node], tree.right[node]]] = passed[node]
+        passed[[tree.left[node], tree.right[node]], feature] = True
+    return tested / count[ir.ROOT]
+
+
+ON_POLICY_EPISODES = 400  # of the expert: 10,000 states in games of 25 steps
+CLAIM, CLAIMED = "distinct_targets", {"physical-deception": "defenders"}  # game -> the team that it is about
+
+
+def of_expert(expert: Expert, world: World) -> dict[str, Any]:
+    """Where an expert comes from and how it learned, as its card says."""
+    kept = ("algorithm", "recipe", "command", "learned", "steps", "critic_reward")
+    card = {name: expert.card[name] for name in kept if name in expert.card}
+    return {"world": world.name, "hash": expert.hash, "card": card}
+
+
+def of_profile(
+    cell: Cell, world: World, expert: Expert, profile: PolicyProfile, curve: Sequence[Progress]
+) -> dict[str, Any]:
+    """Everything that is told of a profile."""
+    episodes = int(profile.provenance.training["rollouts"])
+    trees = {
+        policy.agent: {"leaves": len(ir.leaves(policy.tree)), "depth": int(ir.depth(policy.tree).max())}
+        for policy in profile.agents
+    }
+    facts: dict[str, Any] = {"trees": trees, "training": dict(profile.provenance.training)}
+    facts["importances"] = _importances(world, expert, profile)
+    facts["curve"] = _curve(curve, episodes)
+    if cell.game in CLAIMED:
+        facts[CLAIM] = _violating(profile, CLAIMED[cell.game])
+    return facts
+
+
+def _curve(curve: Sequence[Progress], episodes: int) -> list[dict[str, Any]]:
+    """Every round, with the rollout episodes up to it; `part` counts agents that are extracted one after the other."""
+    rounds: list[dict[str, Any]] = []
+    for each in curve:
+        part = rounds[-1]["part"] + (each.done == 1) if rounds else 0
+        rounds.append({"part": part, "episodes": each.done * episodes, **each.line})
+    return rounds
+
+
+def _violating(profile: PolicyProfile, team: str) -> dict[str, Any]:
+    """The exact share of the start region in which the claim fails."""
+    (asked,) = questions(profile, "", VerifyOptions(names=(CLAIM,), team=team))
+    question = cast(DecisionQuestion, asked.question)
+    try:
+        failing = violations(question)
+    except BeyondZonesError as error:
+        return {"share": None, "reason": str(error)}
+    if not all(one.complete for one in failing):
+        return {"share": None, "reason": "not all violating zones are known"}
+    share = exact_share(question, failing)
+    if isinstance(share, str):
+        return {"share": None, "reason": share}
+    return {"share": float(share.value), "reason": "", "zones": sum(len(one.zones) for one in failing)}
+
+
+def _importances(world: World, expert: Expert, profile: PolicyProfile) -> dict[str, Any]:
+    """Agent -> by feature, how much a tree's splits on it part its decisions, and how often it is tested."""
+    seen = _common_states(world, expert)
+    by_agent: dict[str, Any] = {}
+    for place, policy in enumerate(profile.agents):
+        told = importances(policy, seen[place])
+        names = [feature.name for feature in policy.features]
+        by_agent[policy.agent] = {
+            "impurity": dict(zip(names, map(float, told.decrease), strict=True)),
+            "tested": dict(zip(names, map(float, told.tested), strict=True)),
+        }
+    return by_agent
+
+
+def _common_states(world: World, expert: Expert) -> tuple[Float32, ...]:
+    """Returns each agent's observations in the expert's own episodes, [n, n_features]."""
+    seeds = np.arange(measures.ON_POLICY_SEEDS, measures.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
+    return points(play(world, [expert] * len(world.agents), world.start_from_seeds(seeds)))[0]
+
+
+# joint steps of each network, episodes of the refined tree; of the quick, the default and the full tier
+UNTRAINED: Mapping[str, int] = {"steps": 0, "refinement": 0}
+USUAL: Mapping[str, int] = {"steps": 256_000, "refinement": 100_000}
+MORE: Mapping[str, int] = {**USUAL, "steps": 1_024_000}
+CHOSEN_ON = ":chosen-on"
+
+
+def explain_untrainable() -> str:
+    """Why no network can be trained; "" where one can."""
+    return "" if find_spec("torch") else "torch is not installed: pip install 'maviper[train]'"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Whose trees are answered, and what is spent on it. `profiles`: the cell's own and other algorithms'."""
+
+    cell: Cell
+    world: World
+    expert: Expert
+    profiles: Mapping[str, PolicyProfile]
+    effort: Mapping[str, int]
+
+    @property
+    def own(self) -> PolicyProfile:
+        """The profile that is answered."""
+        return self.profiles[self.cell.algorithm]
+
+
+def exploit_teams(asked: Asked) -> tuple[list[str], dict[str, Any]]:
+    """Rows of episodes, and what is told of each team."""
+    rows: list[str] = []
+    told: dict[str, Any] = {}
+    for team in asked.world.teams:
+        with tempfile.TemporaryDirectory() as scratch:
+            outcome, chosen_on = _exploit_team(asked, team, Path(scratch))
+        (measure,) = outcome.responding
+        for answer in outcome.tried:
+            rows += _rows(f"{team}:{answer.name}{CHOSEN_ON}", measure, answer, chosen_on)
+        for answer in {outcome.usual.name: outcome.usual, outcome.chosen.name: outcome.chosen}.values():
+            rows += _rows(f"{team}:{answer.name}", measure, answer, asked.cell.episodes)
+        told[team] = outcome.document()
+    return rows, {"exploitability": told}
+
+
+def _exploit_team(asked: Asked, team: str, scratch: Path) -> tuple[Any, range]:
+    """The `Exploitability` of a team, and the episodes that its responder was chosen on."""
+    # here, since not every version has them
+    world, seed = asked.world, asked.cell.seed
+    experts: list[Controller] = [asked.expert] * len(world.agents)
+    players = {name: among(world, profile.agents, experts) for name, profile in asked.profiles.items()}
+    policies = players.pop(asked.cell.algorithm)
+    frozen = Frozen(world, policies, team, policy_json.content_hash(asked.own)[:ID_LETTERS])
+    others = [profile for name, profile in asked.profiles.items() if name != asked.cell.algorithm]
+    trees = [policy for profile in (asked.own, *others) for policy in profile.agents]
+    learning = Learning(scratch, asked.effort["steps"], seed) if asked.effort["steps"] else None
+    effort = Effort(learning, asked.effort["refinement"], seed=seed)
+    candidates = responders(frozen, asked.expert, players, trees, effort)
+    return exploitability(world, policies, team, candidates, CHOICE, asked.cell.episodes), CHOICE
+
+
+def _rows(lineup: str, measure: Measure, answer: Any, episodes: range) -> list[str]:
+    """Returns the rows of a responder's results: the measure by which it is judged, and its return."""
+    rows: list[str] = []
+    worth = -answer.worth if measure.lower_is_better else answer.worth
+    for label, values in ((measure.label, worth), (f"{measure.team} {RETURN}", answer.returns)):
+        pairs = zip(episodes, values.tolist(), strict=True)
+        rows += [f"{lineup},{label},{episode},{value!r}\n" for episode, value in pairs]
+    return rows
+
 
 EPISODES_FILE, FACTS_FILE, ERROR_FILE = "episodes.csv", "facts.json", "error.txt"
 HEAD = "lineup,measure,episode,value\n"
@@ -85,7 +299,7 @@ def _files(task: Task, profiles: Mapping[str, PolicyProfile]) -> Files:
     expert, world = task.source.read()
     if task.cell.kind == EXPERT:
         rows = play_lineups(world, task.cell, {"expert": ([expert] * len(world.agents), tuple(world.teams))})
-        return {EPISODES_FILE: rows, FACTS_FILE: runs.as_json(facts.of_expert(expert, world))}
+        return {EPISODES_FILE: rows, FACTS_FILE: runs.as_json(of_expert(expert, world))}
     if task.cell.kind == EXTRACTION:
         return _extract_cell(task.cell, world, expert, profiles.get(task.cell.algorithm))
     if task.cell.kind == CROSSPLAY:
@@ -153,7 +367,7 @@ def _extract_cell(cell: Cell, world: World, expert: Expert, profile: PolicyProfi
     """An extraction, or what is there of it already under another name."""
     curve: list[Progress] = []
     profile = profile or _profile(cell, world, expert, Running(curve.append))
-    told = facts.of_profile(cell, world, expert, profile, curve)
+    told = of_profile(cell, world, expert, profile, curve)
     rows = play_lineups(world, cell, replacing(world, expert, profile))
     return {
         runs.PROFILE_FILE: policy_json.dumps(profile),

@@ -11,27 +11,40 @@ from itertools import product
 from pathlib import Path
 
 from codegen.errors import InputError, UnknownNameError
-from maviper.experts import store
+from maviper.experts import network
 from maviper.experts.finding import find_expert
-from maviper.extraction.bundles import (
+from maviper.extraction.settings import (
     ALGORITHMS,
+    EXACT,
     EXPLORING,
     FITTED_Q,
+    HISTOGRAM,
     IMITATION,
     IVIPER,
     IVIPER_RESAMPLING,
     MAVIPER,
     NO_PREDICTION,
+    PAPER,
+    PRESETS,
+    RELEASED,
     RGMDT,
     RUNGS,
 )
-from maviper.extraction.settings import EXACT, HISTOGRAM, PAPER, PRESETS, RELEASED
 from maviper.files import runs
 from maviper.files.kinds import EXPERT as EXPERT_FILE
 from maviper.files.kinds import kind_of
-from maviper.reproduction.cells import responding
-from maviper.reproduction.cells.cell import BLOCKS, CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
-from maviper.reproduction.cells.costs import estimate
+from maviper.reproduction.cells import making
+from maviper.reproduction.cells.cell import (
+    BLOCKS,
+    CROSSPLAY,
+    EXPERT,
+    EXPLOITABILITY,
+    EXTRACTION,
+    Cell,
+    Source,
+    Task,
+    estimate,
+)
 from maviper.worlds import WORLDS, options_of
 
 DECEPTION, NAVIGATION, PREY = "physical-deception", "cooperative-navigation", "predator-prey"
@@ -124,7 +137,7 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
         if text in (MAPPO, MADDPG):
             for game in games:
                 name = game if text == MAPPO else f"{game}@{MADDPG}"
-                if name in store.SHIPPED:
+                if name in network.SHIPPED:
                     known.append(_resolve_expert(text, name))
                 else:
                     train = f"maviper train {game} --algorithm {text} -o RUN"
@@ -148,7 +161,7 @@ def further(experts: Sequence[Known]) -> list[Known]:
     """The other training seeds of shipped experts that learned by reward, each under a label of its own."""
     families = {(one.game, one.label) for one in experts if one.label in (MAPPO, MADDPG)}
     best = {one.hash for one in experts}
-    labels = {name: _family(name) for name in store.SHIPPED}
+    labels = {name: _family(name) for name in network.SHIPPED}
     names = [name for name, label in labels.items() if (name.partition("@")[0], label.rpartition("-")[0]) in families]
     seeds = [_resolve_expert(labels[name], name) for name in names]
     return [one for one in seeds if one.hash not in best]
@@ -157,7 +170,7 @@ def further(experts: Sequence[Known]) -> list[Known]:
 def _family(text: str) -> str:
     """The label of an expert that got none: shipped ones of the same kind have the same in every game."""
     game, _, kind = text.partition("@")
-    if text not in store.SHIPPED and not (kind and game.partition(",")[0] in GAMES):
+    if text not in network.SHIPPED and not (kind and game.partition(",")[0] in GAMES):
         return Path(text).name
     return f"{MAPPO}-{kind}" if kind.isdigit() else kind or MAPPO
 
@@ -165,8 +178,8 @@ def _family(text: str) -> str:
 def _resolve_expert(label: str, text: str) -> Known:
     expert, world = find_expert(text)
     place, data = Path(text), b""
-    if text not in store.SHIPPED and ":" not in text and place.exists():
-        data = runs.read(place / "expert.safetensors" if place.is_dir() else place, store.MAX_BYTES)
+    if text not in network.SHIPPED and ":" not in text and place.exists():
+        data = runs.read(place / "expert.safetensors" if place.is_dir() else place, network.MAX_BYTES)
     if data and kind_of(data) is not EXPERT_FILE:
         raise InputError("not an expert's file", text, "name an expert as for `maviper extract`")
     if world.spec.name not in GAMES:
@@ -289,9 +302,9 @@ def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]
     alike = [each for each in _crossplays(made, depths) if each.cell.game == DECEPTION and each.cell.preset == PAPER]
     if not alike:
         return []
-    effort = {QUICK: responding.UNTRAINED, FULL: responding.MORE}.get(asked.tier, responding.USUAL)
-    if effort["steps"] and responding.explain_untrainable():
-        left_out.append(("networks that respond", responding.explain_untrainable()))
+    effort = {QUICK: making.UNTRAINED, FULL: making.MORE}.get(asked.tier, making.USUAL)
+    if effort["steps"] and making.explain_untrainable():
+        left_out.append(("networks that respond", making.explain_untrainable()))
         effort = {**effort, "steps": 0}
     return [
         replace(task, cell=replace(task.cell, kind=EXPLOITABILITY, algorithm=name), effort=effort)

@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
-from maviper.worlds.outside.silence import output_aside
-from maviper.worlds.outside.sources import GYMNASIUM, MAX_STEPS, WRAP, Source, fault
+from maviper.worlds.outside.sources import GYMNASIUM, MAX_STEPS, WRAP, Source, fault, output_aside
 
 Maker = Callable[[str], Callable[..., Any]]  # from what a name says behind its colon to what makes the environment
 _MAKERS: dict[str, Maker] = {}
@@ -36,7 +35,7 @@ def import_maker(source: Source) -> Callable[..., Any]:
     """
     folder = str(Path.cwd())
     if source.module == GYMNASIUM:
-        from maviper.worlds.outside.single_agent import find_registered
+        from maviper.worlds.outside.wrappers import find_registered
 
         return find_registered(source.function)
     if source.module in _MAKERS:

@@ -36,11 +36,19 @@ from codegen.floats import FLOAT32
 from codegen.ir import CONSTANT, MAX_LENGTH, ActionSpec, Bool, FeatureSpec, OutputSpec, Sum, WorldSpec
 from codegen.profiles import check
 from codegen.sums import DOUBLE_SUMS
-from maviper.worlds.outside.acting import fault_of, outputs_of, width
-from maviper.worlds.outside.branching import continue_pasts, copies_of, ensure_copies, start_pasts
-from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import import_maker, make_environment
-from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
+from maviper.worlds.outside.playing import (
+    MOMENTS,
+    PAST,
+    EnvStates,
+    OutsideWorld,
+    Together,
+    continue_pasts,
+    copies_of,
+    ensure_copies,
+    start_pasts,
+    steps_alone,
+)
 from maviper.worlds.outside.processes import (
     Copies,
     Copy,
@@ -58,6 +66,7 @@ from maviper.worlds.outside.sources import (
     attribute,
     is_mapping,
     join_equals,
+    legal_names,
     parse_source,
     read_legal_features,
     read_length,
@@ -66,7 +75,7 @@ from maviper.worlds.outside.sources import (
     table,
     teams_by_name,
 )
-from maviper.worlds.outside.together import Together, steps_alone
+from maviper.worlds.outside.spaces import fault_of, outputs_of, width
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure, Outcome
 

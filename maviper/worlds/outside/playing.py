@@ -1,23 +1,108 @@
-"""Worlds of others, whose environments say what is observed and paid: what they share once they are made.
+"""Batches of games of others: what is known of them at one step, states that can be branched, single agents in step.
 
-Does: holds what is known of a batch of games at one step, and answers from it.
-Assumes: `source` names the environment; `start_from_seeds` and `step` fill such batches.
-Does not: make or step an environment.
+Does: holds what is known of a batch of games at one step, and answers from it; resets and steps copies with one agent
+  each in this process, and writes what they show and pay into arrays; remembers how each game got where it is, plays it
+  there again and copies the environment, for measured Q.
+Assumes: `source` names the environment; a seed and actions decide everything, as all of extraction does; for games in
+  step, `step_alone` and copies that leave each other alone (`processes.is_undisturbed`).
+Does not: make an environment; step in other processes, or environments of several agents (processes.py); copy what
+  cannot be copied (simulators written in C): that is refused.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, replace
 from itertools import count
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 
+from codegen.errors import InputError
 from codegen.ir import Bool, Float32, Float64
-from maviper.worlds.outside.branching import Pasts
-from maviper.worlds.outside.processes import Copy
-from maviper.worlds.outside.sources import Source
+from maviper.worlds.outside.processes import Copy, ensure_finite, single
+from maviper.worlds.outside.sources import Source, fault, output_aside
 from maviper.worlds.seeds import TRAINING
-from maviper.worlds.world import World
+from maviper.worlds.world import Outcome, World
+
+ADVICE = "use --critic none, or an expert with Q"
+
+
+@dataclass(frozen=True, slots=True)
+class Past:
+    """The path of a game to its state: by a seed at first, then by all agents' actions in a state before."""
+
+    before: Past | None
+    by: int | tuple[int, ...]
+
+
+Pasts = npt.NDArray[np.object_]  # [batch] of Past
+
+
+def start_pasts(seeds: Sequence[int]) -> Pasts:
+    """The pasts of games that were just reset."""
+    return _array([Past(None, int(seed)) for seed in seeds])
+
+
+def continue_pasts(pasts: Pasts, actions: Sequence[Sequence[int]]) -> Pasts:
+    """The pasts after one more step. `actions`: [batch][n_agents]."""
+    return _array([Past(past, tuple(acted)) for past, acted in zip(pasts, actions, strict=True)])
+
+
+def _array(pasts: list[Past]) -> Pasts:
+    found = np.empty(len(pasts), dtype=object)
+    found[:] = pasts
+    return found
+
+
+def copies_of(pasts: Pasts, make: Callable[[], Copy]) -> list[Copy]:
+    """A copy of its own for each past. States of one episode in their order are played through only once."""
+    walkers: dict[int, tuple[Copy, Past]] = {}  # by the past that an episode began with
+    copies: list[Copy] = []
+    for past in pasts:
+        begun, missing = past, list[int | tuple[int, ...]]()
+        at = walkers.get(id(_root(past)))
+        while begun.before is not None and not (at and begun is at[1]):
+            missing.append(begun.by)
+            begun = begun.before
+        if at and begun is at[1]:
+            walker = at[0]
+        else:
+            walker = at[0] if at else make()
+            walker.ask("reset", begun.by)
+        for acted in reversed(missing):
+            walker.ask("step", acted)
+        walkers[id(_root(past))] = walker, past
+        copies.append(deepcopy(walker))
+    return copies
+
+
+def _root(past: Past) -> Past:
+    while past.before is not None:
+        past = past.before
+    return past
+
+
+def ensure_copies(make: Callable[[], Copy], where: str) -> None:
+    """InputError where an environment cannot be copied in play, or a copy goes on in another way."""
+    walker = make()
+    try:
+        begun = walker.ask("reset", 0)
+        twin = deepcopy(walker)
+        stands = walker.lawful([0] * len(walker.names), begun)
+        same = _alike(walker.ask("step", stands), twin.ask("step", stands))
+    except (InputError, TypeError, RecursionError, NotImplementedError, AttributeError, RuntimeError) as error:
+        said = " ".join(str(error).split())[:120]
+        raise InputError("Q cannot be measured: the environment cannot be copied", f"{where}: {said}", ADVICE) from None
+    if not same:
+        raise InputError("Q cannot be measured: copies of the environment go on differently", where, ADVICE)
+
+
+def _alike(one: Outcome, other: Outcome) -> bool:
+    return one.bytes == other.bytes
+
 
 START_EPISODES = 4  # that are played at most before anything is asked: a probe, and a trial of copies
 PAST = -1  # the moment of a state that cannot be stepped: a part of one, or several joined
@@ -40,14 +125,14 @@ class EnvStates:
     def __len__(self) -> int:
         return len(self.rewards)
 
-    def __getitem__(self, rows: Any) -> "EnvStates":
+    def __getitem__(self, rows: Any) -> EnvStates:
         observations = tuple(seen[rows] for seen in self.observations)
         pasts = None if self.pasts is None else self.pasts[rows]
         ends = self.done[rows], self.terminated[rows], self.acting[rows]
         return EnvStates(observations, self.rewards[rows], *ends, pasts=pasts)
 
     @staticmethod
-    def concatenate(states: Sequence["EnvStates"]) -> "EnvStates":
+    def concatenate(states: Sequence[EnvStates]) -> EnvStates:
         """Several batches as one, in their order."""
         observations = zip(*(state.observations for state in states), strict=True)
         parts = zip(*((state.rewards, state.done, state.terminated, state.acting) for state in states), strict=True)
@@ -91,3 +176,85 @@ class OutsideWorld(World):
         """Each team's return, [n_teams, batch]: the mean over its agents of all rewards of an episode."""
         total = np.sum([state.rewards for state in states], axis=0)
         return np.stack([total[:, self.members(team)].mean(axis=1) for team in self.teams])
+
+
+FLOAT32 = np.dtype(np.float32)
+
+
+def steps_alone(env: Any) -> bool:
+    """Returns True if it tells the parts of a step of its one agent without dictionaries."""
+    return callable(getattr(cast("type[object]", type(env)), "step_alone", None))
+
+
+class Together:
+    """Copies that `make` makes when first asked. Outcomes are those of `processes.Copy`, one by one; here a step costs
+    little beside the environment's own.
+    """
+
+    def __init__(self, source: Source, make: Callable[[], Any]) -> None:
+        self.source, self.make = source, make
+        self._copies: list[Copy] = []
+        self._steps: list[Callable[[int], tuple[Any, ...]]] = []  # theirs
+        self._live: list[int] = []  # games that go on
+        self._last: EnvStates | None = None
+
+    def ask(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
+        """`reset` with seeds, or `step` with each game's actions; InputError when an environment raises."""
+        while len(self._copies) < len(arguments):
+            self._copies.append(Copy(self.make(), self.source))
+            self._steps.append(self._copies[-1].env.step_alone)
+        with output_aside(
+            f"{self.source.text}: {verb}"
+        ):  # once for all of them: to enter and leave takes as long as a small game's step
+            self._last = self._start_games(arguments) if verb == "reset" else self._step_games(arguments)
+        return self._last
+
+    def _start_games(self, seeds: Sequence[int]) -> EnvStates:
+        outcomes = [copy.answer("reset", seed) for copy, seed in zip(self._copies, seeds, strict=False)]
+        self._live = list(range(len(seeds)))
+        seen = np.array([outcome.observations[0] for outcome in outcomes])
+        nobody = np.zeros((len(seeds), 1), bool)
+        return EnvStates((seen,), np.zeros((len(seeds), 1)), nobody, nobody, ~nobody)
+
+    def _step_games(self, actions: Sequence[Sequence[Any]]) -> EnvStates:
+        last = self._last
+        assert last is not None, "games are reset before they are stepped"
+        seen, rewards = last.observations[0].copy(), np.zeros_like(last.rewards)
+        over: list[tuple[int, bool]] = []  # games that end, and whether by themselves
+        paid, shape, steps = rewards[:, 0], seen.shape[1:], self._steps
+        try:
+            for place in self._live:
+                shown, reward, ended, cut, _ = steps[place](actions[place][0])
+                if type(shown) is not np.ndarray or shown.dtype is not FLOAT32 or shown.shape != shape:
+                    shown = self._vector(shown, place, shape)
+                seen[place] = shown  # at once: copies may have one array between them
+                paid[place] = float(reward)
+                if ended or cut:
+                    over.append((place, bool(ended)))
+        except (Exception, SystemExit) as error:
+            raise fault(error, self.source, "the environment's step") from error
+        ensure_finite(paid, self.source)
+        if np.isnan(seen).any():
+            what = f"{self._copies[0].names[0]} observes NaN"
+            raise InputError(what, self.source.text, "observe numbers")
+        if not over:
+            return replace(last, observations=(seen,), rewards=rewards)
+        done, terminated = last.done.copy(), last.terminated.copy()
+        for place, ended in over:
+            done[place], terminated[place] = True, ended
+        self._live = [place for place in self._live if not done[place]]
+        return EnvStates((seen,), rewards, done, terminated, ~done)
+
+    def _vector(self, shown: Any, place: int, shape: tuple[int, ...]) -> Float32:
+        """An observation as float32; InputError for one of another shape."""
+        vector = single(shown)
+        if vector.shape != shape:
+            what = f"{self._copies[place].names[0]} observes an array of shape {vector.shape}, its space says {shape}"
+            raise InputError(what, self.source.text, "return what observation_space says")
+        return vector
+
+    def close(self) -> None:
+        """Ends all copies; the next reset starts fresh ones."""
+        copies, self._copies, self._steps, self._last = self._copies, [], [], None
+        for copy in copies:
+            copy.close()

@@ -22,10 +22,19 @@ import numpy as np
 from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
 from codegen.legality import Mask
-from maviper.worlds.outside.acting import random_actions, taking
 from maviper.worlds.outside.making import import_maker, make_environment
-from maviper.worlds.outside.silence import asking, output_aside
-from maviper.worlds.outside.sources import Source, fault, is_row, parse_source, read_legal_features, space, table
+from maviper.worlds.outside.sources import (
+    Source,
+    asking,
+    fault,
+    is_row,
+    output_aside,
+    parse_source,
+    read_legal_features,
+    space,
+    table,
+)
+from maviper.worlds.outside.spaces import random_actions, taking
 from maviper.worlds.world import Outcome, draw_legal
 
 PROBE, ALONE, BESIDE = "probe", "alone", "beside"  # requests of other kinds than `reset` and `step`

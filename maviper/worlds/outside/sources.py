@@ -1,25 +1,89 @@
 """Environments by name: `module:function,option=value`, `gymnasium:ID`, `vmas:SCENARIO` or `system:FILE`.
 
-Does: reads such a name; asks an environment for its spaces and attributes; turns what it raises into an InputError.
-Assumes: whoever names an environment means to run its code.
-Does not: import or make one (making.py), play one, or know what a world is.
+Does: reads such a name; asks an environment for its spaces and attributes; turns what it raises into an InputError;
+  keeps what other people's code prints off standard output, which is for results, and has a command say what a long
+  wait is for.
+Assumes: whoever names an environment means to run its code; what is printed meanwhile by other threads may go to
+  standard error as well; a command keeps descriptor 1 to itself (`exits.keep_output`).
+Does not: import or make an environment (making.py), play one, or know what a world is; touch what programs write past
+  Python's streams; stop what takes long.
 """
 
 import re
+import sys
+import threading
+import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
-from typing import Any, TypeGuard, cast
+from typing import Any, TextIO, TypeGuard, cast
 
 import numpy as np
 
+from codegen.check import identifier
 from codegen.errors import InputError, MaviperError
 from codegen.process import silence_warnings
-from maviper.worlds.outside.flattening import legal_names
-from maviper.worlds.outside.silence import output_aside
+from maviper import console
+
+FIRST, NEXT = 5.0, 10.0  # seconds of a wait before it is said, and before it is said again
+_lock = threading.Lock()
+_inside: list[TextIO] = []  # standard output as each found it that is within: the first one's is the real one
+_asked: list[tuple[str, float]] = []  # what other people's code is asked for, the outermost first, and since when
+_watch: list[threading.Thread] = []
+
+
+@contextmanager
+def output_aside(words: str = "") -> Generator[None]:
+    """Standard output is standard error until the last thread has left. `words`: as in `asking`."""
+    with _lock:
+        _inside.append(sys.stdout)
+        sys.stdout = sys.stderr
+    try:
+        with asking(words):
+            yield
+    finally:
+        with _lock:
+            if len(_inside) == 1:
+                sys.stdout = _inside[0]
+            _inside.pop()
+
+
+@contextmanager
+def asking(words: str) -> Generator[None]:
+    """A command says what it waits for, in these words, where this takes long; "" says nothing."""
+    if not words:
+        yield
+        return
+    if not _watch and console.current is not None:
+        _watch.append(threading.Thread(target=_say_waits, daemon=True))
+        _watch[0].start()
+    mine = (words, time.monotonic())
+    _asked.append(mine)
+    try:
+        yield
+    finally:
+        _asked.remove(mine)
+
+
+def _say_waits() -> None:
+    """Says, while the process lives, what is asked for long."""
+    said: dict[tuple[str, float], float] = {}
+    while True:
+        time.sleep(FIRST / 5)
+        now, asked = time.monotonic(), list(_asked)
+        if not asked or console.current is None:
+            continue
+        since = asked[0][1]
+        if now - since >= FIRST and now - said.get(asked[0], -NEXT) >= NEXT:
+            said = {asked[0]: now}
+            console.current.line("waiting", f"{', '.join(words for words, _ in asked)}: {now - since:.0f} s")
+
 
 GYMNASIUM = "gymnasium"  # the module whose functions are the ids of its registered environments
+MAX_NAME = 50
 SYSTEM = "system"  # the module whose functions are paths of world files
 VMAS = "vmas"  # the module whose functions are the names of its scenarios
 MAX_STEPS, WRAP = "max_steps", "wrap"  # the options that are ours: how long an episode may be, and wrappers
@@ -238,3 +302,15 @@ def space(env: Any, kind: str, agent: Any) -> Any:
     """An agent's `action` or `observation` space, by method or, as older environments have it, from a mapping."""
     with silence_warnings(), output_aside():
         return getattr(env, f"{kind}_space")(agent)
+
+
+def legal_names(names: Sequence[str], kind: str) -> tuple[str, ...]:
+    """Names as a profile may have them, all different, each as much like the given one as it can be."""
+    by_identifier: dict[str, str] = {}
+    for name in names:
+        legal = re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:MAX_NAME]
+        legal = legal if legal[:1].isalpha() else f"{kind}_{legal}"
+        tries = (f"{legal}_{k}" if k > 1 else legal for k in count(1))
+        chosen = next(each for each in tries if identifier(each) not in by_identifier)
+        by_identifier[identifier(chosen)] = chosen
+    return tuple(by_identifier.values())

@@ -24,11 +24,18 @@ from codegen.dynamics import motionless
 from codegen.errors import InputError, MissingToolError, UnknownNameError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, OutputSpec
 from codegen.process import FILTERS
-from maviper.worlds.outside.acting import bounds_of, fault_of
-from maviper.worlds.outside.flattening import MAX_FEATURES, legal_names
 from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
-from maviper.worlds.outside.silence import output_aside
-from maviper.worlds.outside.sources import MAX_STEPS, fault, is_mapping, parse_source, teams_by_name, value_of
+from maviper.worlds.outside.sources import (
+    MAX_STEPS,
+    fault,
+    is_mapping,
+    legal_names,
+    output_aside,
+    parse_source,
+    teams_by_name,
+    value_of,
+)
+from maviper.worlds.outside.spaces import MAX_FEATURES, bounds_of, fault_of
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure, bounds
 

@@ -20,8 +20,7 @@ from pettingzoo import ParallelEnv
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
 from codegen.numbers import nearest_single
-from maviper.worlds.stated.flowing import FlowRule
-from maviper.worlds.stated.systems import Floats, Moving, draw_rule, read, start
+from maviper.worlds.stated.systems import Floats, FlowRule, Moving, draw_rule, read, start
 from verify.systems.observing import function, measure_feature
 from verify.systems.system import Affine, Feature, Measure
 

@@ -1,22 +1,93 @@
 """Findings on a world file: what it states, whether its enclosures hold, how far it is from its reference.
 
-Does: one finding for each thing that was looked at; enclosures are those that the checker shows again.
+Does: findings with their marks and words, one for each thing that was looked at; enclosures are those that the checker
+  shows again; of flows, the motion in play is compared with scipy's, from states all over the ranges.
 Assumes: a file that could be read.
-Does not: print or play.
+Does not: print, play or prove.
 """
 
-from collections.abc import Iterator
+from __future__ import annotations
 
-from codegen.wording import format_count
-from maviper.worlds.findings import Finding, Mark
-from maviper.worlds.stated.deviation import deviation
-from maviper.worlds.stated.integrating import check_integration
-from maviper.worlds.stated.reference import is_known
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from codegen.wording import format_count, visible
+from maviper.worlds.stated.deviation import deviation, is_known
+from maviper.worlds.stated.systems import flow_rules, start
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.decimals import plain
 from verify.systems.properties import ensure_claims
 from verify.systems.statement import Statement
+from verify.systems.system import Variable
+
+
+class Mark(StrEnum):
+    """The mark of a finding; only what is wrong prevents use."""
+
+    OK = "ok"
+    MISSING = "missing"
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at, and what to do about it where something is to be done."""
+
+    mark: Mark
+    what: str
+    next_step: str = ""
+
+    def __str__(self) -> str:
+        said = "; ".join(part for part in (self.what, self.next_step) if part)
+        return visible(f"{self.mark:<8} {' '.join(said.split())}")
+
+
+def usable(findings: Sequence[Finding]) -> bool:
+    """Returns True if nothing was found that prevents use."""
+    return all(finding.mark is not Mark.WRONG for finding in findings)
+
+
+PERIODS, SEED = 200, 0
+NEAR = 1e-3  # beside the size of a state, of which play may be off
+ADVICE = "a shorter period, or slower motion: play integrates a period in 8 parts"
+UNDEFINED = "narrow the ranges: over them a derivative must be defined"
+
+
+def check_integration(statement: Statement) -> Finding:
+    """Measures how far play is from scipy's integration, over periods from starts and from anywhere in the ranges."""
+    flow, rng = statement.system.flow, np.random.default_rng(SEED)
+    assert flow is not None
+    rules, worst, least = flow_rules(flow), dict.fromkeys(flow.rates, 0.0), 0.0
+    for number in range(PERIODS):
+        anywhere = {each.name: _within(each, rng) for each in statement.system.variables}
+        state = start(statement, rng) if number % 2 else anywhere
+        rule = next((each for each in rules if each.holds(state)), rules[0])
+        chosen = {agent.name: str(rng.choice(list(agent.actions))) for agent in statement.agents}
+        try:
+            longer = float(rng.uniform(*rule.jitter)) if any(rule.jitter) else 0.0
+            after = rule.move_state(state, chosen, longer)
+            ends = rule.integrate_states(state, chosen, np.array([rule.period + longer]))[-1].tolist()
+            exact = dict(zip(state, ends, strict=True))
+        except (ArithmeticError, ValueError) as error:
+            where = ", ".join(f"{name} = {value:.6g}" for name, value in state.items())
+            return Finding(Mark.WRONG, f"flow: a derivative is not defined from {where}: {error}", UNDEFINED)
+        for name, value in exact.items():
+            worst[name] = max(worst[name], abs(after[name] - value))
+            least = max(least, abs(after[name] - value) / (1 + abs(value)))
+    off = ", ".join(f"{name} {value:.2g}" for name, value in worst.items() if name not in flow.kept)
+    said = f"integration: {format_count(PERIODS, 'period')} by scipy, of which play is off by at most {off}"
+    return Finding(Mark.OK, said) if least <= NEAR else Finding(Mark.MISSING, said, ADVICE)
+
+
+def _within(variable: Variable, rng: np.random.Generator) -> float:
+    """A value of a variable from its range, of a mode a whole number."""
+    low, high = float(variable.range[0]), float(variable.range[1])
+    return float(rng.integers(int(low), int(high) + 1)) if variable.modes else float(rng.uniform(low, high))
+
 
 NO_CLAIMS = "add [[property]], or give `maviper verify` a file of them"
 

@@ -11,7 +11,7 @@ from codegen import ir
 from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
-from maviper.page.differences import page_of
+from maviper.page.page import page_of
 from maviper.verification.diff import compare_profiles, request
 from tests.maviper.page.browsers import in_chromium, in_node
 from tests.support.pages import STATE, starts

@@ -13,7 +13,7 @@ import pytest
 from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli import exits, main
-from maviper.experts.training import run as commands
+from maviper.experts.training import train as commands
 from maviper.extraction import run
 from maviper.files import runs
 from tests.support.small import small_profile
@@ -102,14 +102,14 @@ def test_training_goes_on_with_resume_alone(capsys, monkeypatch, tmp_path):
         return ["-q", "train", "physical-deception", *more, "-o", place]
 
     monkeypatch.setattr(commands, "schedule", lambda *_: "")  # this and the settings need torch
-    monkeypatch.setattr(commands.training, "settings_of", lambda *_: None)
+    monkeypatch.setattr(commands, "settings_of", lambda *_: None)
     with monkeypatch.context() as patched:
         patched.setattr(commands, "find", interrupted)
         assert told(capsys, *asked(tmp_path / "run")) == exits.AGAIN
         patched.setattr(commands, "_one", interrupted)
         assert told(capsys, *asked(tmp_path / "run")) == exits.AGAIN
     with monkeypatch.context() as patched:
-        patched.setattr(commands.training, "train", begins)
+        patched.setattr(commands, "train", begins)
         assert told(capsys, *asked(tmp_path / "run")) == exits.RESUME
         assert told(capsys, *asked(tmp_path / "runs", "--seeds", "2")) == exits.RESUME
 
@@ -128,7 +128,7 @@ def test_commands_without_runs_are_run_again(capsys, monkeypatch, tmp_path):
         ("repair", "maviper.verification.repair.repair", [tmp_path / "profile.json", "-o", place]),
         ("compile", "maviper.compilation.run.compile_profile", [tmp_path / "profile.json", "-o", place]),
         ("show", "maviper.evaluation.show.rules", [tmp_path / "profile.json"]),
-        ("demo", "maviper.cli.tour.extract_live", ["-o", place]),
+        ("demo", "maviper.tour.extract_live", ["-o", place]),
     ):
         with monkeypatch.context() as patched:
             patched.setattr(stops, interrupted)

@@ -8,7 +8,7 @@ import pytest
 from codegen.errors import ExitCode
 from maviper import manual
 from maviper.cli import main
-from maviper.cli.group import Verb, Verbs
+from maviper.cli.options import Verb, Verbs
 
 WIDTH = 80
 

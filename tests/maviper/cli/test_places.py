@@ -20,7 +20,7 @@ CLAIM = '[[property]]\nlabel = "q"\nformula = "angle < 0.25 implies acts(cart) =
 STATES = "states-1-distinct_targets.json"
 FOLDERS = {  # command -> its work, its arguments, and files that another may have put there
     "compile": ("maviper.compilation.run.compile_and_prove", "cart.json", ()),
-    "demo": ("maviper.cli.tour._extract_trees", "", ("profile.json", "report.html")),
+    "demo": ("maviper.tour._extract_trees", "", ("profile.json", "report.html")),
     "diff": ("maviper.verification.diff.compare_profiles", "cart.json other.json", ("difference.json", "against.json")),
     "extract": ("maviper.extraction.run._find", "physical-deception", ("profile.json",)),
     "repair": ("maviper.verification.repair.repair_profile", "game.json", ("repair.json", "profile.json")),
@@ -34,7 +34,7 @@ FILES = {  # command -> its work, its arguments
     "play": ("maviper.page.document.usual_claims", "game.json"),
     "properties new": ("maviper.verification.starters.starter", "physical-deception"),
     "show": ("maviper.evaluation.show.rules", "game.json"),
-    "show --format svg": ("maviper.page.trees.svg", "game.json"),
+    "show --format svg": ("maviper.page.page.svg", "game.json"),
     "show --format html": ("maviper.page.document.usual_claims", "game.json"),
 }
 GIVEN = (  # command lines; the file in `out` is given, and its content that of the file after the colon

@@ -19,8 +19,7 @@ from maviper.compilation.monitors import Proved, load_proof, lower_monitor, nois
 from maviper.compilation.run import split_targets
 from maviper.episodes.trees import on_policy
 from maviper.page.document import Contents
-from maviper.page.page import page
-from maviper.page.results import with_proof
+from maviper.page.page import page, with_proof
 from maviper.worlds.matching import matching_world
 from tests.benchmarks import monitor as benchmark
 from tests.maviper.page.browsers import in_node

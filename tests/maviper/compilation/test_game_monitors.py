@@ -14,7 +14,7 @@ from codegen.observe import observe
 from codegen.region import RegionSpec
 from maviper.compilation.games import find_game, region_of, restate_formula
 from maviper.compilation.monitors import load_proof, lower_monitor
-from maviper.page.results import play_claim
+from maviper.page.page import play_claim
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
 from maviper.worlds.stated import observing

@@ -12,22 +12,20 @@ from codegen import ir
 from maviper.episodes import measures
 from maviper.episodes.play import Policies, points, rollout, tree_policies
 from maviper.evaluation import held_out, run
-from maviper.evaluation.fidelity import fidelity
+from maviper.evaluation.comparison import fidelity
 from maviper.experts.expert import AS_GIVEN, labels
-from maviper.extraction import fitted_q
+from maviper.extraction import baselines, released
+from maviper.extraction import released as released_grow
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import ALGORITHMS, FITTED_Q, VIPER
 from maviper.extraction.dagger import weights
 from maviper.extraction.dataset import Dataset, collect, resample
 from maviper.extraction.extraction import Extraction
-from maviper.extraction.growth.grow import grow_jointly
 from maviper.extraction.growth.growing import Growth
+from maviper.extraction.growth.joint import grow_jointly
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
-from maviper.extraction.released import grow as released_grow
-from maviper.extraction.released import released
 from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
-from maviper.extraction.settings import HISTOGRAM, PRESETS, Settings
+from maviper.extraction.settings import ALGORITHMS, FITTED_Q, HISTOGRAM, PRESETS, VIPER, Settings
 from maviper.worlds import find
 from tests.support.ends import LEFT, OVER, PLACE, Expert, world_of
 from tests.support.growing import train_joint_trees
@@ -361,7 +359,7 @@ def test_refinement_looks_at_all_episodes_though_few_are_played_at_once(relay, m
 def test_q_ends_with_an_agent_that_leaves_and_goes_on_after_a_cut(relay):
     """Fitted Q, 1 per step: who leaves after four steps at most gains no more than four of them; a cut is no end."""
     played = rollout(relay, [Expert(relay)] * 3, range(40))
-    runner, chaser = (fitted_q._Agent(relay, agent, played, Settings(max_depth=6)) for agent in (0, 2))
+    runner, chaser = (baselines._Agent(relay, agent, played, Settings(max_depth=6)) for agent in (0, 2))
     assert len(runner.seen) == steps_of(relay, range(40))[0] and (~runner.goes_on).sum() == 40
     assert chaser.goes_on.all() and len(chaser.seen) == 40 * 8
     for agent in (runner, chaser):

@@ -17,8 +17,8 @@ from maviper.episodes.trees import on_policy
 from maviper.evaluation import crossplay
 from maviper.evaluation.crossplay import Stage, Uniform, cast, resample_means
 from maviper.evaluation.run import MAX_EPISODES, Contest, document, evaluate, request
-from maviper.experts import store
-from maviper.experts.measured import Measured
+from maviper.experts import network
+from maviper.experts.expert import Measured
 from maviper.experts.scripted import build_script
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
@@ -238,7 +238,7 @@ def test_intervals_contain_the_point_and_repeat(world, expert, profile):
 
 def test_pairing_makes_a_ratio_certain_where_both_do_the_same(world, expert):
     """An expert compared with a copy of itself, in the same episodes: the ratio is 1, without doubt."""
-    copy = store.load("physical-deception")[0]
+    copy = network.load("physical-deception")[0]
     found = evaluate(Contest(world, [copy] * 3, {"expert": [expert] * 3}, expert), episodes=50)
     for row in found.against["expert"]:
         if row.joint is not None:
@@ -492,7 +492,7 @@ def test_one_team_has_no_opponents(capsys):
 def test_bad_input_is_answered_in_three_lines(capsys, profile, profile_file, arguments, message):
     folder = profile_file.parent
     (folder / "profile").write_bytes(profile_file.read_bytes())
-    shipped = Path(store.__file__).parent / "shipped" / store.SHIPPED["physical-deception"]
+    shipped = Path(network.__file__).parent / "shipped" / network.SHIPPED["physical-deception"]
     (folder / "expert.json").write_bytes(shipped.read_bytes())
     foreign = replace(profile, world=replace(profile.world, dt=0.2))
     (folder / "foreign.json").write_text(policy_json.dumps(foreign))
@@ -514,7 +514,7 @@ def test_the_function_checks_what_it_is_given(world, expert):
 
 def test_fidelity_counts_what_is_equal(world, expert, profile):
 
-    from maviper.evaluation.fidelity import fidelity
+    from maviper.evaluation.comparison import fidelity
 
     episodes = on_policy(profile, world)
     found = fidelity(profile, world, episodes)

@@ -7,7 +7,7 @@ from sklearn.tree import DecisionTreeClassifier
 from codegen.errors import InputError
 from codegen.ir import NO_FEATURE
 from maviper import from_sklearn
-from maviper.evaluation.importances import importances
+from maviper.reproduction.cells.making import importances
 
 N, FEATURES = 3_000, 5
 

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from codegen.errors import InputError
-from maviper.extraction.bundles import PARTS, bundle, group_agents
-from maviper.extraction.settings import MAX_NUMBER
+from maviper.extraction.settings import MAX_NUMBER, PARTS, bundle, group_agents
 from tests.benchmarks import compact, published
 from tests.benchmarks.paired import Paired
 from tests.benchmarks.registered import (

@@ -99,7 +99,7 @@ def test_visits_of_another_tree_are_refused(profile):
 
 def test_pictures_of_other_people_s_games_have_the_kept_shares(profile):
     """Where no world of ours can be played, the shares below leaves are those of the profile."""
-    from maviper.page.trees import svg
+    from maviper.page.page import svg
 
     elsewhere = replace(profile, world=replace(profile.world, name="elsewhere", reference="mygame:make"))
     policy = profile.agents[0]

@@ -13,11 +13,10 @@ import pytest
 from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
 from maviper.evaluation.players import find_shipped
-from maviper.experts import cards, store
+from maviper.experts import cards, network
 from maviper.experts.demand import demand
-from maviper.experts.expert import AS_GIVEN
+from maviper.experts.expert import AS_GIVEN, GAMMA, Measured
 from maviper.experts.finding import find_expert
-from maviper.experts.measured import GAMMA, Measured
 from maviper.experts.network import ACTOR, VALUE, NetworkExpert
 from maviper.experts.scripted import build_script
 from maviper.worlds import find, find_built_in
@@ -25,19 +24,19 @@ from maviper.worlds.games.physical_deception import ADVERSARIES, DEFENDERS
 from maviper.worlds.games.predator_prey import PREDATORS, PREY
 
 ROOT = Path(__file__).parents[3]
-FILES = {file: name for name, file in store.SHIPPED.items()}
+FILES = {file: name for name, file in network.SHIPPED.items()}
 FRESH = range(9_000_000, 9_001_000)  # episodes that neither training nor a card used
 
 
 @functools.cache
 def measured(name, seeds=FRESH):
     """What the whole team of an expert reaches; asked by several tests of one expert."""
-    expert, world = store.load(name)
+    expert, world = network.load(name)
     return measures.evaluate(world, [expert] * len(world.agents), seeds)
 
 
 def primary(name):
-    _, world = store.load(name)
+    _, world = network.load(name)
     return {team: measured(name)[world.primary(team)] for team in world.teams}
 
 
@@ -48,7 +47,7 @@ def test_shipped_deception_reaches_its_target():
 
 
 def test_shipped_deception_with_velocity_covers_at_a_tenth():
-    expert, world = store.load("physical-deception,velocity=1")
+    expert, world = network.load("physical-deception,velocity=1")
     found = measures.evaluate(world, [expert] * 3, FRESH)
     assert next(value for m, value in found.items() if m.label == "defenders success r=0.1").interval[0] >= 0.90
 
@@ -58,7 +57,7 @@ def test_cloned_navigation_reaches_its_target():
 
 
 def test_cloned_predator_prey_against_the_scripts():
-    expert, world = store.load("predator-prey@clone")
+    expert, world = network.load("predator-prey@clone")
     ours, script = [expert] * 4, [build_script(world)] * 4
     found, scripts = (measures.evaluate_teams(world, each, script, FRESH) for each in (ours, script))
     touches = {team: found[world.primary(team)].value / scripts[world.primary(team)].value for team in world.teams}
@@ -66,12 +65,12 @@ def test_cloned_predator_prey_against_the_scripts():
     assert touches[PREDATORS] >= 0.25  # signs alone do not show how far the prey is: see README, Limits
 
 
-LEARNED = [f"{world}@{seed}" for world, (_, seeds, _) in store.LEARNED.items() for seed in seeds]
+LEARNED = [f"{world}@{seed}" for world, (_, seeds, _) in network.LEARNED.items() for seed in seeds]
 
 
 @pytest.mark.parametrize("name", LEARNED)
 def test_no_script_took_part_in_what_learned_by_reward_alone(name):
-    card = store.load(name)[0].card
+    card = network.load(name)[0].card
     assert card["recipe"] == "default" and "no script takes part" in card["rule"]
     assert card["settings"]["imitate_steps"] == 0 == card["settings"]["scripted"]
 
@@ -86,7 +85,7 @@ def test_the_best_learned_defenders_reach_their_target(name):
 def test_defenders_reach_their_target_where_landmarks_are_shuffled():
     """At least .99: on the card's 4,000 episodes, and within chance on others."""
     name = "physical-deception,shuffled=1"
-    assert store.load(name)[0].card["measured"]["defenders success r=0.316"][1] >= 0.99
+    assert network.load(name)[0].card["measured"]["defenders success r=0.316"][1] >= 0.99
     assert primary(name)[DEFENDERS].interval[1] >= 0.99
 
 
@@ -100,22 +99,22 @@ def test_no_landmark_is_one_defenders_own_where_landmarks_are_shuffled():
 
 def test_defenders_that_maddpg_taught_reach_their_target():
     """At least .88: on the card's 4,000 episodes, and within chance on others."""
-    assert store.load("physical-deception@maddpg")[0].card["measured"]["defenders success r=0.316"][1] >= 0.88
+    assert network.load("physical-deception@maddpg")[0].card["measured"]["defenders success r=0.316"][1] >= 0.88
     assert primary("physical-deception@maddpg")[DEFENDERS].interval[1] >= 0.88
 
 
 def test_learned_navigation_reaches_its_target():
     """D at most .70: on the card's 4,000 episodes, and within chance on others."""
-    expert, _ = store.load("cooperative-navigation")
+    expert, _ = network.load("cooperative-navigation")
     assert expert.card["measured"]["agents D"][0] <= 0.70
     found = measured("cooperative-navigation")
     assert next(value for measure, value in found.items() if measure.label == "agents D").interval[0] <= 0.70
 
 
-@pytest.mark.parametrize("world", store.LEARNED)
+@pytest.mark.parametrize("world", network.LEARNED)
 def test_cards_say_what_the_team_must_agree_on(world):
-    stem, seeds, best = store.LEARNED[world]
-    experts = {seed: store.load(f"{world}@{seed}")[0] for seed in seeds}
+    stem, seeds, best = network.LEARNED[world]
+    experts = {seed: network.load(f"{world}@{seed}")[0] for seed in seeds}
     card = json.loads((resources.files("maviper.experts.shipped") / f"{stem}.{best}.json").read_text())["demand"]
     first, episodes = card["first_episode_seed"], card["episodes"]
     assert episodes == 4_000
@@ -124,7 +123,7 @@ def test_cards_say_what_the_team_must_agree_on(world):
 
 @pytest.mark.parametrize("name", FILES.values())
 def test_cards_say_what_made_them_and_what_was_measured(name):
-    expert, world = store.load(name)
+    expert, world = network.load(name)
     card = expert.card
     algorithm = "maddpg" if "@maddpg" in name else "mappo"
     assert card["command"].startswith(f"maviper train {world.name} --algorithm {algorithm}")
@@ -141,10 +140,10 @@ def test_cards_say_what_made_them_and_what_was_measured(name):
 @pytest.mark.smoke
 def test_beside_each_expert_lie_its_card_and_its_learning_curve(name):
     folder = resources.files("maviper.experts.shipped")
-    stem = store.SHIPPED[name].removesuffix(".safetensors")
+    stem = network.SHIPPED[name].removesuffix(".safetensors")
     card = json.loads((folder / f"{stem}.json").read_text())
     assert card["seconds"] > 0 and "cores" in card["machine"]
-    inside = store.load(name)[0].card
+    inside = network.load(name)[0].card
     assert {**card, **inside} == card
     beside = {"seconds", "machine", "demand", "learned", "critic_reward"}  # older files do not tell the last two
     assert set(card) - set(inside) <= beside
@@ -158,9 +157,9 @@ SHAPED["predator-prey@maddpg-0"] = 1
 @pytest.mark.parametrize("name", FILES.values())
 def test_a_card_tells_by_what_its_expert_learned(name):
     """From the settings: first the script is imitated, then values are learned alone, then reward teaches."""
-    expert, world = store.load(name)
+    expert, world = network.load(name)
     card = json.loads(
-        (resources.files("maviper.experts.shipped") / store.SHIPPED[name].replace("safetensors", "json")).read_text()
+        (resources.files("maviper.experts.shipped") / network.SHIPPED[name].replace("safetensors", "json")).read_text()
     )
     settings, kinds = card["settings"], [cards.IMITATION, cards.VALUES, cards.REWARD]
     imitated = settings.get("imitate_steps", 0)
@@ -213,12 +212,12 @@ def networks(world, kind, seed=0, hidden=8):
     """Random networks of a kind."""
     rng = np.random.default_rng(seed)
     return {
-        name: rng.normal(size=shape).astype(np.float32) for name, shape in store.shapes(world, hidden, kind).items()
+        name: rng.normal(size=shape).astype(np.float32) for name, shape in network.shapes(world, hidden, kind).items()
     }
 
 
 def test_value_networks_are_their_own_critics(world):
-    expert = store.build_expert(world, networks(world, VALUE), {})
+    expert = network.build_expert(world, networks(world, VALUE), {})
     state = world.start(20, np.random.default_rng(0))
     observations = world.observe(state)
     given = expert.act(range(3), observations)
@@ -231,7 +230,7 @@ def test_value_networks_are_their_own_critics(world):
 
 
 def test_actors_alone_have_no_critic(world):
-    expert = store.build_expert(world, networks(world, ACTOR), {"world": world.name})
+    expert = network.build_expert(world, networks(world, ACTOR), {"world": world.name})
     observations = world.observe(world.start(2, np.random.default_rng(0)))
     assert expert.act([2, 0], observations).shape == (2, 2)
     with pytest.raises(InputError, match="has no critic"):
@@ -290,58 +289,58 @@ def test_an_expert_is_found_by_name_file_size_or_function(tmp_path, monkeypatch)
 
 
 def test_files_are_equal_each_time_and_read_back(expert):
-    data = store.encode(expert.tensors, expert.card)
-    assert data == store.encode(dict(reversed(expert.tensors.items())), expert.card)
-    again = store.decode(data, "x")
+    data = network.encode(expert.tensors, expert.card)
+    assert data == network.encode(dict(reversed(expert.tensors.items())), expert.card)
+    again = network.decode(data, "x")
     assert all((again.tensors[name] == tensor).all() for name, tensor in expert.tensors.items())
 
 
 def test_bad_expert_files_are_refused(expert, tmp_path):
-    data = store.encode(expert.tensors, expert.card)
+    data = network.encode(expert.tensors, expert.card)
     for bad in (b"", b"\x80\x04pickle", data[:100], data[:-5], b"\xff" * 64, b"{}" * 100):
         with pytest.raises(InputError, match="not an expert file"):
-            store.decode(bad, "x")
+            network.decode(bad, "x")
     with pytest.raises(InputError, match="not an expert file"):
-        store.decode(store.encode(expert.tensors, {**expert.card, "networks": "transformer"}), "x")
+        network.decode(network.encode(expert.tensors, {**expert.card, "networks": "transformer"}), "x")
     with pytest.raises(InputError, match="expert file is damaged"):
-        store.decode(store.encode(expert.tensors, {**expert.card, "hidden": 32}), "x")
+        network.decode(network.encode(expert.tensors, {**expert.card, "hidden": 32}), "x")
     broken = {**expert.tensors, "agent_0.actor.1.bias": np.full(64, np.nan, np.float32)}
     with pytest.raises(InputError, match=r"agent_0.actor.1.bias"):
-        store.decode(store.encode(broken, expert.card), "x")
+        network.decode(network.encode(broken, expert.card), "x")
     with pytest.raises(UnknownNameError, match="physical-deception"):
-        store.decode(store.encode(expert.tensors, {**expert.card, "world": "physical-decption"}), "x")
+        network.decode(network.encode(expert.tensors, {**expert.card, "world": "physical-decption"}), "x")
     with pytest.raises(UnknownNameError, match="did you mean 'physical-deception'"):
-        store.load("physical-decption")
+        network.load("physical-decption")
     with pytest.raises(InputError, match="cannot read"):
-        store.load(str(tmp_path / "none.safetensors"))
+        network.load(str(tmp_path / "none.safetensors"))
 
 
 def test_an_expert_of_another_world_is_refused(expert):
-    data = store.encode(expert.tensors, expert.card)
+    data = network.encode(expert.tensors, expert.card)
     with pytest.raises(InputError, match="another world"):
-        store.decode(data, "x", find("predator-prey"))
+        network.decode(data, "x", find("predator-prey"))
     with pytest.raises(InputError, match="expert file is damaged"):  # the right name, other sizes
-        store.decode(store.encode(expert.tensors, {**expert.card, "world": "physical-deception,defenders=3"}), "x")
+        network.decode(network.encode(expert.tensors, {**expert.card, "world": "physical-deception,defenders=3"}), "x")
     with pytest.raises(InputError, match="--world somewhere:something"):
-        store.decode(store.encode(expert.tensors, {**expert.card, "world": "somewhere:something"}), "x")
+        network.decode(network.encode(expert.tensors, {**expert.card, "world": "somewhere:something"}), "x")
 
 
 def test_a_run_folder_is_an_expert(expert, tmp_path):
-    (tmp_path / "expert.safetensors").write_bytes(store.encode(expert.tensors, expert.card))
-    assert store.load(str(tmp_path))[0].card == expert.card
+    (tmp_path / "expert.safetensors").write_bytes(network.encode(expert.tensors, expert.card))
+    assert network.load(str(tmp_path))[0].card == expert.card
 
 
 def test_an_installation_has_the_best_experts_and_says_where_the_others_are(monkeypatch, tmp_path):
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]
-    best = {store.file_of(stem, seed) for stem, _, seed in store.LEARNED.values()}
+    best = {network.file_of(stem, seed) for stem, _, seed in network.LEARNED.values()}
     assert {name for name in listed["maviper.experts.shipped"] if name.endswith(".safetensors")} == best
     for file in best:
-        shutil.copy(ROOT / store.REPOSITORY / file, tmp_path)
-    monkeypatch.setattr(store, "_places", lambda: (tmp_path, Path(store.REPOSITORY)))
+        shutil.copy(ROOT / network.REPOSITORY / file, tmp_path)
+    monkeypatch.setattr(network, "_places", lambda: (tmp_path, Path(network.REPOSITORY)))
     monkeypatch.chdir(ROOT)  # a clone
-    mine = store.load("physical-deception@1")[0]
+    mine = network.load("physical-deception@1")[0]
     monkeypatch.chdir(tmp_path)
-    assert store.load("physical-deception")[0].hash
-    with pytest.raises(InputError, match=store.REPOSITORY):
-        store.load("physical-deception@1")
+    assert network.load("physical-deception")[0].hash
+    with pytest.raises(InputError, match=network.REPOSITORY):
+        network.load("physical-deception@1")
     assert find_shipped(mine.hash, find_built_in("physical-deception")) is None

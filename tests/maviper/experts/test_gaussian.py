@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
-from maviper.experts import store
+from maviper.experts import network
+from maviper.experts.cards import Request
 from maviper.experts.network import give_numbers
-from maviper.experts.recipes import Request
 from maviper.worlds import find
 
 DECEPTION = "physical-deception,continuous=1"
@@ -28,9 +28,9 @@ def quick(monkeypatch):
 def test_an_expert_gives_numbers_within_its_bounds():
     world, rng = find(DECEPTION, giving=True), np.random.default_rng(1)
     tensors = {
-        name: rng.normal(size=shape).astype(np.float32) for name, shape in store.shapes(world, 8, "actor").items()
+        name: rng.normal(size=shape).astype(np.float32) for name, shape in network.shapes(world, 8, "actor").items()
     }
-    expert = store.build_expert(world, tensors, {"world": world.name})
+    expert = network.build_expert(world, tensors, {"world": world.name})
     seen = world.observe(world.start_from_seeds(range(40)))
     given = expert.act(range(3), seen)
     assert given.shape == (40, 3, 5) and given.dtype == np.float32
@@ -80,8 +80,8 @@ def test_outputs_that_an_agent_has_not_count_for_nothing():
 
     import torch
 
-    from maviper.experts.training.heads import Numbers
     from maviper.experts.training.mappo import Mappo, Settings
+    from maviper.experts.training.nets import Numbers
 
     world = find("cooperative-navigation,agents=2,continuous=1", giving=True)
     world.outputs = world.outputs[0][:2], world.outputs[1][:1]
@@ -118,7 +118,7 @@ def test_a_training_repeats_resumes_and_makes_an_expert(tmp_path, more, quick):
     train(world, tmp_path / "cut", asked, resume=True)
     for file in FILES:
         assert (tmp_path / "cut" / file).read_bytes() == (tmp_path / "whole" / file).read_bytes(), file
-    expert, played = store.load(str(tmp_path / "whole"))
+    expert, played = network.load(str(tmp_path / "whole"))
     assert played.name == world.name and expert.bounds
     first, last = (
         train(world, tmp_path / f"{seed}", replace(asked, overrides={**asked.overrides, "seed": seed}))

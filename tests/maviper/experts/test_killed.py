@@ -37,7 +37,7 @@ def test_a_training_killed_at_some_of_its_calls(tmp_path):
 
 def ensure_resumed(tmp_path):
     """A training killed at some of its calls goes on to what one that was not killed ends with."""
-    from maviper.experts.recipes import Request
+    from maviper.experts.cards import Request
     from maviper.experts.training import train as training
 
     training.CHECKPOINT_EPISODES = training.FINAL_EPISODES = 20

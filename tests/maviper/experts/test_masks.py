@@ -7,9 +7,9 @@ from codegen.legality import illegal_leaves
 from maviper.cli import main
 from maviper.episodes.play import rollout
 from maviper.evaluation import held_out
-from maviper.experts import store
-from maviper.experts.recipes import Request
-from maviper.experts.wrapped import Unweighted
+from maviper.experts import network
+from maviper.experts.cards import Request
+from maviper.experts.finding import Unweighted
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
@@ -28,10 +28,10 @@ def tictactoe():
 
 def test_a_network_takes_its_best_legal_action(tictactoe):
     """The last bias wants cell 4, then cell 0, whatever is observed."""
-    tensors = {name: np.zeros(shape, np.float32) for name, shape in store.shapes(tictactoe, 4, "actor").items()}
+    tensors = {name: np.zeros(shape, np.float32) for name, shape in network.shapes(tictactoe, 4, "actor").items()}
     for agent in tictactoe.agents:
         tensors[f"{agent}.actor.3.bias"][[0, 4]] = 1, 2
-    expert = store.build_expert(tictactoe, tensors, {})
+    expert = network.build_expert(tictactoe, tensors, {})
     (played,) = rollout(tictactoe, [expert] * 2, [0])
     turns = played.alive[:, 0].argmax(axis=1)
     assert turns[:3].tolist() == [0, 1, 0]
@@ -94,7 +94,7 @@ def test_the_critic_is_asked_of_legal_actions_and_plays_no_longer_than_the_train
     monkeypatch.setattr(type(tictactoe), "draw_actions", lambda *given: drawn.append(1) or World.draw_actions(*given))
     card = train.train(tictactoe, tmp_path, Request(overrides={**SMALL, "checkpoint_steps": 288}))
     assert drawn and 288 <= card["played"]["critic"] <= 288 + 9 * 32
-    expert, _ = store.load(str(tmp_path), tictactoe)
+    expert, _ = network.load(str(tmp_path), tictactoe)
     for one in (expert, Unweighted(expert)):
         given = {"algorithm": "maviper", "iterations": 1, "rollouts": 6, "selection_episodes": 6, "max_depth": 2}
         profile = extract(tictactoe, one, Settings.of(given, tictactoe))

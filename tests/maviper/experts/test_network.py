@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from codegen.legality import LEGAL
-from maviper.experts import network, store
+from maviper.experts import network
 from maviper.experts.network import ACTOR
 from maviper.worlds import find
 
@@ -17,9 +17,9 @@ def random_expert(seed, hidden=16, scale=1.0):
     world, rng = find("physical-deception"), np.random.default_rng(seed)
     tensors = {
         name: (scale * rng.normal(size=shape)).astype(np.float32)
-        for name, shape in store.shapes(world, hidden, ACTOR).items()
+        for name, shape in network.shapes(world, hidden, ACTOR).items()
     }
-    return store.build_expert(world, tensors, {})
+    return network.build_expert(world, tensors, {})
 
 
 def observations(expert, seed, size=1.0):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from maviper.experts import cards, store
+from maviper.experts import cards, network
+from maviper.experts.cards import Request
 from maviper.experts.expert import AS_GIVEN
-from maviper.experts.recipes import Request
 from maviper.experts.training.scaling import LEAST_POINTS, LEAST_SHARE, Scale, measure_scale
 from maviper.worlds import find
 
@@ -63,10 +63,10 @@ def test_what_does_not_change_is_moved_and_what_hardly_changes_is_hardly_stretch
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("algorithm", ["mappo", "maddpg", "vdn"])
 def test_stored_networks_say_of_plain_observations_what_is_trained_on_scaled_ones(name, algorithm):
-    from maviper.experts.training import maddpg, mappo, value_based
+    from maviper.experts.training import mappo, off_policy
 
-    of = {"mappo": (mappo.Mappo, mappo.Settings), "maddpg": (maddpg.Maddpg, maddpg.Settings)}
-    trainer_of, settings_of = of.get(algorithm, (value_based.Vdn, value_based.Settings))
+    of = {"mappo": (mappo.Mappo, mappo.Settings), "maddpg": (off_policy.Maddpg, off_policy.MaddpgSettings)}
+    trainer_of, settings_of = of.get(algorithm, (off_policy.Vdn, off_policy.VdnSettings))
     more = {"buffer": 100} if algorithm != "mappo" else {"shared": 1}
     world = find(name)
     trainer = trainer_of(world, settings_of(scaled=1, seed=2, hidden=16, games=200, **more), "cpu")
@@ -80,7 +80,7 @@ def test_stored_networks_say_of_plain_observations_what_is_trained_on_scaled_one
         assert views[agent, :, : len(columns)] == pytest.approx(wanted, abs=1e-5)
         assert not views[agent, :, len(columns) :].any()
     tensors = trainer.tensors()
-    expert = store.build_expert(world, tensors, {"world": name})
+    expert = network.build_expert(world, tensors, {"world": name})
     said = trainer.nets[kind](joint.views(seen)).detach().numpy()
     for agent, choices in enumerate(joint.choices):
         logits = expert.logits(agent, observations[agent])
@@ -104,7 +104,7 @@ def test_stored_networks_say_of_plain_observations_what_is_trained_on_scaled_one
 def test_a_critic_is_fitted_to_actors_that_are_stored_for_plain_observations():
     from maviper.experts.training.critic import Fit, Settings
 
-    expert, world = store.load("physical-deception")
+    expert, world = network.load("physical-deception")
     actors = {name: tensor for name, tensor in expert.tensors.items() if ".actor." in name}
     plain, scaled = (Fit(world, actors, Settings(games=128, steps=3_200, scaled=each), "cpu") for each in (0, 1))
     seen = plain.joint.tensor(world.observe(world.start(500, np.random.default_rng(0))))

@@ -12,10 +12,10 @@ import pytest
 from codegen.errors import InputError, MissingToolError, UnknownNameError
 from maviper.cli import main
 from maviper.episodes import measures
-from maviper.experts import judging, store
+from maviper.experts import cards, network
 from maviper.experts import scripted as scripts
+from maviper.experts.cards import Request, settings
 from maviper.experts.expert import AS_GIVEN
-from maviper.experts.recipes import Request, settings
 from maviper.experts.training.train import train
 from maviper.worlds import WORLDS, find
 
@@ -56,7 +56,7 @@ def test_every_algorithm_trains_every_game(name, algorithm, tmp_path):
     world = find(name)
     seen = []
     card = train(world, tmp_path, request_of(algorithm), lambda checkpoint, total: seen.append(checkpoint))
-    loaded, played = store.load(str(tmp_path))
+    loaded, played = network.load(str(tmp_path))
     assert played.name == name and {**card, **loaded.card} == card
     assert [checkpoint.steps for checkpoint in seen] == [6_400, 12_800, 19_200]
     lines = [json.loads(line) for line in (tmp_path / "metrics.jsonl").read_text().splitlines()]
@@ -168,7 +168,7 @@ def test_bad_folders_and_devices_are_refused(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         train(world, tmp_path / "a", asked, stop)
-    assert store.load(str(tmp_path / "a"))[1].name == world.name  # what an interruption leaves is an expert
+    assert network.load(str(tmp_path / "a"))[1].name == world.name  # what an interruption leaves is an expert
     state = (tmp_path / "a" / "state.safetensors").read_bytes()
     for bad in (state[:-7], b"", state[:100]):
         (tmp_path / "a" / "state.safetensors").write_bytes(bad)
@@ -192,7 +192,7 @@ def test_a_loss_that_is_no_number_stops_with_the_last_good_checkpoint(tmp_path, 
     monkeypatch.setattr(Mappo, "advance", failing)
     card = train(find("physical-deception"), tmp_path / "a", request_of("mappo"))
     assert "no longer a number" in card["stopped"] and card["steps"] in (6_400, 12_800)
-    assert store.load(str(tmp_path / "a"))[0].card["stopped"] == card["stopped"]
+    assert network.load(str(tmp_path / "a"))[0].card["stopped"] == card["stopped"]
     monkeypatch.setattr(Mappo, "advance", lambda self: advance(self) | {"loss": float("nan")})
     with pytest.raises(InputError, match="lower learning rate"):
         train(find("physical-deception"), tmp_path / "b", request_of("mappo"))
@@ -236,7 +236,7 @@ def test_experts_are_met_in_their_share_of_games_and_are_not_learned_from(monkey
         monkeypatch.setattr(met.opponents, "begin", lambda progress: None)
         met.opponents.drawn = met.opponents.experts[index]
         played = trainer._collect()
-        expert, theirs = store.load(name)
+        expert, theirs = network.load(name)
         state = world.start(128, np.random.default_rng(5))
         for acted in played.acted:
             wanted = expert.act(range(4), theirs.observe(state), state)
@@ -263,7 +263,7 @@ def test_only_what_learned_by_reward_alone_is_met(name, said, tmp_path):
 def test_the_card_names_the_experts_that_were_met(tmp_path):
     name = "predator-prey,observation=mpe2@0"
     card = train(find("predator-prey"), tmp_path / "a", replace(request_of("mappo"), against=(name,)))
-    assert card["against"] == {name: store.load(name)[0].hash} and card["command"].endswith(f" --against {name}")
+    assert card["against"] == {name: network.load(name)[0].hash} and card["command"].endswith(f" --against {name}")
     with pytest.raises(InputError, match="against differ"):
         train(find("predator-prey"), tmp_path / "a", request_of("mappo"), resume=True)
     with pytest.raises(InputError, match="meets no experts"):
@@ -319,22 +319,22 @@ def test_rivals_rate_a_checkpoint_by_what_it_gains_on_them():
         return found[world.primary("predators")].value
 
     gain = touches(script, still) - touches(still, script)
-    assert judging.is_rated(world) and gain > 1
-    assert judging.advantage(world, script, still, seeds) == pytest.approx(gain)
-    assert judging.judge(world, script, seeds).score == 0.0
-    rivals = [judging.Rival(still, 2.0), judging.Rival(script, 5.0)]
-    assert judging.judge(world, script, seeds, rivals).score == pytest.approx((2.0 + gain + 5.0) / 2)
-    low, high, middle = judging.scores(world, [still, script, Always(0)], seeds)
+    assert cards.is_rated(world) and gain > 1
+    assert cards.advantage(world, script, still, seeds) == pytest.approx(gain)
+    assert cards.judge(world, script, seeds).score == 0.0
+    rivals = [cards.Rival(still, 2.0), cards.Rival(script, 5.0)]
+    assert cards.judge(world, script, seeds, rivals).score == pytest.approx((2.0 + gain + 5.0) / 2)
+    low, high, middle = cards.scores(world, [still, script, Always(0)], seeds)
     assert (low, high, middle) == pytest.approx((-gain / 2, gain, -gain / 2))
 
 
 @pytest.mark.parametrize("name", ["physical-deception", "cooperative-navigation,agents=2"])
 def test_shares_and_a_single_team_are_judged_among_themselves(name):
     world, seeds = find(name), range(7_000_000, 7_000_200)
-    assert not judging.is_rated(world)
+    assert not cards.is_rated(world)
     script, still = scripts.build_script(world), Always(0)
-    better, worse = judging.scores(world, [script, still], seeds)
-    assert better > worse and better == judging.judge(world, script, seeds, [judging.Rival(still, 9.0)]).score
+    better, worse = cards.scores(world, [script, still], seeds)
+    assert better > worse and better == cards.judge(world, script, seeds, [cards.Rival(still, 9.0)]).score
 
 
 @pytest.mark.parametrize("name", [name for name in WORLDS if find(name).shaped])
@@ -381,8 +381,7 @@ def test_a_training_says_what_it_plays_and_does_that(recipe, tmp_path, capsys):
 def test_the_card_counts_what_taught_the_expert(learned, tmp_path, monkeypatch):
     """Counted here by what is played: rounds of imitation, episodes of the learner's own, those for the critic."""
     from maviper.experts.training.critic import Fit
-    from maviper.experts.training.imitation import Imitation
-    from maviper.experts.training.mappo import Mappo
+    from maviper.experts.training.mappo import Imitation, Mappo
 
     played = {"imitation": 0, "own": 0, "critic": 0}
     imitate, collect = Imitation.round, Mappo._collect
@@ -411,7 +410,7 @@ def test_the_card_counts_what_taught_the_expert(learned, tmp_path, monkeypatch):
     last = json.loads((tmp_path / "metrics.jsonl").read_text().splitlines()[-1])
     assert played == {"imitation": learned[0], "own": learned[1] + learned[2], "critic": card["played"]["critic"]}
     assert last["learned"] == wanted and card["played"]["training"] == last["steps"] == sum(learned)
-    assert sum(card["learned"].values()) == card["steps"] and store.load(str(tmp_path))[0].card["learned"]
+    assert sum(card["learned"].values()) == card["steps"] and network.load(str(tmp_path))[0].card["learned"]
 
 
 @pytest.mark.train
@@ -428,7 +427,7 @@ def test_seconds_are_those_of_the_whole_training(tmp_path, monkeypatch):
     from maviper.experts.training import critic
     from maviper.experts.training import train as training
 
-    clock, fit, judge = [0.0], critic.fit, judging.judge
+    clock, fit, judge = [0.0], critic.fit, cards.judge
 
     def passing(seconds, function):
         def slow(*given):
@@ -439,7 +438,7 @@ def test_seconds_are_those_of_the_whole_training(tmp_path, monkeypatch):
 
     monkeypatch.setattr(training, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(critic, "fit", passing(1_000, fit))
-    monkeypatch.setattr(judging, "judge", passing(1, judge))
+    monkeypatch.setattr(cards, "judge", passing(1, judge))
     card = train(find("physical-deception"), tmp_path, request_of("mappo"))
     assert card["seconds"] == 1_000 + 3 + 3 + 1, "three checkpoints, which are finalists, and the winner once more"
 
@@ -504,7 +503,7 @@ def test_critics_are_fitted_to_the_reward_that_the_card_names(share, said, tmp_p
 @pytest.mark.train
 def test_several_seeds_keep_the_best(tmp_path, capsys):
     from maviper.console import Console
-    from maviper.experts.training.run import train_expert
+    from maviper.experts.training.train import train_expert
 
     chosen = {name: value for name, value in ALGORITHMS["vdn"].items() if name != "steps"}
     asked = {"algorithm": "vdn", "seed": 5, "seeds": 2, "steps": 12_800, "settings": chosen}
@@ -525,12 +524,12 @@ def test_several_seeds_keep_the_best(tmp_path, capsys):
 def test_numpy_and_torch_networks_agree(name):
     import torch
 
-    from maviper.experts.training.maddpg import Maddpg, Settings
+    from maviper.experts.training.off_policy import Maddpg, MaddpgSettings
 
     world = find(name)
     n_agents = len(world.agents)
-    trainer = Maddpg(world, Settings(buffer=1_000), "cpu")
-    expert = store.decode(store.encode(trainer.tensors(), {"world": world.name, "hidden": 64}), "x")
+    trainer = Maddpg(world, MaddpgSettings(buffer=1_000), "cpu")
+    expert = network.decode(network.encode(trainer.tensors(), {"world": world.name, "hidden": 64}), "x")
     observations = world.observe(world.start(64, np.random.default_rng(0)))
     acted = np.random.default_rng(1).integers(5, size=(64, n_agents))
     joint = trainer.joint.tensor(observations)
@@ -549,14 +548,14 @@ def test_a_fitted_critic_predicts_the_returns_of_the_frozen_policy():
     """Against measured Q: the order of one agent's actions, and the spread over states, agree."""
     from scipy.stats import spearmanr
 
-    from maviper.experts.measured import Measured
+    from maviper.experts.expert import Measured
     from maviper.experts.training.critic import Settings, fit
 
     world = find("physical-deception")
-    expert = store.load("physical-deception")[0]
+    expert = network.load("physical-deception")[0]
     actors = {name: tensor for name, tensor in expert.tensors.items() if ".actor." in name}
     chosen = Settings(steps=76_800, games=512, updates=60, hidden=32, learning_rate=4e-3, explore=0.3)
-    fitted = store.build_expert(world, {**actors, **fit(world, actors, chosen, "cpu")}, {})
+    fitted = network.build_expert(world, {**actors, **fit(world, actors, chosen, "cpu")}, {})
     state = world.start(150, np.random.default_rng(4))
     observations = world.observe(state)
     given = expert.act(range(3), observations)

@@ -11,21 +11,36 @@ from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
 from maviper.episodes.play import points, rollout
 from maviper.evaluation import held_out
-from maviper.experts.expert import AS_GIVEN, labels
-from maviper.experts.measured import Measured
+from maviper.experts.expert import AS_GIVEN, Measured, labels
 from maviper.experts.scripted import build_script
-from maviper.extraction import fitted_q
+from maviper.extraction import baselines, released
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import ALGORITHMS, FITTED_Q, IMITATION, IVIPER, KNOWN, VIPER
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.extraction import Extraction, Running
-from maviper.extraction.growth.grow import CartTree, grow_jointly
-from maviper.extraction.growth.histogram import BINS, Bins, HistogramTree, best_splits, project_trees
+from maviper.extraction.growth.joint import (
+    BINS,
+    Bins,
+    CartTree,
+    HistogramTree,
+    best_splits,
+    grow_jointly,
+    project_trees,
+)
 from maviper.extraction.growth.weights import SAMPLED_JOINT, iviper_weights, joint_actions, maviper_weights
 from maviper.extraction.journal import Journal, unpack_trees
-from maviper.extraction.released import released
-from maviper.extraction.selection.choices import KINDS, common
-from maviper.extraction.settings import EXACT, HISTOGRAM, PRESETS, Settings
+from maviper.extraction.selection.selection import KINDS, common
+from maviper.extraction.settings import (
+    ALGORITHMS,
+    EXACT,
+    FITTED_Q,
+    HISTOGRAM,
+    IMITATION,
+    IVIPER,
+    KNOWN,
+    PRESETS,
+    VIPER,
+    Settings,
+)
 from maviper.worlds import find
 from tests.support.growing import train_joint_trees
 
@@ -105,10 +120,10 @@ def test_ivipers_weight_is_v_minus_the_worst_own_action(world, expert):
 
 def test_a_cooperative_game_averages_over_all_others():
     """Navigation, written out: E over both others' actions of Q at the expert's minus the least Q over own actions."""
-    from maviper.experts import store
+    from maviper.experts import network
 
     world = find("cooperative-navigation")
-    expert = store.load("cooperative-navigation")[0]
+    expert = network.load("cooperative-navigation")[0]
     state = world.start(4, np.random.default_rng(0))
     observations = world.observe(state)
     wanted = labels(expert, observations, state)
@@ -126,10 +141,10 @@ def test_a_cooperative_game_averages_over_all_others():
 
 def test_the_released_weight_in_a_cooperative_game_has_nobody_to_average_over():
     """All others are of the team: Q at the experts' joint action less the least Q of any joint action."""
-    from maviper.experts import store
+    from maviper.experts import network
 
     world = find("cooperative-navigation")
-    expert = store.load("cooperative-navigation")[0]
+    expert = network.load("cooperative-navigation")[0]
     state = world.start(4, np.random.default_rng(0))
     observations = world.observe(state)
     wanted = labels(expert, observations, state)
@@ -406,11 +421,11 @@ def test_metrics_tell_how_far_the_team_is_right_together(world, expert, tmp_path
 def test_fitted_q_may_explore_while_it_collects(share, world, expert):
     """A uniform action is the expert's one time in five."""
     settings = small(FITTED_Q, explore=share, rollouts=40)
-    (played,) = fitted_q.collect_episodes(world, expert, settings)
+    (played,) = baselines.collect_episodes(world, expert, settings)
     observations, state = points(played)
     other = (played.actions.reshape(-1, 3) != labels(expert, observations, state)).mean()
     assert other == pytest.approx(share * 4 / 5, abs=0.02)
-    again = fitted_q.collect_episodes(world, expert, settings)[0].actions
+    again = baselines.collect_episodes(world, expert, settings)[0].actions
     assert (again == played.actions).all()
     with pytest.raises(InputError, match="only fitted-q explores"):
         small("maviper", explore=0.1)
@@ -422,7 +437,7 @@ def test_the_tree_of_actions_is_the_argmax_of_the_tree_of_q():
 
     rng = np.random.default_rng(0)
     n_features, n_actions = 3, 4
-    centres = np.concatenate([[-1.125], fitted_q.EDGES + 0.125])
+    centres = np.concatenate([[-1.125], baselines.EDGES + 0.125])
     everywhere = np.array(list(product(range(10), repeat=n_features)))
     for depth in (1, 2, 4):
         seen = rng.integers(10, size=(600, n_features))
@@ -430,20 +445,20 @@ def test_the_tree_of_actions_is_the_argmax_of_the_tree_of_q():
         inputs = np.concatenate([seen, np.eye(n_actions)[acted]], axis=1)
         target = np.sin(seen @ rng.normal(size=n_features)) * (acted + 1) + rng.normal(size=600)
         tree = DecisionTreeRegressor(max_depth=depth, random_state=0).fit(inputs, target)
-        actions = fitted_q.greedy(tree.tree_, n_features, n_actions)
+        actions = baselines.greedy(tree.tree_, n_features, n_actions)
         one_hot = [np.tile(np.eye(n_actions)[k], (len(everywhere), 1)) for k in range(n_actions)]
         q = [tree.predict(np.concatenate([everywhere, each], axis=1)) for each in one_hot]
         found = actions.action[ir.apply(actions, centres[everywhere].astype(np.float32))]
         assert (found == np.argmax(q, axis=0)).all()
         for place in everywhere[::37]:  # the lower ends of bins belong to them
-            at = np.where(place > 0, fitted_q.EDGES[np.maximum(place - 1, 0)], -9.0).astype(np.float32)
+            at = np.where(place > 0, baselines.EDGES[np.maximum(place - 1, 0)], -9.0).astype(np.float32)
             row = np.flatnonzero((everywhere == place).all(axis=1))
             assert actions.action[ir.apply(actions, at[None])][0] == found[row][0]
 
 
 def test_bins_are_ten():
     edges = np.array([[-5.0, -1.0, -0.75, 0.0, 0.99, 1.0, 7.0]], dtype=np.float32)
-    assert fitted_q.bin_observations(edges).tolist() == [[0, 1, 2, 5, 8, 9, 9]]
+    assert baselines.bin_observations(edges).tolist() == [[0, 1, 2, 5, 8, 9, 9]]
 
 
 # --- settings

@@ -9,11 +9,10 @@ from codegen.lowering.deploy import SummedTree
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.growth import alternating
-from maviper.extraction.growth.alternating import Labels, Numbers, optimise_tests
-from maviper.extraction.growth.best_first import BestFirstTree, gini
-from maviper.extraction.growth.histogram import Bins
-from maviper.extraction.growth.regression import ConstantLeaves, LinearLeaves, grow_tree
+from maviper.extraction.growth import sums
+from maviper.extraction.growth.best_first import BestFirstTree, ConstantLeaves, LinearLeaves, gini, grow_tree
+from maviper.extraction.growth.joint import Bins
+from maviper.extraction.growth.sums import Labels, Numbers, optimise_tests
 from maviper.extraction.settings import Settings
 
 SPAN = (OutputSpec("force", "N", -1.0, 1.0),)
@@ -57,7 +56,7 @@ def test_a_tree_never_loses_more_than_before(seed):
     labels = np.where(rng.random(len(obs)) < 0.2, rng.integers(3, size=len(obs)), np.digitize(score, [-0.4, 0.4]))
     before = of_labels(obs, labels, counts, 6)
     after = optimise_tests(before, obs, Labels(labels, counts, 3))
-    price = alternating.TERM * float((counts * (labels != np.bincount(labels, counts).argmax())).sum())
+    price = sums.TERM * float((counts * (labels != np.bincount(labels, counts).argmax())).sum())
     terms = sum(1 for each in before.feature if each >= 0)
     assert wrong(after, obs, labels, counts) <= wrong(before, obs, labels, counts) + price * terms + 1e-9
     assert len(ir.leaves(after)) <= 6

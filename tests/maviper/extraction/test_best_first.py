@@ -10,8 +10,8 @@ from codegen.lowering.deploy import deploy_tree
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.growth.best_first import BestFirstTree, gini, thrift
-from maviper.extraction.growth.histogram import Bins
+from maviper.extraction.growth.best_first import BestFirstTree, gini
+from maviper.extraction.growth.joint import Bins
 from maviper.extraction.settings import Settings
 
 
@@ -50,56 +50,6 @@ def test_leaves_that_would_be_merged_are_not_counted():
     assert right(merged) >= right(plain)
     one = grown(obs, np.zeros_like(labels), counts).deciding(8)
     assert len(one.feature) == 1
-
-
-def cost(tree, obs, regrets):
-    return regrets[np.arange(len(obs)), tree.action[ir.apply(tree, obs)]].sum()
-
-
-def by_regret(obs, regrets, depth):
-    bins = Bins.of(obs, len(obs) + 1)
-    return BestFirstTree(bins.codes(obs), -regrets, bins, depth, thrift).deciding(2**depth)
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_a_split_by_regret_is_the_one_after_which_the_best_actions_cost_least(seed):
-    """Against every threshold of every feature, with regrets in quarters, whose sums are exact."""
-    rng = np.random.default_rng(seed)
-    n, n_actions = int(rng.integers(4, 30)), int(rng.integers(2, 5))
-    obs = rng.normal(size=(n, 3)).astype(np.float32)
-    regrets = rng.integers(0, 40, size=(n, n_actions)) / 4
-    regrets[np.arange(n), rng.integers(n_actions, size=n)] = 0.0
-    costs = [regrets.sum(axis=0).min()]
-    for column in obs.T:
-        for threshold in np.sort(column)[:-1]:
-            left = column <= threshold
-            costs.append(regrets[left].sum(axis=0).min() + regrets[~left].sum(axis=0).min())
-    tree = by_regret(obs, regrets, 1)
-    assert cost(tree, obs, regrets) == min(costs)
-    deeper = [cost(by_regret(obs, regrets, depth), obs, regrets) for depth in (1, 2, 3)]
-    assert deeper == sorted(deeper, reverse=True)
-
-
-def test_one_dear_state_decides_where_many_cheap_ones_would():
-    """Labels differ in eight cheap states along one feature, and in one dear state along another."""
-    obs = np.array([[place % 2, place == 8] for place in range(9)], np.float32)
-    labels = obs[:, 0].astype(int)
-    labels[8] = 2
-    regrets = np.ones((9, 3)) - np.eye(3)[labels]
-    regrets[8, :2] = 50.0
-    assert cost(by_regret(obs, regrets, 1), obs, regrets) == 4.0
-    assert by_regret(obs, regrets, 1).feature[0] == 1
-    by_label = grown(obs, labels, np.ones(9, int)).grow_to(2)
-    assert by_label.feature[0] == 0 and cost(by_label, obs, regrets) == 50.0
-
-
-def test_a_split_that_saves_nothing_yet_is_taken_for_those_below_it():
-    """Either sign alone leaves one action best on both sides; both signs together cost nothing."""
-    obs = np.array([[x, y] for x in (-1, 1) for y in (-1, 1)], np.float32)
-    regrets = np.array([[0.0, 1.0], [5.0, 0.0], [4.0, 0.0], [0.0, 1.5]])
-    one, two = (by_regret(obs, regrets, depth) for depth in (1, 2))
-    assert len(one.feature) == 1 and cost(one, obs, regrets) == 2.5 == regrets.sum(axis=0).min()
-    assert cost(two, obs, regrets) == 0.0
 
 
 @pytest.mark.parametrize(("preset", "algorithm"), [("default", "viper"), ("paper", "iviper"), ("default", "imitation")])

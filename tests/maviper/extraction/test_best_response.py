@@ -12,14 +12,13 @@ from maviper.cli import main
 from maviper.episodes.play import points, rollout
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
-from maviper.extraction.algorithms import check, extract
-from maviper.extraction.bundles import BEST_RESPONSE, OUR_RUNGS, PARTS
+from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.growth.growing import Growth
-from maviper.extraction.growth.replies import LEAST_GAIN, Replies, Reply
+from maviper.extraction.growth import weights
+from maviper.extraction.growth.weights import LEAST_GAIN, Replies
 from maviper.extraction.journal import Journal
 from maviper.extraction.selection.arena import MATCHED, halving_by_member
-from maviper.extraction.settings import Settings
+from maviper.extraction.settings import BEST_RESPONSE, OUR_RUNGS, PARTS, Settings
 from tests.support.optimum import optimum, rules_of, worth
 
 SMALL = {"iterations": 3, "rollouts": 12, "selection_episodes": 40, "max_depth": 2, "refinement": 0, "patience": 9}
@@ -54,7 +53,7 @@ def test_labels_are_the_best_replies_by_q_less_what_it_also_promises_beside_expe
     changed = rng.random(len(data)) < 0.5
     acting[changed, 1:] = rng.integers(3, size=(int(changed.sum()), acting.shape[1] - 1))
     reply = Replies(world, expert, 0).to(acting, data, state)
-    labels, regrets = reply.labels, reply.regrets
+    labels = reply.labels
     replied = 0
     for row in range(0, len(data), 3):
         seen, usual = [each[row : row + 1] for each in data.observations], data.labels[row, 0]
@@ -65,8 +64,6 @@ def test_labels_are_the_best_replies_by_q_less_what_it_also_promises_beside_expe
         replied += wanted != usual
         assert labels[row] == wanted
         assert reply.worth[row] == pytest.approx(max(0.0, gains[wanted] - gains.min()))
-        lost = np.maximum(0.0, gains[wanted] - gains + least)
-        assert regrets[row] == pytest.approx(np.where(np.arange(len(gains)) == wanted, 0.0, lost))
     assert replied and (labels[~changed] == data.labels[~changed, 0]).all()
 
 
@@ -101,12 +98,18 @@ class Additive:
         return self.noise[observations[0][:, 0]] + self.part * given[:, [2]]
 
 
-def test_an_illegal_action_costs_what_the_worst_legal_one_does():
-    gains, margin = np.array([[3.0, 9.0, -5.0, 1.0], [0.0, 2.0, 1.0, 1.0]]), np.array([0.4, 0.4])
-    legal = np.array([[True, False, False, True], [True, True, True, True]])
-    regrets = Reply(np.array([0, 2]), gains, margin, legal).regrets
-    first = 2 + LEAST_GAIN * 2  # gains of 3 and of 1 are at stake
-    assert regrets == pytest.approx(np.array([[0, first, first, first], [1.4, 0, 0, 0.4]]))
+def test_an_illegal_action_is_no_reply_and_counts_in_no_worth(monkeypatch):
+    expert, world = find_expert("physical-deception")
+    data, state = met(world, expert)
+    acting = np.random.default_rng(1).integers(5, size=data.labels.shape)
+    free = Replies(world, expert, 1).to(acting, data, state)
+    legal = np.ones((len(data), 5), dtype=bool)
+    legal[np.arange(len(data)), free.labels] = free.labels == data.labels[:, 1]
+    monkeypatch.setattr(weights, "legal_actions", lambda *given: legal)
+    reply = Replies(world, expert, 1).to(acting, data, state)
+    rows = np.arange(len(data))
+    assert legal[rows, reply.labels].all() and (reply.labels != free.labels).any()
+    assert (reply.worth <= free.worth + 1e-9).all() and (reply.worth >= 0).all()
 
 
 def test_q_is_asked_again_only_where_a_mate_acts_otherwise():
@@ -128,7 +131,6 @@ def test_q_is_asked_again_only_where_a_mate_acts_otherwise():
         reply = kept.to(acting, part, state[:size])
         fresh = Replies(world, expert, 1).to(acting, part, state[:size])
         assert (reply.labels == fresh.labels).all() and reply.worth == pytest.approx(fresh.worth)
-        assert reply.regrets == pytest.approx(fresh.regrets)
         assert sum(asked) <= {800: 800, 1_200: 430, 1_500: 300}[size]
 
 
@@ -205,47 +207,12 @@ def test_members_may_share_a_tree_of_replies(deception):
         ({"rollouts_by": "agent"}, "extracted in the same rounds"),
         ({"weights": "averaged"}, "not averaged over"),
         ({"selection_by": "member", "selection": "uniform"}, "are raced"),
-        ({"weights": "regret", "labels": "expert"}, "beside the best reply"),
-        ({"weights": "regret", "splits": "sums"}, "regrets are none"),
         ({"preset": "released"}, "is ours"),
     ],
 )
 def test_what_makes_no_sense_beside_replies_is_refused(given, told):
     with pytest.raises(InputError, match=told):
         Settings.of({"algorithm": BEST_RESPONSE, **given}).complete()
-
-
-def test_regrets_grow_the_trees(deception, monkeypatch):
-    """A saving at a small budget: what the trees of the last round cost, beside those that are grown by labels."""
-    expert, world = deception
-    seen = []
-    team = Growth.team
-    monkeypatch.setattr(Growth, "team", lambda *given: seen.append((given, team(*given))) or seen[-1][1])
-    few = settings_of(world, weights="regret", rollouts=6, selection_episodes=16)
-    profile, again = (extract(world, expert, few) for _ in range(2))
-    assert policy_json.dumps(profile) == policy_json.dumps(again)
-    assert profile.provenance.training["weights"] == "regret" and profile.provenance.algorithm == BEST_RESPONSE
-    cheaper = []
-    for (growth, (agent,), data, counts, *_), (tree,) in seen:
-        assert (counts[agent] == data.alive[:, agent]).all() and set(data.regrets) == {agent}
-        others = team(growth, [agent], replace(data, regrets={}), counts, {agent: 0}, 0)
-        acted = [each.action[ir.apply(each, data.observations[agent])] for each in (tree, *others)]
-        costs = [np.take_along_axis(data.regrets[agent], each[:, None], 1).mean() for each in acted]
-        cheaper.append(costs[0] <= costs[1])
-    assert len(cheaper) == 2 * 9 and np.mean(cheaper) > 0.8
-
-
-def test_members_that_share_a_tree_share_its_regrets(deception):
-    expert, world = deception
-    profile = extract(world, expert, settings_of(world, share="team", weights="regret", rollouts=6))
-    one, other = (policy.tree for policy in profile.agents[1:])
-    assert (one.action == other.action).all() and (one.feature == other.feature).all()
-
-
-def test_counterexamples_have_no_regrets(deception):
-    _, world = deception
-    with pytest.raises(InputError, match="--weights regret needs what each action costs"):
-        check(world, settings_of(world, weights="regret"), [1])
 
 
 def test_an_expert_without_q_cannot_be_asked_for_replies(capsys, tmp_path):

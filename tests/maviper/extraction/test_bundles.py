@@ -12,11 +12,14 @@ from codegen import policy_json
 from codegen.errors import InputError, UnknownNameError
 from maviper.cli import main
 from maviper.evaluation import held_out
+from maviper.experts.expert import Measured
 from maviper.experts.finding import find_expert
-from maviper.experts.measured import Measured
 from maviper.experts.scripted import build_script
+from maviper.extraction import released
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import (
+from maviper.extraction.extraction import Running
+from maviper.extraction.journal import NOTHING_KEPT, Journal
+from maviper.extraction.settings import (
     AGENT,
     ALGORITHMS,
     ALL,
@@ -26,11 +29,8 @@ from maviper.extraction.bundles import (
     JOINT,
     KNOWN,
     MEMBER,
-    NO_VOTES,
     PARTS,
     RACE,
-    REGRET,
-    RESPONSE,
     ROLLOUTS_BY,
     RUNGS,
     SELECTION_BY,
@@ -38,13 +38,10 @@ from maviper.extraction.bundles import (
     UNIFORM,
     VIPER,
     WEIGHTS,
+    Settings,
     bundle,
     group_agents,
 )
-from maviper.extraction.extraction import Running
-from maviper.extraction.journal import NOTHING_KEPT, Journal
-from maviper.extraction.released import released
-from maviper.extraction.settings import Settings
 from maviper.worlds import find
 
 SMALL = {"iterations": 3, "rollouts": 6, "selection_episodes": 12, "max_depth": 3, "refinement": 0}
@@ -280,6 +277,5 @@ def test_unknown_values(name, value, known):
     with pytest.raises(UnknownNameError, match="did you mean"):
         Settings.of({name: value})
     for each in known:
-        more = {"labels": RESPONSE, "least_right": NO_VOTES} if each == REGRET else {}
-        more |= {"selection": RACE if each == MEMBER else UNIFORM}
+        more = {"selection": RACE if each == MEMBER else UNIFORM}
         assert getattr(Settings.of({name: each, **more}), name) == each

@@ -15,12 +15,11 @@ from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.extraction import Extraction
+from maviper.extraction.growth.sums import with_own_sums
 from maviper.extraction.journal import Journal
-from maviper.extraction.selection import evolution, refine
-from maviper.extraction.selection.arena import Arena
-from maviper.extraction.selection.evolution import Moves
-from maviper.extraction.selection.stack import SummedStack, reaching
-from maviper.extraction.selection.tilting import with_own_sums
+from maviper.extraction.selection import refine
+from maviper.extraction.selection.arena import Arena, SummedStack, reaching
+from maviper.extraction.selection.refine import Moves
 from maviper.extraction.settings import Settings
 from tests.support.braking import write_trees
 
@@ -105,7 +104,7 @@ def test_numbers_move_by_parts_of_ranges_and_a_tree_keeps_its_size(seed):
     apart = np.einsum("nok,nk->no", (moved.given - tree.given)[leaf], lined)
     for vector in np.unique(leaf):
         far = np.sqrt(np.square(apart[leaf == vector]).mean(axis=0)) / np.array([8.0, 1.0])
-        assert (far < 4 * evolution.SPREAD).all() and (far > 0).all()
+        assert (far < 4 * refine.SPREAD).all() and (far > 0).all()
     unmet = np.setdiff1d(tree.action[~split], leaf)
     assert (moved.given[unmet] == tree.given[unmet]).all()
 
@@ -130,7 +129,7 @@ def test_weights_of_sums_move_where_leaves_take_actions(seed):
             continue
         here = obs[met[node]].astype(np.float64)
         apart = here @ (after - before) - (moved.threshold[node] - own.threshold[node])
-        assert 0 < np.sqrt(np.square(apart).mean()) < 5 * evolution.TEST_SPREAD * (here @ before).std()
+        assert 0 < np.sqrt(np.square(apart).mean()) < 5 * refine.TEST_SPREAD * (here @ before).std()
     threshold = np.where(own.feature == 1, unit[1] * own.threshold, own.threshold)
     scaled = replace(own, tests=(own.tests / unit).astype(np.float32), threshold=threshold)
     other = Moves.of(scaled, (obs * unit).astype(np.float32), np.zeros(0))
@@ -142,14 +141,14 @@ def test_refinement_finds_weights_that_pay(monkeypatch):
     world = world.judge_by("D")
     wrong = [with_own_sums(tree, len(world.features[0])) for tree in write_trees(world, brake=-0.1)]
     arena, trees = Arena(world, expert, [0, 1], range(10**15, 10**15 + 10_000)), wrong
-    monkeypatch.setattr(evolution, "DRIFT", 1.0)
+    monkeypatch.setattr(refine, "DRIFT", 1.0)
     for number in range(8):
-        trees = evolution.drift_tests(arena, trees, number / 8, np.random.default_rng(number))[0]
-    assert arena.played == 8 * evolution.drift_cost()
-    kept, _ = evolution.judge(arena, wrong, trees)
+        trees = refine.drift_tests(arena, trees, number / 8, np.random.default_rng(number))[0]
+    assert arena.played == 8 * refine.drift_cost()
+    kept, _ = refine.judge(arena, wrong, trees)
     assert kept is trees
     assert [size(one) for one in agent_policies(world, trees)] == [size(one) for one in agent_policies(world, wrong)]
-    assert evolution.judge(arena, trees, wrong)[0] is trees
+    assert refine.judge(arena, trees, wrong)[0] is trees
 
 
 def wide(tree, obs):
@@ -168,12 +167,12 @@ SMALL = {"iterations": 1, "rollouts": 4, "selection_episodes": 4, "max_leaves": 
 def quick(monkeypatch):
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 6)
     for name, value in (("PAIRS", 4), ("PLAYED", 3), ("RACED", 6), ("JUDGED", 16)):
-        monkeypatch.setattr(evolution, name, value)
+        monkeypatch.setattr(refine, name, value)
 
 
 def test_a_refined_run_goes_on_to_the_same_bytes(quick, tmp_path):
     expert, world = find_expert(EXPERT, giving=True)
-    cost = 2 * evolution.round_cost() + evolution.judging_cost()
+    cost = 2 * refine.evolving_cost() + refine.judging_cost()
     settings = Settings.of({**SMALL, "refinement": cost + 1}, world)
     refined = policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path)))
     steps = sorted(path.name for path in tmp_path.glob("refine-*"))
@@ -186,35 +185,35 @@ def test_a_refined_run_goes_on_to_the_same_bytes(quick, tmp_path):
 
 
 def test_rounds_grow_with_the_episodes_and_never_cost_more():
-    small, last = evolution.round_cost(), evolution.judging_cost()
-    assert [evolution.round_scale(40 * small * times) for times in (0, 1, 3, 4, 8, 9, 100)] == [1, 1, 1, 2, 2, 3, 10]
+    small, last = refine.evolving_cost(), refine.judging_cost()
+    assert [refine.round_scale(40 * small * times) for times in (0, 1, 3, 4, 8, 9, 100)] == [1, 1, 1, 2, 2, 3, 10]
     for episodes in (last, last + small, 4_000, 60_000, 200_000, 3_000_000):
-        scale = evolution.round_scale(episodes)
-        steps = evolution.count_steps(episodes, evolution.round_cost(scale))
-        assert max(0, steps - 1) * evolution.round_cost(scale) + (steps > 0) * last <= episodes
+        scale = refine.round_scale(episodes)
+        steps = refine.count_steps(episodes, refine.evolving_cost(scale))
+        assert max(0, steps - 1) * refine.evolving_cost(scale) + (steps > 0) * last <= episodes
 
 
 def test_a_larger_round_plays_as_often_as_it_says(quick):
     expert, world = find_expert(EXPERT, giving=True)
     arena = Arena(world, expert, [0, 1], range(10**15, 10**15 + 1_000))
     still = [_tree(len(outputs), 0.0) for outputs in world.outputs]
-    evolution.improve_numbers(arena, still, 0.0, np.random.default_rng(0), 2)
-    assert arena.played == evolution.round_cost(2) == 2 * evolution.round_cost()
+    refine.improve_numbers(arena, still, 0.0, np.random.default_rng(0), 2)
+    assert arena.played == refine.evolving_cost(2) == 2 * refine.evolving_cost()
     world.close()
 
 
 def test_refinement_finds_numbers_that_pay_and_keeps_no_others(quick, monkeypatch):
     expert, world = find_expert(EXPERT, giving=True)
     still, worse = ([_tree(len(outputs), value) for outputs in world.outputs] for value in (0.0, -1.0))
-    asked = Extraction(world, expert, Settings(refinement=5 * evolution.round_cost() + evolution.judging_cost()))
+    asked = Extraction(world, expert, Settings(refinement=5 * refine.evolving_cost() + refine.judging_cost()))
     trees, facts = refine.refine_trees(asked, [0, 1], [[tree] for tree in still])
     assert facts["refinement_episodes"] == asked.settings.refinement
     arena = Arena(world, expert, [0, 1], range(10**15, 10**15 + 1_000))
     before, after = arena.scores([still, trees], 16).mean(axis=1)
     assert after > 0.9 * before  # both are negative
     assert [size(one) for one in agent_policies(world, trees)] == [size(one) for one in agent_policies(world, still)]
-    assert evolution.judge(arena, still, worse)[0] is still and evolution.judge(arena, worse, still)[0] is still
-    assert evolution.judge(arena, still, still)[0] is still  # no gain, no error
+    assert refine.judge(arena, still, worse)[0] is still and refine.judge(arena, worse, still)[0] is still
+    assert refine.judge(arena, still, still)[0] is still  # no gain, no error
     world.close()
 
 

@@ -27,11 +27,10 @@ from maviper.experts.expert import AS_GIVEN, labels
 from maviper.experts.scripted import Scripted, build_script
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import resample
-from maviper.extraction.extraction import Running
-from maviper.extraction.growth import grow
+from maviper.extraction.extraction import Running, joint_ratio
+from maviper.extraction.growth import joint
 from maviper.extraction.growth.weights import maviper_weights
-from maviper.extraction.outcome import joint_ratio
-from maviper.extraction.selection.progress import Underway
+from maviper.extraction.journal import Underway
 from maviper.extraction.selection.selection import Selection, explain_stop
 from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, WorldState, find
@@ -247,7 +246,7 @@ def test_deployment_keeps_every_float32_decision(grown):
 def test_the_numpy_trap_is_avoided():
     """A float32 column compared with a Python float is compared in float32; growth must compare in float64."""
     obs = np.array([[0.1], [0.2], [0.1], [0.2]], dtype=np.float32)
-    member = grow.CartTree(obs, np.array([0, 1, 0, 1]), np.ones(4, dtype=int), 2, 1, 0)
+    member = joint.CartTree(obs, np.array([0, 1, 0, 1]), np.ones(4, dtype=int), 2, 1, 0)
     member.build(np.ones(4, dtype=bool))
     tree = member.tree()
     assert tree.action[ir.apply(tree, obs)].tolist() == [0, 1, 0, 1]

@@ -13,14 +13,14 @@ from maviper.episodes.play import rollout
 from maviper.episodes.trees import agent_policies, among
 from maviper.evaluation import held_out
 from maviper.evaluation.crossplay import Uniform
-from maviper.experts.wrapped import Unweighted, lawful_expert
+from maviper.experts.finding import Unweighted, lawful_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.extraction import Running
-from maviper.extraction.growth.lawful import Labelled, lawful
+from maviper.extraction.growth.growing import Labelled, lawful
 from maviper.extraction.growth.weights import iviper_weights
+from maviper.extraction.journal import REFINING
 from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
-from maviper.extraction.selection.progress import REFINING
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from maviper.worlds.world import draw_legal, legal_in

@@ -22,14 +22,22 @@ from maviper.episodes.play import tree_policies
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
+from maviper.extraction import released
 from maviper.extraction.algorithms import extract
 from maviper.extraction.extraction import QUIETLY, Extraction, Running
 from maviper.extraction.journal import Journal, pack_trees, unpack_trees
-from maviper.extraction.released import released
 from maviper.extraction.selection import arena, refine
-from maviper.extraction.selection.arena import Arena, halving
+from maviper.extraction.selection.arena import (
+    Arena,
+    Stack,
+    halving,
+    merge_leaves,
+    reaching,
+    with_leaf,
+    with_new_split,
+    with_split,
+)
 from maviper.extraction.selection.selection import Selection
-from maviper.extraction.selection.stack import Stack, merge_leaves, reaching, with_leaf, with_new_split, with_split
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from tests.support.strategies import grown_trees
@@ -475,7 +483,7 @@ def test_features_that_cannot_be(tmp_path, capsys):
 
 def test_the_automatic_choice_keeps_what_helps(world, expert):
     """A script whose actions depend on a difference that is in a group; and the expert, whom none helps enough."""
-    from maviper.extraction.choosing import helpful_features
+    from maviper.extraction.run import helpful_features
 
     class Ahead:
         """Goes right where landmark 0 is right of landmark 1."""

@@ -15,12 +15,10 @@ from maviper import load
 from maviper.cli import main
 from maviper.console import Console
 from maviper.episodes import measures
-from maviper.extraction import examples, refitting
+from maviper.extraction import extraction, refitting, released
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.examples import Examples, lesson_of
-from maviper.extraction.extraction import Running
-from maviper.extraction.released import released
+from maviper.extraction.extraction import Examples, Running, lesson_of
 from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import Settings
@@ -152,7 +150,7 @@ def test_states_files_keep_region_errors_and_command(profile, tmp_path, world):
 def examples_of(world, expert, statement, states, which="defenders"):
     world_state = states_of(world.spec, states)
     columns = dict(zip(world.spec.coordinates(), world.coordinates(world_state).T, strict=True))
-    failing = examples.FailingStates(columns, world.observe(world_state), world_state)
+    failing = extraction.FailingStates(columns, world.observe(world_state), world_state)
     return lesson_of(world, expert, which, statement, failing)
 
 
@@ -204,7 +202,7 @@ def test_labels_fulfil_one_way_of_the_claim_and_change_few_agents(world, expert)
         def worth(joint, row=row):
             full = np.array([[wanted[row, 0], *joint]])
             one = [seen[row : row + 1] for seen in observed]
-            asked = np.full((1, 3), examples.AS_GIVEN)
+            asked = np.full((1, 3), extraction.AS_GIVEN)
             return np.mean([expert.q(agent, one, world_state[[row]], asked, full)[0, 0] for agent in (1, 2)])
 
         assert worth(tuple(label[1:])) == pytest.approx(max(map(worth, nearest)), rel=1e-5)
@@ -228,8 +226,8 @@ def test_states_in_which_nothing_fulfils_the_claim_are_left_out_and_said(world, 
 
 
 def test_large_teams_are_labelled_by_few_changes():
-    assert [len(level) for level in examples._moves([5] * 24)] == [1, 96]
-    assert sum(len(level) for level in examples._moves([5, 5, 5])) == 125
+    assert [len(level) for level in extraction._moves([5] * 24)] == [1, 96]
+    assert sum(len(level) for level in extraction._moves([5, 5, 5])) == 125
 
 
 def test_what_an_agent_measures_wrongly_is_what_it_learns_from(world, expert, profile, tmp_path):
@@ -276,12 +274,12 @@ def test_examples_carry_their_share_of_a_teams_weight(world, expert, folder):
     assert len(found) == n + k and (found.weights[:k, 0] == 0).all()
     assert (found.weights[k:, :2] == weights[:, :2]).all() and (found.weights[k:, 2] == 1).all()
     for column in (1, 2):
-        assert found.weights[:k, column].sum() / found.weights[:, column].sum() == pytest.approx(examples.SHARE)
+        assert found.weights[:k, column].sum() / found.weights[:, column].sum() == pytest.approx(extraction.SHARE)
     alone = learned.before(world, replace(data, weights=weights[:, 1:2]), [1])
     assert alone.weights[:, 0] == pytest.approx(found.weights[:, 1])
     few = Examples((examples_of(world, expert, TRUE, drawn(world, 1)),))
     first = few.before(world, data).weights[0]
-    assert first[1:] == pytest.approx([examples.MAX_EACH * weights[:, 1].mean(), examples.MAX_EACH])
+    assert first[1:] == pytest.approx([extraction.MAX_EACH * weights[:, 1].mean(), extraction.MAX_EACH])
     assert not learned.of_teams("adversaries").lessons and learned.of_teams("defenders") == learned
     assert Examples().before(world, data) is data
 

@@ -13,9 +13,9 @@ from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.growth import regression
-from maviper.extraction.growth.histogram import Bins
-from maviper.extraction.growth.regression import RIDGE, ConstantLeaves, LinearLeaves, grow_tree
+from maviper.extraction.growth import best_first
+from maviper.extraction.growth.best_first import RIDGE, ConstantLeaves, LinearLeaves, grow_tree
+from maviper.extraction.growth.joint import Bins
 from maviper.extraction.journal import Journal, pack_trees, unpack_trees
 from maviper.extraction.settings import Settings
 
@@ -85,7 +85,7 @@ def test_a_tree_of_numbers_gives_the_same_when_deployed_and_when_written():
     wide = np.column_stack([obs.astype(np.float64), obs[:, 0].astype(np.float64) - obs[:, 2]])
     bins = Bins.of(wide)
     plain = grow_tree(LinearLeaves(obs, labels, SPANS), counts, bins.codes(wide), bins, 6, 8)
-    tree = regression.testing(plain, [(0, 2)], 3)
+    tree = best_first.testing(plain, [(0, 2)], 3)
     assert isinstance(tree, SummedTree)
     kept = unpack_trees(pack_trees([tree]))[0]
     assert isinstance(kept, SummedTree) and np.array_equal(kept.given, tree.given)

@@ -11,17 +11,14 @@ from codegen.errors import InputError
 from maviper.cli import main
 from maviper.episodes import measures
 from maviper.evaluation import held_out
-from maviper.experts.expert import labels
-from maviper.experts.measured import Measured
+from maviper.experts.expert import Measured, labels
 from maviper.experts.scripted import build_script
+from maviper.extraction import released
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import FITTED_Q, IVIPER_RESAMPLING
 from maviper.extraction.extraction import QUIETLY, Extraction
-from maviper.extraction.released import released
-from maviper.extraction.released.grow import _Growing, best_split, grow_team
-from maviper.extraction.selection.choices import ByReturn
-from maviper.extraction.selection.selection import Selection
-from maviper.extraction.settings import Settings
+from maviper.extraction.released import _Growing, best_split, grow_team
+from maviper.extraction.selection.selection import ByReturn, Selection
+from maviper.extraction.settings import FITTED_Q, IVIPER_RESAMPLING, Settings
 from maviper.worlds import Measure, find
 
 

@@ -8,15 +8,13 @@ from codegen.errors import InputError
 from codegen.lowering.deploy import deploy_tree
 from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.experts.finding import find_expert
-from maviper.experts.wrapped import Unweighted
+from maviper.experts.finding import Unweighted, find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import DESCRIBED, IMITATION, RGMDT
+from maviper.extraction.baselines import _Points
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.growth.best_first import BestFirstTree
-from maviper.extraction.growth.histogram import Bins
-from maviper.extraction.rgmdt import _Points
-from maviper.extraction.settings import Settings
+from maviper.extraction.growth.joint import Bins
+from maviper.extraction.settings import DESCRIBED, IMITATION, RGMDT, Settings
 from tests.support.optimum import optimum, rules_of, worth
 
 GAMES = [

@@ -5,8 +5,8 @@ import pytest
 from maviper.episodes import play
 from maviper.extraction import run
 from maviper.extraction.extraction import WHOLE
+from maviper.extraction.journal import EXTRACTING, MEASURING, SELECTING, Part, Progress, Underway
 from maviper.extraction.run import Stages, say_plan
-from maviper.extraction.selection.progress import EXTRACTING, MEASURING, SELECTING, Part, Progress, Underway
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 

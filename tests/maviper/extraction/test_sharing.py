@@ -7,13 +7,12 @@ from codegen import ir
 from codegen.errors import InputError
 from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.experts import store
+from maviper.experts import network
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import TEAM
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.growing import Growth, pool_points
-from maviper.extraction.settings import Settings
+from maviper.extraction.settings import TEAM, Settings
 from maviper.worlds import find
 
 SMALL = {"iterations": 2, "rollouts": 8, "selection_episodes": 6, "max_depth": 3, "share": TEAM}
@@ -47,7 +46,7 @@ def test_all_agents_of_a_team_get_the_same_tree(navigation, algorithm, splits):
 
 def test_teams_have_trees_of_their_own():
     world = find("physical-deception")
-    expert, _ = store.load("physical-deception")
+    expert, _ = network.load("physical-deception")
     profile = extract(world, expert, Settings.of({"algorithm": "imitation", **SMALL}, world))
     adversary, one, other = (columns(policy.tree) for policy in profile.agents)
     assert one == other != adversary

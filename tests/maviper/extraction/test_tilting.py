@@ -15,9 +15,9 @@ from maviper.episodes.trees import reopen_tree
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.selection import evolution, refine
-from maviper.extraction.selection.stack import merge_leaves, with_leaf
-from maviper.extraction.selection.tilting import DIGITS, TERMS, as_summed, columns_of, tilt_tests, with_sum
+from maviper.extraction.growth.sums import DIGITS, TERMS, as_summed, columns_of, tilt_tests, with_sum
+from maviper.extraction.selection import refine
+from maviper.extraction.selection.arena import merge_leaves, with_leaf
 from maviper.extraction.settings import Settings
 
 N = 5  # features
@@ -99,7 +99,7 @@ def test_a_team_with_sums_is_refined_and_stays_sound(monkeypatch, splits):
     monkeypatch.setattr(refine, "FIRST", 8)
     monkeypatch.setattr(refine, "LAST", 16)
     for name, value in (("DRIFT_PAIRS", 4), ("DRIFT_PLAYED", 20), ("JUDGED", 16)):
-        monkeypatch.setattr(evolution, name, value)
+        monkeypatch.setattr(refine, name, value)
     given = {"splits": splits, "max_leaves": 6, "max_depth": 5, "iterations": 1, "rollouts": 8, "selection_episodes": 8}
     given |= {"least_right": "0", "weights": "equal", "measure": "D"}
     plain = extract(world, expert, Settings.of(given, world))

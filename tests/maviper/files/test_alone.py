@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from codegen.errors import InputError
-from maviper.experts.recipes import Request
+from maviper.experts.cards import Request
 from maviper.experts.training import train
 from maviper.files import runs
 from maviper.files.runs import fcntl, working_alone

@@ -200,7 +200,7 @@ def test_a_listed_run_writes_over_nothing_that_is_not_its_own(tmp_path):
 
 
 def test_the_demo_refuses_a_foreign_profile_before_its_work(place, monkeypatch, capsys):
-    monkeypatch.setattr("maviper.cli.tour._extract_trees", lambda *given: pytest.fail("it began"))
+    monkeypatch.setattr("maviper.tour._extract_trees", lambda *given: pytest.fail("it began"))
     (place / "out" / "profile.json").write_text((place / "late.json").read_text())
     assert run("demo", "-o", place / "out") == ExitCode.INPUT
     assert "the folder holds another profile.json" in capsys.readouterr().err

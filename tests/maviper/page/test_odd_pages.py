@@ -12,8 +12,7 @@ from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from codegen.profiles import ensure
 from maviper.files.profiles import load
-from maviper.page.document import Contents, Shown, Stored, usual_claims
-from maviper.page.games import Recorded, about, bound_sliders
+from maviper.page.document import Contents, Recorded, Shown, Stored, about, bound_sliders, usual_claims
 from maviper.page.page import MAX_RULES, contents_of, page
 from tests.maviper.page.browsers import in_chromium, in_node, overhang
 from tests.support.odd_pages import with_trees

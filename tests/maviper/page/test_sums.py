@@ -7,8 +7,7 @@ from codegen import ir
 from codegen.agreement import probes
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
-from maviper.page.document import Contents, outputs_data, plane, usual_claims
-from maviper.page.games import about, bound_sliders
+from maviper.page.document import Contents, about, bound_sliders, outputs_data, plane, usual_claims
 from maviper.page.page import contents_of, page
 from tests.maviper.page.browsers import in_chromium, in_node
 from tests.support import summed

@@ -10,7 +10,7 @@ from codegen import ir
 from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
-from maviper.page.trees import svg
+from maviper.page.page import svg
 from maviper.worlds.matching import matching_world
 from tests.support.odd_pages import with_trees
 from tests.support.pages import committed

@@ -13,8 +13,7 @@ from maviper import load
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.episodes import measures
 from maviper.page.document import Contents, Shown, usual_claims
-from maviper.page.page import page
-from maviper.page.results import load_claim, with_proof, words
+from maviper.page.page import load_claim, page, with_proof, words
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.environment import StatedEnv
 from tests.maviper.page.browsers import in_chromium, in_node

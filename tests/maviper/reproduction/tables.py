@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 
-from maviper.reproduction.results import COLUMNS, EPISODE_COLUMNS
+from maviper.reproduction.cells.table import COLUMNS, EPISODE_COLUMNS
 from maviper.worlds import find
 from maviper.worlds.world import RETURN, Measure
 

@@ -13,7 +13,7 @@ import pytest
 
 from codegen.errors import InputError
 from maviper.reproduction import report
-from maviper.reproduction.results import COLUMNS, read
+from maviper.reproduction.cells.table import COLUMNS, read_table
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import DECEPTION, NAVIGATION, Maker
 
@@ -135,7 +135,7 @@ def test_what_was_changed_is_found(folder, tmp_path):
     shutil.copytree(folder, again)
     (cell,) = {
         row.cell
-        for row in read(again).cells(kind="extraction", algorithm="maviper", depth=4, seed=1)
+        for row in read_table(again).cells(kind="extraction", algorithm="maviper", depth=4, seed=1)
         if row.game == DECEPTION
     }
     path = again / "episodes" / f"{cell}.csv"

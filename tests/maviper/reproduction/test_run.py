@@ -148,7 +148,7 @@ def test_shards_make_the_same_folder_as_one_run(tmp_path, calls):
 
 
 def test_a_cell_of_another_process_is_waited_for(tmp_path, calls, monkeypatch):
-    from maviper.reproduction.cells.store import Store
+    from maviper.reproduction.cells.table import Store
 
     monkeypatch.setattr(run, "POLL", 0.05)
     task = plan_cells(run.request(GAME).asked, run._register()).tasks[1]

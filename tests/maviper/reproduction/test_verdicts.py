@@ -6,7 +6,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from maviper.reproduction import register, report, results, verdicts
+from maviper.reproduction import register, report, verdicts
+from maviper.reproduction.cells import table
 from maviper.reproduction.recipes import Book, Number
 from maviper.reproduction.statistics import OPPOSITE, SAME_SIZE, SIZE_OPEN, SMALLER, Estimate
 from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_COMPARABLE, NOT_DECIDED
@@ -22,7 +23,7 @@ TURNED = dict(zip(ORDERED, reversed(ORDERED.values()), strict=True))
 
 
 def judge(folder, expert="mappo"):
-    found = verdicts.judge_claims(Book(results.read(folder)), register.read(), expert)
+    found = verdicts.judge_claims(Book(table.read_table(folder)), register.read(), expert)
     return {verdict.claim.id: verdict for verdict in found}
 
 

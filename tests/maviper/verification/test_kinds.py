@@ -9,7 +9,7 @@ from jinja2 import ChoiceLoader, DictLoader
 from codegen.lowering import render
 from codegen.policy_json import dumps
 from maviper.cli.main import cli
-from maviper.page.results import page_of
+from maviper.page.page import page_of
 from maviper.verification import ask, run
 from maviper.verification.run import Procedure, pose_questions, verify_questions
 from tests.support.small import small_profile

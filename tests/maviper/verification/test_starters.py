@@ -8,7 +8,7 @@ import maviper
 from codegen.errors import ExitCode, InputError
 from codegen.ir import AgentPolicy, PolicyProfile, Provenance
 from codegen.policy_json import dumps
-from maviper.experts.store import decode
+from maviper.experts.network import decode
 from maviper.verification.starters import starter
 from maviper.worlds import find
 from tests.support.pole import pole

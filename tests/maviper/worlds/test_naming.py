@@ -7,8 +7,7 @@ from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.files.profiles import load
 from maviper.worlds import find
-from maviper.worlds.matching import FEATURES_FILE, plays
-from maviper.worlds.naming import with_names
+from maviper.worlds.matching import FEATURES_FILE, plays, with_names
 
 WALKER = "tests.support.environments:walker"  # four numbers, -9 to 9
 GOOD = """

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maviper.worlds.stated.flowing import FlowRule
+from maviper.worlds.stated.systems import FlowRule
 from tests.support.system_cases import policy, team
 from verify.checker.accept import accept
 from verify.claims.region import UNBOUNDED

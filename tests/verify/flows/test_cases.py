@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from codegen.errors import InputError
 from codegen.ir import act
 from maviper.worlds.stated.environment import StatedEnv
-from maviper.worlds.stated.integrating import check_integration
+from maviper.worlds.stated.statements import check_integration
 from tests.support.system_cases import box, policy, team
 from verify.checker.accept import accept
 from verify.checker.flows import samples

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from codegen.errors import InputError
-from maviper.worlds.stated.flowing import FlowRule
+from maviper.worlds.stated.systems import FlowRule
 from tests.support.system_cases import policy, team
 from verify.checker.accept import accept
 from verify.checker.flows.steps import FlowStep

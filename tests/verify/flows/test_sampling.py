@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 from codegen.errors import InputError
 from codegen.ir import act
 from maviper.worlds.stated.environment import StatedEnv
-from maviper.worlds.stated.flowing import FlowRule
-from maviper.worlds.stated.integrating import check_integration
+from maviper.worlds.stated.statements import check_integration
+from maviper.worlds.stated.systems import FlowRule
 from tests.support.flows import CASES, case, rate, starts_of
 from tests.support.system_cases import box
 from verify.checker.accept import accept

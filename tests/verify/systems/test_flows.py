@@ -8,7 +8,7 @@ from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from maviper.worlds.stated.deviation import deviation
 from maviper.worlds.stated.environment import StatedEnv
-from maviper.worlds.stated.integrating import check_integration
+from maviper.worlds.stated.statements import check_integration
 from tests.support.altered import of_hashes
 from tests.support.flows import PENDULUM
 from tests.support.system_cases import policy, team

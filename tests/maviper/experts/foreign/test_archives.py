@@ -9,7 +9,7 @@ import pytest
 
 from codegen.errors import MissingToolError
 from maviper.experts.foreign import weights
-from maviper.experts.foreign.archives import NotPlainError, state_dict
+from maviper.experts.foreign.weights import NotPlainError, state_dict
 
 MOST = 2**20
 NUMBERS = np.arange(12, dtype="<f4")

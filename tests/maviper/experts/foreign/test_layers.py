@@ -7,8 +7,8 @@ import pytest
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.experts.expert import AS_GIVEN
+from maviper.experts.finding import critic_of
 from maviper.experts.foreign.layers import ACTIVATIONS, LOGITS, LayersExpert, Linear, Normalization, Q
-from maviper.experts.wrapped import critic_of
 from maviper.extraction.growth.weights import iviper_weights
 from maviper.worlds import find
 

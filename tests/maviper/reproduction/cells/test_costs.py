@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from maviper.reproduction.cells import costs
+from maviper.reproduction.cells import cell as cells
 from maviper.reproduction.cells.cell import EXTRACTION, Cell, Source, Task
 from maviper.reproduction.cells.plan import Asked, plan_cells
 
@@ -18,12 +18,12 @@ TABLE = {
 
 @pytest.fixture
 def table(monkeypatch):
-    monkeypatch.setattr(costs, "load_costs", lambda: TABLE)
+    monkeypatch.setattr(cells, "load_costs", lambda: TABLE)
 
 
 def cost(game="physical-deception", algorithm="maviper", depth=4, splits="histogram", kind=EXTRACTION, effort=None):
     cell = Cell(kind, game, "mappo", "paper" * (kind == EXTRACTION), algorithm, depth, 0, splits)
-    return costs.estimate(Task(cell, Source(game, world=game), "", "", effort=effort or {}))
+    return cells.estimate(Task(cell, Source(game, world=game), "", "", effort=effort or {}))
 
 
 @pytest.mark.usefixtures("table")
@@ -38,10 +38,10 @@ def test_where_one_depth_was_measured_others_have_the_proportions_of_deception()
 
 @pytest.mark.usefixtures("table")
 def test_what_was_not_measured_counts_as_what_is_most_like_it():
-    assert cost(splits="exact") == pytest.approx(4 * costs.EXACT_FACTOR)
+    assert cost(splits="exact") == pytest.approx(4 * cells.EXACT_FACTOR)
     assert cost("predator-prey", "joint-rollouts") == 20
-    assert cost("predator-prey", "", 0, "", "expert") == pytest.approx(0.25 * costs.GAME_FACTORS["predator-prey"])
-    assert cost(algorithm="fitted-q") == costs.UNKNOWN  # nothing here is like it
+    assert cost("predator-prey", "", 0, "", "expert") == pytest.approx(0.25 * cells.GAME_FACTORS["predator-prey"])
+    assert cost(algorithm="fitted-q") == cells.UNKNOWN  # nothing here is like it
 
 
 @pytest.mark.usefixtures("table")
@@ -52,8 +52,8 @@ def test_networks_that_respond_are_counted():
 @pytest.mark.parametrize("tier", ["quick", "default", "full"])
 def test_every_cell_of_a_tier_is_like_one_that_was_measured(tier):
     tasks = plan_cells(Asked(tier, seeds=1), "").tasks
-    assert all(costs.estimate(task) != costs.UNKNOWN for task in tasks)
+    assert all(cells.estimate(task) != cells.UNKNOWN for task in tasks)
     responding = [task for task in tasks if task.effort]
     trained = [replace(task, effort={"steps": 0, "refinement": 0}) for task in responding]
-    more = sum(map(costs.estimate, responding)) - sum(map(costs.estimate, trained))
+    more = sum(map(cells.estimate, responding)) - sum(map(cells.estimate, trained))
     assert (more > 0) == (tier != "quick")

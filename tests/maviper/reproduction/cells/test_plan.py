@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from codegen.errors import InputError, UnknownNameError
-from maviper.experts import store
-from maviper.reproduction.cells import costs
+from maviper.experts import network
+from maviper.reproduction.cells import cell
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
 from maviper.reproduction.cells.plan import Asked, experts_of, plan_cells, shard
-from maviper.reproduction.cells.store import Store
+from maviper.reproduction.cells.table import Store
 from maviper.reproduction.run import describe_plan
 from maviper.worlds import find
 
@@ -82,8 +82,8 @@ def test_cells_of_several_profiles_need_the_extractions_of_its_own_seed():
 
 
 def test_missing_experts_are_told_with_the_command_that_trains_one(monkeypatch):
-    kept = {name: file for name, file in store.SHIPPED.items() if name != "predator-prey@maddpg"}
-    monkeypatch.setattr(store, "SHIPPED", kept)
+    kept = {name: file for name, file in network.SHIPPED.items() if name != "predator-prey@maddpg"}
+    monkeypatch.setattr(network, "SHIPPED", kept)
     plan = plan_cells(Asked(experts=("maddpg",), seeds=1), "")
     assert {task.cell.game for task in plan.tasks} == {"physical-deception", "cooperative-navigation"}
     told = dict(plan.left_out)
@@ -97,7 +97,7 @@ def test_families_are_other_cells():
 
 
 def test_an_expert_in_a_file_travels_as_bytes_and_is_the_shipped_one(tmp_path):
-    file = Path(store.__file__).parent / "shipped" / "physical_deception.2.safetensors"
+    file = Path(network.__file__).parent / "shipped" / "physical_deception.2.safetensors"
     mine = tmp_path / "mine.safetensors"
     mine.write_bytes(file.read_bytes())
     shipped, own = (plan_cells(Asked("quick", (text,)), "").tasks for text in ("mappo", f"label={mine}"))
@@ -110,7 +110,7 @@ def test_an_expert_in_a_file_travels_as_bytes_and_is_the_shipped_one(tmp_path):
 def test_experts_of_one_name_are_told_apart_and_one_without_a_card_says_so(tmp_path, monkeypatch):
     texts = ("same=physical-deception@0", "same=physical-deception@1")
     assert {cell.expert for cell in cells(tier="quick", experts=texts)} == {"same", "same-2"}
-    expert, world = store.load("physical-deception")
+    expert, world = network.load("physical-deception")
 
     class Bare:
         card, hash, agents = {}, "", expert.agents
@@ -126,7 +126,7 @@ def test_a_family_is_every_shipped_expert_of_its_kind():
 
 
 def test_experts_of_a_family_may_be_named_one_by_one(tmp_path):
-    shipped = Path(store.__file__).parent / "shipped"
+    shipped = Path(network.__file__).parent / "shipped"
     run = tmp_path / "run"
     run.mkdir()
     (run / "expert.safetensors").write_bytes((shipped / "cooperative_navigation.0.safetensors").read_bytes())
@@ -176,11 +176,11 @@ def test_every_game_of_the_plan_is_a_world():
 
 def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, monkeypatch):
     plan, store_ = plan_cells(Asked("quick"), ""), Store(tmp_path)
-    monkeypatch.setattr(costs, "load_costs", lambda: {"expert physical-deception": {"0": 1.0}})
+    monkeypatch.setattr(cell, "load_costs", lambda: {"expert physical-deception": {"0": 1.0}})
     assert "11 cells were not measured" in "\n".join(describe_plan(plan, store_))
     like = "extraction physical-deception maviper-no-prediction paper histogram"
-    monkeypatch.setattr(costs, "load_costs", lambda: {like: {"4": 1.0}})
-    assert [task.cell.algorithm for task in plan.tasks if not costs.is_guessed(task.cell)] == ["maviper-no-prediction"]
+    monkeypatch.setattr(cell, "load_costs", lambda: {like: {"4": 1.0}})
+    assert [task.cell.algorithm for task in plan.tasks if not cell.is_guessed(task.cell)] == ["maviper-no-prediction"]
 
 
 def test_an_expert_of_a_world_with_options_is_one_name():

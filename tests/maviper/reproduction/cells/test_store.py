@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from maviper.reproduction.cells import store as stores
+from maviper.reproduction.cells import table as stores
 from maviper.reproduction.cells.plan import Asked, plan_cells
-from maviper.reproduction.cells.store import Store
+from maviper.reproduction.cells.table import Store
 from tests.maviper.reproduction.small import cheap
 
 
@@ -41,7 +41,7 @@ def test_a_finished_cell_is_claimed_by_nobody(tmp_path):
 @pytest.mark.skipif(os.name != "posix", reason="processes are asked for by number")
 def test_the_claim_of_a_process_that_is_gone_is_taken_over_at_once(tmp_path):
     code = (
-        "import os, sys; from pathlib import Path; from maviper.reproduction.cells.store import Store;"
+        "import os, sys; from pathlib import Path; from maviper.reproduction.cells.table import Store;"
         "store = Store(Path(sys.argv[1])); store.__enter__(); assert store.claim('a'); os._exit(9)"
     )
     assert subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False).returncode == 9

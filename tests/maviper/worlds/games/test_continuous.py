@@ -7,7 +7,7 @@ from codegen import policy_json, profiles
 from codegen.errors import InputError
 from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.experts import store
+from maviper.experts import network
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import find, parallel_env
@@ -90,9 +90,9 @@ def profile():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(held_out, "EVALUATION_EPISODES", 8)
         world, rng = find(DECEPTION, giving=True), np.random.default_rng(0)
-        shapes = store.shapes(world, 8, "actor").items()
+        shapes = network.shapes(world, 8, "actor").items()
         tensors = {name: rng.normal(size=shape).astype(np.float32) / shape[0] ** 0.5 for name, shape in shapes}
-        expert = store.build_expert(world, tensors, {"world": world.name})
+        expert = network.build_expert(world, tensors, {"world": world.name})
         small = {"iterations": 1, "rollouts": 4, "selection_episodes": 4, "max_leaves": 4, "max_depth": 3}
         return extract(world, expert, Settings.of(small, world))
 

@@ -6,12 +6,12 @@ import pytest
 
 from codegen.errors import InputError
 from maviper.cli import main
-from maviper.episodes.likeness import likeness
+from maviper.episodes.measures import likeness
 from maviper.episodes.play import Policies, rollout
 from maviper.evaluation.crossplay import Uniform
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
-from maviper.worlds.outside.acting import taking
+from maviper.worlds.outside.spaces import taking
 from maviper.worlds.seeds import fold_seed
 
 PENDULUM, TUGS = "gymnasium:Pendulum-v1", "tests.support.steering:tugs"

@@ -6,7 +6,7 @@ import pytest
 
 from codegen.errors import InputError
 from maviper.episodes.play import Policies, points, rollout
-from maviper.experts.measured import FAR, FAR_GAMMA, Measured
+from maviper.experts.expert import FAR, FAR_GAMMA, Measured
 from maviper.worlds import find
 from maviper.worlds.seeds import fold_seed
 

@@ -21,18 +21,18 @@ from maviper.episodes import measures
 from maviper.episodes.play import Policies, rollout
 from maviper.evaluation import held_out
 from maviper.experts.expert import AS_GIVEN
+from maviper.extraction import released
 from maviper.extraction.algorithms import extract
-from maviper.extraction.released import released
 from maviper.extraction.selection import refine
 from maviper.extraction.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import find, find_built_in
 from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import matching_world, not_ours
-from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld
 from maviper.worlds.outside.playing import EnvStates
 from maviper.worlds.outside.sources import is_named_by_user, parse_source
+from maviper.worlds.outside.spaces import legal_names
 from maviper.worlds.seeds import TRAINING, fold_seed
 from maviper.worlds.world import world_name
 

@@ -14,10 +14,10 @@ from maviper.evaluation.crossplay import Stage
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.pettingzoo import GAMES_HERE
+from maviper.worlds.outside.playing import Together
 from maviper.worlds.outside.processes import Copy
-from maviper.worlds.outside.single_agent import SingleAgent, find_registered
 from maviper.worlds.outside.sources import parse_source
-from maviper.worlds.outside.together import Together
+from maviper.worlds.outside.wrappers import SingleAgent, find_registered
 from maviper.worlds.seeds import fold_seed
 
 

@@ -4,9 +4,9 @@ import pytest
 from gymnasium.spaces import Box, Dict, Discrete, MultiDiscrete, Tuple
 
 from codegen.errors import InputError
-from maviper.worlds.outside.flattening import ensure_small
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
 from maviper.worlds.outside.processes import Copy
+from maviper.worlds.outside.spaces import ensure_small
 from tests.support.environments import Line
 
 LINE = "tests.support.environments:early"

@@ -9,7 +9,7 @@ from codegen.errors import InputError, MissingToolError
 from maviper.cli import main
 from maviper.episodes.play import Policies, rollout
 from maviper.evaluation import held_out
-from maviper.experts.wrapped import Unweighted
+from maviper.experts.finding import Unweighted
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
@@ -148,7 +148,7 @@ class Centred:
 @needed
 @pytest.mark.parametrize("share", ["", "team"])
 def test_trees_are_extracted_and_the_profile_plays_the_scenario(monkeypatch, share):
-    from maviper.experts.wrapped import Unweighted
+    from maviper.experts.finding import Unweighted
 
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 10)
     world = find(BALANCE)
@@ -166,8 +166,8 @@ def test_trees_are_extracted_and_the_profile_plays_the_scenario(monkeypatch, sha
 @pytest.mark.train
 def test_an_expert_that_learned_by_reward_becomes_trees_and_code(monkeypatch, tmp_path):
     """By a training far too short to be good; the code plays in VMAS's own loop."""
-    from maviper.experts import store
-    from maviper.experts.recipes import Request
+    from maviper.experts import network
+    from maviper.experts.cards import Request
     from maviper.experts.training import train
 
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 10)
@@ -177,7 +177,7 @@ def test_an_expert_that_learned_by_reward_becomes_trees_and_code(monkeypatch, tm
     trees = {"max_depth": 2, "iterations": 1, "rollouts": 8, "selection_episodes": 8}
     world = find("vmas:navigation,n_agents=2,collisions=False,max_steps=10")
     train.train(world, tmp_path, Request(overrides=trained, critic=False))
-    code = Code(extract(world, Unweighted(store.load(tmp_path, world)[0]), Settings.of(trees, world)))
+    code = Code(extract(world, Unweighted(network.load(tmp_path, world)[0]), Settings.of(trees, world)))
     play_navigation(code, games=20, steps=10)
     assert code.asked == 400 and code.different == 0
 

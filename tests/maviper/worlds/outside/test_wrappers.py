@@ -7,14 +7,14 @@ from pettingzoo.classic.tictactoe import tictactoe
 
 from codegen.errors import InputError
 from maviper.cli import main
-from maviper.episodes.facing import Facing
 from maviper.episodes.play import rollout
 from maviper.evaluation.crossplay import Uniform
+from maviper.extraction.exploiting import Facing
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
-from maviper.worlds.outside.flattening import as_numbers, names_of, vector, vector_space
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
 from maviper.worlds.outside.sources import parse_source
+from maviper.worlds.outside.spaces import as_numbers, names_of, vector, vector_space
 from maviper.worlds.outside.wrappers import Flattened
 from maviper.worlds.seeds import fold_seed
 from tests.support.environments import Line

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from maviper.worlds.stated.columns import RuleColumns
-from maviper.worlds.stated.deviation import deviation
+from maviper.worlds.stated.deviation import RuleColumns, deviation
 from maviper.worlds.stated.systems import MovingRule
 from tests.support.systems import MOUNTAIN
 from verify.systems.files import statement_of

@@ -1,0 +1,358 @@
+"""The commands show, play, evaluate, exploit and worlds.
+
+Does: prints the trees of a profile as rules or as a picture, writes the page that plays it, opens that page; has a
+  profile, an expert or a mix measured in play; has a team's opponents answer its frozen policies; prints what worlds
+  there are, what is in one, and whether one can be used; writes a world file to start from.
+Assumes: `maviper.evaluation` measures and writes the rules, `maviper.page` page and picture; `maviper.worlds` knows the
+  worlds.
+Does not: decide, train, refine, play or count.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Unpack
+
+import click
+
+from codegen.errors import ExitCode
+from codegen.wording import format_count
+from maviper.cli.options import PATH, PROFILE, Verb, Verbs, console_of, option, options_of
+from maviper.options import EvaluateOptions, ExploitOptions
+from maviper.options.verbs import HOW_MEASURING, MEASURED
+
+if TYPE_CHECKING:
+    from codegen.ir import AgentPolicy, PolicyProfile
+
+
+TEXT, SVG, HTML = "text", "svg", "html"
+USUAL = {TEXT: "rules.txt", SVG: "trees.svg", HTML: "play.html"}  # names of the files
+WORLD = option(
+    "--world",
+    default=None,
+    metavar="WORLD",
+    help="Your own world, to record an episode: gymnasium:ID, ...",
+)
+
+
+@click.command(cls=Verb, example="maviper show demo/profile.json --agent agent_0")
+@PROFILE
+@option("--agent", default=None, metavar="NAME", help="One agent only.")
+@option(
+    "--format",
+    "form",
+    type=click.Choice([TEXT, SVG, HTML]),
+    default=TEXT,
+    show_default=True,
+    help="Rules, a picture of the trees, or a page that plays the policy.",
+)
+@option("--obs", default=None, metavar="NUMBERS", help="Explain one decision of --agent: numbers, or NAME=NUMBER,...")
+@option("--state", default=None, metavar="NAME=VALUE,...", help="Explain what the agents do in a world state.")
+@WORLD
+@option("-o", "--output", type=PATH, default=None, help="The file (default: print, or play.html).")
+@click.pass_context
+def show(
+    context: click.Context,
+    profile: Path,
+    agent: str | None,
+    form: str,
+    obs: str | None,
+    state: str | None,
+    world: str | None,
+    output: Path | None,
+) -> int:
+    """Show the trees of PROFILE as rules, SVG, or a page that plays.
+
+    Rules have one line per leaf. The picture is one SVG. Its leaves have their shares of the decisions in held-out
+    episodes, if the world is one of ours. With --obs or --state, one decision is explained instead: the tests that it
+    meets, and by how much. The page is one HTML file that needs no network: drag the agents and see what each tree
+    does, where a claim fails, and how an episode goes on.
+    """
+    from codegen.errors import InputError
+    from maviper.console import say
+    from maviper.files import runs
+    from maviper.files.profiles import load
+    from maviper.page.page import FILE
+
+    loaded = load(profile, sums=True)
+    if output is not None:
+        runs.target(runs.ensure_other(output, _list_given(profile, world)), USUAL[form])
+    if form == HTML:
+        if (agent, obs, state) != (None, None, None):
+            raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
+        _write(loaded, output or Path(FILE), context, world)
+        return ExitCode.DONE
+    if world is not None:
+        raise InputError("only a page records an episode of a world", "--world", "add --format html, or leave it out")
+    if form == SVG and (obs, state) != (None, None):
+        raise InputError("a picture shows no single decision", "--format svg", "leave --obs and --state out")
+    text = "\n".join(
+        _render_lines(loaded, agent, form) if obs is None and state is None else _decisions(loaded, agent, obs, state)
+    )
+    if output is None:
+        say(text)
+    else:
+        runs.write(output, text + "\n")
+    return ExitCode.DONE
+
+
+@click.command(cls=Verb, example="maviper play demo/profile.json")
+@PROFILE
+@WORLD
+@option("--certificate", type=PATH, default=None, help="Show its claim first, and what a monitor of its proof says.")
+@option("-o", "--output", type=PATH, default=None, help="The page (default: play.html beside the profile).")
+@click.pass_context
+def play(
+    context: click.Context, profile: Path, world: str | None, certificate: Path | None, output: Path | None
+) -> int:
+    """Open a page that plays PROFILE in the browser.
+
+    As `maviper show --format html`, with the page opened. Where no browser can be opened, the line names the file.
+    """
+    import webbrowser
+
+    from maviper.files import runs
+    from maviper.files.profiles import load
+    from maviper.page.page import FILE
+
+    loaded = load(profile, sums=True)
+    file = runs.target(
+        runs.ensure_other(output or profile.parent / FILE, _list_given(profile, world, certificate)), FILE
+    )
+    written = _write(loaded, file, context, world, certificate)
+    if not webbrowser.open(written.resolve().as_uri()):
+        console_of(context).line("", "no browser could be opened: open the file in one")
+    return ExitCode.DONE
+
+
+def _write(
+    profile: "PolicyProfile", file: Path, context: click.Context, world: str | None, certificate: Path | None = None
+) -> Path:
+    from maviper.evaluation.players import playing
+    from maviper.files import runs
+    from maviper.page.document import usual_claims
+    from maviper.page.page import contents_of, page, with_proof
+
+    played = None if world is None else playing(profile, world, "--world")
+    contents = contents_of(profile, usual_claims(profile), played=played)
+    if certificate is not None:
+        contents = with_proof(contents, profile, certificate)
+    written = runs.write(file, page(profile, contents))
+    console_of(context).line("page", str(written))
+    return written
+
+
+def _list_given(profile: Path, world: str | None, certificate: Path | None = None) -> list[Path]:
+    """The files that a page or a picture is made from."""
+    stated = [] if world is None else [Path(world.removeprefix("system:"))]
+    return [profile, *stated, *([] if certificate is None else [certificate])]
+
+
+def _render_lines(profile: "PolicyProfile", agent: str | None, form: str) -> list[str]:
+    """Rules or a picture, line by line."""
+    if form == TEXT:
+        return _rules(profile, agent)
+    from maviper.page.page import svg
+
+    return svg(profile, [policy.agent for policy in _select_agents(profile, agent)]).splitlines()
+
+
+def _rules(profile: "PolicyProfile", agent: str | None) -> list[str]:
+    from codegen.importers.reading import find_uncompared
+    from maviper.evaluation.show import bounds, rules
+
+    lines: list[str] = []
+    for policy in _select_agents(profile, agent):
+        told = ", its source was not compared" if policy.agent in find_uncompared(profile) else ""
+        lines.append(f"{policy.agent}, team {policy.team}{told}")
+        lines += [f"  {line}" for line in (*bounds(policy), *rules(policy))]
+    return lines
+
+
+def _decisions(profile: "PolicyProfile", agent: str | None, obs: str | None, state: str | None) -> list[str]:
+    """One decision of an agent, or of all in a world state."""
+    from codegen.errors import InputError
+    from maviper.evaluation import show
+
+    chosen = _select_agents(profile, agent)
+    if obs is not None and state is not None:
+        raise InputError("a state says what is observed", "--obs", "leave one of them out")
+    if obs is None:
+        seen = show.observe_state(profile, state or "")
+    elif len(chosen) == 1:
+        seen = {chosen[0].agent: show.observation_of(chosen[0], obs)}
+    else:
+        raise InputError("an observation is one agent's", "--obs", "say whose: --agent NAME")
+    return [line for policy in chosen for line in show.lines(policy, seen[policy.agent])]
+
+
+def _select_agents(profile: "PolicyProfile", agent: str | None) -> "list[AgentPolicy]":
+    """The agent of that name alone, or all."""
+    from codegen.errors import UnknownNameError
+
+    names = [policy.agent for policy in profile.agents]
+    if agent is not None and agent not in names:
+        raise UnknownNameError("agent", agent, names, "--agent")
+    return [policy for policy in profile.agents if agent in (None, policy.agent)]
+
+
+@click.command(cls=Verb, example="maviper evaluate demo/profile.json --against random --episodes 500")
+@click.argument("subject")
+@options_of(EvaluateOptions)
+@option("--json", "as_json", is_flag=True, section=MEASURED, help="Print one JSON object.")
+@click.pass_context
+def evaluate(context: click.Context, subject: str, as_json: bool, **options: Unpack[EvaluateOptions]) -> int:
+    """Measure a profile or an expert in play.
+
+    SUBJECT is a profile, or an expert named as for `maviper extract`. A name that ends in .json is always a profile.
+    --with mixes them.
+
+    Each team plays against the opponents. For comparison, the expert plays the same episodes in its place. The output
+    has measures, returns and ratios to the expert, all with intervals. For a joint ratio the whole team is replaced;
+    for an individual ratio, one agent among experts. For trees, the output adds size, comparisons per decision, and
+    fidelity to the expert. By default the opponents are the expert, or SUBJECT if there is no expert.
+    """
+    console = console_of(context)
+    console.line("evaluating", subject)
+    from codegen.policy_json import layout
+    from maviper.console import say
+    from maviper.evaluation.run import document, evaluate_named, lines, request
+
+    asked = request(subject, **options)
+    with console.live("playing", 1) as live:
+
+        def show(done: int, total: int) -> None:
+            live.total = total
+            live.update(done, "episodes")
+
+        measured = evaluate_named(asked, show)
+    if as_json:
+        click.echo(layout(document(asked, measured)))
+    else:
+        say("\n".join(lines(asked, measured)))
+    return ExitCode.DONE
+
+
+@click.command(
+    cls=Verb,
+    example="maviper exploit demo/profile.json defenders --against scripted\n"
+    "maviper exploit demo/profile.json defenders --networks answers",
+)
+@click.argument("subject")
+@click.argument("team")
+@options_of(ExploitOptions)
+@option("--json", "as_json", is_flag=True, section=HOW_MEASURING, help="Print one JSON object.")
+@click.pass_context
+def exploit(context: click.Context, subject: str, team: str, as_json: bool, **options: Unpack[ExploitOptions]) -> int:
+    """Find what the opponents of TEAM gain by answering its policies.
+
+    SUBJECT is a profile, or an expert named as for `maviper extract`. The policies of its TEAM stay as they are. Its
+    own opponents, the expert, every --against, a tree refined in play and, with --networks, two trained networks
+    answer them. The best responder is chosen on some episodes; its gain over the own opponents is measured on others.
+
+    The gain is a lower bound on the exploitability: a stronger responder may gain more.
+    """
+    from codegen.policy_json import layout
+    from maviper.console import say
+    from maviper.extraction.exploiting import exploit_team, lines
+
+    console = console_of(context)
+    console.line("exploiting", f"{team} of {subject}")
+    exploitability = exploit_team(subject, team, console, **options)
+    say(layout(exploitability.document()) if as_json else "\n".join(lines(exploitability)))
+    return ExitCode.DONE
+
+
+@click.group(cls=Verbs, example="maviper worlds list")
+def worlds() -> None:
+    """List the games, show one, or state and check one of your own."""
+
+
+@worlds.command("list", cls=Verb, example="maviper worlds list")
+def worlds_list() -> int:
+    """List the worlds, their options and their shipped experts.
+
+    Options are shown with their defaults. EXPERT@SEED is the expert of one training seed.
+    """
+    from maviper.experts.network import SHIPPED
+    from maviper.worlds import WORLDS, find, options_of
+
+    for name in WORLDS:
+        agents = ", ".join(f"{team} ({len(members)})" for team, members in find(name).teams.items())
+        click.echo(f"{name}  {agents}")
+        click.echo(f"  options: {', '.join(f'{key}={value}' for key, value in options_of(name).items())}")
+        experts = ", ".join(expert for expert in SHIPPED if expert.startswith(name))
+        click.echo(f"  experts: {experts or f'{name}@scripted'}")
+    return ExitCode.DONE
+
+
+@worlds.command("show", cls=Verb, example="maviper worlds show physical-deception,defenders=3")
+@click.argument("world")
+@option("--features-file", type=PATH, default=None, help="Names and units of what agents observe (TOML).")
+def worlds_show(world: str, features_file: Path | None) -> int:
+    """Print the agents of WORLD, their features and actions.
+
+    Each feature is shown with its unit, range and meaning.
+    """
+    from codegen.ir import FORK, PHYSICS
+    from maviper.worlds import find
+    from maviper.worlds.games.particle import FORK_MOTION
+    from maviper.worlds.matching import with_names
+
+    game = find(world, giving=True)
+    game = game if features_file is None else with_names(game, features_file)
+    pace = f" of {game.spec.dt} s" if game.spec.dt else ""
+    click.echo(f"{game.name}, after {game.spec.reference}, {format_count(game.spec.episode_steps, 'step')}{pace}")
+    if game.spec.options.get(PHYSICS) == FORK:
+        click.echo(f"{PHYSICS}={FORK}: {FORK_MOTION}; the verifier covers mpe2's motion only")
+    everything = zip(game.agents, game.features, game.actions, game.given, strict=True)
+    for agent, features, actions, outputs in everything:
+        click.echo(f"\n{agent}, team {game.team_of(agent)}")
+        for feature in features:
+            meaning = feature.meaning or "no meaning"
+            click.echo(f"  {feature.name:<16} {feature.unit} [{feature.low:g}, {feature.high:g}]  {meaning}")
+        for output in outputs:
+            click.echo(f"  gives {output.name:<10} {output.unit} [{output.low:g}, {output.high:g}]")
+        if actions:
+            click.echo(f"  actions: {', '.join(action.name for action in actions)}")
+    return ExitCode.DONE
+
+
+@worlds.command("new", cls=Verb, example="maviper worlds new cart.toml")
+@click.argument("file", type=PATH)
+@option("--flow", is_flag=True, help="In continuous time: derivatives, and samples at a period.")
+def worlds_new(file: Path, flow: bool) -> int:
+    """Write a world file to start from, for you to edit.
+
+    FILE states a system of your own: its variables with units and ranges, what agents observe and do, where episodes
+    start, and how the state moves. It explains itself in comments.
+    """
+    from maviper.worlds.checking import new
+
+    new(file, flow)
+    click.echo(f"written; maviper worlds check {file}")
+    return ExitCode.DONE
+
+
+@worlds.command("check", cls=Verb, example="maviper worlds check mygame:make,n=2")
+@click.argument("world")
+@option("--run-reference", is_flag=True, help="Also run user code (an environment) that a world file names.")
+@click.pass_context
+def worlds_check(context: click.Context, world: str, run_reference: bool) -> int:
+    """Report what WORLD provides, what is missing and what is wrong.
+
+    Prints one line per finding. Exits with 2 if the world cannot be used.
+
+    WORLD is a name from `maviper worlds list`, gymnasium:ID for a single-agent environment of Gymnasium, vmas:SCENARIO,
+    module:function for your own PettingZoo environment, or a world file (TOML). Options follow after commas:
+    module:function,n=3,max_steps=50.
+
+    If a world file names a reference, 100,000 steps of that environment are compared with what the file states. A
+    step that is off by more than the stated error is a fault.
+    """
+    console = console_of(context)
+    console.line("checking", world)
+    from maviper.worlds.checking import check, usable
+    from verify.progress import listening
+
+    with console.following("checking") as listener, listening(listener):
+        findings = check(world, run_reference, lambda finding: click.echo(str(finding)))
+    return ExitCode.DONE if usable(findings) else ExitCode.INPUT

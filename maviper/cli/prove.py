@@ -1,0 +1,390 @@
+"""The commands check, replay, repair, diff and robust.
+
+Does: has a certificate checked, a counterexample replayed, a profile repaired, two profiles compared, or radii around
+  observations computed; says what came out, and writes what was asked for.
+Assumes: `maviper.verification` checks, replays, repairs, compares and computes.
+Does not: prove, look for counterexamples, choose guards or decide verdicts.
+"""
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Unpack
+
+import click
+
+from codegen.errors import ExitCode, InputError, escape_text
+from codegen.wording import format_count
+from maviper.cli.options import (
+    FOLDER,
+    PATH,
+    PROFILE,
+    REGION,
+    RESULTS,
+    Verb,
+    console_of,
+    fraction,
+    option,
+    options_of,
+    output,
+)
+from maviper.options import DiffOptions, RepairOptions
+from maviper.options.verbs import QUESTION
+
+if TYPE_CHECKING:
+    from maviper.console import Console
+    from maviper.verification.compared import OutputsCompared
+    from maviper.verification.diff import Compared
+    from maviper.verification.repair import Repaired
+    from maviper.verification.robust import Changes, Radii
+
+
+@click.command(cls=Verb, example="maviper check generated/proved_defenders/certificate-1-distinct_targets.json")
+@click.argument("certificate", type=PATH)
+@option(
+    "--profile",
+    type=PATH,
+    default=None,
+    help="The profile that the certificate is about (default: profile.json beside it).",
+)
+@option(
+    "--against",
+    type=PATH,
+    default=None,
+    help="The second profile of a certificate by `maviper diff` (default: against.json beside it).",
+)
+@option(
+    "--world",
+    type=PATH,
+    default=None,
+    help="The world file of a certificate about a stated system (default: world.toml beside it).",
+)
+@click.pass_context
+def check(
+    context: click.Context, certificate: Path, profile: Path | None, against: Path | None, world: Path | None
+) -> int:
+    """Check that a certificate proves its claim.
+
+    `maviper verify -o` writes a CERTIFICATE for each claim that it proves, unless Z3 alone proves it. The checker
+    closes every branch of the proof again with exact numbers, from the profile, the region and the claim. It shares
+    only the arithmetic of thresholds with the engine that found the proof.
+
+    `maviper diff -o` writes a CERTIFICATE if agents act alike in two profiles. Both are needed to check it.
+
+    `maviper verify --world -o` writes a CERTIFICATE about a stated system. The world file is needed to check it; what
+    that says of dynamics that are not affine is shown again first.
+
+    A CERTIFICATE may be packed with xz (`.json.xz`).
+
+    A proof about episodes is about starts at rest. The agents in the proof follow their trees; all others may do
+    anything.
+
+    \b
+    Exits with 0 if the proof holds, with 1 if it does not, and with 2 if the
+    file cannot be read or is about another profile.
+    """
+    from maviper.console import say
+    from maviper.verification.files.certificates import check_file
+    from verify.progress import listening
+
+    with console_of(context).following("checking") as listener, listening(listener):
+        proof = check_file(certificate, profile, against, world)
+    closed = f"{format_count(proof.closed, proof.unit)}{' closed' if proof.unit == 'branch' else ''}"
+    say(f"accepted  {proof.subject}: {closed}, {format_count(proof.size, 'byte')} of proof")
+    return ExitCode.DONE
+
+
+@click.command(cls=Verb, example="maviper replay report/counterexample-1-distinct_targets.json")
+@click.argument("counterexample", type=PATH)
+@option(
+    "--profile", type=PATH, default=None, help="The profile to replay it with (default: profile.json beside the file)."
+)
+@option(
+    "--world",
+    type=PATH,
+    default=None,
+    help="The world file of a counterexample in a stated system (default: world.toml beside it).",
+)
+@click.pass_context
+def replay(context: click.Context, counterexample: Path, profile: Path | None, world: Path | None) -> int:
+    """Replay a counterexample, with the same profile or another.
+
+    `maviper verify -o` writes a COUNTEREXAMPLE for each violated claim. The reference, the compiled C and the
+    environment replay it, and must act alike. A counterexample about episodes is played again from its start, one in a
+    stated system in exact numbers with its errors.
+
+    Exits with 1 if the claim fails there, and with 0 if it holds, as it should for a repaired profile.
+    """
+    from maviper.files.profiles import find_profile
+    from maviper.verification.files.counterexamples import ensure_counterexample
+    from maviper.verification.files.counterexamples import replay as replayed
+
+    console = console_of(context)
+    ensure_counterexample(counterexample)  # before the profile beside it, which need not be there
+    outcome = replayed(counterexample, find_profile(profile, beside=counterexample, sums=True), world)
+    if not outcome.same_policy:
+        console.line("profile", "not the one that the counterexample was made from")
+    for agent, action in outcome.actions.items():
+        was = outcome.before.get(agent, action)
+        changed = "" if action == was else f" (was {escape_text(was)})"
+        console.line(agent, f"{action}{changed}")
+    told, _, said = outcome.says.partition(" ")
+    console.line(told, f"{said}, which all act the same" if outcome.by else said)
+    console.line("VIOLATED" if outcome.violated else "holds", outcome.property)
+    return ExitCode.VIOLATED if outcome.violated else ExitCode.DONE
+
+
+@click.command(cls=Verb, example="maviper repair demo/profile.json --max-depth 8 -o repaired")
+@PROFILE
+@option(
+    "--property",
+    "name",
+    default="distinct_targets",
+    show_default=True,
+    metavar="NAME",
+    section=QUESTION,
+    help="distinct_targets or own_target.",
+)
+@REGION
+@options_of(RepairOptions)
+@output("The folder for the repaired profile.")
+@click.pass_context
+def repair(
+    context: click.Context, profile: Path, name: str, region: str, output: Path, **options: Unpack[RepairOptions]
+) -> int:
+    """Change the leaves that violate a property until it is proved.
+
+    Each agent of the team is assigned its own landmark. If a counterexample ends in a leaf of PROFILE, that leaf
+    becomes a small tree that tests the agent's offset to its landmark: a guard. It keeps the agent engaged with the
+    landmark: closing on it, or at it. Where trees would get deeper than --max-depth, the guard replaces a split above
+    the leaf. All other leaves decide as before. Both engines must prove the property in the region.
+
+    The command reports how many actions change, and the team's measures before and after, in the same episodes. It
+    writes the repaired profile, its certificate, the report, a page that plays it and the costs (repair.json).
+
+    \b
+    Exits with 0 if the property is proved within --max-depth, with 1 if the
+    trees are deeper, and with 3 if no repair was found. Then nothing is written.
+    """
+    from codegen.policy_json import content_hash, dumps
+    from maviper.cli.results import exit_code, say_repair, say_results
+    from maviper.files import outputs, runs
+    from maviper.files.profiles import load
+    from maviper.page.page import FILE, page_of, unplayable
+    from maviper.verification.repair import region_text, repair_profile, request
+    from verify.progress import listening
+
+    console = console_of(context)
+    asked = request(name, options)
+    before = load(profile)
+    runs.room(output)
+    outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
+    given = [profile, Path(region)]
+    beside = outputs.without_given(output, region_text(region, before), {Path(region).name: Path(region)})
+    outputs.ensure_free(output, outputs.REPAIR, beside, given, rf"{outputs.REPAIR.names}|{runs.PROFILE_FILE}")
+    with console.following("repairing") as listener, listening(listener):
+        outcome = repair_profile(before, name, region, asked, profile.name)
+    if outcome.after is None:
+        _say_unrepaired(outcome, output, given, console)
+        return ExitCode.INCONCLUSIVE
+    say_repair(outcome, console)
+    say_results(outcome.after, outcome.results, console)
+    page = {} if unplayable(outcome.after) else {FILE: page_of(outcome.after, outcome.results)}
+    files = outputs.without_given(output, {**outcome.files, **page}, {Path(region).name: Path(region)})
+    outputs.write_set(output, files, outputs.REPAIR, keep=given)
+    console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(outcome.after)[:16]}")
+    for name in outcome.certificates:
+        console.line("certificate", f"{output / name}; maviper check {output / name}")
+    depth, most = outcome.repair.depth, asked.max_depth
+    if most is not None and depth > most:
+        console.line(
+            "too deep",
+            f"the trees have depth {depth}, more than the {most} asked for; extract with a smaller --max-depth",
+        )
+        return ExitCode.VIOLATED
+    return exit_code([result.verdict for result in outcome.results])
+
+
+def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], console: "Console") -> None:
+    """Why there is no repair. What an earlier one left goes, as it would be taken for this one's."""
+    from maviper.files import outputs
+
+    subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
+    console.line("not repaired", f"{subject}: {outcome.repair.reason}")
+    console.line("", f"{format_count(len(outcome.repair.guards), 'guard')} set; nothing was written")
+    if outputs.clear(output, outputs.REPAIR, given):
+        console.line("removed", f"the files of an earlier repair in {output}")
+
+
+@click.command(cls=Verb, example="maviper diff demo/extracted/profile.json demo/profile.json -o changed")
+@click.argument("first", type=PATH)
+@click.argument("second", type=PATH)
+@REGION
+@options_of(DiffOptions)
+@option("-o", "--output", type=FOLDER, default=None, section=RESULTS, help="Folder for data, certificate and page.")
+@option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the comparison as JSON.")
+@click.pass_context
+def diff(
+    context: click.Context,
+    first: Path,
+    second: Path,
+    region: str,
+    output: Path | None,
+    as_json: bool,
+    **options: Unpack[DiffOptions],
+) -> int:
+    """Find every state in which two profiles act differently.
+
+    FIRST and SECOND are profiles of one world, whose agents observe and may do the same. For each agent, the command
+    lists the zones of states in which it acts differently: one leaf in each profile, and bounds on positions. It gives
+    their exact share of the region, the share of the states that FIRST meets in play, and an example of each zone. If
+    there is no such state, it proves that, with a certificate for `maviper check`. Of agents that test sums or give
+    numbers, it gives the largest difference of each output over the ranges of what they observe, and where.
+
+    With -o, it writes difference.json, the certificate, both profiles, and a page that plays one team beside the other.
+
+    \b
+    Exits with 0 if all agents are proved to act alike, with 1 if some agent acts
+    differently, and with 3 if a budget ended before there was an answer.
+    """
+    from codegen.policy_json import dumps
+    from maviper.cli.results import exit_code
+    from maviper.files import outputs, runs
+    from maviper.files.profiles import load
+    from maviper.verification.diff import AGAINST_FILE, compare_profiles, request
+    from verify.progress import listening
+    from verify.reports.differences import as_json as written
+
+    console = console_of(context)
+    one, other = load(first, sums=True), load(second, sums=True)
+    given = {runs.PROFILE_FILE: first, AGAINST_FILE: second}
+    if output is not None:
+        runs.room(output)
+        texts = {runs.PROFILE_FILE: dumps(one), AGAINST_FILE: dumps(other)}
+        known = outputs.without_given(output, texts, given)
+        outputs.ensure_free(output, outputs.DIFF, known, [*outputs.list_elsewhere(output, given), Path(region)])
+    with console.following("comparing") as listener, listening(listener):
+        comparison = compare_profiles(one, other, region, request(**options))
+    for label, text in comparison.lines:
+        console.line(label, text)
+    if output is not None:
+        _write(output, comparison, given, Path(region), console)
+    if as_json:
+        click.echo(written(comparison.facts), nl=False)
+    return exit_code(comparison.verdicts)
+
+
+def _write(
+    folder: Path, compared: "Compared | OutputsCompared", given: Mapping[str, Path], region: Path, console: "Console"
+) -> None:
+    """All files, and the command that reads the certificate."""
+    from maviper.files import outputs
+    from maviper.page.page import FILE, compared_page_of, unplayable
+    from maviper.verification.diff import CERTIFICATE_FILE, REPORT_FILE, Compared
+
+    page: dict[str, str] = {}
+    if isinstance(compared, Compared):
+        no_page = unplayable(compared.found.first, compared.found.second)
+        page = {} if no_page else {FILE: compared_page_of(compared)}
+    else:
+        no_page = compared.unplayable
+    files = outputs.without_given(folder, {**compared.files, **page}, given)
+    outputs.write_set(folder, files, outputs.DIFF, keep=[*given.values(), region])
+    console.line("wrote", str(folder / REPORT_FILE))
+    console.line("no page" if no_page else "page", no_page or str(folder / FILE))
+    if CERTIFICATE_FILE in compared.files:
+        console.line("certificate", f"{folder / CERTIFICATE_FILE}; maviper check {folder / CERTIFICATE_FILE}")
+
+
+@click.command(cls=Verb, example="maviper robust profile.json observations.csv --certify -o radii")
+@PROFILE
+@click.argument("observations", type=PATH)
+@option("--agent", default=None, metavar="NAME", help="The agent (default: the only one).")
+@option("--error", default=None, metavar="NUMBER", help="Of outputs: how far features may be off, or x=0.01,v=0.2.")
+@option("--most", callback=fraction, metavar="NUMBER", help="Of outputs: exit with 1 if one changes by more.")
+@option("--least", callback=fraction, metavar="NUMBER", help="Exit with 1 if a radius is smaller.")
+@option("--certify", is_flag=True, help="Prove each radius, and check its certificate.")
+@option("-o", "--output", type=FOLDER, default=None, help="Folder for radii.csv and the certificates.")
+@option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.pass_context
+def robust(
+    context: click.Context,
+    profile: Path,
+    observations: Path,
+    agent: str | None,
+    error: str | None,
+    most: Fraction | None,
+    least: Fraction | None,
+    certify: bool,
+    output: Path | None,
+    as_json: bool,
+) -> int:
+    """Compute how far observations may be off.
+
+    OBSERVATIONS is a CSV file whose first line names the features, or a JSON list. The radius is the largest error that
+    changes no action: each feature may be off by up to that much (L-infinity). It is computed exactly from the tree,
+    rounding to float32 included. Numbers beyond the ranges of features count too.
+
+    Of an agent that gives numbers, the table says how far each output may change where features are off by up to
+    --error: the least and the most that the code can give, rounding included. They are exact unless sums are tested.
+
+    Without -o, the table is printed as CSV.
+    """
+    from codegen.policy_json import layout
+    from maviper.files import outputs, runs
+    from maviper.files.profiles import load
+    from maviper.verification.robust import Changes, find_agent
+    from maviper.verification.robust import robust as radii
+
+    console = console_of(context)
+    loaded = load(profile, sums=True)
+    gives = bool(find_agent(loaded, agent).outputs)
+    _ensure_asked(gives, least, most)
+    kept = outputs.CHANGES if gives else outputs.ROBUST
+    if output is not None:
+        runs.room(output)
+        outputs.ensure_free(output, kept, {}, [profile, observations], None if certify else outputs.NOTHING)
+    table = radii(loaded, observations, agent, certify, error)
+    if isinstance(table, Changes):
+        code = _tell_changes(console, table, most)
+    else:
+        code = _tell_radii(console, table, least, certify)
+    if output is not None:
+        outputs.write_set(output, table.files, kept, keep=[profile, observations])
+    if as_json:
+        click.echo(layout(table.document()))
+    elif output is None:
+        click.echo(table.files[kept.mark], nl=False)
+    return code
+
+
+def _ensure_asked(gives: bool, least: Fraction | None, most: Fraction | None) -> None:
+    """InputError for a bound of what the other kind of agent has, or one that decides nothing: known before anything is
+    proved.
+    """
+    if most is not None and not gives:
+        raise InputError("--most is for agents that give numbers", "--most", "write --least, of radii")
+    if least is not None and gives:
+        raise InputError("--least is for agents that take actions", "--least", "write --most, of changes of outputs")
+    if least is not None and least <= 0:
+        raise InputError(f"no radius is below {least}, so this cannot fail", "--least", "write a number above 0")
+    if most is not None and most < 0:
+        raise InputError("no output changes by less than 0, so this cannot hold", "--most", "write 0 or more")
+
+
+def _tell_radii(console: "Console", table: "Radii", least: Fraction | None, certify: bool) -> ExitCode:
+    """Says what sums up the radii."""
+    console.line("radii", table.line)
+    if certify:
+        console.line("proved", f"{len(table.certificates)} radii; the independent checker accepted each certificate")
+    return ExitCode.DONE if least is None or table.least >= least else ExitCode.VIOLATED
+
+
+def _tell_changes(console: "Console", table: "Changes", most: Fraction | None) -> ExitCode:
+    """Says what sums up the changes of outputs."""
+    console.line("changes", table.line)
+    if not table.exact:
+        console.line("bounds", 'some are bounds, since the tree tests sums; `maviper verify` decides name = "robust"')
+    if most is None or table.largest <= most:
+        return ExitCode.DONE
+    return ExitCode.VIOLATED if table.largest_seen > most else ExitCode.INCONCLUSIVE

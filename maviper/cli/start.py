@@ -1,0 +1,95 @@
+"""The commands demo, guide, reproduce and schema.
+
+Does: runs the tour (maviper/tour.py) into a folder; lists the topics of the manual, or prints the page of one; has the
+  paper's experiments run and reported, or their plan said; prints the JSON schema of profiles.
+Assumes: pages are Markdown that reads well in a terminal; `maviper.reproduction.run` plans, runs and writes.
+Does not: do anything that the other commands cannot do.
+"""
+
+import os
+import sys
+from pathlib import Path
+from typing import Unpack
+
+import click
+
+from codegen.errors import ExitCode
+from maviper.cli.options import FOLDER, Verb, console_of, option, options_of, output
+from maviper.options import ReproduceOptions
+
+
+@click.command(cls=Verb, example="maviper demo -o demo")
+@option("-o", "--output", type=FOLDER, default=Path("demo"), show_default=True, help="The folder for results.")
+@option("--seed", default=None, type=int, help="The seed of the extraction.")
+@click.pass_context
+def demo(context: click.Context, output: Path, seed: int | None) -> int:
+    """Run the whole chain in a minute, on a shipped expert.
+
+    It extracts trees, finds a state in which a claim about them fails, repairs them until the claim is proved, has
+    the proof checked, compiles them and writes reports.
+    """
+    console = console_of(context)
+    console.line("maviper", "physical deception: from a neural team to trees, a proof and code")
+    from maviper.tour import run_tour
+
+    return run_tour(output, console, seed)
+
+
+@click.command(cls=Verb, example="maviper guide\nmaviper guide claims")
+@click.argument("topic", required=False)
+def guide(topic: str | None) -> int:
+    """Print a page of the manual, or the list of its topics.
+
+    On a terminal the page opens in your pager.
+    """
+    from maviper import manual
+
+    if topic is None:
+        titles = manual.topics()
+        width = max(map(len, titles))
+        for name, title in titles.items():
+            click.echo(f"{name:<{width}}  {title}")
+    elif sys.stdout.isatty():
+        os.dup2(sys.stdout.fileno(), 1)  # a pager writes there
+        click.echo_via_pager(manual.page(topic))
+    else:
+        click.echo(manual.page(topic), nl=False)
+    return ExitCode.DONE
+
+
+@click.command(
+    cls=Verb,
+    example="maviper reproduce --quick -o reproduction\nmaviper reproduce --plan -o reproduction\n"
+    "maviper reproduce --games physical-deception --depths 4 --jobs 2 -o mine",
+)
+@options_of(ReproduceOptions)
+@output("The folder of the reproduction.")
+@click.pass_context
+def reproduce(context: click.Context, output: Path, **options: Unpack[ReproduceOptions]) -> int:
+    """Reproduce the experiments of the MAVIPER paper.
+
+    Every extraction, cross-play and expert is a cell: a folder with the values of all its episodes. Cells that are
+    finished are never made again. So an interrupted call goes on when it is repeated, and several calls may work on one
+    folder at the same time.
+
+    A cell that fails is reported, the others go on, and the command ends with exit code 1.
+    """
+    console = console_of(context)
+    console.line("reproducing", str(output))
+    from maviper.console import say
+    from maviper.reproduction.run import reproduce_paper, request
+
+    done = reproduce_paper(output, request(options), console)
+    if done.lines:
+        say("\n".join(done.lines))
+    return done.code
+
+
+@click.command(cls=Verb, example="maviper schema > profile.schema.json")
+def schema() -> int:
+    """Print the JSON schema of policy profiles."""
+    from codegen.policy_json import layout
+    from codegen.profiles import schema as profile_schema
+
+    click.echo(layout(profile_schema()))
+    return ExitCode.DONE

@@ -1,0 +1,379 @@
+# pyright: basic
+"""Joint tree growing: the trees of a team grow level by level and predict one another (paper, TrainJointTrees).
+
+Does: Build (vote filter, best split) and Predict (projected trees), both over all points of a level at once; searches
+  splits by scikit-learn's CART, or by histograms: all open leaves of a tree, and all its projected trees, in one
+  vectorised pass per level.
+Assumes: data sets as multiplicities of shared points; for histograms few classes, and class counts that are whole
+  numbers, together below 2^26, so that sums of them and of their squares are exact in any order.
+Does not: choose data or judge trees; try every threshold by histograms. A feature with more than BINS distinct values
+  is cut at BINS - 1 of them, spread evenly over its values by rank; with fewer, every midpoint is a candidate, and
+  splits are CART's.
+
+Reading of the paper: the vote counts every member of the team, i itself too; a point of D_i counts at a level when at
+least N - 1 of N members, or as many as are asked for, are predicted right (who has left there is never wrong); removals
+last for that level only; a node left without points uses its unfiltered ones. A projected tree has the remaining depth
+and learns from the node's unfiltered points. Where no depth remains there is none: a finished tree votes by its own
+leaves.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
+from maviper.worlds.world import Int
+
+
+class CartTree:
+    """One agent's tree while it grows, every threshold tried. Nodes are numbered as they are made: level by level."""
+
+    def __init__(self, obs: Float32, labels: Int, counts: Int, n_actions: int, max_depth: int, seed: int) -> None:
+        """`obs`: [n, n_features]; `labels`: [n]; `counts`: [n], how often the agent's data set holds each point;
+        `seed`: for ties between features.
+        """
+        self.obs, self.labels, self.counts = obs, labels, counts
+        self.n_actions, self.max_depth, self.seed = n_actions, max_depth, seed
+        self.feature: list[int] = []
+        self.threshold: list[float] = []
+        self.children: list[tuple[int, int]] = []
+        self.action: list[int] = []
+        self.place = np.zeros(len(obs), dtype=np.int64)  # the leaf that each point is in
+        self.open = [self._leaf(np.flatnonzero(counts))]  # leaves of the current level that may still split
+        self.level = 0
+        self._right: Bool | None = None  # cached until the tree grows
+
+    def _leaf(self, rows: Int) -> int:
+        self.feature.append(NO_FEATURE)
+        self.threshold.append(0.0)
+        self.children.append((NO_CHILD, NO_CHILD))
+        self.action.append(self._majority(rows))
+        return len(self.feature) - 1
+
+    def _majority(self, rows: Int) -> int:
+        return int(np.argmax(np.bincount(self.labels[rows], self.counts[rows], self.n_actions)))
+
+    def _fit(self, rows: Int, max_depth: int) -> Any:
+        return cart(self.obs[rows], self.labels[rows], self.counts[rows], max_depth, self.seed)
+
+    def check_predictions(self) -> Bool:
+        """Predict for all points: does the projected final tree act as the expert does? [n]"""
+        if self._right is None:
+            predicted = np.array(self.action)[self.place]
+            remaining = self.max_depth - self.level
+            for leaf in self.open if remaining else ():
+                here = np.flatnonzero(self.place == leaf)
+                own = here[self.counts[here] > 0]
+                if here.size and own.size:
+                    predicted[here] = self._fit(own, remaining).predict(self.obs[here])
+            self._right = np.equal(predicted, self.labels)
+        return self._right
+
+    def build(self, keep: Bool) -> None:
+        """Grows one level: splits every open leaf on its kept points. `keep`: [n]."""
+        grown: list[int] = []
+        for leaf in self.open:
+            here = np.flatnonzero(self.place == leaf)
+            own = here[self.counts[here] > 0]
+            kept = own[keep[own]]
+            rows = kept if kept.size else own
+            if rows.size:
+                grown += self._split(leaf, here, rows)
+        self.open = grown
+        self.level += 1
+        self._right = None
+
+    def _split(self, leaf: int, here: Int, rows: Int) -> list[int]:
+        """Splits a leaf where that lowers the impurity of `rows`; returns the new leaves."""
+        self.action[leaf] = self._majority(rows)
+        stump = self._fit(rows, 1).tree_
+        if stump.node_count == 1:
+            return []
+        feature, threshold = int(stump.feature[0]), np.float64(stump.threshold[0])
+        # float32 against float64, as scikit-learn compares; numpy would round a Python float to float32 first
+        goes_left = self.obs[:, feature] <= threshold
+        children = (self._leaf(rows[goes_left[rows]]), self._leaf(rows[~goes_left[rows]]))
+        self.feature[leaf], self.threshold[leaf], self.children[leaf] = feature, float(threshold), children
+        self.place[here] = np.where(goes_left[here], *children)
+        return list(children)
+
+    def tree(self) -> GrownTree:
+        """The tree grown so far."""
+        return build_tree(self.feature, self.threshold, self.children, self.action)
+
+
+def cart(obs: Float32, labels: Int, counts: Int, max_depth: int, seed: int) -> Any:
+    """scikit-learn's tree of the points `obs` [n, n_features], each `counts` times. That arguments are what they are
+    declared to be it looks up at each fit, which takes longer than a fit to a few points.
+    """
+    from sklearn import config_context
+    from sklearn.tree import DecisionTreeClassifier
+
+    obs = np.ascontiguousarray(obs, dtype=np.float32)
+    tree = DecisionTreeClassifier(max_depth=max_depth, random_state=seed)
+    with config_context(skip_parameter_validation=True):
+        return tree.fit(obs, labels, sample_weight=counts, check_input=not bool(np.isfinite(obs).all()))
+
+
+class Growing(Protocol):
+    """A tree that grows level by level, over points that the team shares."""
+
+    labels: Int  # [n]
+
+    @property
+    def counts(self) -> Int | Float64:
+        """The count of each point in its data set, [n]."""
+        ...
+
+    def check_predictions(self) -> Bool:
+        """Returns True for the points, of all [n], in which the projected final tree acts as the expert does."""
+        ...
+
+    def build(self, keep: Bool) -> None:
+        """Grows one level, on the points that are kept [n]."""
+        ...
+
+    def tree(self) -> GrownTree:
+        """The tree grown so far."""
+        ...
+
+
+def grow_jointly(
+    team: Sequence[Growing],
+    max_depth: int,
+    least_right: int,
+    alive: Bool | None = None,
+    kept: list[float] | None = None,
+) -> list[GrownTree]:
+    """TrainJointTrees: each member grows a level in turn, on the points where enough members are predicted right.
+
+    `least_right`: how many right predictions a point needs; `alive`: [n, N] who takes part in each point (None:
+    everybody). A member that takes no part in a point cannot be wrong there, so that of the others as many may be as
+    ever. `kept` gets, for each Build, the share of the member's data set that the votes keep.
+    """
+    everything = np.ones(len(team[0].labels), dtype=bool)
+    absent = [np.False_] * len(team) if alive is None else list(~alive.T)
+    for _ in range(max_depth):
+        for agent in team:
+            keep = everything  # where there is nothing to ask
+            if least_right > 0:
+                right = [member.check_predictions() | out for member, out in zip(team, absent, strict=True)]
+                keep = np.sum(right, axis=0) >= least_right
+            if kept is not None:
+                kept.append(float(agent.counts[keep].sum() / max(1, agent.counts.sum())))
+            agent.build(keep)
+    return [agent.tree() for agent in team]
+
+
+def grow_shared(
+    tree: Growing, max_depth: int, least_right: int, alive: Bool, kept: list[float] | None = None
+) -> list[GrownTree]:
+    """Grows one tree for all members, like `grow_jointly`: [the tree] * N. Its points are those of `alive` [n, N], one
+    row per member and point; a point that the votes drop loses all its rows.
+    """
+    n, members = alive.shape
+    for _ in range(max_depth):
+        keep = np.ones(n * members, dtype=bool)
+        if least_right > 0:
+            right = tree.check_predictions().reshape(n, members) | ~alive
+            keep = np.repeat(right.sum(axis=1) >= least_right, members)
+        if kept is not None:
+            kept.append(float(tree.counts[keep].sum() / max(1, tree.counts.sum())))
+        tree.build(keep)
+    return [tree.tree()] * members
+
+
+def build_tree(
+    feature: Sequence[int], threshold: Sequence[float], children: Sequence[tuple[int, int]], action: Sequence[int]
+) -> GrownTree:
+    """A tree from lists over its nodes; `action` has an entry for splits too, which counts for nothing."""
+    split = np.array(feature) != NO_FEATURE
+    left, right = zip(*children, strict=True)
+    action_ = np.where(split, NO_ACTION, action)
+    return GrownTree(np.array(feature), np.array(threshold), np.array(left), np.array(right), action_)
+
+
+BINS = 256
+Codes = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Candidate thresholds of each feature, ascending; an observation goes left of edge k iff it is <= edges[k]."""
+
+    edges: tuple[Float64, ...]
+
+    @staticmethod
+    def of(obs: Float32, most: int = BINS) -> "Bins":
+        """Bins for the observations [n, n_features]: midpoints between neighbouring distinct values. `most`: how many
+        bins that a feature may have.
+        """
+        edges = list[Float64]()
+        for column in np.ascontiguousarray(obs.T):
+            values = np.unique(column).astype(np.float64)
+            middle = (values[1:] + values[:-1]) / 2
+            if len(middle) > most - 1:
+                ordered = np.sort(column)
+                wanted = ordered[np.linspace(0, len(ordered) - 1, most + 1).astype(np.int64)[1:-1]]
+                places = np.unique(np.minimum(np.searchsorted(values, wanted), len(middle) - 1))
+                middle = middle[places]
+            edges.append(middle)
+        return Bins(tuple(edges))
+
+    def codes(self, obs: Float32) -> Codes:
+        """The bin of every observation, [n_features, n]."""
+        codes = np.empty((obs.shape[1], len(obs)), dtype=np.int32)
+        for code, column, edges in zip(codes, np.ascontiguousarray(obs.T), self.edges, strict=True):
+            code[...] = np.searchsorted(edges, column.astype(np.float64), side="left")
+        return codes
+
+
+@dataclass(frozen=True)
+class Splits:
+    """The best split of each slot (a leaf, or a leaf of a projected tree)."""
+
+    feature: Int  # [n_slots]
+    code: Int  # [n_slots] points with a bin up to it go left
+    found: Bool  # [n_slots] whether there is any: both sides hold points, and the slot is not pure
+    totals: Float64  # [n_slots, n_actions] class counts
+
+
+def best_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots: int, n_actions: int) -> Splits:
+    """The split of least weighted Gini impurity in every slot; of equals the first feature's lowest threshold.
+
+    `codes`: [n_features, n]; `labels`, `weights`, `slot`: [n].
+    """
+    totals = np.bincount(slot * n_actions + labels, weights, n_slots * n_actions).reshape(n_slots, n_actions)
+    best = np.full(n_slots, -np.inf)
+    feature, code = np.zeros(n_slots, dtype=np.int64), np.zeros(n_slots, dtype=np.int64)
+    everybody, of_action = np.arange(n_slots), np.ascontiguousarray(totals.T)
+    everything, squared = totals.sum(axis=1, keepdims=True), np.square(totals).sum(axis=1, keepdims=True)
+    base = (labels * n_slots + slot) * BINS  # actions outermost, so that sums over them run along whole rows
+    counted = np.empty_like(base)
+    for index, bins in enumerate(codes):
+        np.add(base, bins, out=counted)
+        counts = np.bincount(counted, weights, n_actions * n_slots * BINS).reshape(n_actions, n_slots, BINS)
+        left = counts.cumsum(axis=2)[:, :, :-1]
+        below = left.sum(axis=0)
+        above = everything - below
+        of_left = np.einsum("asb,asb->sb", left, left)
+        of_right = squared - 2 * np.einsum("asb,as->sb", left, of_action) + of_left  # exact: all are whole numbers
+        purity = of_left / np.maximum(below, 1) + of_right / np.maximum(above, 1)
+        purity = np.where((below > 0) & (above > 0), purity, -np.inf)
+        place = purity.argmax(axis=1)
+        reached = purity[everybody, place]
+        better = reached > best
+        best[better], feature[better], code[better] = reached[better], index, place[better]
+    impure = (totals > 0).sum(axis=1) > 1
+    return Splits(feature, code, (best > -np.inf) & impure, totals.astype(np.float64))
+
+
+def project_trees(
+    codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots: int, n_actions: int, depth: int
+) -> Int:
+    """Returns the actions of trees of `depth`, one for each slot and fitted to its points, at every point, [n].
+
+    A point in slot -1 has no tree and gets -1, as do the points of a slot without weight.
+    """
+    some = np.bincount(slot[slot >= 0], weights[slot >= 0], n_slots) > 0
+    inside = np.flatnonzero((slot >= 0) & some[slot])
+    said = np.full(len(slot), -1, dtype=np.int64)
+    slot, codes = slot[inside], codes[:, inside]
+    fitted = np.flatnonzero(weights[inside] > 0)
+    own_codes, own_labels, own_weights = codes[:, fitted], labels[inside][fitted], weights[inside][fitted]
+    points = np.arange(len(inside))
+    for _ in range(depth):
+        splits = best_splits(own_codes, own_labels, own_weights, slot[fitted], n_slots, n_actions)
+        right = splits.found[slot] & (codes[splits.feature[slot], points] > splits.code[slot])
+        slot, n_slots = 2 * slot + right, 2 * n_slots
+    totals = np.bincount(slot[fitted] * n_actions + own_labels, own_weights, n_slots * n_actions)
+    said[inside] = totals.reshape(n_slots, n_actions).argmax(axis=1)[slot]
+    return said
+
+
+class HistogramTree:
+    """One agent's tree while it grows, a level at a time; nodes are numbered as they are made."""
+
+    def __init__(self, bins: Bins, codes: Codes, labels: Int, counts: Int, n_actions: int, max_depth: int) -> None:
+        """`codes`: [n_features, n] of all points; `counts`: [n], how often the agent's data set holds each."""
+        self.bins, self.codes, self.labels = bins, codes, labels
+        self.counts = counts.astype(np.float64)
+        self.n_actions, self.max_depth = n_actions, max_depth
+        self.feature, self.threshold = [NO_FEATURE], [0.0]
+        self.children: list[tuple[int, int]] = [(NO_CHILD, NO_CHILD)]
+        self.action = [int(np.bincount(labels, self.counts, n_actions).argmax())]
+        self.place = np.zeros(codes.shape[1], dtype=np.int64)  # the leaf that each point is in
+        self.open = [0]  # leaves of the current level
+        self.level = 0
+        self._right: Bool | None = None  # kept until the tree grows
+
+    def _slots(self) -> Int:
+        """The place of each point's leaf among the open ones, or -1."""
+        place_of = np.full(len(self.feature), -1, dtype=np.int64)
+        place_of[self.open] = np.arange(len(self.open))
+        return place_of[self.place]
+
+    def check_predictions(self) -> Bool:
+        """Returns True for the points, of all [n], in which the projected final tree acts as the expert does."""
+        if self._right is None:
+            predicted = np.array(self.action)[self.place]
+            remaining = self.max_depth - self.level
+            if self.open and remaining:  # a finished tree votes by its own leaves
+                said = project_trees(
+                    self.codes, self.labels, self.counts, self._slots(), len(self.open), self.n_actions, remaining
+                )
+                predicted = np.where(said >= 0, said, predicted)
+            self._right = np.equal(predicted, self.labels)
+        return self._right
+
+    def build(self, keep: Bool) -> None:
+        """Grows one level: splits every open leaf on its kept points, or on all its points where none is kept."""
+        if self.open:
+            self._build(keep)
+        self.level += 1
+        self._right = None
+
+    def _build(self, keep: Bool) -> None:
+        slot, n_slots = self._slots(), len(self.open)
+        inside = slot >= 0
+        weights = self.counts * keep
+        emptied = np.bincount(slot[inside], weights[inside], n_slots) == 0
+        weights = np.where(inside & emptied[slot], self.counts, weights)
+        rows = np.flatnonzero(inside & (weights > 0))
+        labels, weights = self.labels[rows], weights[rows]
+        splits = best_splits(self.codes[:, rows], labels, weights, slot[rows], n_slots, self.n_actions)
+        some = splits.totals.sum(axis=1) > 0
+        right = self.codes[splits.feature[slot], np.arange(len(slot))] > splits.code[slot]
+        parts = np.bincount(
+            (2 * slot[rows] + right[rows]) * self.n_actions + labels, weights, 2 * n_slots * self.n_actions
+        )
+        actions = parts.reshape(n_slots, 2, self.n_actions).argmax(axis=2)
+        grown: list[int] = []
+        for index, leaf in enumerate(self.open):
+            if some[index]:
+                self.action[leaf] = int(splits.totals[index].argmax())
+            if not splits.found[index]:
+                continue
+            feature = int(splits.feature[index])
+            self.feature[leaf], self.threshold[leaf] = feature, float(self.bins.edges[feature][splits.code[index]])
+            self.children[leaf] = len(self.feature), len(self.feature) + 1
+            for action in actions[index]:
+                grown.append(self._leaf(int(action)))
+        first = np.array([left for left, _ in self.children])
+        moved = inside & splits.found[slot]
+        self.place = np.where(moved, first[self.place] + right, self.place)
+        self.open = grown
+
+    def _leaf(self, action: int) -> int:
+        self.feature.append(NO_FEATURE)
+        self.threshold.append(0.0)
+        self.children.append((NO_CHILD, NO_CHILD))
+        self.action.append(action)
+        return len(self.feature) - 1
+
+    def tree(self) -> GrownTree:
+        """The tree grown so far."""
+        return build_tree(self.feature, self.threshold, self.children, self.action)

@@ -1,0 +1,389 @@
+"""The options of the verbs other than extract, and of the functions of these names.
+
+Does: says each option once: its name, type, default, heading and help; None: as usual.
+Assumes: parameters of claims have their forms and texts in `verify.claims.language.parameters`; what runs a verb has a
+  field or a parameter for each other option.
+Does not: check values beyond their types.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Literal, TypedDict
+
+from maviper.options.table import PARAMETERS, Option, of_claims
+from verify.claims.language.parameters import Names, Number, Parameters
+
+QUESTION, EXTENT, BUDGETS = "What is asked", "Where a claim holds", "Budgets"
+
+
+class TeamOptions(TypedDict, total=False):
+    """Whose decisions a claim is about."""
+
+    team: Annotated[
+        str | None,
+        Option(
+            None,
+            QUESTION,
+            "The team that the claim is about (default: the one with as many agents as landmarks).",
+            "NAME",
+        ),
+    ]
+
+
+class QuestionOptions(TypedDict, total=False):
+    """What is asked, whatever the claim."""
+
+    observations: Annotated[
+        bool,
+        Option(
+            False,
+            QUESTION,
+            "Claims are about what agents observe, not about world states (without meanings of features: always).",
+        ),
+    ]
+    shared: Annotated[
+        Names | None,
+        Option(
+            None,
+            QUESTION,
+            "With --observations: features that all agents that have them observe alike.",
+            "A,B|all",
+            commas=True,
+        ),
+    ]
+    semantics: Annotated[
+        str, Option("machine", QUESTION, "machine: as deployed; real: exact arithmetic, for comparison.", "NAME")
+    ]
+
+
+class LimitOptions(TypedDict, total=False):
+    """Where a claim holds, and what may be spent on that."""
+
+    where: Annotated[bool, Option(False, EXTENT, "Find where claims about single decisions hold and fail.")]
+    max_cells: Annotated[int | None, Option(None, EXTENT, "Limit on failing cells to find (default: 50000).")]
+    solver_units: Annotated[
+        int | None,
+        Option(None, BUDGETS, "Limit per query to Z3, in its resource units (default: 200000000)."),
+    ]
+    max_zones: Annotated[
+        int | None,
+        Option(
+            None,
+            BUDGETS,
+            "Limit on zones visited per claim about episodes, and on its certificate (default: 5000000).",
+        ),
+    ]
+
+
+class VerifyOptions(TeamOptions, QuestionOptions, Parameters, LimitOptions, total=False):
+    """What is asked of a claim."""
+
+
+class FileOptions(QuestionOptions, LimitOptions, total=False):
+    """What is asked of the claims of a property file, which says what each is about."""
+
+
+class SystemOptions(TypedDict, total=False):
+    """What is asked of the system that a world file defines."""
+
+    run_reference: Annotated[
+        bool,
+        Option(
+            False,
+            QUESTION,
+            "With --world: also run user code (an environment) that the file names, to measure the statement.",
+            needs="world",
+        ),
+    ]
+    max_boxes: Annotated[
+        int | None,
+        Option(
+            None,
+            BUDGETS,
+            "With --world, and for episodes of teams that test sums: limit on what each claim may spend, in"
+            " boxes, about a million a second (default: 60000000).",
+        ),
+    ]
+
+
+WRITTEN, TREES, CHECKS = "What is written", "The trees", "What is proved"
+IMPORTED, NAMES = "What is imported", "Names"
+LIMITS = "Limits"
+TARGETS = ("c", "python", "json")  # of compile, where nobody says others
+
+
+class ImportOptions(TypedDict, total=False):
+    """What is said of a file that it does not say itself, or says otherwise."""
+
+    feature_names: Annotated[
+        Sequence[str] | None, Option(None, NAMES, "Names of the features.", "NAMES", called="features", commas=True)
+    ]
+    action_names: Annotated[
+        Sequence[str] | None, Option(None, NAMES, "Names of the actions.", "NAMES", called="actions", commas=True)
+    ]
+    name: Annotated[
+        str,
+        Option(
+            "imported",
+            NAMES,
+            "The game whose agents the trees become, such as gymnasium:CartPole-v1; else a name for their world.",
+            "NAME",
+            called="world",
+        ),
+    ]
+    numbers: Annotated[
+        Literal["float32"] | None,
+        Option(
+            None,
+            IMPORTED,
+            "Round thresholds down for float32 observations where FILE compares doubles. Default: as FILE compares.",
+        ),
+    ]
+    arrays: Annotated[
+        Literal["floats", "float32", "float64"] | None,
+        Option(
+            None,
+            IMPORTED,
+            "What if/else Python is given: Python's floats, or arrays of NumPy; asked for where they differ.",
+        ),
+    ]
+    output_names: Annotated[
+        Sequence[str] | None,
+        Option(
+            None,
+            IMPORTED,
+            "FILE returns numbers to give, and these are their names: no labels, no scores.",
+            "NAMES",
+            called="outputs",
+            commas=True,
+        ),
+    ]
+    prefer: Annotated[
+        Sequence[str] | None,
+        Option(
+            None,
+            IMPORTED,
+            "Where a leaf of dtControl permits several actions: their labels, the most wanted first.",
+            "LABELS",
+            commas=True,
+        ),
+    ]
+    scores: Annotated[
+        bool,
+        Option(False, IMPORTED, "A list of numbers that FILE returns holds a score for each action: the largest acts."),
+    ]
+    run: Annotated[
+        bool,
+        Option(
+            True,
+            IMPORTED,
+            "If FILE is not run, its own answers are not compared with the tree, and the profile says so.",
+        ),
+    ]
+
+
+class CompileOptions(TypedDict, total=False):
+    """What a compilation is asked for."""
+
+    prefix: Annotated[
+        str | None, Option(None, WRITTEN, "Prefix of every public name (default: the world's name).", "NAME")
+    ]
+    style: Annotated[str, Option("auto", WRITTEN, "Style of the C code: nested, ordered, walk or auto.", "NAME")]
+    test_vectors: Annotated[bool, Option(False, WRITTEN, "Also write observations with expected actions, and a test.")]
+    passes: Annotated[
+        Iterable[str],
+        Option(
+            (),
+            TREES,
+            "Passes to run on the trees first: any of drop,merge,reorder.",
+            "NAMES",
+            called="pass",
+            commas=True,
+        ),
+    ]
+    region: Annotated[str | Path | None, Option(None, TREES, "For the pass drop: `start` or a region file.", "REGION")]
+    prove: Annotated[
+        bool, Option(False, CHECKS, "Prove with Z3 that C and Python equal the trees for all observations.")
+    ]
+    solver_units: Annotated[
+        int | None, Option(None, CHECKS, "Limit per proof, in Z3's resource units (default: 200000000).")
+    ]
+    certificate: Annotated[
+        Path | None,
+        Option(None, WRITTEN, "For the target monitor: the certificate of the claim to watch.", "FILE"),
+    ]
+    noise: Annotated[
+        Number | None,
+        Option(None, WRITTEN, "For monitors of episodes: by how much each measured number may be off.", "NUMBER"),
+    ]
+    contracts: Annotated[bool, Option(False, CHECKS, "Also write the C's contracts in ACSL, which Frama-C can prove.")]
+    frama_c: Annotated[bool, Option(False, CHECKS, "Write the contracts, and prove them with Frama-C's WP and Z3.")]
+
+
+class RepairOptions(TypedDict, total=False):
+    """What a repair is asked for besides its claim and region."""
+
+    team: Annotated[
+        str | None,
+        Option(None, QUESTION, "The team to repair (default: the one with as many agents as landmarks).", "NAME"),
+    ]
+    margin: Annotated[Number | None, of_claims("margin")]
+    radius: Annotated[
+        Number | None,
+        Option(
+            None,
+            PARAMETERS,
+            "An agent is at a landmark within this distance along each axis (default: 1/10).",
+            "NUMBER",
+        ),
+    ]
+    landmarks: Annotated[
+        Names | None,
+        Option(None, PARAMETERS, "own_target: one landmark per agent of the team.", "A,B", commas=True),
+    ]
+    max_depth: Annotated[int | None, Option(None, LIMITS, "Prefer repairs within this depth (default: any).")]
+    episodes: Annotated[int, Option(1_000, LIMITS, "Held-out episodes, before and after.")]
+
+
+class DiffOptions(TypedDict, total=False):
+    """What is compared, besides the region."""
+
+    agents: Annotated[
+        Sequence[str],
+        Option((), QUESTION, "Compare this agent only (repeatable; default: all).", "NAME", called="agent"),
+    ]
+    semantics: Annotated[
+        str, Option("machine", QUESTION, "machine: as deployed; real: exact arithmetic, for comparison.", "NAME")
+    ]
+    max_nodes: Annotated[int | None, Option(None, BUDGETS, "Limit on nodes of each search (default: 4000000).")]
+    max_cells: Annotated[int | None, Option(None, BUDGETS, "Limit on zones per agent (default: 50000).")]
+
+
+WHO, MEASURED = "Who plays", "What is measured"
+ANSWERS, HOW_MEASURING = "Who answers", "How it is measured"
+
+
+class EvaluateOptions(TypedDict, total=False):
+    """What is measured besides the subject."""
+
+    replaced: Annotated[
+        Mapping[str, str],
+        Option({}, WHO, "Let another SUBJECT play an agent or a team (repeatable).", "NAME=SUBJECT", called="with"),
+    ]
+    against: Annotated[
+        Iterable[str], Option((), WHO, "Opponents: another SUBJECT, scripted or random (repeatable).", "OPPONENT")
+    ]
+    expert: Annotated[
+        str | None,
+        Option(None, WHO, "The expert to compare with (default: the profile's own, if it is shipped).", "EXPERT"),
+    ]
+    world: Annotated[
+        str | None, Option(None, WHO, "The world, where a file cannot say it: module:function, gymnasium:ID.")
+    ]
+    team: Annotated[str | None, Option(None, MEASURED, "Measure one team only.", "NAME")]
+    episodes: Annotated[int, Option(1_000, MEASURED, "Held-out episodes, at most 100,000.")]
+    why: Annotated[
+        bool,
+        Option(False, MEASURED, "Split each team's gap to the expert: individual, shift, interaction (`theory`)."),
+    ]
+
+
+class ExploitOptions(TypedDict, total=False):
+    """What answers a team, and what is spent on it."""
+
+    against: Annotated[
+        Iterable[str],
+        Option((), ANSWERS, "A further responder: another SUBJECT, scripted or random (repeatable).", "RESPONDER"),
+    ]
+    expert: Annotated[str | None, Option(None, ANSWERS, "The expert (default: the profile's own).", "EXPERT")]
+    networks: Annotated[
+        str | Path | None,
+        Option(
+            None,
+            ANSWERS,
+            "Train two networks against the team in this folder, or go on there. Needs maviper[train].",
+            "FOLDER",
+        ),
+    ]
+    steps: Annotated[int, Option(1_024_000, ANSWERS, "Steps of play for each network.")]
+    refinement_episodes: Annotated[
+        int, Option(100_000, ANSWERS, "Episodes to refine an answering tree with; 0: no tree.")
+    ]
+    world: Annotated[str | None, Option(None, ANSWERS, "module:function of the environment, if it is yours.")]
+    episodes: Annotated[int, Option(1_000, HOW_MEASURING, "To choose on, and as many to report on.")]
+    seed: Annotated[int, Option(0, HOW_MEASURING, "The random seed of what learns.")]
+
+
+WHAT_TRAINING, HOW_TRAINING = "What is trained", "How it runs"
+
+
+class TrainOptions(TypedDict, total=False):
+    """What a training is asked for."""
+
+    algorithm: Annotated[str, Option("", WHAT_TRAINING, "mappo, maddpg or vdn (default: the recipe's).", "NAME")]
+    recipe: Annotated[
+        str,
+        Option(
+            "default", WHAT_TRAINING, "default, clone (of a script), or paper: MADDPG as released, in parallel games."
+        ),
+    ]
+    steps: Annotated[int | None, Option(None, WHAT_TRAINING, "Joint environment steps (default: the recipe's).")]
+    settings: Annotated[
+        Mapping[str, float], Option({}, WHAT_TRAINING, "Another setting of the algorithm.", "NAME=VALUE", called="set")
+    ]
+    against: Annotated[Sequence[str], Option((), WHAT_TRAINING, "Also meet this expert (mappo); repeatable.", "EXPERT")]
+    seed: Annotated[int, Option(0, WHAT_TRAINING, "The random seed.")]
+    seeds: Annotated[int, Option(1, WHAT_TRAINING, "Train this many seeds; keep the best.")]
+    device: Annotated[str, Option("cpu", HOW_TRAINING, "A torch device, such as cpu or cuda.")]
+    jobs: Annotated[int, Option(1, HOW_TRAINING, "Seeds to train in parallel.")]
+    resume: Annotated[bool, Option(False, HOW_TRAINING, "Continue the run in the folder.")]
+
+
+WHAT_REPRODUCING, HOW_REPRODUCING = "What is reproduced", "How it runs"
+
+
+class ReproduceOptions(TypedDict, total=False):
+    """What a reproduction is asked for."""
+
+    quick: Annotated[bool, Option(False, WHAT_REPRODUCING, "Physical deception, depth 4, one seed: a minute.")]
+    full: Annotated[
+        bool, Option(False, WHAT_REPRODUCING, "More: the ladder, preset released, leaf budgets, further experts.")
+    ]
+    experts: Annotated[
+        Sequence[str],
+        Option(
+            ("mappo",),
+            WHAT_REPRODUCING,
+            "mappo or maddpg (shipped), an expert of your own, or NAME=EXPERT; several with commas.",
+            "NAMES",
+            commas=True,
+        ),
+    ]
+    games: Annotated[
+        Sequence[str] | None, Option(None, WHAT_REPRODUCING, "Some of the three games.", "NAMES", commas=True)
+    ]
+    depths: Annotated[Sequence[int] | None, Option(None, WHAT_REPRODUCING, "Default: 2,4,6.", "NUMBERS", commas=True)]
+    algorithms: Annotated[
+        Sequence[str] | None,
+        Option(
+            None,
+            WHAT_REPRODUCING,
+            "As for `maviper extract`, and rungs of the ladder (default: the paper's).",
+            "NAMES",
+            commas=True,
+        ),
+    ]
+    presets: Annotated[
+        Sequence[str], Option(("paper",), WHAT_REPRODUCING, "paper, released, default.", "NAMES", commas=True)
+    ]
+    seeds: Annotated[int | None, Option(None, WHAT_REPRODUCING, "Extraction seeds (default: 10, with --quick 1).")]
+    plan: Annotated[bool, Option(False, HOW_REPRODUCING, "Print the cells and their CPU time; make nothing.")]
+    report_only: Annotated[bool, Option(False, HOW_REPRODUCING, "Write table and report from what is finished.")]
+    shard: Annotated[
+        str | None, Option(None, HOW_REPRODUCING, "Make part I of N, beside other calls on the folder.", "I/N")
+    ]
+    jobs: Annotated[int, Option(1, HOW_REPRODUCING, "Cells at the same time.")]
+    backend: Annotated[str, Option("local", HOW_REPRODUCING, "local or dask (maviper[scale]).", "NAME")]
+    scheduler: Annotated[
+        str | None, Option(None, HOW_REPRODUCING, "Of the Dask scheduler (default: DASK_SCHEDULER_ADDRESS).", "ADDRESS")
+    ]
