@@ -20,7 +20,8 @@ from tests.hunting.sources.drafts import Program, take
 from tests.hunting.sources.judging import Import, Told
 
 TOGETHER = 64  # sources in one translation unit
-ASKED = ("#ifdef compiler", "#if system", "isnan")  # steps that only a compiler can refuse: imported as a user does
+# steps that only a compiler can refuse: imported as a user does
+ASKED = ("#ifdef compiler", "#if system", "isnan", "isfinite", "helper unknown")
 ROOT = Path(__file__).parents[3]
 SHORT = 700  # characters of a source that a finding keeps
 COMPILER = ("gcc", "-std=gnu11", "-w", "-shared", "-fPIC", "-Wl,-Bsymbolic", "-Wl,--no-undefined")
