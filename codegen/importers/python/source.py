@@ -471,8 +471,11 @@ class _Follower:
         return node.attr, kind.members.get(node.attr) if isinstance(kind, Class) else None
 
     def _collect_names(self) -> Mapping[Value, str]:
-        """Collects the source's names of its numbers, where it uses a name for one as a value."""
-        nodes, names = self.file.nodes, dict[Value, str]()
+        """Collects the source's names of its labels, where it uses a name for one as a value. A gain of 2.0 is no name
+        of the action 2, though both are equal.
+        """
+        nodes, names = self.file.nodes, dict(self.machine.called)
+        floats = {each: isinstance(each, float) for each in self.members}
         used = [each.value for kind in (ast.Return, ast.Assign, ast.AnnAssign) for each in nodes[kind]]
         used += [each.body for kind in (ast.IfExp, ast.Lambda) for each in nodes[kind]]
         used += [each.orelse for each in nodes[ast.IfExp]]
@@ -480,9 +483,9 @@ class _Follower:
         used += [one for each in nodes[ast.Dict] for one in each.values]
         for each in _in_order(each for each in used if isinstance(getattr(each, "ctx", None), ast.Load)):
             name, held = self._constant(each)
-            if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
+            if type(held) in (int, float) and floats.get(held) is isinstance(held, float):
                 names.setdefault(held, name)
-        return {**names, **self.machine.called}
+        return names
 
 
 def _in_order(nodes: Iterable[Any]) -> list[Any]:
