@@ -107,7 +107,7 @@ def actions_of(labels: Sequence[Any], called: Mapping[Any, str], given: Renaming
     fit the source's own, or where the user gives two actions the same name; equal ones of the source are numbered.
     """
     values = [_value(each) for each in labels]
-    known = [_name_called(each, called) for each in labels]
+    known = [called.get(each, "") for each in labels]
     whole = [number for each in values if (number := _whole(each)) is not None]
     if len({*whole}) == len(values) and max(whole) < max(MAX_NUMBERED, len(whole)):
         labels_by_number = dict(zip(whole, zip(values, known, strict=True), strict=True))
@@ -130,16 +130,6 @@ def outputs_of(count: int, given: Sequence[str] | None) -> Placed:
         raise InputError("outputs are named in their order, without =", "--outputs", "write NAME,NAME,...")
     names = clean_names(list(given) if given is not None else [f"y{place}" for place in range(count)], "y")
     return Placed(tuple(names), tuple(range(count)), tuple(f"{place} {name}" for place, name in enumerate(names)))
-
-
-def _name_called(label: Any, called: Mapping[Any, str]) -> str:
-    """What a source calls a label; a gain of 2.0 is no name of the action 2, though both are equal."""
-    same = (name for value, name in called.items() if value == label and isinstance(value, float) == _is_float(label))
-    return next(same, "")
-
-
-def _is_float(label: Any) -> bool:
-    return isinstance(label, float) or getattr(getattr(label, "dtype", None), "kind", "") == "f"
 
 
 def _value(label: Any) -> Label:

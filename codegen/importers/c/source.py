@@ -38,6 +38,7 @@ KEYWORDS = frozenset(
     """auto break case char const continue default do double else enum extern float for goto if inline int long register
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while _Bool""".split()  # noqa: SIM905
 )
+DECLARING = c_ast.Decl | c_ast.Typedef | c_ast.Enumerator
 ENTRIES = frozenset(("main", "setup", "loop"))
 
 
@@ -51,6 +52,10 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
         types = [*STANDARD, *(_unknown_types(text.text) if text.missing else ())]
         parsed = CParser().parse("".join(f"typedef int {each};" for each in types) + f"\n{text.text}", where)
         del parsed.ext[: len(types)]
+        for each in walk(parsed) if text.names else ():
+            if isinstance(each, DECLARING) and each.coord and each.name in text.names:
+                what = f"{escape_text(each.name)} is declared, and a macro of the file, too"
+                raise InputError(what, f"{where}, line {each.coord.line}", "give each a name")
         origins = {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
         return ask_compiler(origins, parsed, text, where, said)
     except ParseError as error:

@@ -32,8 +32,9 @@ DEFINED = re.compile(r"^[ \t]*#[ \t]*(?:define|undef)[ \t]+(\w+)(.*)$", re.MULTI
 INCLUDED = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]*)"', re.MULTILINE)
 NAME = re.compile(r"[A-Za-z_]\w*")
 OF_STANDARD = re.compile(
-    r"[A-Z]\w*_(?:MAX|MIN|WIDTH|BIT|DIG|EPSILON|RADIX|METHOD)|M_\w+|(?:FP|FE|EXIT|MATH)_\w+|NAN|EOF|NULL"
+    r"[A-Z]\w*_(?:MAX|MIN|WIDTH|BIT|DIG|EPSILON|RADIX|METHOD)|M_\w+|(?:FP|FE|EXIT|MATH)_\w+|NAN|EOF|NULL|true"
 )
+ASKED = re.compile(r"[A-Za-z_]\w*|[()!<>+*&|-]|[<>=!]=|&&|\|\|")  # in #if, beside whole numbers of 32 bits and blanks
 HIDDEN = re.compile(r"\bhidden_line_(\d+)_\b")
 MAX_EXPANSIONS = 20_000  # and as many more as the text has letters
 MAX_LETTERS = 1 << 24
@@ -143,6 +144,7 @@ class _Reader(Preprocessor):
         self.missing, self.headers, self.expansions, self.directive = list[str](), list[str](), 0, 0
         self.contracts, self.read = True, dict[str, bytes]()
         super().__init__()
+        self.evaluating, self.evaluator = self.evaluator, self.evaluate
         self.expand_filemacro = self.expand_linemacro = self.expand_countermacro = False
         for name in ("__DATE__", "__TIME__", "__PCPP__", "__FILE__"):
             self.macros.pop(name, None)
@@ -216,6 +218,9 @@ class _Reader(Preprocessor):
     def define(self, tokens: Any) -> Any:
         """Keeps a macro that is a whole number as a name."""
         if not isinstance(tokens, str) and tokens:
+            if tokens[0].value == "NDEBUG":
+                what = "NDEBUG takes assertions away, which are read as preconditions"
+                raise self.make_error(what, self.directive, "take out the assertions, or the line")
             name, value = tokens[0].value, parse_number("".join(tok.value for tok in tokens[1:]))
             self.kept.pop(name, None)  # a name that means several things is expanded where it stands
             if value is not None:
@@ -229,6 +234,14 @@ class _Reader(Preprocessor):
         """Forgets a macro."""
         self.kept.pop(tokens[0].value if tokens else "", None)
         return super().undef(tokens)
+
+    def evaluate(self, tokens: Any, **known: Any) -> Any:
+        """What #if asks, once macros are expanded. Of numbers without signs, divisions and shifts pcpp is no C."""
+        for each in (tok.value for tok in tokens):
+            if parse_number(each.rstrip("lL")) is None and not ASKED.fullmatch(each) and each.strip():
+                what = f"#if computes with {escape_text(each)[:40]}"
+                raise self.make_error(what, self.directive, "compare macros with whole numbers, or write the branch")
+        return self.evaluating(tokens, **known)
 
     def evalexpr(self, tokens: Any) -> Any:
         kept, self.kept = self.kept, {}

@@ -151,16 +151,14 @@ def _of_feature(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
     if not is_number(number):
         raise Refused("a feature is combined with something that is no number", TEST_ADVICE)
     feature = convert_feature(m, feature)
-    whole = m.counts(feature) and isinstance(number, int)
-    if whole and kind is ast.Mult and number == 0:
+    if m.counts(feature) and isinstance(number, int) and kind is ast.Mult and number == 0:
         return 0
     sample = feature.value(1.0)
     near = _near(sample if isinstance(sample, np.floating) else 1.0, number)
     # else it keeps no order of floats, or makes a NaN
     if near is None or not math.isfinite(near) or (near == 0 and kind not in (ast.Add, ast.Sub)):
         raise Refused("a feature is combined with 0, an infinite or a too large number", "write the result itself")
-    allowed = (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,)), *((ast.FloorDiv,) if whole else ()))
-    if kind not in allowed:
+    if kind not in (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,))):
         said = "a number is divided by a feature" if turned else f"{kind.__name__.lower()} of a feature is asked"
         raise Refused(said, OTHERWISE.get(kind, TEST_ADVICE))
     sense = FALLING if (kind is ast.Sub and turned) or (kind not in (ast.Add, ast.Sub) and number < 0) else RISING

@@ -463,12 +463,17 @@ class Machine:
             return self.call(called.kind.members["__call__"], [called, *given], named)
         raise Refused(f"{words_of(called)} is called", "call functions of the file, of math or of numpy")
 
+    def ensure_named(self, function: Function) -> None:
+        """InputError for a function that takes any number of values."""
+        if function.node.args.vararg or function.node.args.kwarg:
+            where = f"{self.where}, line {function.node.lineno}"
+            raise InputError(f"{escape_text(function.name)} takes * or **", where, "name each parameter")
+
     def apply(self, function: Function, given: Sequence[Any], named: Mapping[str, Any]) -> Any:
         """Calls a function of the file, and returns its value."""
         if self.depth >= MAX_CALLS:
             raise Refused(f"calls are nested more than {MAX_CALLS} deep", "write recursion as tests")
-        if function.node.args.vararg or function.node.args.kwarg:
-            raise Refused(f"{escape_text(function.name)} takes * or **", "name each parameter")
+        self.ensure_named(function)
         scope = Scope(bind_arguments(function.signature, given, named), function.scope, function.local)
         self.depth, line = self.depth + 1, self.line
         self.ran |= {function.node} if self.paths is None else set()

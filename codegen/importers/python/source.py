@@ -247,7 +247,8 @@ def _choose_method(file: File, name: str, value: Class | Instance) -> Decider | 
 def _idle(file: File, decider: Decider) -> str:
     """Why a function decides nothing; "": it may."""
     node, takes = decider.function.node, decider.function.signature.parameters.values()
-    if len([each for each in takes if each.default is Parameter.empty]) <= len(decider.first):
+    required = [each for each in takes if each.default is Parameter.empty]
+    if len(required) <= len(decider.first) and not (node.args.vararg or node.args.kwarg):
         return "takes no observation"
     if isinstance(node, ast.FunctionDef) and all(each.value is None for each in file.inside(node, ast.Return)):
         return "returns nothing"
@@ -296,6 +297,7 @@ class _Follower:
     def __init__(self, file: File, decider: Decider, said: Said) -> None:
         self.file, self.decider, self.said, self.simple = file, decider, said, file.is_simple()
         self.function = decider.function
+        self.members = dict[Any, enum.Enum | None]()  # by labels: what is returned for each; None: numbers are given
         self.machine = m = copy.copy(file.machine)
         m.where = f"{m.where}, function {escape_text(decider.name)}"
         self.first = [self._object(m, each) for each in decider.first]
@@ -334,6 +336,7 @@ class _Follower:
         m, function = self.machine, self.function
         m.paths, m.fresh, m.depth = paths, {}, 0
         if state is None:
+            m.ensure_named(function)
             named = {name: Part((name,)) for name in m.inputs.parameters}
             body = function.node.body
             if isinstance(body, ast.expr):  # of a lambda
@@ -348,16 +351,29 @@ class _Follower:
 
     def _label(self, value: Any) -> Value:
         """Turns what is returned into a label."""
+        while isinstance(value, list | tuple) and len(value) == 1 and not isinstance(value[0], str):
+            value = value[0]  # a list of one number is that number
+        member = value if isinstance(value, enum.Enum) else None
+        if member is not None:
+            value = member.value if isinstance(member.value, int | float | str) else member.name
+            if value != member.name:
+                self.machine.called.setdefault(value, member.name)
+        label = self._plain_label(value)
+        self._ensure_alike(label, member)
+        return label
+
+    def _ensure_alike(self, label: Value, member: enum.Enum | None) -> None:
+        """InputError where one label is a member of an Enum on some paths only, or of another one."""
+        known = self.members.setdefault(None if isinstance(label, Given) else label, member)
+        mixed = None in self.members and any(each is not None for each in self.members.values())
+        if known is not member or mixed:
+            what = "a member of an Enum is returned, and elsewhere a number or a text that may be taken for it"
+            raise Refused(what, "return members of one Enum on every path, or numbers on every path")
+
+    def _plain_label(self, value: Any) -> Value:
         m = self.machine
         if type(value) is int and not self.said.outputs and value.bit_length() <= MAX_BITS:
             return value  # most are this
-        while isinstance(value, list | tuple) and len(value) == 1 and not isinstance(value[0], str):
-            value = value[0]  # a list of one number is that number
-        if isinstance(value, enum.Enum):
-            plain = value.value if isinstance(value.value, int | float | str) else value.name
-            if plain != value.name:
-                m.called.setdefault(plain, value.name)
-            return self._label(plain)
         if isinstance(value, CONDITIONS):
             return m.truth(value)
         if self._gives(value):
@@ -455,8 +471,11 @@ class _Follower:
         return node.attr, kind.members.get(node.attr) if isinstance(kind, Class) else None
 
     def _collect_names(self) -> Mapping[Value, str]:
-        """Collects the source's names of its numbers, where it uses a name for one as a value."""
-        nodes, names = self.file.nodes, dict[Value, str]()
+        """Collects the source's names of its labels, where it uses a name for one as a value. A gain of 2.0 is no name
+        of the action 2, though both are equal.
+        """
+        nodes, names = self.file.nodes, dict(self.machine.called)
+        floats = {each: isinstance(each, float) for each in self.members}
         used = [each.value for kind in (ast.Return, ast.Assign, ast.AnnAssign) for each in nodes[kind]]
         used += [each.body for kind in (ast.IfExp, ast.Lambda) for each in nodes[kind]]
         used += [each.orelse for each in nodes[ast.IfExp]]
@@ -464,9 +483,9 @@ class _Follower:
         used += [one for each in nodes[ast.Dict] for one in each.values]
         for each in _in_order(each for each in used if isinstance(getattr(each, "ctx", None), ast.Load)):
             name, held = self._constant(each)
-            if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
+            if type(held) in (int, float) and floats.get(held) is isinstance(held, float):
                 names.setdefault(held, name)
-        return {**names, **self.machine.called}
+        return names
 
 
 def _in_order(nodes: Iterable[Any]) -> list[Any]:

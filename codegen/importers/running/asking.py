@@ -115,6 +115,7 @@ class _Answer:
     value: int | tuple[float, ...] | None
     text: str
     raised: str | None = None  # the kind of an error
+    member: str = ""  # of an Enum
 
 
 def _read_answer(said: Any, called: Called, origin: Origin) -> _Answer:
@@ -124,11 +125,14 @@ def _read_answer(said: Any, called: Called, origin: Origin) -> _Answer:
         return _Answer(None, text[:200], said["raised"])
     if isinstance(said, dict) and "strange" in said:
         return _Answer(None, f"an object of the type {escape_text(said['strange'])}")
-    text = escape_text(repr(said["member"] if isinstance(said, dict) else said))[:200]
-    if isinstance(said, dict):
-        said = said["value"] if isinstance(said["value"], int | float | str) else said["member"]
     while isinstance(said, list) and len(said) == 1 and not isinstance(said[0], str):
         said = said[0]  # a list of one number is that number
+    member = said["member"] if isinstance(said, dict) else ""
+    text = escape_text(repr(member or said))[:200]
+    if isinstance(said, dict):
+        if origin.vectors:
+            return _Answer(None, text)
+        said = said["value"] if isinstance(said["value"], int | float | str) else member
     if origin.vectors:
         parts = said if isinstance(said, list) else [said]
         plain = len(parts) == len(origin.vectors[0]) and all(type(each) in (int, float, bool) for each in parts)
@@ -137,7 +141,7 @@ def _read_answer(said: Any, called: Called, origin: Origin) -> _Answer:
         plain = all(type(each) in (int, float, bool) for each in said) and len(said) == len(origin.labels)
         return _Answer(said.index(max(said)) if plain and called.scores else None, text)
     places = {label: place for place, label in enumerate(origin.labels)}
-    return _Answer(None if said is None else places.get(said), text)
+    return _Answer(None if said is None else places.get(said), text, member=member)
 
 
 def _join_forms(called: Called, said: Sequence[tuple[list[_Answer], Any]], rows: Floats, origin: Origin) -> Answers:
@@ -167,9 +171,10 @@ def _differs(one: _Answer, other: _Answer) -> bool:
 
 
 def _combine_answers(answers: Sequence[_Answer], places: Any, origin: Origin) -> Answers:
-    texts = [each.text for each in answers]
+    texts, members = [each.text for each in answers], dict[Any, str]()
+    alike = [each.value is not None and members.setdefault(each.value, each.member) == each.member for each in answers]
     asked = np.array([each.raised != PRECONDITION for each in answers], bool)[places]
-    known = np.array([each.value is not None for each in answers], bool)[places]
+    known = np.array(alike, bool)[places]
     if origin.vectors:
         none = (float("nan"),) * len(origin.vectors[0])
         told: Any = np.array([none if each.value is None else each.value for each in answers])[places]

@@ -164,7 +164,10 @@ class Draft:
 
 def take(make: Callable[[int, Step | None, int], tuple[Draft, Program]], seed: int, steps: tuple[Step, ...]) -> Program:
     """The program of a seed with one step out of the subset."""
-    places = make(seed, None, -1)[0].places
-    rng = random.Random(f"step {seed}")
-    step = rng.choice([each for each in steps if places[each.kind]])
+    draft = make(seed, None, -1)[0]
+    places, rng = draft.places, random.Random(f"step {seed}")
+    known = [each for each in steps if places[each.kind]]
+    step = rng.choice(known)
+    while "{x}[" in step.text and len(draft.features) < 2:  # which looks for a second number
+        step = rng.choice(known)
     return make(seed, step, rng.randrange(places[step.kind]))[1]

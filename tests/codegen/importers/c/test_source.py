@@ -205,6 +205,17 @@ REFUSED = [
     ("#include <stdint.h>\n#if UINTPTR_MAX > 99\n#endif\nint f(float x) { return x > 1; }", 2, "compilers give"),
     ("#include <math.h>\nint f(int x)\n{ return isnan(x); }", 3, "takes a float or a double"),
     ('int f(float x)\n{ return x > sizeof("abc\\0d"); }', 2, "a text is not read"),
+    ("static const int L = 3;\n#define L 5\nint f(float x)\n{ return x > L; }", 1, "L is declared, and a macro"),
+    ("enum { L };\n#define L 5\nint f(float x)\n{ return x > L; }", 1, "L is declared, and a macro"),
+    ("struct s { float L; };\n#define L 5\nint f(struct s x)\n{ return 1; }", 1, "L is declared, and a macro"),
+    ("int f(float L)\n{ return L > 1; }\n#define L 5\n", 1, "L is declared, and a macro"),
+    ("int f(float x)\n{\nint L = 2; return x > L; }\n#define L 5\n", 3, "L is declared, and a macro"),
+    ("#define NDEBUG\n#include <assert.h>\n#undef NDEBUG\nint f(float x)\n{ assert(x > 1); return 1; }", 1, "NDEBUG"),
+    *((f"#define A {a}\n#if {test}\n#endif\nint f(float x)\n{{ return x > 1; }}", 2, "#if computes with")
+      for a, test in [("1", "-7 / 2 == -3"), ("(-7 / 2)", "A == -3"), ("1", "0 || -7 % 2"), ("1", "-1 > 0u"),
+                      ("1", "-1 >> 1"), ("1", "1 << 40"), ("1", "'a' > 3"), ("1", "A ? 1 : 0"),
+                      ("1", "0xffffffffffffffff < 1"), ("~0", "A")]),
+    ("#include <stdbool.h>\n#if true\n#endif\nint f(float x) { return x > 1; }", 2, "compilers give"),
     ("", None, "no function"),
 ]  # fmt: skip
 

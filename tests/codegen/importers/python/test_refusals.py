@@ -12,6 +12,16 @@ from codegen.importers.symbolic import paths
 from tests.support.python_source import imported, nested, same
 
 ACT = "def act(x):\n"
+MOVES = """from enum import Enum, IntEnum
+class M(Enum):
+    GO, STAY = 0, 1
+class N(Enum):
+    UP = 0
+class P(IntEnum):
+    GO = 0
+class T(str, Enum):
+    GO = "go"
+"""
 REFUSED = [
     (ACT + "    if x[0] < x[0] + x[1]:\n        return 1\n    return 0\n", 2, "two features are compared: x[0] < x[0]"),
     (ACT + "    if x[0] + x[1] < 1:\n        return 1\n    return 0\n", 2, "sums of features are computed"),
@@ -51,7 +61,7 @@ REFUSED = [
     (ACT + "    return 1 if x[0] > 0 else 'go'\n", None, "side by side"),
     (ACT + "    return [1, 0] if x[0] > 0 else [1]\n", None, "side by side"),
     (ACT + "    return UP if x[0] > 0 else 'UP'\n", 2, "the name 'UP' is not defined"),
-    ("def act(*x):\n    return 0\n", None, "no function that takes an observation"),
+    ("def act(*x):\n    return 0\n", 1, "act takes * or **"),
     ("def act():\n    return 0\n", None, "no function that takes an observation"),
     ("@jit\ndef act(x):\n    return 0\n", 2, "the decorator 'jit' may change the function"),
     ("class Act:\n    pass\n", None, "no function that takes an observation"),
@@ -94,6 +104,18 @@ REFUSED = [
     ("import numpy as np\ndef act(x):\n    return np.isnan(x[0])\n", 3, "numpy.isnan is not known"),
     ("from enum import Enum\nclass M(Enum):\n    def _generate_next_value_(*a):\n        return 7\n    A = 1\n"
      "def act(x):\n    return M.A if x[0] > 0 else 3\n", 2, "_generate_next_value_ of the Enum M"),
+    (ACT + "    return 1 if int(x[0]) // 2 > 1 else 0\n", 2, "floordiv of a feature is asked"),
+    (ACT + "    return 1 if len([1]) + int(x[0]) // -3 > 1 else 0\n", 2, "floordiv of a feature is asked"),
+    *(
+        (f"{MOVES}def act(x):\n    return {one} if x[0] > 0 else {other}\n", None, "a member of an Enum is returned")
+        for one, other in [
+            ("M.GO", "0"), ("-0.0", "M.GO"), ("False", "[M.GO]"), ("N.UP", "M.GO"), ("P.GO", "0"), ("x[0]", "M.GO"),
+            ("M.STAY", "[x[0]]"), ("[x[0] + 1.0]", "P.GO"), ("T.GO", "'go'"),
+        ]
+    ),
+    ("class A:\n    def act(self, x):\n        return 1 if x[0] > 0 else 2\nunit = A()\n_own = unit\n"
+     "def unit(*given):\n    return _own(*given)\n", 6, "unit takes * or **"),
+    ("def act(x):\n    return x[0] > 0\n_own = act\ndef act(**given):\n    return not _own(**given)\n", 4, "act takes"),
 ]  # fmt: skip
 
 

@@ -106,11 +106,21 @@ def test_numbers_may_have_names():
     assert [action.name for action in policy.actions] == ["action_0", "GO", "STAY"]
 
 
-@pytest.mark.parametrize(("gain", "name"), [("2.0", "action_2"), ("2", "GAIN")])
-def test_a_gain_is_no_name_of_an_action(gain, name):
-    text = f"GAIN = {gain}\ndef act(x):\n    y = GAIN if x[0] > 1 else 1.5\n    return 2 if x[1] > y else 0\n"
+@pytest.mark.parametrize(
+    ("gain", "action", "name"),
+    [
+        ("2.0", "2", "action_2"),
+        ("2", "2", "GAIN"),
+        ("2.0", "GO", "GO"),
+        ("2.0", "M.UP", "UP"),
+        ("True", "1", "action_1"),
+    ],
+)
+def test_a_gain_is_no_name_of_an_action(gain, action, name):
+    text = f"from enum import Enum\nclass M(Enum):\n    UP = 2\nGAIN, GO = {gain}, 2\n"
+    text += f"def act(x):\n    y = GAIN if x[0] > 1 else 1.5\n    return {action} if x[1] > y else 0\n"
     (policy,) = imported(text).agents
-    assert policy.actions[2].name == name
+    assert policy.actions[-1].name == name
 
 
 AROUND = """'A policy.'

@@ -32,6 +32,15 @@ def test_python_itself_is_named_with_the_count():
     assert facts["act replayed"] > 1_000 and re.fullmatch(r"Python 3\.\d+ itself", facts["act replayed by"])
 
 
+@pytest.mark.parametrize("other", ["0", "-0.0", "N.UP", "x[0]"])
+def test_python_tells_a_member_from_what_may_be_taken_for_it(other, monkeypatch):
+    """Also where the reader does not: a wrong reader is planted."""
+    monkeypatch.setattr("codegen.importers.python.source._Follower._ensure_alike", lambda *_: None)
+    text = "from enum import Enum\nclass M(Enum):\n    GO = 0\nclass N(Enum):\n    UP = 0\n"
+    with pytest.raises(DisagreementError, match="where its origin"):
+        imported(f"{text}def act(x):\n    return M.GO if x[0] > 1 else {other}\n", Said())
+
+
 def test_no_run_says_that_nothing_was_compared(monkeypatch):
     monkeypatch.setattr("codegen.importers.running.asking.programs.start", None)
     facts = facts_of(PLAIN, Said(run=False))
