@@ -472,17 +472,19 @@ class _Follower:
 
     def _collect_names(self) -> Mapping[Value, str]:
         """Collects the source's names of its labels, where it uses a name for one as a value. A gain of 2.0 is no name
-        of the action 2, though both are equal.
+        of the action 2, though both are equal; nor is `self.gain`, unless it is returned.
         """
         nodes, names = self.file.nodes, dict(self.machine.called)
         floats = {each: isinstance(each, float) for each in self.members}
+        returned = [each.value for each in nodes[ast.Return]]
         used = [each.value for kind in (ast.Return, ast.Assign, ast.AnnAssign) for each in nodes[kind]]
         used += [each.body for kind in (ast.IfExp, ast.Lambda) for each in nodes[kind]]
         used += [each.orelse for each in nodes[ast.IfExp]]
         used += [one for kind in (ast.List, ast.Tuple) for each in nodes[kind] for one in each.elts]
         used += [one for each in nodes[ast.Dict] for one in each.values]
         for each in _in_order(each for each in used if isinstance(getattr(each, "ctx", None), ast.Load)):
-            name, held = self._constant(each)
+            own = isinstance(each, ast.Attribute) and getattr(each.value, "id", "") not in self.file.scope.names
+            name, held = ("", None) if own and each not in returned else self._constant(each)
             if type(held) in (int, float) and floats.get(held) is isinstance(held, float):
                 names.setdefault(held, name)
         return names

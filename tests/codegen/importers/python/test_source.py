@@ -123,6 +123,15 @@ def test_a_gain_is_no_name_of_an_action(gain, action, name):
     assert policy.actions[-1].name == name
 
 
+def test_an_attribute_names_an_action_only_where_it_is_returned():
+    text = "from dataclasses import dataclass\n@dataclass\nclass Policy:\n    gain: int = 0\n    stop: int = 1\n"
+    text += "    def act(self, x):\n        y = x[1] if x[0] > 1 else self.gain\n"
+    (policy,) = imported(text + "        return self.stop if y > 3 else 0\n").agents
+    assert [action.name for action in policy.actions] == ["action_0", "action_1"]
+    (policy,) = imported(text + "        if y > 3:\n            return self.stop\n        return 0\n").agents
+    assert [action.name for action in policy.actions] == ["action_0", "stop"]
+
+
 AROUND = """'A policy.'
 'and a second text'
 __all__ = ["drone"]
