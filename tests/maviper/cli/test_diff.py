@@ -11,7 +11,7 @@ from codegen import ir
 from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
-from maviper.page.page import page_of
+from maviper.page.page import compared_page_of
 from maviper.verification.diff import compare_profiles, request
 from tests.maviper.page.browsers import in_chromium, in_node
 from tests.support.pages import STATE, starts
@@ -136,7 +136,7 @@ def test_different_agents_are_an_error_that_says_what_to_do(files, profile, tmp_
 @pytest.mark.parametrize("run", [in_node, in_chromium])
 def test_the_page_says_where_the_trees_differ(run, profile, world, tmp_path):
     second = with_other_leaf(profile)
-    html = page_of(compare_profiles(profile, second, "start", request()))
+    html = compared_page_of(compare_profiles(profile, second, "start", request()))
     given = list(starts(world, 500))
     script = STATE + "const at = stateIn(game); return given.map((one) => judges.map((judge) => judge(at(...one))));"
     told = np.array(run(html, script, given, tmp_path))

@@ -11,6 +11,7 @@ from codegen.policy_json import content_hash
 from tests.support.altered import altered
 from tests.support.system_cases import decided, double_integrator, form, policy, stays, switching, team
 from tests.verify.reach import random_systems
+from verify.certificates.proofs import count_bytes
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
@@ -50,9 +51,11 @@ def proved():
     for seed in range(120):
         system, profile, claim = random_systems.case(np.random.default_rng(seed))
         (result,) = decided(profile, system, [claim])
-        if result.verdict is Verdict.PROVED and result.certificate.size:
+        if result.verdict is Verdict.PROVED and count_bytes(result.certificate.proof):
             found.append((result.certificate, profile, system))
-    assert len(found) >= 8 and found[1][0].size > 500 and any(part.hulls for part in found[2][0].proof.parts)
+    assert (
+        len(found) >= 8 and count_bytes(found[1][0].proof) > 500 and any(part.hulls for part in found[2][0].proof.parts)
+    )
     return found
 
 
@@ -218,4 +221,4 @@ def test_a_policy_with_one_action_needs_no_tests():
     system = double_integrator(axes=1, steps=3)
     profile = team(policy("drone", ["sx"], ["push0", "push1"], 1))
     (result,) = decided(profile, system, [stays(system, 3, x=(-1, 1))])
-    assert result.verdict is Verdict.PROVED and result.certificate.size == 0
+    assert result.verdict is Verdict.PROVED and count_bytes(result.certificate.proof) == 0
