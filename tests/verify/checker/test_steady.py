@@ -206,10 +206,10 @@ def test_no_certificate_of_a_false_claim_is_accepted(profile):
             refused[kind] += 1
             continue
         passed[kind] += 1
-        found = zones.decide(stated(other, forged.formula, forged.region, eps=forged.eps))
+        found = zones.decide(stated(other, forged.claim.formula, forged.header.region, eps=forged.header.eps))
         assert found.verdict is Verdict.PROVED
         if kind in ("tree", "property", "errors"):
-            assert decide(Question(Game(other), forged.claim, forged.region)).verdict is Verdict.PROVED
+            assert decide(Question(Game(other), forged.claim.property, forged.header.region)).verdict is Verdict.PROVED
     assert all(refused[kind] > 10 for kind in ("tree", "property", "errors", "proof")), refused
     assert sum(passed.values()) < 400 and passed["errors"] > 0, passed
 
