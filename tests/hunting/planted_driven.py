@@ -50,8 +50,8 @@ def _turned(half):
 
 def forget_steps(patch):
     """The checker of covers asks about the first step alone."""
-    ask = sweep._ClaimCuts.ask
-    patch.setattr(sweep._ClaimCuts, "ask", lambda self, boxes, step: ask(self, boxes, step) if step < 1 else boxes)
+    ask = sweep.CoverSweep._ask_claim
+    patch.setattr(sweep.CoverSweep, "_ask_claim", lambda self, sets, step: ask(self, sets, step) if step < 1 else sets)
 
 
 def _halved(form, name):
