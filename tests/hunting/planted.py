@@ -50,7 +50,7 @@ def _nobody(patch: Any) -> None:
     patch.setattr(decisions, "ensure_team", lambda profile, team: None)
     patch.setattr(claim, "ensure_team", lambda profile, team: None)
     patch.setattr(
-        checking, "ensure_known_names", lambda certificate, profile, team: known_names(certificate, profile, None)
+        checking, "ensure_known_names", lambda profile, header, team, *rest: known_names(profile, header, None, *rest)
     )
 
 

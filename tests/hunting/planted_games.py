@@ -87,7 +87,7 @@ def _goal(patch):
     """Agents take the other landmark for their goal."""
     spell = worlds.describe_agent
 
-    def elsewhere(policy, noise, actions, mark):
+    def elsewhere(policy, noise, actions, mark=worlds.PLACE):
         return spell(policy, noise, actions, {"landmark_0": "landmark_1", "landmark_1": "landmark_0"}.get(mark, mark))
 
     patch.setattr(worlds, "describe_agent", elsewhere)
