@@ -36,6 +36,7 @@ from tests.hunting.planted import PLANTED
 from tests.hunting.record import Record
 from tests.support import summed
 from tests.support.giving import tamed
+from tests.support.tiers import sweep
 from verify.claims.formula import TRUE
 from verify.kinds import Kind
 from verify.result import Verdict
@@ -76,8 +77,7 @@ def test_a_slice_finds_nothing_wrong(kind, capsys):
     assert record.median_depth >= 4
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("planted", PLANTED, ids=lambda planted: planted.name)
+@pytest.mark.parametrize("planted", sweep(pytest.param(planted, id=planted.name) for planted in PLANTED))
 def test_what_was_mended_is_found_when_it_is_put_back(planted):
     with pytest.MonkeyPatch.context() as patch:
         planted.plant(patch)
@@ -162,9 +162,9 @@ def test_systems_that_numbers_drive_are_asked_and_judged(count):
     assert record.counts["certificates forged, refused"] == record.counts["certificates forged"] >= count // 20
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("kind", "name"), [(kind, name) for kind, faults in PLANTED_NUMBERS.items() for name in faults]
+    ("kind", "name"),
+    sweep(pytest.param(kind, name) for kind, faults in PLANTED_NUMBERS.items() for name in faults),
 )
 def test_a_fault_in_what_proves_or_checks_numbers_is_noticed(kind, name):
     for module in (outputs, driven):

@@ -38,7 +38,7 @@ INSIDE = [kind for kind in hunt.READING if "beyond" not in kind and "compared" n
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "kind", [pytest.param(kind, marks=() if kind in INSIDE else pytest.mark.full) for kind in hunt.READING]
+    "kind", [pytest.param(kind, marks=() if kind in INSIDE else pytest.mark.nightly) for kind in hunt.READING]
 )
 def test_sources_are_read_as_they_decide(kind, capsys):
     record = hunt.hunt(kind, None, MANY // 4 if kind.endswith("compared") else MANY, None)
@@ -50,7 +50,7 @@ def test_sources_are_read_as_they_decide(kind, capsys):
         assert record.share("verdict IMPORTED") >= COMES_IN
 
 
-@pytest.mark.full
+@pytest.mark.nightly
 @pytest.mark.parametrize("place", range(0, 2 * len(python_beyond.STEPS), 130))
 def test_each_step_out_of_python_is_refused_or_read_as_it_decides(place):
     """Alone, in the smallest program that has it, of what is given and of an array that is made of it."""
@@ -59,7 +59,7 @@ def test_each_step_out_of_python_is_refused_or_read_as_it_decides(place):
     assert [text for told in every for text in told.wrong] == []
 
 
-@pytest.mark.full
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", range(len(c_beyond.TYPES)))
 def test_each_step_out_of_c_is_refused_or_read_as_it_decides(kind):
     """Alone, in the smallest program that has it, of each type."""

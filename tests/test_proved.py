@@ -76,7 +76,7 @@ def test_repairing_the_extracted_team_again_gives_the_same_bytes(tmp_path, capsy
     assert "3 guards, agent_0 for" in capsys.readouterr().err
 
 
-@pytest.mark.full
+@pytest.mark.nightly
 @pytest.mark.timeout(900)
 def test_extracting_again_gives_the_same_bytes(tmp_path):
     assert main.run(["extract", "physical-deception", "--seed", "0", "-o", str(tmp_path / "extracted.json")]) == 0

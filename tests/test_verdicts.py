@@ -115,7 +115,7 @@ def test_repairing_the_navigation_team_again_gives_the_same_bytes(tmp_path, caps
         assert (tmp_path / name).read_bytes() == (NAVIGATION / name).read_bytes(), name
 
 
-@pytest.mark.full
+@pytest.mark.nightly
 @pytest.mark.timeout(1_800)
 @pytest.mark.parametrize(
     "world, folder", [("cooperative-navigation", NAVIGATION), ("predator-prey", VERDICTS / "predator_prey")]

@@ -15,8 +15,8 @@ from codegen.importers.origin import Names, profile_of
 from codegen.importers.symbolic.program import Described
 
 pytestmark = pytest.mark.interop
-FULL = [pytest.mark.full, pytest.mark.timeout(3_600)]
-COUNTS = [3, pytest.param(150, marks=pytest.mark.slow), pytest.param(1_000, marks=FULL)]
+LONG = [pytest.mark.nightly, pytest.mark.timeout(3_600)]
+COUNTS = [3, pytest.param(150, marks=pytest.mark.slow), pytest.param(1_000, marks=LONG)]
 ROWS = 400  # of those at thresholds and neighbours, beside random ones
 
 

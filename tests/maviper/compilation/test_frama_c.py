@@ -18,6 +18,7 @@ from maviper.compilation.run import compile_and_prove
 from tests.support.observations import blind
 from tests.support.outside import installed
 from tests.support.teams import tree
+from tests.support.tiers import sweep
 
 STEPS = 500_000  # of Z3, in which the code below is proved; where something is wrong, ten times as many do not do
 
@@ -98,8 +99,7 @@ def cases():
 
 
 @installed
-@pytest.mark.slow
-@pytest.mark.parametrize(("style", "where", "change"), list(cases()))
+@pytest.mark.parametrize(("style", "where", "change"), sweep(cases()))
 def test_what_is_wrong_stays_open(style, where, change):
     """The faultless code is proved in `STEPS` steps (above); ten times as many prove nothing that is wrong."""
     texts = emit(team(), ["c"], style=style)

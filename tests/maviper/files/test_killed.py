@@ -19,6 +19,7 @@ import pytest
 from codegen.errors import ExitCode
 from maviper.files import runs
 from tests.support.killing import killed_at, needs_fork
+from tests.support.tiers import sweep
 
 ROOT = Path(__file__).parents[3]
 PROFILE = ROOT / "generated" / "proved_defenders" / "profile.json"
@@ -118,10 +119,9 @@ def undisturbed(tmp_path_factory):
     return run
 
 
-@pytest.mark.slow
 @pytest.mark.compile
 @pytest.mark.solver
-@pytest.mark.parametrize("attempt", range(6))
+@pytest.mark.parametrize("attempt", sweep(range(6), every=6))
 @pytest.mark.parametrize("name", list(COMMANDS))
 def test_a_command_killed_at_a_random_instant(tmp_path, undisturbed, name, attempt):
     seconds, files = undisturbed(name)

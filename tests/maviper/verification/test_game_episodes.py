@@ -79,7 +79,7 @@ def ensure_true(profile, name, radius, steps, region, outcomes):
     "seeds",
     [
         pytest.param(range(5), marks=pytest.mark.slow),
-        pytest.param(range(5, 80), marks=pytest.mark.full),
+        pytest.param(range(5, 80), marks=pytest.mark.nightly),
     ],
     ids=["some", "many"],
 )

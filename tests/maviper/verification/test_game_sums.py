@@ -83,7 +83,7 @@ def ensure_true(profile, name, region, result):
     [
         range(4, 6),
         pytest.param(range(6, 30), marks=pytest.mark.slow),
-        pytest.param(range(30, 400), marks=pytest.mark.full),
+        pytest.param(range(30, 400), marks=pytest.mark.nightly),
     ],
     ids=["two", "some", "many"],
 )
@@ -266,7 +266,7 @@ def ensure_steady(profile, of, eps, region, result):
     [
         range(5, 6),
         pytest.param(range(6, 14), marks=pytest.mark.slow),
-        pytest.param(range(14, 60), marks=pytest.mark.full),
+        pytest.param(range(14, 60), marks=pytest.mark.nightly),
     ],
     ids=["one", "some", "many"],
 )
@@ -296,7 +296,7 @@ def plain_team(seed):
     [
         range(1, 2),
         pytest.param(range(2, 10), marks=pytest.mark.slow),
-        pytest.param(range(10, 60), marks=pytest.mark.full),
+        pytest.param(range(10, 60), marks=pytest.mark.nightly),
     ],
     ids=["one", "some", "many"],
 )

@@ -78,7 +78,7 @@ def disagreements(profile, seed, count):
 
 @pytest.mark.parametrize(
     ("seed", "count"),
-    [(1, 6), pytest.param(2, 80, marks=pytest.mark.slow), pytest.param(3, 2_000, marks=pytest.mark.full)],
+    [(1, 6), pytest.param(2, 80, marks=pytest.mark.slow), pytest.param(3, 2_000, marks=pytest.mark.nightly)],
 )
 def test_what_is_proved_is_true_of_episodes(profile, seed, count):
     wrong, proved = disagreements(profile, seed, count)

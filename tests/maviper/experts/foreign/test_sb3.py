@@ -67,7 +67,7 @@ def test_actions_are_the_librarys_on_ten_thousand_observations(kind, models, wor
 
 
 @pytest.mark.slow
-@pytest.mark.full
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["PPO", "DQN"])
 def test_actions_are_the_librarys_after_a_minute_of_training(kind, tmp_path, world):
     learner = getattr(sb3, kind)("MlpPolicy", "CartPole-v1", seed=2, device="cpu")

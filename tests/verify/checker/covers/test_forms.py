@@ -42,7 +42,7 @@ def test_what_is_shown_is_true(questions):
 
 
 @pytest.mark.parametrize(
-    "questions", [pytest.param(300, marks=pytest.mark.slow), pytest.param(3_000, marks=pytest.mark.full)]
+    "questions", [pytest.param(300, marks=pytest.mark.slow), pytest.param(3_000, marks=pytest.mark.nightly)]
 )
 def test_what_is_shown_is_true_of_thousands(questions):
     met = attacked(range(100_000, 100_000 + questions), 60)

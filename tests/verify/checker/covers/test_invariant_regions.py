@@ -218,7 +218,7 @@ def test_what_is_shown_is_true():
 
 
 @pytest.mark.parametrize(
-    "seeds", [pytest.param(100, marks=pytest.mark.slow), pytest.param(1_000, marks=pytest.mark.full)]
+    "seeds", [pytest.param(100, marks=pytest.mark.slow), pytest.param(1_000, marks=pytest.mark.nightly)]
 )
 def test_thousands_of_forgeries(seeds):
     met = attacked(range(1_000, 1_000 + seeds), 6)

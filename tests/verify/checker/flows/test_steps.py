@@ -76,7 +76,9 @@ def test_no_solution_leaves_the_box(name):
     assert not bad and width < 0.5
 
 
-@pytest.mark.parametrize("count", [pytest.param(6, marks=pytest.mark.slow), pytest.param(125, marks=pytest.mark.full)])
+@pytest.mark.parametrize(
+    "count", [pytest.param(6, marks=pytest.mark.slow), pytest.param(125, marks=pytest.mark.nightly)]
+)
 @pytest.mark.parametrize("name", [*CASES, "all"])
 @pytest.mark.parametrize("order", [1, 4])
 def test_a_thousand_solutions_stay(name, order, count):
