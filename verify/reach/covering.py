@@ -147,8 +147,9 @@ class Search:
             sweep.motion.forget()
         most = min(allowed, self._spending.left)
         swept = sweep.find_open_parts(parts, most // each, widths)
-        self._spending.take(swept.sets * each)
-        if swept.stopped and most < allowed:
+        ended = swept.stopped and most < allowed  # before it asked about the sets that its last step made
+        self._spending.take(most if ended else swept.sets * each)
+        if ended:
             raise BudgetSpentError(OPTION)
         return swept
 

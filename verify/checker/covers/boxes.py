@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Bool, Float64, Int64
-from verify.checker.covers.rounding import Factor, around, ceiling, floor, sum_down, sum_up
+from verify.checker.covers.rounding import Factor, around, ceiling, floor, sum_down
 from verify.checker.reading import RejectedError
 from verify.claims.formula import Linear
 from verify.systems.system import HalfSpace, System
@@ -274,10 +274,10 @@ class Cut:
     def __init__(self, inequality: Linear, columns: Mapping[str, int]) -> None:
         self.line = half_line(inequality, columns)
         self._always = inequality.bound > 0 or (inequality.bound == 0 and not inequality.strict)
-        self._terms: list[tuple[int, Factor]] = []
+        self._terms: list[_Term] = []
         if self.line is None:
             self._end = end_of(inequality.bound, inequality.strict)
-            self._terms = [(columns[name], Factor(weight)) for weight, name in inequality.terms if weight]
+            self._terms = [_Term.of(weight, columns[name], len(columns)) for weight, name in inequality.terms if weight]
 
     def within(self, boxes: BoxList) -> BoxList:
         """For each box with a state that may meet the inequality, a box around all such states."""
@@ -301,19 +301,39 @@ class Cut:
         return kept
 
     def _by_all(self, boxes: BoxList) -> BoxList:
-        low, high = boxes.low, boxes.high
-        least = [factor.times_down((low if factor.positive else high)[:, i]) for i, factor in self._terms]
+        """Bounds each term by what the least of all others leaves of the end."""
+        least = [each.least(boxes.bounds) for each in self._terms]
         met = ~(_total_down(least) > self._end.last)
         if not met.any():
             return boxes.take(slice(0, 0))
-        kept, least = boxes.take(met), [each[met] for each in least]
-        for place, (column, factor) in enumerate(self._terms):
-            left = sum_up(-_total_down(least[:place] + least[place + 1 :]), self._end.up)
-            at = column + kept.variables * factor.positive  # of the bound on the other side
-            first = -factor.into_up(left) if factor.positive else factor.into_down(left)
-            kept.bounds[:, at] = np.maximum(kept.bounds[:, at], first)
-        empty = np.asarray((kept.low > kept.high).any(axis=1), dtype=np.bool_)
-        return kept.take(~empty)
+        at = np.flatnonzero(met)
+        kept, least = boxes.take(at), [each.take(at) for each in least]
+        empty = np.zeros(kept.size, dtype=np.bool_)
+        for place, term in enumerate(self._terms):
+            left = sum_down(_total_down(least[:place] + least[place + 1 :]), -self._end.up)
+            far = np.maximum(kept.bounds[:, term.far], term.factor.into_down(left if term.factor.positive else -left))
+            kept.bounds[:, term.far] = far
+            empty |= kept.bounds[:, term.near] + far > 0  # a sum of two floats has its sign, however it rounds
+        return kept.take(~empty) if empty.any() else kept
+
+
+class _Term(NamedTuple):
+    """A variable times a number. `near`, `far`: the columns of `BoxList.bounds` where it is least and most."""
+
+    factor: Factor
+    near: int
+    far: int
+
+    @classmethod
+    def of(cls, weight: Fraction, column: int, variables: int) -> _Term:
+        """The term of a column, of so many variables."""
+        ends = (column, column + variables)
+        return cls(Factor(weight), *(ends if weight > 0 else reversed(ends)))
+
+    def least(self, bounds: Float64) -> Float64:
+        """A float at most its least value in each box."""
+        ends = bounds[:, self.near]
+        return self.factor.times_down(ends if self.factor.positive else -ends)
 
 
 def _total_down(values: Sequence[Float64]) -> Float64:

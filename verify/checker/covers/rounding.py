@@ -75,7 +75,9 @@ def lower(values: Float64, times: float = 1.0) -> Float64:
 def sum_down(one: Float64, other: Float64 | float) -> Float64:
     """A float at most the sum, element by element; NaN where it lies beyond the floats."""
     total, error = _with_error(one, other)
-    return np.where(error >= 0, total, lower(total))  # the error of an infinite total is NaN
+    bound = lower(total)
+    np.copyto(bound, total, where=error >= 0)  # the error of an infinite total is NaN
+    return bound
 
 
 def sum_up(one: Float64, other: Float64 | float) -> Float64:
@@ -102,6 +104,7 @@ class Factor:
         self._all_ones, self._some_ones = bool(self._ones.all()), bool(self._ones.any())
         self._shifts = np.array([low == high and abs(frexp(low)[0]) == 0.5 for low, high in ends])  # powers of two
         self._some_shifts = bool(self._shifts.any())
+        self._exact = bool((self.low == self.high).all())  # each is a float
 
     def times_down(self, values: Float64) -> Float64:
         """A float at most the product with each value; NaN where it lies beyond the floats.
@@ -121,11 +124,13 @@ class Factor:
         if self._some_shifts:
             size = np.abs(product)
             exact |= self._shifts & (size > TINY) & (size < np.inf)
-        return np.where(exact, product, lower(product, 3.0))
+        bound = lower(product, 3.0)
+        np.copyto(bound, product, where=exact)
+        return bound
 
     def into_down(self, values: Float64) -> Float64:
         """A float at most the quotient of each value by this number."""
-        quotients = np.minimum(values / self.low, values / self.high)
+        quotients = values / self.low if self._exact else np.minimum(values / self.low, values / self.high)
         return np.where(values == 0, 0.0, lower(quotients))
 
     def into_up(self, values: Float64) -> Float64:
