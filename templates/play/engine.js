@@ -271,8 +271,15 @@ const Engine = (() => {
 
   // --- claims about decisions
 
-  /** A formula as a function of coordinates, actions by agent's number, and the goal's number. */
-  function formula(game, node) {
+  /** A formula as a function of coordinates, actions by agent's number, and the goal's number. A list has each of its
+   * parts once, the whole last; a number is a part's place in it.
+   */
+  function formula(game, node, known = []) {
+    if (Number.isInteger(node)) return known[node];
+    if (Array.isArray(node)) {
+      for (const part of node) known.push(remembering(formula(game, part, known)));
+      return known[known.length - 1];
+    }
     if (node.sum) {
       const compare = comparison(node.sum.map(([weight, name]) => [weight, game.place[name]]), node.most || node.below);
       return node.below === undefined ? (at) => compare(at) <= 0 : (at) => compare(at) < 0;
@@ -286,12 +293,22 @@ const Engine = (() => {
       return (at, chosen, goal) => goal === number;
     }
     if (node.not) {
-      const part = formula(game, node.not);
+      const part = formula(game, node.not, known);
       return (at, chosen, goal) => !part(at, chosen, goal);
     }
-    const inner = (node.all || node.any).map((part) => formula(game, part));
+    const inner = (node.all || node.any).map((part) => formula(game, part, known));
     if (node.all) return (at, chosen, goal) => inner.every((part) => part(at, chosen, goal));
     return (at, chosen, goal) => inner.some((part) => part(at, chosen, goal));
+  }
+
+  /** The same, found once for the same actions: each state has a list of its own. */
+  function remembering(part) {
+    let last = null;
+    let value = false;
+    return (at, chosen, goal) => {
+      if (chosen !== last) [last, value] = [chosen, part(at, chosen, goal)];
+      return value;
+    };
   }
 
   /** The actions that errors of at most eps in every feature can cause: a test can go either way where its cut is near.

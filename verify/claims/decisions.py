@@ -10,7 +10,7 @@ iff their L-infinity distance is at most the radius; engaged is either. Lengths 
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from fractions import Fraction
 from functools import cache, lru_cache
@@ -185,17 +185,22 @@ def _matchings(profile: PolicyProfile, team: str) -> list[Matching]:
     ]
 
 
+def _some_matching(found: Sequence[Matching], related: Callable[[AgentPolicy, str], Formula]) -> Formula:
+    """In one of the matchings each agent is related to its landmark."""
+    # many matchings have few pairs: six agents have 36 in 720
+    pairs = {(policy.agent, landmark): (policy, landmark) for matching in found for policy, landmark in matching}
+    stated = {pair: related(*given) for pair, given in pairs.items()}
+    return disjunction(
+        *(conjunction(*(stated[policy.agent, landmark] for policy, landmark in matching)) for matching in found)
+    )
+
+
 class _Engaging(DecisionClaim):
     """That all agents are engaged in one of some matchings."""
 
     def states(self, profile: PolicyProfile) -> Formula:
         """Returns the formula that is claimed where the assumption holds."""
-        return disjunction(
-            *(
-                conjunction(*(engages(policy, landmark, self) for policy, landmark in matching))
-                for matching in self.engagements(profile)
-            )
-        )
+        return _some_matching(self.engagements(profile), lambda policy, landmark: engages(policy, landmark, self))
 
 
 @dataclass(frozen=True)
@@ -269,12 +274,7 @@ class Aligned(DecisionClaim):
 
     def states(self, profile: PolicyProfile) -> Formula:
         """Returns the formula that is claimed where the assumption holds."""
-        return disjunction(
-            *(
-                conjunction(*(self._straight(policy, landmark) for policy, landmark in matching))
-                for matching in _matchings(profile, self.team)
-            )
-        )
+        return _some_matching(_matchings(profile, self.team), self._straight)
 
     def _straight(self, policy: AgentPolicy, landmark: str) -> Formula:
         ways = [at(policy.agent, landmark, self.radius)]

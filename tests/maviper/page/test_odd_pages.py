@@ -1,6 +1,7 @@
 """Pages of odd profiles: names that look like markup, features without a meaning, many agents, large trees."""
 
 import dataclasses
+import json
 import re
 
 import numpy as np
@@ -12,7 +13,7 @@ from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from codegen.profiles import ensure
 from maviper.files.profiles import load
-from maviper.page.document import Contents, Recorded, Shown, Stored, about, bound_sliders, usual_claims
+from maviper.page.document import Contents, Recorded, Shown, Stored, about, bound_sliders, document, usual_claims
 from maviper.page.page import MAX_RULES, contents_of, page
 from tests.maviper.page.browsers import in_chromium, in_node, overhang
 from tests.support.odd_pages import with_trees
@@ -278,3 +279,15 @@ def test_the_slice_is_of_an_agent_that_tests_something(tmp_path):
       return [first, open()];
     """
     assert in_chromium(html, told, [], tmp_path) == [["right", [False, True]], [True, False]]
+
+
+def test_claims_of_six_agents_share_their_parts_and_are_judged():
+    """Six agents have 720 matchings with six landmarks, but only 36 pairs."""
+    from maviper.worlds import find_built_in
+    from tests.hunting.teams import bare
+
+    profile = bare(find_built_in("cooperative-navigation,agents=6").name)
+    claims = document(profile, Contents(usual_claims(profile)))["claims"]
+    judged = {claim["name"]: claim for claim in claims if claim["formula"]}
+    assert {"distinct_targets", "own_target", "no_double", "aligned", "steady"} == set(judged)
+    assert all(len(json.dumps(claim)) < 100_000 for claim in claims)
