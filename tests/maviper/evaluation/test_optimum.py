@@ -5,15 +5,8 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from codegen.errors import InputError
-from maviper.episodes.play import play
-from maviper.episodes.trees import agent_policies, among
-from maviper.experts.finding import find_expert
-from maviper.extraction.algorithms import extract
-from maviper.extraction.settings import Settings
 from maviper.worlds import find
-from tests.support.games import random_tree
-from tests.support.optimum import Search, optimum, rules_of, rules_of_depth, worth
+from tests.support.optimum import Search, optimum, rules_of_depth, worth
 
 
 def by_hand(world, rules):
@@ -77,52 +70,6 @@ def test_no_team_is_better_by_brute_force(name):
     teams = product(range(len(rules)), repeat=len(world.agents))
     best = max(worth(world, rules[list(team)]) for team in teams)
     assert found.worth == pytest.approx(best, abs=1e-12)
-
-
-LARGER = [
-    "coordination,agents=5,noise=5,payoff=70",
-    "coordination,agents=6,kinds=3,blur=20",
-    "coordination,agents=4,agree=60,noise=10",
-    "coordination,agents=6,rule=climbing",
-    "coordination,agents=5,rule=penalty,noise=5",
-]
-
-
-@pytest.mark.parametrize("name", LARGER)
-def test_no_agent_gains_alone_and_more_depth_never_costs(name):
-    world = find(name)
-    reached = [optimum(world, depth) for depth in (0, 1, 2)]
-    assert reached[0].worth <= reached[1].worth + 1e-12 <= reached[2].worth + 2e-12
-    best, rules = reached[1], rules_of_depth(world, 1)
-    for agent in range(len(world.agents)):
-        for rule in rules:
-            changed = best.rules.copy()
-            changed[agent] = rule
-            assert worth(world, changed) <= best.worth + 1e-12
-
-
-def test_a_team_in_play_is_worth_what_is_computed():
-    world = find("coordination,noise=10,payoff=50,levels=3")
-    rng = np.random.default_rng(0)
-    policies = agent_policies(world, [random_tree(world.features[0], 3, rng, depth=2) for _ in world.agents])
-    found = play(world, among(world, policies, []), world.start_from_seeds(range(40_000)))
-    assert found.values[0].mean() == pytest.approx(worth(world, rules_of(world, policies)), abs=0.01)
-
-
-def test_no_extraction_beats_the_optimum_and_the_expert_without_noise_does():
-    name = "coordination,agents=2,kinds=1"
-    expert, world = find_expert(name)
-    best = optimum(world, 2).worth
-    assert best < worth(world, np.stack([world.demanded] * 2)) == 1
-    for seed in (0, 1):
-        given = {"iterations": 2, "rollouts": 100, "selection_episodes": 50, "refinement": 0, "max_depth": 2}
-        profile = extract(world, expert, Settings.of({**given, "seed": seed}, world))
-        assert worth(world, rules_of(world, profile.agents)) <= best + 1e-12
-
-
-def test_too_many_trees_are_refused():
-    with pytest.raises(InputError, match="fewer signals or levels"):
-        optimum(find("coordination,signals=4,levels=4,conventions=4"), 3)
 
 
 @pytest.mark.parametrize("n_agents", [2, 3, 4, 5])

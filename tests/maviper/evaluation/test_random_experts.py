@@ -1,19 +1,14 @@
-"""The register of experts as a random level: it can be carried out, and the expert is its unit."""
+"""Registered runs of several experts: the expert is the unit, and the report says what their records found."""
 
 import json
-import tomllib
-from dataclasses import replace
 from itertools import product
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from codegen.errors import InputError
-from maviper.options import TrainOptions
 from maviper.reproduction.statistics import of_differences
-from tests.benchmarks import published, trained
-from tests.benchmarks.registered import HERE, Cell, Found, cells_of, comparisons_of, make, settings_of, world_of
+from tests.benchmarks import published
+from tests.benchmarks.registered import HERE, Cell, Found, cells_of
 
 REGISTER, DIGEST = published.read_register("random-experts")
 LABELS = tuple(f"mappo-{seed}" for seed in range(200, 208))
@@ -46,77 +41,8 @@ def fill(folder, lifts):
         (folder / cell.name).write_text(json.dumps(document(0.6 + lift, f"network {place}")))
 
 
-def tree_seeds_beside(name):
-    """The seeds of trees of all other registers."""
-    others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != name]
-    registers = [other for other in others if "seeds" in other]
-    labels = [(register, label) for register in registers for label in trained.labels_of(register) or [""]]
-    return {seed for register, label in labels for seed in trained.tree_seeds_of(register, label)}
-
-
 def lines_of(folder):
     return published.family_lines(REGISTER, Found(REGISTER, DIGEST, folder), "deception")
-
-
-def test_every_comparison_has_its_cells_and_every_expert_seeds_of_its_own():
-    cells = {cell for group in REGISTER["groups"] for cell in cells_of(REGISTER, group)}
-    assert len(cells) == 2 * 8 * 2 * 3
-    for _, claim, experts, depth in comparisons_of(REGISTER):
-        assert experts == LABELS and claim["measure"] in {DEFENDERS, "agents D"}
-        for label, side in ((label, claim[side]) for label in experts for side in ("first", "second")):
-            seeds = trained.tree_seeds_of(REGISTER, label)
-            assert {Cell(claim["game"], label, **side, depth=depth, seed=seed) for seed in seeds} <= cells
-    for group in REGISTER["groups"]:  # a partial record is whole experts from the top
-        assert [cell.expert for cell in cells_of(REGISTER, group)] == [label for label in LABELS for _ in range(6)]
-    used = [seed for label in LABELS for seed in trained.tree_seeds_of(REGISTER, label)]
-    assert used == list(range(500, 516))
-    assert not tree_seeds_beside("random-experts") & set(used)
-    for cell in {replace(cell, expert=LABELS[0], seed=500) for cell in cells}:
-        settings = settings_of(REGISTER, world_of(REGISTER, cell.game, cell.expert), cell)
-        assert settings.preset == "paper" and settings.splits == "histogram" and not settings.refinement
-
-
-@pytest.mark.parametrize("name", ["learner-experts", "learner-more-experts"])
-def test_the_learner_is_asked_of_the_same_experts_at_three_depths(name):
-    """Experts are those of registers that compare the paper's algorithms; one asks for 6 cells, one for 12 others."""
-    register, _ = published.read_register(name)
-    learner, _ = published.read_register("learner-experts")
-    more, _ = published.read_register("more-experts")
-    assert learner["trained"] == REGISTER["trained"] and register["algorithms"] == learner["algorithms"]
-    games = GAMES if register is learner else (*GAMES, "predator-prey")
-    asked = {(game, "mappo" if register is learner else "maddpg") for game in games}
-    if register is not learner:
-        asked.add(("predator-prey", "mappo"))
-        for recipe, trained_ in more["trained"].items():
-            assert {**trained_, "seeds": None} == {**register["trained"][recipe], "seeds": None}
-            assert set(trained_["seeds"]) <= set(register["trained"][recipe]["seeds"])
-    of = {(game, name): [f"{name}-{seed}" for seed in register["trained"][name]["seeds"]] for game, name in asked}
-    claimed = [(claim["game"], experts, depth) for _, claim, experts, depth in comparisons_of(register)]
-    assert sorted(claimed) == sorted(
-        (game, tuple(labels), depth) for (game, _), labels in of.items() for depth in (2, 4, 6) for _ in range(3)
-    )
-    labels = trained.labels_of(register)
-    used = {seed for label in labels for seed in trained.tree_seeds_of(register, label)}
-    assert used == set(range(register["seeds"][0], register["seeds"][0] + 2 * len(labels)))
-    assert not tree_seeds_beside(name) & set(used)
-    for group in register["groups"]:
-        whole = [label for label in group["experts"] for _ in range(2 * len(group["depths"]) * 4)]
-        assert [cell.expert for cell in cells_of(register, group)] == whole
-
-
-def test_more_experts_are_those_of_the_paper_and_of_predator_prey():
-    """Every expert that is trained is compared, each with seeds of its own; all have what their game's recipe says."""
-    register, _ = published.read_register("more-experts")
-    compared = {(claim["game"], label) for _, claim, experts, _ in comparisons_of(register) for label in experts}
-    assert compared == set(trained.runs_of(register, register["groups"])) and len(compared) == 8 + 8 + 5 + 5
-    used = [seed for label in trained.labels_of(register) for seed in trained.tree_seeds_of(register, label)]
-    assert used == list(range(700, 726))
-    assert not tree_seeds_beside("more-experts") & set(used)
-    assert register["presets"] == REGISTER["presets"] and register["algorithms"] == REGISTER["algorithms"]
-    for game, label in compared:
-        recipe, _ = trained.recipe_of(register, label)
-        assert set(recipe["options"][game]) <= set(TrainOptions.__annotations__) and recipe["seconds"][game]
-        assert recipe["options"][game]["algorithm"] == label.partition("-")[0]
 
 
 def test_the_unit_is_the_expert(tmp_path):
@@ -140,61 +66,6 @@ def test_the_unit_is_the_expert(tmp_path):
         "  experts-deception-iviper, 8 experts, depth 4: 7 of 8 experts",
         "  experts-deception-imitation, 8 experts, depth 4: 7 of 8 experts",
     ]
-
-
-def test_a_baseline_at_the_ceiling_is_untestable_with_the_word_beside(tmp_path):
-    lifts = {"maviper-every-round": lambda place, seed: 0.2, "imitation": lambda place, seed: 0.01 * place}
-    fill(tmp_path, {**lifts, "iviper": lambda place, seed: 0.19 + 0.001 * place})
-    ceiling, open_ = lines_of(tmp_path)[2:]
-    assert "UNTESTABLE (EQUAL without the rule of the ceiling); SMALLER THAN HALF against 0.488" in ceiling
-    assert "  BETTER; " in open_ and "UNTESTABLE" not in open_
-
-
-def test_cells_of_one_expert_are_of_one_network(tmp_path):
-    for seed, network in ((500, "one"), (501, "another")):
-        cell = replace(FIRST, seed=seed)
-        (tmp_path / cell.name).write_text(json.dumps(document(0.6, network)))
-    with pytest.raises(SystemExit, match="of another network than other cells of mappo-200"):
-        Found(REGISTER, DIGEST, tmp_path)
-
-
-def test_an_expert_that_is_not_trained_is_asked_for(tmp_path):
-    with pytest.raises(InputError, match="mappo-200 of physical-deception is not trained"):
-        make(REGISTER, DIGEST, FIRST, tmp_path, tmp_path)
-
-
-def test_missing_experts_are_trained_and_begun_ones_resumed(tmp_path, monkeypatch):
-    asked = []
-
-    def train_expert(game, run, console, **options):
-        asked.append((game, run.name, options))
-        return {"seconds": 1.0}
-
-    monkeypatch.setattr(trained, "train_expert", train_expert)
-    begun = trained.run_of(tmp_path, "physical-deception", LABELS[3])
-    begun.mkdir()
-    (begun / "config.json").write_text("{}")
-    labels = [label for _, label, _ in trained.train_missing(REGISTER, tmp_path, REGISTER["groups"][:1])]
-    assert labels == list(LABELS)
-    assert [options["seed"] for _, _, options in asked] == list(range(200, 208))
-    assert [options["resume"] for _, _, options in asked] == [place == 3 for place in range(8)]
-    assert all(
-        options["steps"] == 1_024_000 and set(options) <= set(TrainOptions.__annotations__) for *_, options in asked
-    )
-
-
-def test_a_finished_run_is_the_expert(tmp_path, monkeypatch):
-    run = trained.run_of(tmp_path, "physical-deception", LABELS[0])
-    run.mkdir()
-    (run / trained.CARD_FILE).write_text("{}")
-    expert = SimpleNamespace(hash="abc")
-    monkeypatch.setattr(trained, "find_expert", lambda text: (expert, text))
-    assert trained.find_trained(tmp_path, "physical-deception", LABELS[0]) == (expert, str(run))
-
-
-def test_the_plan_counts_experts_and_their_training():
-    text = "\n".join(published.plan_lines(REGISTER))
-    assert "experts mappo, cooperative-navigation" in text and "experts-navigation-iviper, 8 experts" in text
 
 
 def rows_of(text):
@@ -279,13 +150,3 @@ def test_the_report_has_the_table_of_the_learner(name):
             numbers = [f"{GAMES.get(game, 'predators')}, {kind}, {depth}", *(f"{mean:.3f}" for mean in means.values())]
             lead = "{:.3f} [{:.3f}, {:.3f}]".format(pair.mean, *pair.interval())
             assert " | ".join([*numbers, lead]).replace("0.", ".") in rows
-
-
-def test_a_cell_is_better_only_than_all_and_worse_than_one():
-    told = published.told_of
-    assert told(("BETTER",) * 3) == "better than all" and told(("BETTER", "BETTER", "EQUAL")) == "neither"
-    assert told(("BETTER", "UNTESTABLE", "BETTER")) == "UNTESTABLE"
-    assert told(("UNTESTABLE", "WORSE", "BETTER")) == "worse than one"
-    for name in ("random-experts", "more-experts"):  # which compare no algorithm with three others by one measure
-        register, digest = published.read_register(name)
-        assert not published.cell_lines(register, Found(register, digest, published.RECORDS / name))
