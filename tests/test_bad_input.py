@@ -25,6 +25,7 @@ from maviper import tour
 from maviper.cli import main
 from maviper.files import runs
 from tests.support.strategies import WORLD
+from tests.support.tiers import sweep
 from verify.claims.region_files import positions
 
 pytestmark = pytest.mark.usefixtures("few_states_throughout")
@@ -515,9 +516,8 @@ def started(*arguments, cwd):
     return process, process.stderr.readline()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
-@pytest.mark.parametrize("attempt", range(4))
+@pytest.mark.parametrize("attempt", sweep(range(4)))
 def test_interrupted_at_a_random_moment(tmp_path, how, attempt):
     """The tour into a folder that holds an earlier one: every file is the old or the new one, whole."""
     folder = tmp_path / "demo"
