@@ -1,6 +1,7 @@
 """The standing hunt: a slice finds nothing wrong, false words put back are found, the judge stands alone."""
 
 import ast
+import itertools
 import json
 import sys
 from fractions import Fraction
@@ -16,6 +17,7 @@ from codegen.profiles import ensure
 from maviper.verification.run import question_files
 from tests import hunt
 from tests.hunting import (
+    asking,
     driven,
     episodes,
     game_sums,
@@ -75,6 +77,17 @@ def test_a_slice_finds_nothing_wrong(kind, capsys):
     least = LEAST[kind]
     assert record.share("proved, not vacuous") >= least and record.share("verdict VIOLATED") >= least
     assert record.median_depth >= 4
+
+
+@pytest.mark.parametrize(("count", "thorough"), [(40, False), pytest.param(24, True, marks=pytest.mark.slow)])
+def test_real_arithmetic_is_asked_and_judged(count, thorough):
+    """Of the first questions in it; thorough: with both engines, the front door and forged certificates each time."""
+    drawn = (questions.drawn(seed) for seed in itertools.count())
+    real = itertools.islice((each for each in drawn if each.case.semantics == "real"), count)
+    told = [asking.ask(each, thorough) for each in real]
+    assert [text for each in told for text in each.wrong] == []
+    verdicts = [each.verdict for each in told]
+    assert verdicts.count("PROVED") >= count // 6 and verdicts.count("VIOLATED") >= count // 3
 
 
 @pytest.mark.parametrize("planted", sweep(pytest.param(planted, id=planted.name) for planted in PLANTED))

@@ -245,7 +245,8 @@ def _met(asked: Asked, result: Result, told: Told) -> None:
     certificate = result.evidence.certificate
     for premise in (certificate.claim.premises or ()) if certificate is not None else ():
         said = forging.formula_of(formula_document(premise.formula))
-        claim = {**asked.case.claim, "formula": ("not", said), "assume": None, "eps": Fraction(0)}
+        claim = {**asked.case.claim, "name": "formula", "of": "", "landmarks": (), "formula": ("not", said)}
+        claim |= {"assume": None, "eps": Fraction(0)}
         exact = asked.case.semantics == REAL
         state = {name: value if exact else float(value) for name, value in premise.state.items()}
         if not judge.violates(replace(asked.case, claim=claim), state, premise.goal or None):

@@ -1,4 +1,6 @@
-"""What several tests use of `verify.solver.test_encode`."""
+"""Agents that observe every kind of meaning, states in which tests tie, and whether the solver says they fail there."""
+
+from fractions import Fraction
 
 import numpy as np
 
@@ -6,8 +8,13 @@ from codegen import ir
 from codegen.ir import Meaning
 from maviper.worlds import find
 from tests.support.teams import STAY, tree
-from verify.claims.region_files import positions
+from verify.claims.region import Region
+from verify.claims.region_files import positions, start_region
+from verify.question import Question
+from verify.solver.encode import query
+from verify.solver.terms import number
 from verify.states.state import State
+from verify.subjects import Game
 
 WORLD = find("physical-deception")
 
@@ -43,3 +50,24 @@ def tied_points(count, seed):
     beside = np.nextafter(grid, rng.choice([-9.0, 9.0], size=grid.shape))
     values = np.where(rng.random(grid.shape) < 0.2, beside, grid)
     return [State(dict(zip(names, map(float, row), strict=True)), f"landmark_{rng.integers(2)}") for row in values]
+
+
+def asking(profile, claim, slack=Fraction(0)):
+    """Whether the solver's constraints hold in a world state with its errors, an error that is not named being 0: all
+    variables are replaced, then worked out. Constraints are written down once for each goal.
+    """
+    import z3
+
+    region, queries = start_region(profile.world), {}
+    wide = Region(dict.fromkeys(region.box, (Fraction(-9), Fraction(9))), region.goals)
+
+    def asked(state):
+        if state.goal not in queries:
+            queries[state.goal] = query(Question(Game(profile), claim, wide), state.goal, slack)
+        asked, known = queries[state.goal], dict(state.position) | dict(state.errors)
+        values = [(variable, number(Fraction(known.get(name, 0.0)))) for name, variable in asked.variables.items()]
+        answer = z3.simplify(z3.substitute(z3.And(*asked.constraints), *values))
+        assert z3.is_true(answer) or z3.is_false(answer), answer
+        return z3.is_true(answer)
+
+    return asked

@@ -354,29 +354,6 @@ def test_bugs_of_the_engine_are_caught(profile, name, monkeypatch):
     assert caught > 0
 
 
-def test_bugs_never_lead_to_an_accepted_false_proof(profile, monkeypatch):
-    """The same, goal by goal, against the answers of the engine without bugs."""
-    rng = np.random.default_rng(6)
-    questions = []
-    for _ in range(25):
-        pair, claim = near_roles(rng, profile)
-        region = start_region(pair.world)
-        asked = formula(pair, claim)
-        for goal in region.goals:
-            questions.append(
-                (pair, asked, region, goal, zones.decide(stated(pair, asked, region, goals=(goal,))).verdict)
-            )
-    for bug in BUGS.values():
-        with monkeypatch.context() as patch:
-            bug(patch)
-            for pair, asked, region, goal, truth in questions:
-                found = zones.decide(stated(pair, asked, region, goals=(goal,)))
-                for proof in found.proofs.values():
-                    if truth is not Verdict.PROVED:
-                        with pytest.raises(RejectedError):
-                            decisions.check(pair, (asked,), region, goal, Semantics(), numbers(proof))
-
-
 def test_three_agents_with_velocities(profile):
     """A world without goals has one proof, for no goal; in the file its name is empty."""
     world = NAVIGATION

@@ -13,7 +13,6 @@ from maviper.cli import main
 from maviper.verification.ask import from_file
 from maviper.verification.run import verify_claims
 from tests.support.altered import altered, of_episodes, of_goals
-from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import team, towards
 from verify.certificates.games import to_json
@@ -26,8 +25,7 @@ from verify.claims.claim import verifiable
 from verify.claims.decisions import PLAIN, DistinctTargets, NoDouble, ensure_askable, formula
 from verify.claims.episodes import EPISODE_CLAIMS, Covers, KeepsApart
 from verify.claims.formula import TRUE
-from verify.claims.region import Region
-from verify.claims.region_files import everywhere, region_toml
+from verify.claims.region_files import everywhere
 from verify.claims.wording import BUILT_IN, AliveLeaves, OwnFormula, account_of
 from verify.episodes import composition
 from verify.question import Question, from_start
@@ -206,13 +204,3 @@ def test_no_counterexample_is_about_nobody(place):
         (place / "edited.json").write_text(json.dumps(states | {"team": name}))
         asked = ["extract", "physical-deception", "--counterexamples", str(place / "edited.json"), "-o"]
         assert main.run(["-q", *asked, str(place / "new.json")]) == 2
-
-
-def test_a_claim_about_somebody_is_still_accepted(place):
-    arrivers = team(PAIR, arriving(0), arriving(1))
-    (place / "profile.json").write_text(dumps(arrivers))
-    small = Region({name: (low / 50, high / 50) for name, (low, high) in everywhere(PAIR).box.items()}, ())
-    (place / "small.toml").write_text(region_toml(replace(small, goals=PAIR.world.goals)))
-    asked = ["verify", str(place / "profile.json"), "--property", "reaches", "--region", str(place / "small.toml")]
-    assert main.run(["-q", *asked, "-o", str(place)]) == 0
-    assert main.run(["check", str(place / "certificate-1-reaches.json")]) == 0

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.dynamics import contact_force, partners
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from maviper.worlds import find
 from tests.support.contact_teams import HALF, HOMING, LANES, SPREAD, TAG, going
@@ -70,38 +69,6 @@ def test_that_test_sees_contacts_noticed_too_late(monkeypatch):
     monkeypatch.setattr(contacts, "MAX_DRIFT", SCALE << 10)
     monkeypatch.setattr(contacts, "SURE_MARGINS", -20)
     assert sum(missing or 0 for missing, _ in map(escapes, range(8))) > 0
-
-
-@pytest.mark.parametrize("name", [SPREAD, TAG])
-def test_forces_lie_between_their_bounds(name):
-    world, rng = find(name).spec, np.random.default_rng(3)
-    touching = partners(world)[0][2]
-    low = rng.uniform(-0.4, 0.4, (500, 2))
-    high = low + rng.choice([0.0, 1e-6, 1e-3, 0.1, 0.3], (500, 1))
-    # on a grid of 2^-20, so that ends and points between them are exact
-    low, high = (np.round(part * 2**20).astype(np.int64) << 24 for part in (low, high))
-    least, most = contacts._force(world, touching, low, high)
-    for share in rng.uniform(0, 1, (20, 500, 2)).round():
-        gap = np.where(share > 0.5, low, high) / SCALE
-        _within(world, touching, gap, least, most)
-        _within(world, touching, (low + (high - low) // 3) / SCALE, least, most)
-
-
-def _within(world, touching, gap, least, most):
-    rows, force = contact_force(world, gap[:, 0], gap[:, 1], touching)
-    tiny = world.contact_force * world.contact_margin * np.exp(-contacts.SURE_MARGINS)
-    assert (least[rows] - tiny <= force.T).all() and (most[rows] + tiny >= force.T).all()
-
-
-def test_speed_limits_of_bounds():
-    rng = np.random.default_rng(0)
-    low = rng.uniform(-3, 3, (300, 2))
-    high = low + rng.uniform(0, 2, (300, 2))
-    least, most = contacts._limit_speed(low, high, 1.3)
-    for _ in range(50):
-        velocity = low + (high - low) * rng.uniform(0, 1, (300, 2))
-        velocity *= np.minimum(1, 1.3 / np.hypot(*velocity.T))[:, None]
-        assert (velocity >= least - 1e-12).all() and (velocity <= most + 1e-12).all()
 
 
 @pytest.mark.parametrize("name", [SPREAD, TAG])

@@ -17,16 +17,14 @@ from tests.support.episode_query import unrolled
 from tests.support.strategies import grown_trees, with_trees
 from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_claim
-from verify.claims.episodes import Covers
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere, start_region
 from verify.claims.wording import account_of
-from verify.episodes.composition import _Arrive, _Decider, _Task, _Violated, decide
-from verify.episodes.zones import starts
+from verify.episodes.composition import decide
 from verify.question import Budgets, Question
 from verify.result import Verdict
-from verify.states.episodes import Episode, courses, fails
-from verify.states.state import State, inside, sample
+from verify.states.episodes import Episode, courses
+from verify.states.state import inside
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
 
@@ -128,51 +126,6 @@ def test_without_moves_a_claim_is_one_about_starts(profile, steps):
 # --- against simulation
 
 
-@settings(max_examples=30)
-@given(
-    grown_trees(max_depth=3), grown_trees(max_depth=3), st.integers(0, 12), st.integers(0, 3), st.sampled_from([3, 30])
-)
-@pytest.mark.slow
-def test_random_teams_on_small_boxes(profile, first, second, steps, seed, side):
-    """Verdicts hold on a dense sample, and every violation replays."""
-    trees = [deploy_tree(grown) for grown in (first, second)]
-    assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
-    random = with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
-    rng = np.random.default_rng(seed)
-    names = ("agent_0", "agent_1", "landmark_0", "landmark_1")
-    middles = {name: tuple(round(float(v), 2) for v in rng.uniform(-0.5, 0.5, 2)) for name in names}
-    region = centred(random, Fraction(1, side), middles)
-    for name in ("reaches", "covers"):
-        claim = find_claim(name, random, steps=steps)
-        found = decide(Question(Game(random), claim, region, budgets=Budgets(max_zones=20_000)))
-        failed = failures(random, claim, region, 2_000, seed)
-        if found.verdict is Verdict.PROVED:
-            assert failed == 0
-        if found.verdict is Verdict.VIOLATED:
-            assert inside(region, found.state)
-            assert fails(random, claim, courses(random, [found.state], steps)[0][:, 0])
-
-
-@settings(max_examples=15)
-@given(grown_trees(max_depth=2), grown_trees(max_depth=2), st.integers(2, 9))
-def test_points_are_decided_as_simulated(profile, first, second, steps):
-    """A region that is one start: the verdict is that of playing it."""
-    trees = [deploy_tree(grown) for grown in (first, second)]
-    assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
-    random = with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
-    rng = np.random.default_rng(steps)
-    for _ in range(2):
-        position = {name: round(float(rng.uniform(-1, 1)), 3) for name in start_region(profile.world).box}
-        state = State(position, "landmark_1")
-        box = {name: (Fraction(value), Fraction(value)) for name, value in position.items()}
-        for name in ("reaches", "covers"):
-            claim = find_claim(name, random, steps=steps, radius=Fraction(7, 10))
-            found = decide(Question(Game(random), claim, Region(box, ("landmark_1",))))
-            wrong = fails(random, claim, courses(random, [state], steps)[0][:, 0])
-            # an adversary's own place can leave both answers open
-            assert found.verdict is (Verdict.VIOLATED if wrong else Verdict.PROVED) or "other opponents" in found.reason
-
-
 @pytest.mark.parametrize("steps", [2, 5])
 @pytest.mark.parametrize("trees", [(towards(0, 0), towards(1, 1)), (arriving(0), arriving(1)), (arriving(0), tree(UP))])
 def test_against_unrolling_by_z3(profile, trees, steps):
@@ -208,38 +161,6 @@ def test_known_verdicts(profile):
 
 
 # --- who is followed
-
-
-def test_agents_together_answer_as_alone(arrivers):
-    """Each agent's part, and the team's as a whole, followed in both ways on small boxes."""
-    for seed in range(4):
-        rng = np.random.default_rng(seed)
-        names = ("agent_0", "agent_1", "landmark_0", "landmark_1")
-        middles = {name: tuple(round(float(v), 2) for v in rng.uniform(-0.6, 0.6, 2)) for name in names}
-        region = centred(arrivers, Fraction(1, 60), middles)
-        for name, steps in (("reaches", 9), ("covers", 9), ("covers", 14)):
-            claim = find_claim(name, arrivers, steps=steps, landmarks=["landmark_0", "landmark_1"])
-            parts = starts(region, arrivers.world)
-            for task in (_Arrive(("agent_0",), "landmark_0"), _Arrive(("agent_1",), "landmark_1")):
-                answers = []
-                for agents in (task.agents, ("agent_0", "agent_1")):
-                    decider = _Decider(
-                        Question(Game(arrivers), claim, region, budgets=Budgets(max_zones=1_000_000)), parts
-                    )
-                    try:
-                        answers.append(decider._attempt(task, agents, "landmark_0", 1_000_000, None))
-                    except _Violated:
-                        answers.append("violated")
-                assert answers[0] == answers[1]
-            freely = Covers(claim.team, claim.steps, claim.radius)
-            whole = decide(Question(Game(arrivers), freely, region)).verdict
-            decider = _Decider(Question(Game(arrivers), freely, region, budgets=Budgets(max_zones=1_000_000)), parts)
-            try:
-                both = ("agent_0", "agent_1")
-                left = decider._attempt(_Task(both), both, "landmark_0", 1_000_000, None)
-            except _Violated:
-                left = Verdict.VIOLATED
-            assert (left or Verdict.PROVED) is whole
 
 
 def test_team_mates_that_are_read_are_followed(profile):
@@ -349,19 +270,6 @@ def test_courses_equal_simulator_compiled_c_and_mpe2(profile):
         assert len(result.evidence.ways[0].places) == steps + 1 and len(result.evidence.ways[0].actions) == steps
 
 
-def test_random_courses_equal_mpe2(profile):
-    coordinates, goals = sample(everywhere(profile), profile.world, 5, 3)
-    names = profile.world.coordinates()
-    with replays_of(profile) as replays:
-        for row, goal in zip(coordinates, goals, strict=True):
-            place = {name: float(row[names.index(name)]) for name in start_region(profile.world).box}
-            state = State(place, profile.world.landmarks[goal].name)
-            ours = [part[:, 0] for part in courses(profile, [state], 25)]
-            for replay in replays.values():
-                other = replay(state, 25)
-                assert np.array_equal(other.coordinates, ours[0]) and np.array_equal(other.actions, ours[1])
-
-
 def test_a_replay_that_takes_another_course_is_no_verdict(profile):
     swinging = team(profile, towards(0, 0), towards(1, 1))
     claim = find_claim("reaches", swinging)
@@ -409,12 +317,3 @@ def test_what_cannot_be_asked_is_refused(profile):
     huge = Region(dict.fromkeys(everywhere(profile).box, (Fraction(-(10**6)), Fraction(10**6))), ("landmark_0",))
     with pytest.raises(InputError, match="rounding over 25 steps"):
         decide(Question(Game(profile), find_claim("reaches", profile), huge))
-
-
-def test_an_interrupt_passes_through(arrivers, monkeypatch):
-    def interrupted(*given):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("verify.episodes.unroll.split_by_tree", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        decide(Question(Game(arrivers), find_claim("reaches", arrivers), everywhere(arrivers)))

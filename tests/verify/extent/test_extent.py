@@ -8,7 +8,6 @@ from math import lcm
 
 import numpy as np
 import pytest
-from scipy.stats import binom
 
 from maviper.verification.run import verify_claims
 from tests.support.steady_zones import stands
@@ -21,7 +20,6 @@ from tests.support.zone_cases import (
     navigation,
     near_roles,
     noisy,
-    noisy_roles,
     random_region,
     switching,
 )
@@ -33,7 +31,7 @@ from verify.claims.region_files import everywhere, read_region, region_toml, sta
 from verify.claims.wording import OwnFormula
 from verify.extent import largest as where
 from verify.extent import violations
-from verify.extent.largest import GRID, largest, obstacles
+from verify.extent.largest import GRID, obstacles
 from verify.extent.violations import union
 from verify.kinds import MACHINE, REAL
 from verify.progress import listening
@@ -43,7 +41,6 @@ from verify.reports import where as where_report
 from verify.result import Verdict
 from verify.solver.solve import decide
 from verify.states import shares
-from verify.states.state import sample
 from verify.subjects import Game
 from verify.verdicts import decisions
 from verify.zones.search import SLOWER
@@ -279,34 +276,6 @@ def test_zones_hold_exactly_the_states_that_some_errors_make_fail(profile):
     assert seen > 40
 
 
-@pytest.mark.slow
-def test_states_in_several_zones_are_counted_once(profile, monkeypatch):
-    """Exact shares against states drawn one by one; and bounds around them, where the budget of parts ends."""
-    rng, asked, overlapping = np.random.default_rng(32), 0, 0
-    for seed in range(6):
-        pair, claim = noisy_roles(rng, profile)
-        question = Question(Game(pair), claim, start_region(pair.world))
-        found = violations.violations(question)
-        share = violations.exact_share(question, found)
-        drawn, goals = sample(question.region, pair.world, 300, seed)
-        states = [{n: Fraction(float(v)) for n, v in zip(pair.world.coordinates(), row, strict=True)} for row in drawn]
-        marks = [mark.name for mark in pair.world.landmarks]
-        hits = sum(not stands(pair, claim, state, marks[int(goal)]) for state, goal in zip(states, goals, strict=True))
-        assert share.exact and binomial(hits, len(states), share.value)
-        asked += 0 < hits < len(states)
-        overlapping += sum(map(sum, share.zones)) > share.least
-        with monkeypatch.context() as patch:
-            patch.setattr(violations, "DEFAULT_PARTS", 30)
-            few = violations.exact_share(question, found)
-        assert few.value <= share.value <= few.upper
-        assert few.zones == share.zones and few.region == share.region
-    assert asked > 0 and overlapping > 0
-
-
-def binomial(hits, count, share):
-    return min(binom.cdf(hits, count, float(share)), binom.sf(hits - 1, count, float(share))) > 1e-7
-
-
 def test_the_region_found_holds_though_features_are_off(profile):
     same = team(profile, towards(0, 0), towards(0, 1))
     claim, region = DistinctTargets("defenders", eps=Fraction(1, 50)), everywhere(same)
@@ -366,14 +335,6 @@ def test_the_region_found_is_proved_by_both_engines(profile, number):
     # no zone of its goals meets the inside of it
     for failing in violations.violations(Question(Game(asked), claim, part.region)):
         assert not failing.zones
-
-
-def test_the_same_question_finds_the_same_region(profile):
-    same = team(profile, towards(0, 0), towards(0, 1))
-    claim, region = find_property("distinct_targets", same), everywhere(same)
-    failing = violations.violations(Question(Game(same), claim, region))
-    once, twice = (largest(Question(Game(same), claim, region), failing, 7) for _ in range(2))
-    assert region_toml(once) == region_toml(twice)
 
 
 def test_a_region_inside_a_region_keeps_its_bounds(profile):

@@ -4,7 +4,6 @@ The search for the answer to one claim: what budgets end, what is said of no ans
 """
 
 import inspect
-import re
 import sys
 from collections import Counter
 from dataclasses import replace
@@ -16,24 +15,16 @@ import pytest
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT64, NUMBERS
-from maviper.cli.verify import verify as verify_command
 from maviper.files.profiles import find_profile
 from maviper.worlds.stated.systems import read
 from tests.support.altered import altered
 from tests.support.system_cases import (
-    balancing,
     box,
-    collision,
-    corridor,
     decided,
     double_integrator,
     form,
-    passing,
-    pendulum,
     policy,
     possible,
-    queue,
-    serving,
     stays,
     switching,
     team,
@@ -54,7 +45,6 @@ from verify.reach.replay import Course, replay_course
 from verify.reports.systems import facts, lines
 from verify.result import Verdict
 from verify.solver import unrolled
-from verify.spending import STATE
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.documents import content_hash
@@ -168,47 +158,12 @@ def test_claims_about_decisions_are_those_of_direct_queries():
     assert met[Verdict.PROVED] > 20 and met[Verdict.VIOLATED] > 20
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("error", [F(0), F(1, 1000)])
-def test_a_double_integrator_is_proved_axis_by_axis(error):
-    system, profile = double_integrator(axes=2, error=error), switching(axes=2)
-    claim = stays(system, 30, x=(-1, 1), y=(-1, 1))
-    (result,) = decided(profile, system, [claim], Budgets(covers=False))
-    assert result.verdict is Verdict.PROVED
-    assert [part.followed for part in result.certificate.proof.parts] == [("x", "vx"), ("y", "vy")]
-    ensure_evidence(system, profile, claim, result)
-    larger = double_integrator(axes=2, half=F(3, 2), error=error)
-    (broken,) = decided(profile, larger, [claim])
-    assert broken.verdict is Verdict.VIOLATED
-    ensure_evidence(larger, profile, claim, broken)
-
-
 def test_merging_proves_what_takes_too_many_symbolic_states_otherwise():
     system, profile = double_integrator(axes=1, error=F(1, 1000)), switching(axes=1)
     claim = stays(system, 25, x=(-1, 1))
     (result,) = decided(profile, system, [claim])
     assert result.verdict is Verdict.PROVED and result.certificate.proof.parts[0].hulls
     ensure_evidence(system, profile, claim, result)
-
-
-CASES = {
-    "pendulum": (pendulum(), balancing(), stays(pendulum(), 20, angle=(F(-1, 10), F(1, 10)))),
-    "corridor": (corridor(), passing(), SystemClaim(Pattern.AVOIDS, (collision(F(1, 5)),), 15)),
-    "crossing": (queue(), serving(), stays(queue(), 20, north=(0, 12), east=(0, 12))),
-}
-LARGER = {"pendulum": pendulum(half=F(1, 10)), "corridor": corridor(start=F(3)), "crossing": queue(start=F(25, 2))}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
-def test_cases_are_proved_from_a_start_and_broken_from_a_larger_one(name):
-    system, profile, claim = CASES[name]
-    (result,) = decided(profile, system, [claim])
-    assert result.verdict is Verdict.PROVED, result
-    ensure_evidence(system, profile, claim, result)
-    (broken,) = decided(profile, LARGER[name], [claim])
-    assert broken.verdict is Verdict.VIOLATED, broken
-    ensure_evidence(LARGER[name], profile, claim, broken)
 
 
 def test_an_unstable_system_ends_with_its_budget():
@@ -228,26 +183,6 @@ def test_an_unstable_system_ends_with_its_budget():
     assert all(low < high for low, high in result.open.bounds.values())
     said = " ".join(result.helps)
     assert "--max-boxes than 230,000" in said and "fewer steps" in said and "errors" in said
-
-
-@pytest.mark.parametrize(("error", "bound"), [(0, F(1)), (F(1, 200), F(1)), (F(1, 50), F(1, 2))])
-def test_a_larger_budget_never_loses_an_answer(error, bound):
-    """It gives the same one for the same work, and what ended is named by an option of the command."""
-    system, profile = double_integrator(axes=1, error=error), switching(axes=1)
-    claim = stays(system, 8, x=(-bound, bound))
-    options, known = {name for each in verify_command.params for name in each.opts}, None
-    for limit in (3**k for k in range(17)):
-        (result,) = decided(profile, system, [claim], Budgets(covers=False, max_boxes=limit))
-        if known is not None:
-            assert (result.verdict, result.states, result.programs) == (known.verdict, known.states, known.programs)
-        elif result.verdict is Verdict.UNKNOWN:
-            named = set(re.findall(r"--[a-z-]+", " ".join((result.reason, *result.helps))))
-            assert len(named) == 1 and named <= options
-            assert f"{result.states:,} symbolic states" in result.reason or not result.states
-            assert STATE * result.states <= limit
-        else:
-            known = result
-    assert known is not None
 
 
 @pytest.mark.parametrize("numbers", NUMBERS)

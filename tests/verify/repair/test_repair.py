@@ -203,12 +203,6 @@ def test_visited_states_decide_what_is_cheap(profile, claim):
     assert found.ended and 0 < found.price < 2
 
 
-def test_the_same_question_gives_the_same_bytes(profile, claim):
-    region = start_region(profile.world)
-    first, second = (repair(Question(Game(profile), claim, region), max_depth=5) for _ in range(2))
-    assert dumps(first.profile) == dumps(second.profile) and first.roles == second.roles
-
-
 @pytest.mark.parametrize("changes", [{"radius": Fraction(0)}, {"margin": Fraction(1, 5)}])
 def test_what_no_guard_can_keep_is_refused_with_the_leaf(profile, claim, changes):
     found = repair(
@@ -233,10 +227,6 @@ def test_claims_and_teams_beyond_it_are_input_errors(profile, claim):
     agents = tuple(replace(one, features=blind) if one is policy else one for one in profile.agents)
     with pytest.raises(InputError, match="agent_1 does not observe its offset to landmark_0"):
         repair(Question(Game(replace(profile, agents=agents)), claim, region))
-
-
-def test_a_tree_does_not_differ_from_itself():
-    assert difference(ASTRAY, ASTRAY, 10) is None
 
 
 def test_leaves_and_splits_are_grafted_upon():

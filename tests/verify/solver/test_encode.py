@@ -14,7 +14,7 @@ from codegen.errors import InputError
 from codegen.ir import Meaning
 from codegen.lowering.deploy import deploy_tree
 from maviper.worlds import find
-from tests.support.meanings import WORLD, meanings, tied_points, with_meanings
+from tests.support.meanings import WORLD, asking, meanings, tied_points, with_meanings
 from tests.support.strategies import FLOAT32, grown_trees
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
 from verify.claims.decisions import DistinctTargets
@@ -23,9 +23,7 @@ from verify.claims.region_files import start_region
 from verify.question import Question, from_start
 from verify.result import Verdict
 from verify.solver.encode import half_line, last_double
-from verify.solver.encode import query as query_of
 from verify.solver.solve import decide
-from verify.solver.terms import number
 from verify.states.state import inside, violates
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
@@ -69,12 +67,6 @@ def test_ties_are_decided_by_the_even_significand():
     assert last_double(float(above), True) == (tie, True)
 
 
-@pytest.mark.parametrize("threshold", [0.1, -0.1, 0.25, 1.0, 0.0])
-def test_naive_real_semantics_would_differ(threshold):
-    """The end of the half line is never the threshold itself."""
-    assert half_line(float(np.float32(threshold)), True).end != Fraction(float(np.float32(threshold)))
-
-
 @pytest.mark.solver
 def test_float32_theory_agrees_with_the_half_line():
     """Z3's own floating-point theory, which shares nothing with our arithmetic, at a few thresholds."""
@@ -100,27 +92,6 @@ def test_float32_theory_agrees_with_the_half_line():
 
 CLAIM = DistinctTargets("defenders")
 BACK = "agent_0"
-
-
-def asking(profile, claim, slack=Fraction(0)):
-    """Whether the solver's constraints hold in a world state: all variables replaced, then worked out. They are
-    written down once for each goal.
-    """
-    import z3
-
-    region, queries = start_region(profile.world), {}
-    wide = Region(dict.fromkeys(region.box, (Fraction(-9), Fraction(9))), region.goals)
-
-    def asked(state):
-        if state.goal not in queries:
-            queries[state.goal] = query_of(Question(Game(profile), claim, wide), state.goal, slack)
-        query = queries[state.goal]
-        values = [(variable, number(Fraction(state.position[name]))) for name, variable in query.variables.items()]
-        answer = z3.simplify(z3.substitute(z3.And(*query.constraints), *values))
-        assert z3.is_true(answer) or z3.is_false(answer), answer
-        return z3.is_true(answer)
-
-    return asked
 
 
 @pytest.mark.solver

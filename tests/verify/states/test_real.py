@@ -1,4 +1,4 @@
-"""Real arithmetic: verdicts and counterexamples against an account by plain fractions, and what is said of them."""
+"""Real arithmetic: states that are shown, leaves that are reached, what is said; test_hunt.py judges its verdicts."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -7,42 +7,27 @@ import numpy as np
 import pytest
 
 from codegen.errors import DisagreementError
-from tests.support.real_cases import (
-    ABOVE,
-    TEAM,
-    THIRD,
-    T,
-    fails,
-    is_short,
-    leaf_of,
-    machine_leaves,
-    may_fail,
-    measured,
-    question_on_paper,
-    random_question,
-    state_at,
-    states,
-    within,
-)
 from tests.support.teams import RIGHT, STAY, UP, team, tree
 from verify.claims.catalogue import find_property
 from verify.claims.region import Region
-from verify.claims.region_files import everywhere, start_region
+from verify.claims.region_files import start_region
 from verify.claims.wording import AliveLeaves
-from verify.counterexamples.uniqueness import Unique
 from verify.kinds import REAL
 from verify.question import Question, from_start
 from verify.reports import report
 from verify.result import Verdict
 from verify.solver.leaves import leaf_findings
-from verify.states import noise, real, shares
-from verify.states.state import State, measurements, sample, violates
+from verify.states import noise, shares
+from verify.states.state import State, measurements, violates
 from verify.subjects import Game
 from verify.verdicts import decisions
 from verify.verdicts.decisions import verify
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 MEASURE = decisions.measure
+T = Fraction(float(np.float32(0.1)))
+ABOVE = Fraction(float(np.nextafter(np.float32(0.1), np.float32(1))))
+THIRD = Fraction(1, 3)
 
 
 @pytest.fixture(autouse=True)
@@ -54,127 +39,8 @@ def few_samples(monkeypatch):
     )
 
 
-# --- against the account
-
-
 def exactly(state):
     return {name: Fraction(value) for name, value in state.position.items()}
-
-
-def ensure_right(profile, claim, region, pair, found):
-    """Verdict, state and what is said of it, by the account alone."""
-    (goal,) = region.goals
-    tried = list(states(profile, claim, region, goal, *pair))
-    wrong = [state for state in tried if may_fail(profile, claim, state, goal)]
-    if not tried:
-        assert found.verdict is Verdict.VACUOUS
-        return "vacuous"
-    assert found.verdict is (Verdict.VIOLATED if wrong else Verdict.PROVED)
-    if not wrong:
-        return "proved"
-    state, position = found.evidence.counterexample.state, exactly(found.evidence.counterexample.state)
-    assert state.goal == goal and within(region, position)
-    if claim.eps:
-        ensure_errors_right(profile, claim, found.evidence.counterexample)
-        return "errors" if state.errors else "steady"
-    ensure_leaves_right(profile, claim, found.evidence.counterexample)
-    ensure_explained(profile, claim, region, found, wrong)
-    floats = [state for state in wrong if all(map(is_short, state.values()))]
-    assert state.floats or not floats, "a float64 state of few bits exists"
-    if not state.floats:
-        assert not found.evidence.counterexample.replayed and "no float64 state" in found.evidence.counterexample.says
-        return "rational"
-    leaves = machine_leaves(profile, position, goal)
-    alike = all(
-        profile.policy(view.agent).tree.action[leaves[view.agent]] == profile.policy(view.agent).tree.action[view.leaf]
-        for view in found.evidence.counterexample.agents
-    )
-    assert found.evidence.counterexample.deployed.violated == fails(profile, claim, position, goal, leaves)
-    assert bool(found.evidence.counterexample.replayed) == alike
-    if found.evidence.counterexample.deployed.violated:
-        return "both"
-    assert not any(fails(profile, claim, state, goal, machine_leaves(profile, state, goal)) for state in floats)
-    return "real"
-
-
-def ensure_leaves_right(profile, claim, shown):
-    position = exactly(shown.state)
-    assert fails(profile, claim, position, shown.state.goal)
-    for view in shown.agents:
-        policy = profile.policy(view.agent)
-        assert view.leaf == leaf_of(policy, state_at(position, shown.state.goal))
-        assert view.action == policy.actions[policy.tree.action[view.leaf]].name
-        for step in view.path:
-            assert (Fraction(step.value) <= Fraction(step.threshold)) == step.left
-
-
-def ensure_errors_right(profile, claim, shown):
-    at, leaves = state_at(exactly(shown.state), shown.state.goal), {}
-    for agent in TEAM:
-        policy = profile.policy(agent)
-        wrong = [Fraction(shown.state.errors.get(f"{agent}:{one.name}", 0)) for one in policy.features]
-        assert all(abs(error) <= claim.eps for error in wrong)
-        node = 0
-        while policy.tree.feature[node] >= 0:
-            place = policy.tree.feature[node]
-            left = measured(policy.features[place].meaning, at, wrong[place]) <= Fraction(
-                float(policy.tree.threshold[node])
-            )
-            node = int((policy.tree.left if left else policy.tree.right)[node])
-        leaves[agent] = node
-    assert fails(profile, claim, exactly(shown.state), shown.state.goal, leaves)
-    assert {view.agent: view.leaf for view in shown.agents} == leaves
-
-
-def ensure_explained(profile, claim, region, found, wrong):
-    """Whether other leaves fail, and each coordinate's interval: at its ends, in it, and beyond it."""
-    (goal,), position = region.goals, exactly(found.evidence.counterexample.state)
-    here = {view.agent: view.leaf for view in found.evidence.counterexample.agents}
-    elsewhere = [{agent: leaf_of(profile.policy(agent), state_at(one, goal)) for agent in TEAM} for one in wrong]
-    other = found.evidence.explanation.uniqueness
-    assert (other.answer is Unique.ONLY) == all(leaves == here for leaves in elsewhere)
-    if other.answer is not Unique.ONLY:
-        assert fails(profile, claim, exactly(other.other), goal) and within(region, exactly(other.other))
-        reached = {agent: leaf_of(profile.policy(agent), state_at(exactly(other.other), goal)) for agent in TEAM}
-        assert reached == dict(other.leaves) != here
-    for span in found.evidence.explanation.spans:
-        low, high = Fraction(span.low), Fraction(span.high)
-        tiny = Fraction(1, 2**200)
-        tried = [(low, "low" not in span.excluded), (high, "high" not in span.excluded), ((low + high) / 2, True)]
-        # beyond an end that is left out the claim may fail again
-        tried += [(low - tiny, False)] if "low" not in span.excluded else []
-        tried += [(high + tiny, False)] if "high" not in span.excluded else []
-        for value, kept in tried:
-            moved = {**position, span.name: value}
-            alike = {agent: leaf_of(profile.policy(agent), state_at(moved, goal)) for agent in TEAM} == here
-            assert (within(region, moved) and alike and fails(profile, claim, moved, goal)) == kept, (span, value)
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_verdicts_and_states_are_those_of_plain_fractions(seed):
-    rng = np.random.default_rng([seed, 77])
-    for _ in range(2):
-        profile, claim, region, pair = random_question(rng)
-        ensure_right(profile, claim, region, pair, verify(Question(Game(profile), claim, region, REAL), {}))
-
-
-def test_so_are_those_where_the_deployed_arithmetic_decides_otherwise():
-    rng, kinds = np.random.default_rng(81), []
-    for _ in range(12):
-        profile, claim, region, pair = question_on_paper(rng)
-        found = verify(Question(Game(profile), claim, region, REAL), {})
-        kinds.append(ensure_right(profile, claim, region, pair, found))
-    assert "real" in kinds and "both" in kinds and "proved" in kinds
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_so_are_those_of_features_that_are_off(seed):
-    rng = np.random.default_rng([seed, 78])
-    for _ in range(3):
-        profile, claim, region, pair = random_question(rng, 1)
-        eps = Fraction(rng.choice([Fraction(1, 20), T, Fraction(1, 30), ABOVE - T]))
-        claim = replace(claim, eps=eps)
-        ensure_right(profile, claim, region, pair, verify(Question(Game(profile), claim, region, REAL), {}))
 
 
 # --- states that are chosen
@@ -263,30 +129,6 @@ def test_a_leaf_between_the_machines_thresholds_is_reached_on_paper(profile):
 
 
 # --- batches
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_batches_decide_as_exact_measurements_do(seed):
-    """At sharp differences, and one float64 number beside them."""
-    rng = np.random.default_rng([seed, 80])
-    for _ in range(4):
-        profile, *_ = random_question(rng, 4)
-        coordinates, _ = sample(everywhere(profile), profile.world, 60, seed)
-        sharp = rng.choice([0.0, float(T), float(ABOVE), -float(T), 0.5, 0.1], coordinates.shape)
-        coordinates = np.where(rng.random(coordinates.shape) < 0.6, sharp, coordinates)
-        columns = list(profile.world.coordinates())
-        coordinates[:, columns.index("landmark_0.x")] = coordinates[:, columns.index("agent_0.x")] + float(T)
-        beside = np.nextafter(coordinates, rng.choice([-9.0, 9.0], coordinates.shape))
-        coordinates = np.where(rng.random(coordinates.shape) < 0.2, beside, coordinates)
-        for agent in TEAM:
-            policy = profile.policy(agent)
-            found = real.leaves_of(policy.tree, real.comparable(policy.features, coordinates, profile.world))
-            for row, leaf in zip(coordinates, found, strict=True):
-                at = {name: Fraction(value) for name, value in zip(columns, row.tolist(), strict=True)}
-                assert leaf == leaf_of(policy, at)
-                assert leaf == real.leaf_of(
-                    policy.tree, [real.measure_feature(one.meaning, at) for one in policy.features]
-                )
 
 
 def test_shares_are_judged_by_the_arithmetic_asked(profile):

@@ -3,25 +3,19 @@
 import contextlib
 from dataclasses import replace
 from fractions import Fraction
-from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from codegen import ir
-from codegen.errors import DisagreementError, InputError, UnknownNameError
-from codegen.lowering.deploy import deploy_tree
-from tests.support.strategies import grown_trees, profiles
+from codegen.errors import DisagreementError, InputError
 from tests.support.teams import LEFT, RIGHT, STAY, team, towards, tree
 from verify.checker.decisions import check_certificate
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import Aligned, DistinctTargets
+from verify.claims.decisions import Aligned
 from verify.claims.formula import below, conjunction, disjunction
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
-from verify.claims.wording import PROPERTIES
 from verify.question import Budgets, Question, from_start, shuffle_leaves
 from verify.result import Opinion, Verdict
 from verify.solver.solve import SolverDecision, decide
@@ -58,11 +52,6 @@ def test_both_at_the_same_target_is_refuted(profile, claim):
     state = result.evidence.counterexample.state
     assert violates(from_start(same, claim), state) and inside(result.region, state)
     assert all(len(repr(value)) <= 6 for value in state.position.values()), "not shrunk"
-
-
-def test_standing_still_is_refuted(profile, claim):
-    still = team(profile, tree(STAY), tree(STAY))
-    assert decide(Question(Game(still), claim, start_region(still.world))).verdict is Verdict.VIOLATED
 
 
 def test_an_empty_region_is_vacuous(profile, claim):
@@ -112,48 +101,6 @@ def test_violation_only_between_neighbouring_floats(profile, claim):
     assert violates(from_start(lopsided, claim), result.evidence.counterexample.state)
     # the same region is proved once the sliver is gone
     assert decide(Question(Game(team(profile, tree(RIGHT), other)), claim, region)).verdict is Verdict.PROVED
-
-
-GRID = [-1.0, -0.25, 0.5]
-
-
-@settings(max_examples=25)
-@given(grown_trees(max_depth=2), grown_trees(max_depth=2))
-def test_against_brute_force_on_a_grid(first, second):
-    """A region of few points: Z3's verdict is that of trying each of them."""
-    from maviper.worlds import PhysicalDeception
-
-    world = PhysicalDeception()
-    roles = {"agent_0": deploy_tree(first), "agent_1": deploy_tree(second)}
-    agents = tuple(
-        ir.AgentPolicy(name, world.team_of(name), features, actions, roles.get(name, tree(STAY)))
-        for name, features, actions in zip(world.agents, world.features, world.actions, strict=True)
-    )
-    profile = ir.PolicyProfile(world.spec, agents, ir.Provenance("", "", 0, "", ""))
-    if any((np.abs(p.tree.threshold) < 2.0**-126)[p.tree.threshold != 0].any() for p in agents):
-        return  # subnormal thresholds are refused
-    claim = DistinctTargets("defenders")
-    fixed = {"adversary_0.x": 0.5, "adversary_0.y": -1.0, "landmark_0.x": 1.0, "landmark_0.y": 0.75}
-    fixed |= {"landmark_1.x": -0.75, "landmark_1.y": -1.0, "agent_1.x": 0.0, "agent_1.y": 0.25}
-    answers = []
-    for x, y in product(GRID, GRID):
-        state = State(fixed | {"agent_0.x": x, "agent_0.y": y}, "landmark_1")
-        box = {name: (Fraction(value), Fraction(value)) for name, value in state.position.items()}
-        found = decide(Question(Game(profile), claim, Region(box, ("landmark_1",)))).verdict
-        answers.append((found is Verdict.VIOLATED) == violates(from_start(profile, claim), state))
-    assert all(answers)
-
-
-@settings(max_examples=10)
-@given(profiles(max_depth=2), st.integers(0, 99))
-def test_sampled_violations_are_never_proved_away(profile, seed):
-    claim = DistinctTargets("defenders")
-    if any((np.abs(p.tree.threshold) < 2.0**-126)[p.tree.threshold != 0].any() for p in profile.agents):
-        return
-    region = start_region(profile.world)
-    coordinates, _ = sample(region, profile.world, 500, seed)
-    if shares.violating(from_start(profile, claim), coordinates).any():
-        assert decide(Question(Game(profile), claim, region)).verdict is Verdict.VIOLATED
 
 
 def test_proved_against_samples_is_our_bug(profile, claim, monkeypatch):
@@ -217,14 +164,6 @@ def test_features_without_meaning_are_refused(profile, claim):
     agents = tuple(blind if p.agent == "agent_0" else p for p in profile.agents)
     with pytest.raises(InputError, match="no meaning"):
         decide(Question(Game(replace(profile, agents=agents)), claim, start_region(profile.world)))
-
-
-def test_unknown_names_are_answered_with_the_closest(profile):
-    with pytest.raises(UnknownNameError, match="distinct_targets"):
-        find_property("distinct_target", profile)
-    with pytest.raises(UnknownNameError, match="defenders"):
-        find_property("distinct_targets", profile, "defender")
-    assert "distinct_targets" in PROPERTIES
 
 
 @pytest.mark.parametrize("bound", ["0.9", "0.8", "0.1", "0.3", "1/3"])

@@ -10,46 +10,20 @@ from hypothesis import strategies as st
 
 from codegen import ir
 from codegen.lowering.deploy import deploy_tree
-from tests.support.meanings import meanings, tied_points, with_meanings
+from tests.support.meanings import asking, meanings, tied_points, with_meanings
 from tests.support.steady import CLAIM, EPS
 from tests.support.strategies import grown_trees
 from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
-from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets
-from verify.claims.region import Region
 from verify.claims.region_files import start_region
 from verify.question import Question, from_start
 from verify.result import Verdict
-from verify.solver.encode import query as query_of
-from verify.solver.solve import decide
-from verify.solver.terms import number
 from verify.states import noise, shares
 from verify.states.state import State, error_name, inside, measurable, observe_state, sample, violates
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
 
 pytestmark = pytest.mark.usefixtures("few_states_throughout")
-
-
-def asking(profile, claim):
-    """Whether the solver's constraints hold in a world state with its errors; an error that is not named is 0. They
-    are written down once for each goal.
-    """
-    import z3
-
-    region, queries = start_region(profile.world), {}
-    wide = Region(dict.fromkeys(region.box, (Fraction(-9), Fraction(9))), region.goals)
-
-    def asked(state):
-        if state.goal not in queries:
-            queries[state.goal] = query_of(Question(Game(profile), claim, wide), state.goal)
-        query, known = queries[state.goal], dict(state.position) | dict(state.errors)
-        values = [(variable, number(Fraction(known.get(name, 0.0)))) for name, variable in query.variables.items()]
-        answer = z3.simplify(z3.substitute(z3.And(*query.constraints), *values))
-        assert z3.is_true(answer) or z3.is_false(answer), answer
-        return z3.is_true(answer)
-
-    return asked
 
 
 def mistaken_points(profile, count, seed):
@@ -93,43 +67,6 @@ def test_constants_and_equalities_have_no_errors():
     assert [str(m) for m, kept in zip(meanings("agent_0"), found, strict=True) if not kept] == [
         "0", "zero(goal.x - landmark_0.x)", "zero(landmark_0.x - agent_0.x)",
     ]  # fmt: skip
-
-
-@pytest.mark.solver
-def test_a_feature_read_twice_has_one_error(profile):
-    """Two tests on a path that only two different errors could pass: proved, because there is one."""
-    near = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
-    near |= {f"landmark_{k}.{axis}": (Fraction(1), Fraction(1)) for k in (0, 1) for axis in "xy"}
-    region = Region(near | {"agent_0.x": (Fraction(-2), Fraction(2))}, ("landmark_0",))
-    # landmark_0_dx (feature 2) above 0.3 and then at most 0.15: out of reach for any one error
-    twice = tree((2, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP)
-    assert decide(Question(Game(team(profile, twice, tree(UP))), CLAIM, region)).verdict is Verdict.PROVED
-    # the same with two features that measure the same thing: each has an error of its own
-    goal_first = tree((0, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP)
-    apart = team(profile, goal_first, tree(UP))
-    assert decide(Question(Game(apart), find_property("distinct_targets", profile), region)).verdict is Verdict.PROVED
-    found = verify(Question(Game(apart), CLAIM, region), {})
-    assert found.verdict is Verdict.VIOLATED and found.evidence.shares.violating.hits > 0
-    errors = found.evidence.counterexample.state.errors
-    assert errors["agent_0:goal_dx"] > 0 > errors["agent_0:landmark_0_dx"]
-    assert all(abs(Fraction(error)) <= EPS for error in errors.values())
-    narrow = DistinctTargets("defenders", eps=Fraction(7, 100))
-    assert decide(Question(Game(apart), narrow, region)).verdict is Verdict.PROVED
-
-
-@pytest.mark.solver
-def test_the_least_error_that_matters_is_found_exactly(profile):
-    """An agent 0.25 from a threshold: errors below that change nothing, errors of it do (as the machine rounds)."""
-    box = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
-    box |= {f"landmark_{k}.{axis}": (Fraction(1), Fraction(1)) for k in (0, 1) for axis in "xy"}
-    region = Region(box, ("landmark_0",))
-    one = team(profile, tree((2, 0.75, 1, 2), STAY, RIGHT), tree(UP))
-    # 0.75, half a float32 step and half a float64 step above it still go left
-    end, little = 1 - Fraction(3, 4) - Fraction(1, 2**25) - Fraction(1, 2**54), Fraction(1, 2**60)
-    cases = ((end - little, Verdict.PROVED), (end + little, Verdict.VIOLATED), (EPS, Verdict.PROVED))
-    for eps, verdict in cases:
-        claim = DistinctTargets("defenders", eps=eps)
-        assert decide(Question(Game(one), claim, region)).verdict is verdict, eps
 
 
 @pytest.mark.solver
@@ -207,19 +144,6 @@ def test_what_errors_reach_where_a_function_turns(profile, function, threshold):
         able = noise.reachable(policy, state.coordinates(turned), turned.world, float(eps))[0]
         assert set(np.flatnonzero(able).tolist()) >= found, (offset, found)
         assert function != "sign" or threshold >= 0 or set(np.flatnonzero(able).tolist()) == found, (offset, found)
-
-
-@pytest.mark.solver
-def test_without_room_for_errors_the_plain_verdict_stays(profile):
-    """Errors smaller than every distance to a threshold change no verdict; more can only make it harder."""
-    roles = team(profile, towards(0, 0), towards(1, 1))
-    region = start_region(roles.world)
-    verdicts = [
-        decide(Question(Game(roles), DistinctTargets("defenders", eps=eps), region)).verdict
-        for eps in (Fraction(1, 10**6), Fraction(1, 100), Fraction(1, 5), Fraction(1, 2))
-    ]
-    order = [Verdict.PROVED, Verdict.VIOLATED]
-    assert verdicts == sorted(verdicts, key=order.index) and set(verdicts) == set(order)
 
 
 @pytest.mark.compile
