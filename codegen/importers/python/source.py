@@ -20,7 +20,7 @@ import ast
 import copy
 import enum
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -472,9 +472,12 @@ class _Follower:
 
     def _collect_names(self) -> Mapping[Value, str]:
         """Collects the source's names of its labels, where it uses a name for one as a value. A gain of 2.0 is no name
-        of the action 2, though both are equal; nor is `self.gain`, unless it is returned.
+        of the action 2, though both are equal; nor is `self.gain`, unless it is returned, nor what a function also
+        calls something of its own.
         """
         nodes, names = self.file.nodes, dict(self.machine.called)
+        stored = Counter(each.id for each in nodes[ast.Name] if isinstance(each.ctx, ast.Store))
+        stored.update(each.arg for each in nodes[ast.arg])
         floats = {each: isinstance(each, float) for each in self.members}
         returned = [each.value for each in nodes[ast.Return]]
         used = [each.value for kind in (ast.Return, ast.Assign, ast.AnnAssign) for each in nodes[kind]]
@@ -484,7 +487,8 @@ class _Follower:
         used += [one for each in nodes[ast.Dict] for one in each.values]
         for each in _in_order(each for each in used if isinstance(getattr(each, "ctx", None), ast.Load)):
             own = isinstance(each, ast.Attribute) and getattr(each.value, "id", "") not in self.file.scope.names
-            name, held = ("", None) if own and each not in returned else self._constant(each)
+            twice = isinstance(each, ast.Name) and stored[each.id] > 1
+            name, held = ("", None) if twice or (own and each not in returned) else self._constant(each)
             if type(held) in (int, float) and floats.get(held) is isinstance(held, float):
                 names.setdefault(held, name)
         return names

@@ -22,6 +22,7 @@ from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats,
 
 MAX_NODES = 1 << 19
 MAX_STEPS = 5_000_000  # of following paths, which a program of many variables multiplies
+MAX_COMPUTED = 256  # steps from an input to what is compared: each test of it searches through all of them
 MAX_CHAIN = 4  # turns of a test that are asked one after the other; of more, the middle one first
 MAX_CALLS = 40  # functions of the program within one another
 OUTSIDE: Any = object()  # what a path gives that the program rules out by an assertion
@@ -99,6 +100,9 @@ class Growth:
         self._other, numbers = None, self._sums.numbers_of(test.feature, self.numbers)
         key, last, feature = test.key, LAST[numbers], test.feature.place
         turns = self._turns.get(key)
+        if len(test.feature.steps) > MAX_COMPUTED:
+            what = f"a number is compared that is computed in more than {MAX_COMPUTED} steps"
+            raise self.make_error(what, "compare it with fewer steps of arithmetic in between")
         if turns is None:
             turns = self._turns[key] = turns_of(test, numbers)
         while True:

@@ -40,6 +40,7 @@ REFUSED = [
     (ACT + "    if x[0] == 'a':\n        return 1\n    return 0\n", 2, "a feature is compared with a text"),
     (ACT + "    while x[0] < 1:\n        pass\n    return 0\n", 2, "a loop does not end"),
     (ACT + "    k = 0\n    while x[0] > k:\n        k += 1\n    return k\n", 3, "a loop goes on until a feature"),
+    (ACT + "    v = max(x[0], 1e10)\n    while v > 1:\n        v = v - 1\n    return 0\n", 3, "in more than 256 steps"),
     (ACT + "    a += 1\n    return 0\n", 2, "'a' holds nothing"),
     (ACT + "    x[0] = 1\n    return 0\n", 2, "x[0] is set"),
     (ACT + "    b = [v + (1 if v > 0 else -1) for v in x]\n    return int(b[0] > 1)\n", 2, "how many features there"),

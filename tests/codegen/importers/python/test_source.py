@@ -123,6 +123,12 @@ def test_a_gain_is_no_name_of_an_action(gain, action, name):
     assert policy.actions[-1].name == name
 
 
+def test_a_local_of_the_same_name_names_no_action():
+    text = "LIMIT = 0\ndef half():\n    LIMIT = 0.5\n    return LIMIT\n"
+    (policy,) = imported(text + "def act(x):\n    return 0 if x[0] >= half() else 1\n").agents
+    assert [action.name for action in policy.actions] == ["action_0", "action_1"]
+
+
 def test_an_attribute_names_an_action_only_where_it_is_returned():
     text = "from dataclasses import dataclass\n@dataclass\nclass Policy:\n    gain: int = 0\n    stop: int = 1\n"
     text += "    def act(self, x):\n        y = x[1] if x[0] > 1 else self.gain\n"
