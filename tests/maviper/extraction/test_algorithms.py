@@ -8,7 +8,6 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir, policy_json, profiles
 from codegen.errors import InputError, UnknownNameError
-from maviper.episodes import measures
 from maviper.episodes.play import points, rollout
 from maviper.evaluation import held_out
 from maviper.experts.expert import AS_GIVEN, Measured, labels
@@ -16,7 +15,7 @@ from maviper.experts.scripted import build_script
 from maviper.extraction import baselines, released
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.extraction import Extraction, Running
+from maviper.extraction.extraction import Running
 from maviper.extraction.growth.joint import (
     BINS,
     Bins,
@@ -28,7 +27,7 @@ from maviper.extraction.growth.joint import (
 )
 from maviper.extraction.growth.weights import SAMPLED_JOINT, iviper_weights, joint_actions, maviper_weights
 from maviper.extraction.journal import Journal, unpack_trees
-from maviper.extraction.selection.selection import KINDS, common
+from maviper.extraction.selection.selection import KINDS
 from maviper.extraction.settings import (
     ALGORITHMS,
     EXACT,
@@ -36,13 +35,11 @@ from maviper.extraction.settings import (
     HISTOGRAM,
     IMITATION,
     IVIPER,
-    KNOWN,
     PRESETS,
     VIPER,
     Settings,
 )
 from maviper.worlds import find
-from tests.support.growing import train_joint_trees
 
 SMALL = {"iterations": 3, "rollouts": 8, "selection_episodes": 20, "max_depth": 3, "refinement": 0}
 TINY = {"iterations": 2, "rollouts": 4, "selection_episodes": 8}  # where an extraction is compared with itself
@@ -251,23 +248,6 @@ def test_projected_trees_fit_each_leaf_on_its_own(seed, depth):
         assert (together[here] == alone).all() and (alone >= 0).all()
 
 
-@pytest.mark.parametrize("seed", range(10))
-@pytest.mark.parametrize("members", [1, 2, 3])
-def test_joint_growth_is_as_good_on_its_data_as_with_cart(seed, members):
-    data = [some_points(10 * seed + k) for k in range(members)]
-    wanted = np.stack([each[1] for each in data], axis=1)
-    counts = [each[2] for each in data]
-    exact = train_joint_trees([each[0] for each in data], wanted, counts, [4] * members, 4, [0] * members)
-    team = []
-    for (obs, label, count), _ in zip(data, range(members), strict=True):
-        bins = Bins.of(obs)
-        team.append(HistogramTree(bins, bins.codes(obs), label, count, 4, 4))
-    binned = grow_jointly(team, 4, members - 1)
-    for (obs, label, count), ours, theirs in zip(data, binned, exact, strict=True):
-        right = [np.average(tree.action[ir.apply(tree, obs)] == label, weights=count) for tree in (ours, theirs)]
-        assert right[0] >= right[1] - 0.05
-
-
 def two_members(splits, observations, wanted, max_depth):
     """Members of a team before they grow, each point once in the data of each."""
     ones = np.ones(len(wanted), dtype=np.int64)
@@ -456,11 +436,6 @@ def test_the_tree_of_actions_is_the_argmax_of_the_tree_of_q():
             assert actions.action[ir.apply(actions, at[None])][0] == found[row][0]
 
 
-def test_bins_are_ten():
-    edges = np.array([[-5.0, -1.0, -0.75, 0.0, 0.99, 1.0, 7.0]], dtype=np.float32)
-    assert baselines.bin_observations(edges).tolist() == [[0, 1, 2, 5, 8, 9, 9]]
-
-
 # --- settings
 
 
@@ -523,14 +498,3 @@ def test_a_measure_that_no_team_has(world, expert):
         extract(world, expert, small("maviper", measure="success r=.1"))
     tight = extract(world, expert, small("maviper", measure="success r=0.1"))
     assert tight.provenance.training["measure"] == "success r=0.1" and world.primary("defenders").name.endswith("0.316")
-
-
-def test_help_names_every_algorithm():
-    from maviper.options import extraction as command
-
-    assert set(command.ALGORITHMS.split(", ")) == set(KNOWN)
-
-
-def test_selection_is_on_episodes_of_its_own(world, expert):
-    seeds = common(Extraction(world, expert, small("maviper")))
-    assert min(seeds) >= measures.SELECTION_SEEDS and len(seeds) == 20

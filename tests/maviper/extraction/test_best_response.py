@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from codegen import ir, policy_json
+from codegen import policy_json
 from codegen.errors import InputError
 from maviper.cli import main
 from maviper.episodes.play import points, rollout
@@ -193,13 +193,6 @@ def test_a_run_goes_on_to_the_same_bytes(deception, tmp_path):
     assert profile.provenance.algorithm == BEST_RESPONSE and not set(PARTS) & set(told)
 
 
-def test_members_may_share_a_tree_of_replies(deception):
-    expert, world = deception
-    profile = extract(world, expert, settings_of(world, share="team"))
-    one, other = (policy.tree for policy in profile.agents[1:])
-    assert (one.action == other.action).all() and (one.feature == other.feature).all()
-
-
 @pytest.mark.parametrize(
     ("given", "told"),
     [
@@ -219,9 +212,3 @@ def test_an_expert_without_q_cannot_be_asked_for_replies(capsys, tmp_path):
     asked = ["--algorithm", "best-response", "--critic", "none", "-o", str(tmp_path / "p.json")]
     assert main.run(["extract", "physical-deception", *asked]) == 2
     assert "choose --critic learned or measured, or --labels expert" in capsys.readouterr().err
-
-
-def test_trees_that_learn_replies_are_trees_of_the_budget(deception):
-    expert, world = deception
-    profile = extract(world, expert, settings_of(world, max_leaves=3, max_depth=6))
-    assert all((policy.tree.feature == ir.NO_FEATURE).sum() <= 3 for policy in profile.agents)

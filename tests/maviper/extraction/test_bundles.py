@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from codegen import policy_json
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError
 from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.experts.expert import Measured
@@ -23,11 +23,9 @@ from maviper.extraction.settings import (
     AGENT,
     ALGORITHMS,
     ALL,
-    BUNDLES,
     EXPERTS,
     FITTED_Q,
     JOINT,
-    KNOWN,
     MEMBER,
     PARTS,
     RACE,
@@ -37,7 +35,6 @@ from maviper.extraction.settings import (
     TEAM,
     UNIFORM,
     VIPER,
-    WEIGHTS,
     Settings,
     bundle,
     group_agents,
@@ -85,14 +82,6 @@ def test_the_names_give_the_bytes_that_they_gave_before_they_were_bundles(games,
         text = text_of(world, expert, algorithm=algorithm, preset=preset, seed=5, **early)
         found[f"{game} {algorithm} {preset}"] = hashlib.sha256(text.encode()).hexdigest()
     golden("tests/golden", {"bundles.json": json.dumps(found, indent=2) + "\n"})
-
-
-def test_every_name_says_every_part():
-    for algorithm, selection in product(KNOWN, ("uniform", "return", "race")):
-        assert set(bundle(algorithm, selection)) == set(PARTS)
-        found = Settings.of({"algorithm": algorithm, "selection": selection})
-        assert found.changed == [] and Settings(algorithm=algorithm, selection=selection).complete().changed == []
-    assert set(BUNDLES) == set(KNOWN)
 
 
 # --- the ladder
@@ -163,14 +152,6 @@ def test_members_with_data_of_their_own_vote_on_it(games, tmp_path):
         assert trees("N", place) == voted
 
 
-def test_each_team_says_its_best_round_where_teams_go_their_own_ways(games):
-    world, expert = games["deception"]
-    settings = settings_of(world, preset="paper", rollouts_by=TEAM, selection_by=TEAM)
-    told = extract(world, expert, settings).provenance.training
-    assert {"best_iteration_adversaries", "best_iteration_defenders", "stopped_after", "points"} <= set(told)
-    assert told["points"] == 2 * 3 * 6 * 25 and "best_iteration" not in told
-
-
 @pytest.mark.parametrize("by", SELECTION_BY)
 def test_what_is_chosen_together_is_of_one_round(by, games, tmp_path):
     world, expert = games["deception"]
@@ -211,15 +192,6 @@ def test_an_interrupted_run_goes_on_with_the_same_bytes(given, preset, games, tm
 
 
 # --- what is said
-
-
-def test_a_profile_says_what_its_name_does_not(games):
-    world, expert = games["coordination"]
-    usual = extract(world, expert, settings_of(world)).provenance.training
-    assert not {"rollouts_by", "weights", "selection_by"} & set(usual) and usual["least_right"] == "N-1"
-    other = extract(world, expert, settings_of(world, **RUNGS["joint-rollouts"])).provenance.training
-    assert other["weights"] == "own" and other["least_right"] == "0" and other["selection_by"] == "agent"
-    assert "rollouts_by" not in other
 
 
 def test_a_run_folder_says_all_of_it_and_goes_on_only_with_the_same(tmp_path, capsys):
@@ -267,15 +239,3 @@ def test_a_budget_is_kept_by_every_combination(budget, rollouts_by, selection_by
 def test_what_means_nothing_is_refused(given, said):
     with pytest.raises(InputError, match=said):
         Settings.of(given)
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "known"),
-    [("rollouts_by", "teams", ROLLOUTS_BY), ("weights", "average", WEIGHTS), ("selection_by", "agents", SELECTION_BY)],
-)
-def test_unknown_values(name, value, known):
-    with pytest.raises(UnknownNameError, match="did you mean"):
-        Settings.of({name: value})
-    for each in known:
-        more = {"selection": RACE if each == MEMBER else UNIFORM}
-        assert getattr(Settings.of({name: each, **more}), name) == each

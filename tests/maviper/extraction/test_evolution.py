@@ -7,7 +7,6 @@ import pytest
 
 from codegen import ir, policy_json, profiles
 from codegen.deciding import size
-from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, OutputSpec
 from codegen.lowering.deploy import SummedTree, deploy_tree
 from maviper.episodes.trees import agent_policies
@@ -70,16 +69,6 @@ def test_a_stack_gives_the_bits_of_the_reference(seed):
         assert (np.isnan(expected) == np.isnan(here)).all()
         told = ~np.isnan(expected)
         assert (expected[told].view(np.uint32) == here[told].view(np.uint32)).all()
-
-
-def test_a_stack_of_trees_with_sums_acts_as_the_reference():
-    rng = np.random.default_rng(5)
-    trees = [replace(random_tree(rng), given=np.zeros((0, 0, 5))) for _ in range(9)]
-    policies, obs = [policy_of(tree, ()) for tree in trees], rng.normal(size=(99, 4)).astype(np.float32)
-    which = np.arange(len(obs)) % len(policies)
-    acted = SummedStack.of(policies).act(which, obs)
-    assert all((acted[which == place] == ir.act(policy, obs[which == place])).all()
-               for place, policy in enumerate(policies))  # fmt: skip
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -193,15 +182,6 @@ def test_rounds_grow_with_the_episodes_and_never_cost_more():
         assert max(0, steps - 1) * refine.evolving_cost(scale) + (steps > 0) * last <= episodes
 
 
-def test_a_larger_round_plays_as_often_as_it_says(quick):
-    expert, world = find_expert(EXPERT, giving=True)
-    arena = Arena(world, expert, [0, 1], range(10**15, 10**15 + 1_000))
-    still = [_tree(len(outputs), 0.0) for outputs in world.outputs]
-    refine.improve_numbers(arena, still, 0.0, np.random.default_rng(0), 2)
-    assert arena.played == refine.evolving_cost(2) == 2 * refine.evolving_cost()
-    world.close()
-
-
 def test_refinement_finds_numbers_that_pay_and_keeps_no_others(quick, monkeypatch):
     expert, world = find_expert(EXPERT, giving=True)
     still, worse = ([_tree(len(outputs), value) for outputs in world.outputs] for value in (0.0, -1.0))
@@ -223,10 +203,3 @@ def _tree(n_outputs, value):
     given = np.zeros((2, n_outputs, 3))
     given[..., -1] = value
     return SummedTree(*arrays, np.array([[1, -1]], np.float32), given)
-
-
-def test_too_few_episodes_are_refused():
-    expert, world = find_expert(EXPERT, giving=True)
-    with pytest.raises(InputError, match="too few for one round of refinement"):
-        extract(world, expert, Settings.of({**SMALL, "refinement": 10}, world))
-    world.close()

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen import ir, policy_json, profiles
+from codegen import ir, policy_json
 from codegen.agreement import probes, selfcheck
 from codegen.errors import InputError
 from codegen.intervals import Share
@@ -34,9 +33,7 @@ from maviper.extraction.journal import Underway
 from maviper.extraction.selection.selection import Selection, explain_stop
 from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, WorldState, find
-from maviper.worlds.matching import matching_world
 from tests.support.growing import train_joint_trees
-from tests.support.strategies import grown_trees
 
 
 @pytest.fixture(scope="module")
@@ -70,15 +67,6 @@ def test_weights_are_the_papers_formula(world, expert, observed, state):
                 total += q[wanted[row, agent]] - min(q)
             assert found[row, agent] == pytest.approx(total / 5 ** len(opponents), rel=1e-9)
     assert (found >= 0).all()
-
-
-def test_weights_do_not_depend_on_how_many_states_are_asked_at_once(world, expert, observed, state, monkeypatch):
-    from maviper.extraction.growth import weights
-
-    wanted = labels(expert, observed, state)
-    whole = maviper_weights(world, expert, observed, state, wanted)
-    monkeypatch.setattr(weights, "ROWS_AT_ONCE", 125)
-    np.testing.assert_allclose(maviper_weights(world, expert, observed, state, wanted), whole, rtol=1e-12)
 
 
 def test_points_are_the_states_that_were_acted_on(world, expert):
@@ -234,15 +222,6 @@ def test_deployed_trees_decide_as_scikit_learn_on_all_boundaries(world, depth):
     assert selfcheck.check_grown(policy, rows).differences == 0
 
 
-@given(grown_trees())
-def test_deployment_keeps_every_float32_decision(grown):
-    from tests.support.strategies import WORLD
-
-    policy = ir.AgentPolicy("agent_0", "defenders", WORLD.features[1], WORLD.actions[1], deploy_tree(grown), grown)
-    rows = probes.random(policy.features, 200, np.random.default_rng(0))
-    assert selfcheck.check_grown(policy, rows).differences == 0
-
-
 def test_the_numpy_trap_is_avoided():
     """A float32 column compared with a Python float is compared in float32; growth must compare in float64."""
     obs = np.array([[0.1], [0.2], [0.1], [0.2]], dtype=np.float32)
@@ -260,25 +239,12 @@ def test_same_seed_same_bytes_other_seed_other_trees(world, expert, profile):
     assert policy_json.content_hash(other) != policy_json.content_hash(profile)
 
 
-@pytest.mark.parametrize("max_depth", [1, 2, 6])
-def test_any_depth(world, expert, max_depth):
-    found = extract(world, expert, Settings(max_depth=max_depth, iterations=1, rollouts=20, selection_episodes=10))
-    assert all(1 <= ir.depth(policy.tree).max() <= max_depth for policy in found.agents)
-    assert check(found) == ()
-
-
 @pytest.mark.smoke
 def test_provenance_names_the_expert_and_what_was_measured(profile, expert):
     provenance = profile.provenance
     assert provenance.expert == expert.hash and provenance.preset == "paper"
     assert provenance.training["iterations"] == 4
     assert 0 <= provenance.evaluation["defenders success r=0.316"] <= 1
-
-
-def test_early_stopping(world, expert):
-    settings = Settings(max_depth=1, iterations=60, rollouts=2, selection_episodes=5, patience=2)
-    found = extract(world, expert, settings)
-    assert found.provenance.training["stopped_after"] < 60
 
 
 def primaries(world, *values):
@@ -557,15 +523,6 @@ def spread_profile(spread_run):
     return spread_run[0]
 
 
-def test_a_sure_expert_weighs_every_point_alike(spread):
-    state = spread.start(20, np.random.default_rng(0))
-    expert, observations = Sure(build_script(spread)), spread.observe(state)
-    wanted = labels(expert, observations, state)
-    assert (maviper_weights(spread, expert, observations, state, wanted) == 1).all()
-    others = (wanted + 1) % 5
-    assert (maviper_weights(spread, expert, observations, state, others) == 0).all()
-
-
 def test_a_game_where_lower_is_better_is_extracted(spread, spread_profile):
     assert check(spread_profile) == ()
     found = spread_profile.provenance.evaluation
@@ -587,15 +544,3 @@ def test_the_best_of_a_game_where_lower_is_better_is_the_lowest(spread, spread_r
     trees = measures.evaluate(spread, [tree_policies(profile.agents)] * 3, seeds)[distance]
     expert = measures.evaluate(spread, [build_script(spread)] * 3, seeds)[distance]
     assert max(values.values()) == pytest.approx(expert.value / trees.value)
-
-
-def test_its_profile_is_a_file_like_any_other(spread, spread_profile):
-    text = policy_json.dumps(spread_profile)
-    again = profiles.loads(text)
-    assert policy_json.dumps(again) == text and again.world == spread_profile.world
-    found = matching_world(again)
-    assert found is not None and found.name == spread.name
-    rows = spread.observe(spread.start(500, np.random.default_rng(0)))
-    for before, after, seen in zip(spread_profile.agents, again.agents, rows, strict=True):
-        assert (ir.act(before, seen) == ir.act(after, seen)).all()
-        assert before.features == after.features

@@ -23,7 +23,7 @@ from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
-from maviper.worlds.world import draw_legal, legal_in
+from maviper.worlds.world import legal_in
 from tests.support.lawful import Player
 from tests.support.other_loops import Code, play_tictactoe
 
@@ -77,21 +77,6 @@ def test_the_second_choice_is_what_labels_name_most():
     found = lawful(tree, MASK, Labelled(obs, np.array([3, 3, 2, 1, 1, 2, 2, 2])))
     asked = np.array([[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 1, 0], [0, 0, 0, 0]], np.float32)
     assert found.action[ir.apply(found, asked)].tolist() == [1, 3, 2, 0]
-
-
-def test_a_path_on_which_nothing_is_legal_ends_in_a_leaf():
-    tree = ir.GrownTree(*np.array([[0, 0.5, 1, 4, -1], [1, 0.5, 2, 3, -1], *[[-1, 0, -1, -1, 0]] * 3], float).T)
-    obs = np.array([[0, 0], [0, 1], [1, 0], [1, 1]], np.float32)
-    found = lawful(tree, (0, 1), Labelled(obs, np.array([0, 1, 0, 0])))
-    assert found.action[ir.apply(found, obs)][1:].tolist() == [1, 0, 0]
-    assert not list(illegal_leaves(deploy_tree(found), (0, 1)))
-
-
-def test_draws_are_legal_and_even():
-    obs = np.array([[9, 0, 1, 1]] * 3_000 + [[0, 0, 0, 0]] * 3, np.float32)
-    found = draw_legal((0, 1, 2, 3), obs, np.random.default_rng(0).random(len(obs)))
-    counts = np.bincount(found[:3_000], minlength=4)
-    assert counts[1] == 0 and (abs(counts[[0, 2, 3]] - 1_000) < 100).all()
 
 
 @pytest.fixture(scope="module")

@@ -1,11 +1,6 @@
 """Races and refinement: many trees at once, common episodes, moves, and runs that go on."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
@@ -25,7 +20,7 @@ from maviper.experts.finding import find_expert
 from maviper.extraction import released
 from maviper.extraction.algorithms import extract
 from maviper.extraction.extraction import QUIETLY, Extraction, Running
-from maviper.extraction.journal import Journal, pack_trees, unpack_trees
+from maviper.extraction.journal import Journal
 from maviper.extraction.selection import arena, refine
 from maviper.extraction.selection.arena import (
     Arena,
@@ -85,21 +80,6 @@ def test_merging_changes_no_decision_and_leaves_nothing_to_merge(trees):
             assert small.feature[a] >= 0 or small.feature[b] >= 0 or small.action[a] != small.action[b]
 
 
-@given(grown_trees(n_features=3, max_depth=4))
-def test_rows_reach_the_nodes_on_their_path(tree):
-    rows = rows_near([tree])
-    found, leaf = reaching(tree, rows), ir.apply(deploy_tree(tree), rows)
-    assert (found[ir.ROOT] == np.arange(len(rows))).all()
-    at_leaves = [node for node in found if tree.feature[node] == ir.NO_FEATURE]
-    assert sorted(np.concatenate([found[node] for node in at_leaves])) == list(range(len(rows)))
-    order = {}
-    for node in at_leaves:
-        assert len(set(leaf[found[node]])) == 1, "one grown leaf is one deployed leaf"
-        order[node] = leaf[found[node]][0]
-    assert len(set(order.values())) == len(order)
-    assert max(ir.depth(tree)) == ir.depth(deploy_tree(tree)).max()
-
-
 @given(grown_trees(n_features=3, max_depth=3), st.data())
 def test_changes_are_local(tree, data):
     rows = rows_near([tree])
@@ -148,16 +128,6 @@ def test_scores_are_the_measures_of_the_same_episodes(world, expert):
         team = tree_policies([*agent_policies(world, [constant(0)], [0]), *agent_policies(world, trees, [1, 2])])
         alone = measures.values(world, [expert, team, team], seeds[:60])
         assert (alone[world.primary("defenders")] == scored).all()
-
-
-def test_lower_measures_score_higher(monkeypatch):
-    world = find("cooperative-navigation")
-    expert = find_expert("cooperative-navigation")[0]
-    monkeypatch.setattr(arena, "GAMES_AT_ONCE", 7)  # batches that cut candidates apart
-    ring = Arena(world, expert, [0, 1, 2], range(20))
-    found = ring.scores([[constant(0)] * 3, [constant(1)] * 3], 10)
-    assert (found <= 0).all() and found[0].mean() > found[1].mean(), "standing still beats running away"
-    assert [len(rows) for rows in ring.seen] == [10 * 25] * 3
 
 
 def test_halving_finds_the_best_and_keeps_to_its_budget():
@@ -221,15 +191,6 @@ def test_moves_differ_in_one_tree_and_keep_the_depth(world, expert):
     for a, b in found:
         assert (a is trees[0]) != (b is trees[1])
         assert max(ir.depth(a).max(), ir.depth(b).max()) <= 2
-
-
-def test_moves_keep_a_number_of_leaves(world, expert):
-    ring = Arena(world, expert, [1], range(1_000))
-    pair = with_new_split(constant(1), 0, 2, 0.0, (2, 3))
-    ring.scores([[pair]], 20)
-    for most, wanted in ((0, {1, 2, 3}), (3, {1, 2, 3}), (2, {1, 2})):
-        found = refine.proposals(ring, [pair], [[]], refine.Limits(4, most), np.random.default_rng(0))
-        assert {len(ir.leaves(tree)) for (tree,) in found} == wanted
 
 
 def test_a_round_costs_what_it_says_and_never_takes_what_does_not_pay(world, expert, monkeypatch):
@@ -313,28 +274,6 @@ def test_jobs_change_nothing(world, expert):
     assert policy_json.dumps(alone) == policy_json.dumps(beside)
 
 
-def test_a_killed_run_goes_on_to_the_same_files(tmp_path):
-    """kill -9 at some moment, then --resume."""
-    asked = ["extract", "physical-deception", "--iterations", "6", "--max-depth", "2", "--rollouts", "10"]
-    asked += ["--refinement-episodes", str(refine.round_cost()), "--selection-episodes", "20"]
-    assert main.run([*asked, "-o", str(tmp_path / "whole")]) == 0
-    folder = tmp_path / "cut"
-    command = [sys.executable, "-m", "maviper", *asked, "-o", str(folder)]
-    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
-    deadline = time.monotonic() + 60
-    while len(list(folder.glob("steps/*.safetensors"))) < 5 and time.monotonic() < deadline:
-        time.sleep(0.01)
-    os.kill(process.pid, signal.SIGKILL)
-    process.wait()
-    assert not (folder / "profile.json").exists()
-    assert main.run([*asked, "-o", str(folder), "--resume"]) == 0
-    for name in ("profile.json", "metrics.jsonl", "config.json"):
-        assert (folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
-    lines = [json.loads(line) for line in (folder / "metrics.jsonl").read_text().splitlines()]
-    assert {line["stage"] for line in lines} == {"extracting", "refining"}
-    assert all(0 < line["fidelity"] <= 1 for line in lines if line["stage"] == "extracting")
-
-
 def test_run_folders_are_the_runs_own(quick, tmp_path, capsys):
     asked = ["extract", "physical-deception", "--iterations", "1", "--max-depth", "1", "--refinement-episodes", "0"]
     asked += ["--rollouts", "4", "--selection-episodes", "4", "-o"]
@@ -361,11 +300,6 @@ def test_run_folders_are_the_runs_own(quick, tmp_path, capsys):
     step.write_bytes(step.read_bytes()[:-3])
     assert "a step of the run is damaged" in refused(*asked, str(folder), "--resume")
     assert "only a run folder can be resumed" in refused(*asked, str(tmp_path / "x.json"), "--resume")
-
-
-@given(TREES)
-def test_trees_are_kept_as_they_are(trees):
-    assert all(same(a, b) for a, b in zip(trees, unpack_trees(pack_trees(trees)), strict=True))
 
 
 def test_each_team_takes_its_own_best(quick, world, expert):
@@ -497,23 +431,6 @@ def test_the_automatic_choice_keeps_what_helps(world, expert):
     assert helpful_features(world, expert, Settings.of({})) in ("", "differences")
 
 
-def test_an_unweighted_expert_is_plain_dagger(world):
-    plain = find_expert("physical-deception", critic="none")[0]
-    joint = np.zeros((4, 3), dtype=int)
-    assert (plain.q(0, (), None, joint, np.zeros((6, 3), dtype=int)) == np.zeros((6, 4))).all()
-
-
-def test_scripts_are_named_after_their_world(world):
-    fixed, navigation = find_expert("cooperative-navigation@fixed-roles")
-    state = navigation.start(20, np.random.default_rng(0))
-    for _ in range(40):
-        state = navigation.step(state, fixed.act([0, 1, 2], navigation.observe(state), state))
-    apart = np.linalg.norm(state.position[:, :3] - state.position[:, 3:], axis=2)
-    assert np.median(apart) < 0.1, "agent k is at landmark k"
-    with pytest.raises(InputError, match="no script with fixed-roles"):
-        find_expert("predator-prey@fixed-roles")
-
-
 # --- unusual experts
 
 
@@ -544,19 +461,6 @@ def test_points_without_weight_and_actions_that_are_never_used(world, preset, su
     assert all(len(policy.actions) == 5 for policy in found.agents)
 
 
-def test_a_profile_is_no_expert(tmp_path, capsys, profile):
-    place = tmp_path / "profile.json"
-    place.write_text(policy_json.dumps(profile))
-    assert main.run(["extract", str(place), "-o", str(tmp_path / "out.json")]) == 2
-    assert "not an expert's file" in capsys.readouterr().err
-
-
-def test_an_expert_of_another_world_is_refused(tmp_path, capsys):
-    asked = ["extract", "physical-deception", "--world", "predator-prey", "-o", str(tmp_path / "out.json")]
-    assert main.run(asked) == 2
-    assert "the expert plays another world" in capsys.readouterr().err
-
-
 @pytest.mark.usefixtures("kept_processes")
 def test_several_seeds_side_by_side(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 1_000)  # as in the processes of --jobs
@@ -579,16 +483,6 @@ def test_several_seeds_side_by_side(tmp_path, capsys, monkeypatch):
     assert main.run([*asked[:-1], str(tmp_path / "x.json"), "--seeds", "2"]) == 2
     assert "several seeds need a run folder" in capsys.readouterr().err
     assert main.run([*asked, "--seeds", "0"]) == 2
-
-
-@pytest.mark.parametrize(
-    ("critic", "reward"), [("learned", "environment + 1 * shaping"), ("measured", "environment"), ("none", None)]
-)
-def test_a_profile_says_whose_q_weighed_its_states(critic, reward, quick):
-    expert, world = find_expert("physical-deception", critic, features="goal")
-    settings = Settings.of({**SMALL, "iterations": 1, "rollouts": 2, "refinement": 0})
-    told = extract(world, expert, settings).provenance.training
-    assert told["critic"] == critic and told.get("critic_reward") == reward
 
 
 def test_an_extraction_that_stops_early_says_so(tmp_path, capsys):

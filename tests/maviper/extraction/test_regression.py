@@ -121,23 +121,6 @@ def test_extraction_ends_with_a_profile_of_numbers_and_goes_on_to_the_same(tmp_p
     world.close()
 
 
-def test_differences_are_for_numbered_actions_too():
-    from maviper.extraction.growth.growing import Growth
-
-    expert, world = find_expert("cooperative-navigation,agents=2", critic="none")
-    settings = Settings.of({"splits": "differences", "least_right": "0", "max_depth": 3}, world)
-    assert settings.refinement == 0
-    growth = Growth(world, settings)
-    places = [k for k, each in enumerate(world.features[0]) if each.unit == world.features[0][0].unit]
-    assert growth.pairs[0][0] == (places[0], places[1])
-    given = {"iterations": 2, "rollouts": 10, "selection_episodes": 2, "max_depth": 3, "splits": "differences"}
-    profile = extract(world, expert, Settings.of(given, world))
-    assert any(policy.tree.sums for policy in profile.agents)
-    for policy in profile.agents:
-        assert policy.grown is None or not policy.tree.sums
-        assert all(each.terms[0][0] == 1 and each.terms[1][0] == -1 for each in policy.tree.sums)
-
-
 def test_a_tree_of_differences_decides_as_its_deployed_form():
     _, world = find_expert("cooperative-navigation,agents=2")
     rng = np.random.default_rng(3)

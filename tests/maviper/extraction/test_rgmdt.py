@@ -6,9 +6,8 @@ import pytest
 from codegen import ir, policy_json
 from codegen.errors import InputError
 from codegen.lowering.deploy import deploy_tree
-from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.experts.finding import Unweighted, find_expert
+from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.baselines import _Points
 from maviper.extraction.extraction import Extraction
@@ -78,18 +77,6 @@ def test_more_leaves_never_raise_the_loss_and_are_never_more_than_asked_for(clou
     assert losses == sorted(losses, reverse=True) and losses[-1] < losses[0] / 2
 
 
-def test_depth_is_a_limit_too(cloud):
-    obs, vectors = cloud
-    assert (
-        ir.depth(deploy_tree(BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 2).grow_to(100))).max() == 2
-    )
-
-
-def test_equal_worth_makes_one_leaf(cloud):
-    obs, vectors = cloud
-    assert len(BestFirstTree(Bins.of(obs).codes(obs), np.zeros_like(vectors), Bins.of(obs), 4).grow_to(9).feature) == 1
-
-
 @pytest.mark.parametrize("table", [0, 1])
 @pytest.mark.parametrize("game", GAMES)
 def test_it_reaches_at_least_what_uniform_trees_do(game, table):
@@ -134,12 +121,6 @@ def test_values_are_those_with_the_other_agents_at_their_trees():
     assert len(points.tree(0, {}).feature) > 1
 
 
-def test_a_game_of_two_teams_and_networks():
-    expert, world = find_expert("physical-deception")
-    found = extract(world, expert, small(world, max_depth=4, max_leaves=8, iterations=2, rollouts=20))
-    assert all(1 < len(ir.leaves(policy.tree)) <= 8 for policy in found.agents)
-
-
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -153,17 +134,3 @@ def test_a_game_of_two_teams_and_networks():
 def test_what_it_has_not_is_refused(given, said):
     with pytest.raises(InputError, match=said):
         Settings.of({"algorithm": RGMDT, **given})
-
-
-def test_without_a_critic_there_is_nothing_to_cluster():
-    expert, world = find_expert("coordination")
-    with pytest.raises(InputError, match="clusters"):
-        extract(world, Unweighted(expert), small(world))
-
-
-def test_the_command(tmp_path, capsys):
-    asked = ["--algorithm", "rgmdt", "--max-leaves", "4", "--iterations", "2", "--rollouts", "50"]
-    assert main.run(["extract", "coordination", *asked, "-o", str(tmp_path / "p.json")]) == 0
-    votes = ["--algorithm", "maviper", *asked[2:4]]
-    assert main.run(["extract", "coordination", *votes, "-o", str(tmp_path / "q.json")]) == 2
-    assert "--max-leaves" in capsys.readouterr().err

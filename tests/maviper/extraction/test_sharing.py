@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 
-from codegen import ir
 from codegen.errors import InputError
-from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.experts import network
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import Dataset
@@ -42,14 +39,6 @@ def test_all_agents_of_a_team_get_the_same_tree(navigation, algorithm, splits):
     assert len(first[0]) > 1 and profile.provenance.training["share"] == TEAM
     again = extract(world, expert, Settings.of({"algorithm": algorithm, "splits": splits, **SMALL}, world))
     assert columns(again.agents[0].tree) == first
-
-
-def test_teams_have_trees_of_their_own():
-    world = find("physical-deception")
-    expert, _ = network.load("physical-deception")
-    profile = extract(world, expert, Settings.of({"algorithm": "imitation", **SMALL}, world))
-    adversary, one, other = (columns(policy.tree) for policy in profile.agents)
-    assert one == other != adversary
 
 
 def random_points(n=200, members=3):
@@ -111,13 +100,3 @@ def test_unequal_spaces_are_refused():
     world = find("tests.support.environments:unequal")
     with pytest.raises(InputError, match="left_runner and runner_1 cannot share a tree"):
         extract(world, None, Settings.of({"algorithm": "iviper", **SMALL}, world))
-
-
-def test_the_command(tmp_path, capsys):
-    file = tmp_path / "shared.json"
-    asked = ["extract", "cooperative-navigation,agents=2", "--share", "team", "--max-episodes", "60", "-o", str(file)]
-    assert main.run(asked) == 0, capsys.readouterr().err
-    from maviper.files.profiles import load
-
-    one, other = load(file).agents
-    assert columns(one.tree) == columns(other.tree) and isinstance(one.tree, ir.Tree)
