@@ -66,12 +66,6 @@ def test_navigation_lands_on_all_targets():
     assert ours["agents success r=0.1"].interval[0] > 0.5
 
 
-def test_navigation_runs_with_many_agents():
-    world = find(f"{SPREAD},agents=24")
-    ours, still = measured(world, [build_script(world)] * 24, 10), measured(world, [STILL] * 24, 10)
-    assert ours["agents D"].interval[1] < still["agents D"].interval[0]
-
-
 @pytest.mark.parametrize("name", ["predator-prey", "predator-prey,predators=3,prey=1,observation=mpe2"])
 def test_pursuers_catch_and_fleers_get_away(name):
     world = find(name)
@@ -174,23 +168,7 @@ def test_chunks_change_nothing(name, monkeypatch):
     assert script.act(everybody, (), state[:0]).shape == (0, len(world.agents))
 
 
-def test_the_same_episodes_again():
-    world = find("predator-prey")
-    start = world.start_from_seeds(range(50))
-    first, again = (play(world, [build_script(world)] * 4, start) for _ in range(2))
-    assert (first.actions == again.actions).all()
-
-
 # --- what they cannot do
-
-
-def test_a_script_has_no_critic():
-    world = find(SPREAD)
-    script = build_script(world)
-    assert script.centralized and script.agents == world.agents and script.hash == ""
-    assert script.card == {"algorithm": "scripted", "world": SPREAD}
-    with pytest.raises(InputError, match="no critic"):
-        script.q(0, (), None, np.zeros((1, 3), dtype=np.int64), np.zeros((1, 3), dtype=np.int64))
 
 
 def test_there_is_no_script_for_other_worlds():

@@ -13,7 +13,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Meaning
 from maviper.episodes.play import play
 from maviper.experts.scripted import build_script
-from maviper.worlds import PhysicalDeception, WorldState, find
+from maviper.worlds import WorldState, find
 from maviper.worlds.games import physical_deception
 from maviper.worlds.games.particle import SQUARED_RADII, place_entities
 from maviper.worlds.games.predator_prey import PREDATORS, PREY
@@ -23,6 +23,7 @@ PROMISED = {True: 0, False: 1e-9}  # of an exact step and of a quick one, from t
 SPREAD = "cooperative-navigation"
 SPREADS = [SPREAD, f"{SPREAD},agents=1", f"{SPREAD},agents=2", f"{SPREAD},agents=6"]
 TAG = "predator-prey,observation=mpe2"
+DECEPTIONS = [f"physical-deception,defenders={number}" for number in (1, 2, 3, 4)]
 TAGS = [TAG, f"{TAG},predators=3,prey=1,obstacles=2", f"{TAG},predators=1,prey=2,obstacles=0"]
 VARIANTS = [
     "physical-deception", "physical-deception,velocity=1", "physical-deception,defenders=3",
@@ -109,34 +110,6 @@ def assert_seen(world, state, seen, tolerance=0):
 # --- trajectories
 
 
-@pytest.mark.parametrize("n_defenders", [1, 2, 3, 4])
-def test_whole_random_episodes_are_equal_to_mpe2_bit_for_bit(n_defenders):
-    world = PhysicalDeception(n_defenders)
-    env = world.reference_env()
-    episodes = 40
-    rng = np.random.default_rng(n_defenders)
-    actions = rng.integers(5, size=(world.spec.episode_steps, episodes, len(world.agents)))
-    state = world.start_from_seeds(range(episodes))
-    observations, rewards, positions = [world.observe(state)], [], []
-    for acted in actions:
-        state = world.step(state, acted)
-        observations.append(world.observe(state))
-        rewards.append(world.rewards(state))
-        positions.append(state.position)
-    for seed in range(episodes):
-        seen, _ = env.reset(seed=seed)
-        for step, acted in enumerate(actions[:, seed]):
-            for index, agent in enumerate(world.agents):
-                assert observations[step][index][seed].tobytes() == seen[agent].tobytes()
-            seen, reward, _, truncated, _ = env.step(dict(zip(world.agents, acted.tolist(), strict=True)))
-            raw = env.aec_env.unwrapped.world
-            for index, entity in enumerate(raw.agents + raw.landmarks):
-                assert positions[step][seed, index].tobytes() == entity.state.p_pos.tobytes()
-            for index, agent in enumerate(world.agents):
-                assert rewards[step][seed, index] == reward[agent]
-        assert all(truncated.values())
-
-
 @functools.cache
 def their_episodes(name):
     """Random actions, [steps, episodes, n_agents], and everything after each step of mpe2, by episode."""
@@ -152,17 +125,20 @@ def their_episodes(name):
 
 
 @pytest.mark.parametrize("exact", PROMISED)
-@pytest.mark.parametrize("name", [*SPREADS, *TAGS])
+@pytest.mark.parametrize("name", [*SPREADS, *TAGS, *DECEPTIONS])
 def test_whole_episodes_stay_with_mpe2_through_all_contacts(name, exact):
-    """From `reset(seed)` and never corrected: the promise is for one step, and 25 of them keep it on these episodes."""
+    """From `reset(seed)` and never corrected: the promise is for one step, and 25 of them keep it on these episodes.
+    In deception nobody collides, and all is equal to the bit.
+    """
     world = find(name)
     actions, courses = their_episodes(name)
     course = [world.start_from_seeds(range(len(courses)))]
     for acted in actions:
         course.append(world.step(course[-1], acted, exact=exact))
-    assert len(world.agents) == 1 or (overlaps(world, WorldState.concatenate(course)) < 0).any()
+    if name not in (SPREADS[1], *DECEPTIONS):
+        assert (overlaps(world, WorldState.concatenate(course)) < 0).any()
     for state, theirs in zip(course[1:], zip(*courses, strict=True), strict=True):
-        assert_equal(world, state, theirs, PROMISED[exact])
+        assert_equal(world, state, theirs, 0 if name in DECEPTIONS else PROMISED[exact])
 
 
 @functools.cache
@@ -177,17 +153,17 @@ def their_steps(name):
 
 
 @pytest.mark.parametrize("exact", PROMISED)
-@pytest.mark.parametrize("name", [*SPREADS, f"{SPREAD},agents=24", *TAGS])
+@pytest.mark.parametrize("name", [*SPREADS, f"{SPREAD},agents=24", *TAGS, "physical-deception"])
 def test_a_step_is_mpe2s_in_crowds_at_speed_and_outside(name, exact):
     world = find(name)
     state, acted, rows = their_steps(name)
-    if len(world.agents) > 1:
+    if len(world.agents) > 1 and name != "physical-deception":
         assert ((overlaps(world, state) < 0).sum(axis=1) >= min(2, overlaps(world, state).shape[1])).any(), "no crowd"
     limits = [entity.max_speed for entity in world.spec.agents]
     following = world.step(state, acted, exact=exact)
     seen, theirs = zip(*rows, strict=True)
     assert_seen(world, state, seen)
-    assert_equal(world, following, theirs, PROMISED[exact])
+    assert_equal(world, following, theirs, 0 if name == "physical-deception" else PROMISED[exact])
     speed = np.linalg.norm(following.velocity, axis=2)
     for agent, limit in enumerate(limits):
         if limit is not None:
@@ -255,19 +231,6 @@ def test_coincident_centres_push_nobody(name):
         np.testing.assert_array_equal(velocity, [[entity.force * 0.1, 0] for entity in world.spec.agents])
     assert np.isfinite(world.rewards(found)).all() and np.isfinite(world.values([found])).all()
     assert all(np.isfinite(seen).all() for seen in world.observe(found))
-
-
-def test_placing_reaches_every_state(world):
-    """Deception, bit for bit, from states that no episode meets."""
-    reference = Reference(world)
-    rng = np.random.default_rng(3)
-    state = states(world, rng.normal(size=(50, 5, 2)), rng.normal(size=(50, 3, 2)), rng.integers(2, size=50))
-    acted = rng.integers(5, size=(50, 3))
-    following = world.step(state, acted)
-    rows = [(reference.place(state[row : row + 1]), reference.step(acted[row])) for row in range(50)]
-    seen, theirs = zip(*rows, strict=True)
-    assert_seen(world, state, seen)
-    assert_equal(world, following, theirs, 0)
 
 
 # --- starts
@@ -357,20 +320,6 @@ def test_binary_observations_written_out(observation, slow, predators, prey, obs
         assert seen.tobytes() == np.array(wanted, dtype=np.float32).tobytes()
         assert len(world.features[agent]) == seen.shape[1]
         assert set(np.unique(seen[:, 4:])) == ({-1.0, 0.0, 1.0} if observation == "paper" else {0.0, 1.0})
-
-
-def test_widths_of_predator_prey():
-    """Paper: predators 22, prey 24; the released code has them the other way round, and repeats two columns."""
-    widths = {"paper": [22, 22, 24, 24], "released": [24, 24, 22, 22], "mpe2": [18, 18, 16, 16]}
-    for observation, wanted in widths.items():
-        world = find(f"predator-prey,observation={observation}")
-        assert [len(features) for features in world.features] == wanted
-        assert [seen.shape for seen in world.observe(world.start(3, np.random.default_rng(0)))] == [
-            (3, width) for width in wanted
-        ]
-    released = find("predator-prey,observation=released")
-    for seen in released.observe(crowded(released, 100, seed=9)):
-        assert seen[:, -4:-2].tobytes() == seen[:, -2:].tobytes()
 
 
 def test_the_words_of_silent_agents_are_features_too():
@@ -479,12 +428,6 @@ def test_defenders_need_a_target_each_at_the_same_step(world):
     assert won(position[:1]) == [0, 0]
     position[1, 0, 1, 0] = -1.2
     assert won(position) == [1, 0]
-
-
-def test_one_position_may_not_serve_two_targets(world):
-    position = np.zeros((1, 5, 2))
-    position[:, 2, 0] = 9.0
-    assert measured(world, [states(world, position)])["defenders success r=0.316"] == 0
 
 
 @pytest.mark.parametrize("agents", [2, 3, 8])
@@ -729,20 +672,6 @@ def test_defaults_leave_the_name_alone():
     assert find("predator-prey,predators=24,prey=24,obstacles=24").name.count("24") == 3
 
 
-@pytest.mark.parametrize("agents", [1, 2, 6, 24])
-def test_any_number_of_agents(agents):
-    for name in (f"{SPREAD},agents={agents}", f"predator-prey,predators={agents},prey={agents}"):
-        world = find(name)
-        state = world.start(2, np.random.default_rng(0))
-        state = world.step(state, np.ones((2, len(world.agents)), dtype=np.int64))
-        assert world.rewards(state).shape == (2, len(world.agents))
-        widths = [seen.shape[1] for seen in world.observe(state)]
-        assert widths == [len(features) for features in world.features]
-        assert np.isfinite(world.values([state])).all()
-        names = [feature.name for features in world.features for feature in features]
-        assert max(map(len, names)) <= 64 and len(set(world.features[0])) == len(world.features[0])
-
-
 @pytest.mark.parametrize(
     ("name", "message"),
     [
@@ -767,11 +696,6 @@ def test_unknown_names(name, message):
 def test_bad_values(choice):
     with pytest.raises(InputError, match=r"option (prey|obstacles) (is|has)"):
         find(f"predator-prey,{choice}")
-
-
-def test_a_switch_is_on_or_off():
-    with pytest.raises(InputError, match="from 0 to 1"):
-        find("physical-deception,velocity=2")
 
 
 def test_contacts_are_in_the_spec():
