@@ -84,11 +84,6 @@ def test_a_number_its_negation_one_beside_and_its_neighbours_are_asked():
     assert np.signbit(special[special == 0]).all()
 
 
-def test_floats_are_of_their_type():
-    plain, special = list_values([0.1, 16777217], "float32")
-    assert plain.dtype == special.dtype == np.float32 and np.float32(0.1) in plain
-
-
 @pytest.mark.parametrize(
     ("kind", "code"), [("int32", 100_000_001), ("int64", 2**53 + 1), ("uint64", 2**64 - 2), ("int32", -(2**31) + 1)]
 )
@@ -102,21 +97,12 @@ def test_whole_numbers_stay_in_their_width():
     assert plain.tolist() == [0, 1, 199, 200, 201, 202, 255]
 
 
-def test_conditions_are_two():
-    assert list_values([3], "bool")[0].tolist() == [False, True]
-
-
 def test_all_pairs_are_asked_where_they_fit():
     columns = choose_rows([3], ["int8", "bool"])
     values = list_values([3], "int8")[0]
     asked = set(zip(columns[0].tolist(), columns[1].tolist(), strict=True))
     assert asked >= {(int(one), other) for one in values for other in (False, True)}
     assert [each.dtype for each in columns] == [np.int8, np.bool_]
-
-
-def test_thresholds_are_of_their_feature():
-    columns = choose_rows([], ["float64", "float64"], [[7.25], []])
-    assert 7.25 in columns[0] and 7.25 not in columns[1]
 
 
 @pytest.mark.parametrize("count", [1, 2, 7])
@@ -126,7 +112,3 @@ def test_rows_end_at_the_limit_and_are_the_same_each_time(count):
     assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(first, again, strict=True))
     assert {len(each) for each in first} == {len(first[0])} and len(first[0]) <= 5000 < ROWS
     assert all(np.isnan(each).any() for each in first)
-
-
-def test_no_features_no_columns():
-    assert choose_rows([1], []) == []

@@ -24,11 +24,10 @@ from sklearn.preprocessing import (
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir, policy_json, profiles
-from codegen.agreement import probes, selfcheck
+from codegen.agreement import probes
 from codegen.errors import DisagreementError, InputError
 from codegen.importers.names import clean_names
 from codegen.importers.scikit import from_sklearn
-from codegen.targets import emit
 
 
 def fitted(seed=0, n_features=4, depth=5, classes=("wait", "go", "turn")):
@@ -56,13 +55,6 @@ def test_a_classifier_decides_as_before(seed):
     assert (names[ir.act(policy, rows)] == classifier.predict(rows)).all()
     assert [action.name for action in policy.actions] == sorted(["wait", "go", "turn"])
     assert policy_json.dumps(profiles.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
-
-
-@pytest.mark.compile
-def test_it_compiles_like_ours():
-    profile = from_sklearn(fitted()[0], ["speed", "gap -1", "class", "class"], name="Überholen 2")
-    assert [feature.name for feature in profile.agents[0].features] == ["speed", "gap_minus_1", "class", "class_2"]
-    selfcheck.check_files(profile, emit(profile), random=500).ensure()
 
 
 def test_names_come_from_a_data_frame():

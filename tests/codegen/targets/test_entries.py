@@ -132,12 +132,6 @@ def test_actions_have_names(team):
     assert module["FORCE"]["agent_0"] == world.spec.agents[1].force
 
 
-def test_tables_hold_the_functions(team):
-    module = readback.load_python(emit(team, ["python"])["physical_deception.py"])
-    for table, name in (("ACT_BATCH", "act_{}_batch"), ("OBSERVE", "observe_{}"), ("IN_RANGE", "in_range_{}")):
-        assert module[table] == {agent: module[name.format(agent)] for agent in module["AGENTS"]}
-
-
 def test_the_header_says_what_it_reads():
     (header,) = emit(random_profile(NAMES[1]), ["c"]).values()
     assert "_W_AGENT_0_VX = " in header and "_DT 0.1\n" in header and "_DAMPING 0.25\n" in header

@@ -14,7 +14,6 @@ from codegen.importers.onnx import model as importer
 from codegen.targets import emit
 from tests.support import summed
 from tests.support.chains import chain
-from tests.support.games import NAMES, random_profile
 from tests.support.strategies import profiles
 from tests.support.teams import tree
 
@@ -44,11 +43,6 @@ def agrees(profile):
 @given(profiles())
 def test_random_profiles_agree(profile):
     agrees(profile)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_every_game_agrees(name):
-    agrees(random_profile(name))
 
 
 @pytest.mark.parametrize("n_actions", [1, 2, 3, 5])

@@ -6,13 +6,10 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 
 from codegen import ir
 from codegen.agreement import probes, readback, selfcheck
 from codegen.targets import emit
-from tests.support.games import NAMES, random_profile
-from tests.support.strategies import profiles
 
 
 def reader(profile, folder):
@@ -32,17 +29,6 @@ def agrees(profile, folder, random=1_000):
         for rows in (selfcheck.observations(policy, random), near):
             acted = [policies[policy.agent].act(row) for row in rows.tolist()]
             assert acted == ir.act(policy, rows).tolist()
-
-
-@settings(max_examples=10)
-@given(profile=profiles())
-def test_random_profiles(tmp_path_factory, profile):
-    agrees(profile, tmp_path_factory.mktemp("reader"))
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_every_game(name, tmp_path):
-    agrees(random_profile(name), tmp_path)
 
 
 def test_a_real_profile_on_all_probes(profile, tmp_path):

@@ -36,11 +36,6 @@ def test_the_bits_of_the_reference(target):
     assert {each.agent for each in report.agreements} >= {policy.agent for policy in team().agents}
 
 
-def test_pictures_say_what_trees_decide():
-    report = replayed(team(), emit(team(), ["svg"])).ensure()
-    assert {each.target for each in report.agreements} == {"svg"}
-
-
 def test_a_picture_shows_sums_bars_and_rules():
     text = emit(summed.every(1, levels=3)["outputs, double sums"], ["svg"])["sums_agent_0.svg"]
     assert ">x0 - x1</text>" in text and ">u0 = x0 - x4</text>" in text and ">u1 = 0.25</text>" in text

@@ -3,7 +3,6 @@
 import csv
 import hashlib
 import json
-import lzma
 import re
 import shutil
 import subprocess
@@ -16,7 +15,7 @@ from maviper.reproduction import register, report
 from maviper.reproduction.cells.table import COLUMNS
 from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_DECIDED, SUPPORTS
 from tests.benchmarks import compact
-from tests.benchmarks.record import OLD_TABLE, kept_facts, recorded, rows
+from tests.benchmarks.record import OLD_TABLE, recorded, rows
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import DECEPTION, NAVIGATION
 
@@ -82,38 +81,6 @@ def test_a_record_says_what_the_episodes_of_each_cell_come_to(folder, place):
         assert cell["sha256"] == hashlib.sha256(data).hexdigest()
 
 
-def test_single_episodes_stay_where_a_number_needs_them_alone(place):
-    """Experts, whose errors are drawn over the episodes of one seed; of trees, what a single seed has."""
-    kept, left = set(), 0
-    for cell in compact.unpacked(place / compact.FILE)["cells"].values():
-        for columns in cell["values"].values():
-            for told in columns.values():
-                if "values" in told:
-                    assert len(told["values"]) == told["count"]
-                    kept.add((cell["about"]["kind"], cell["about"]["splits"]))
-                left += "values" not in told
-    assert ("expert", "") in kept and ("crossplay", "") not in kept and left > 1000
-
-
-def test_facts_are_kept_where_numbers_take_them(place):
-    cells = compact.unpacked(place / compact.FILE)
-    taken = {
-        (cell, *path)
-        for number in cells["numbers"].values()
-        for part in number["parts"]
-        for source in (part["ours"], part["theirs"] or part["ours"])
-        for _, path in source["facts"]
-        for cell, _ in source["places"]
-    }
-    assert taken
-    for cell, *path in taken:
-        found = cells["cells"][cell]["facts"]
-        for name in path:
-            found = found[name]
-        assert isinstance(found, float | int)
-    assert kept_facts({"a": {"b": 1, "c": 2}, "d": 3}, {("a", "b")}) == {"a": {"b": 1}}
-
-
 def computed_again(place):
     """What the record's own script says of the record's own data."""
     command = [sys.executable, "-I", str(place / "recompute.py")]
@@ -146,14 +113,6 @@ def test_a_mean_or_a_word_that_was_changed_is_noticed(place, tmp_path):
     more = {name: of for name, of in document.items() if name not in ("form", "cells")}
     (tmp_path / compact.FILE).write_bytes(compact.packed(document["cells"], **more))
     assert "joint/maviper/physical-deception" in computed_again(tmp_path)
-
-
-def test_the_page_says_how_it_was_made(folder, place):
-    text = (place / "README.md").read_text()
-    assert "\n    maviper reproduce --experts mappo -o FOLDER\n" in text
-    assert register.read().sha256 in text and re.search(r"numpy \d+\.", text)
-    cells = len(list((folder / "episodes").iterdir()))
-    assert f"{cells} cells, {cells * 1.5 / 3600:.1f} core-hours" in text
 
 
 @pytest.mark.parametrize("path", COMMITTED, ids=lambda path: path.parent.name)
@@ -319,17 +278,6 @@ def test_committed_cells_give_the_recorded_numbers_and_verdicts(path):
     assert f" and {len(judged(path.parent))} verdicts computed again, 0 come out otherwise" in said
     earlier = "2 comparisons stand as the report has them" in said
     assert earlier == ("were left out" in path.with_name("README.md").read_text())
-
-
-def test_a_table_of_an_earlier_record_is_read(folder, tmp_path):
-    """And a folder without cells says where they are."""
-    (tmp_path / OLD_TABLE).write_bytes(lzma.compress((folder / "cells.csv").read_bytes()))
-    with (folder / "cells.csv").open(newline="") as file:
-        assert rows(tmp_path) == list(csv.DictReader(file))
-    shutil.copy(folder / report.SCRIPT, tmp_path)
-    command = [sys.executable, "-I", str(tmp_path / report.SCRIPT)]
-    found = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert found.returncode == 1 and "README.md has the command" in found.stderr and "Traceback" not in found.stderr
 
 
 @pytest.mark.parametrize("name", MORE)

@@ -10,7 +10,6 @@ from codegen import ir
 from maviper.cli import main
 from maviper.page.document import Contents
 from maviper.page.page import FILE, page
-from maviper.worlds.matching import matching_world
 from tests.maviper.page.browsers import in_node
 from tests.support.games import NAMES, doubled, random_profile
 
@@ -66,11 +65,6 @@ def test_the_radius_is_exact_among_doubles(place):
     assert 0 < float(row["radius"]) < ABOVE - 0.1 == 2.0**-56
 
 
-def test_worlds_refuse_them():
-    profile = random_profile(NAMES[1])
-    assert matching_world(profile) is not None and matching_world(doubled(profile)) is None
-
-
 def test_pages_play_them(tmp_path):
     """A page of doubles rounds nothing: next to a threshold it decides as the reference does."""
     profile = doubled(random_profile(NAMES[1]))
@@ -85,8 +79,3 @@ def test_pages_play_them(tmp_path):
     script = "return given.map((seen) => Engine.path(game.agents[0].tree, seen).pop());"
     found = in_node(page(profile, Contents((), ())), script, rows, tmp_path)
     assert found == ir.apply(policy.tree, rows).tolist()
-
-
-def test_evaluation_refuses_them(place, capsys):
-    assert main.run(["evaluate", "cart.json", "--world", "gymnasium:CartPole-v1"]) == 2
-    assert "float32 observations" in capsys.readouterr().err

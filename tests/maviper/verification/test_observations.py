@@ -256,20 +256,6 @@ def test_a_particle_game_is_asked_about_observations_on_demand(tmp_path, capsys)
     assert any("agent_0." in name for name in facts["results"][0]["region"]["box"])
 
 
-def test_monotone_without_observations_says_how_to_ask(tmp_path, capsys):
-    (tmp_path / "profile.json").write_text(policy_json.dumps(small_profile()))
-    feature = small_profile().agents[1].features[0].name
-    asked = ["--property", "monotone", "--agent", "agent_0", "--feature", feature]
-    assert main.run(["verify", str(tmp_path / "profile.json"), *asked]) == 2
-    assert "--observations" in capsys.readouterr().err
-
-
-def test_questions_are_exported_where_no_agent_stands_twice(folder, tmp_path, capsys):
-    asked = ["verify", str(folder / "profile.json"), "--properties", str(folder / "claims.toml"), "--verdict-only"]
-    assert main.run([*asked, "--smt", str(tmp_path / "smt")]) == 1
-    assert len(list((tmp_path / "smt").iterdir())) == 3 + 5
-
-
 def blocks(page):
     """The indented blocks of a page, each under the sentence before it."""
     found = re.findall(r"\n([^\n]*)\n\n((?: {4}[^\n]*\n|\n(?= {4}))+)", page)

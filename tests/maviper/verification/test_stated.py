@@ -179,12 +179,6 @@ def test_a_counterexample_that_asks_for_more_is_refused(cart, capsys, change, sa
     assert said in capsys.readouterr().err
 
 
-def test_claims_in_a_file_of_their_own(cart, capsys):
-    (cart / "claims.toml").write_text(PROPERTIES.split("[[property]]")[1].join(["[[property]]", ""]))
-    assert verify(cart, "--properties", str(cart / "claims.toml")) == ExitCode.DONE
-    assert "PROVED" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("more", "said"),
     [

@@ -160,15 +160,6 @@ def test_dead_leaves_are_printed(capsys, place, profile):
 
 
 @pytest.mark.solver
-def test_real_arithmetic_is_named(capsys, place):
-    code, out, err = run(capsys, "verify", "roles.json", "--semantics", "real", "--json")
-    report = json.loads(out)
-    assert code == ExitCode.DONE and report["results"][0]["semantics"] == "real" and "real arithmetic" in err
-    assert "about real arithmetic, not" in report["semantics"] and "--semantics real" in report["results"][0]["command"]
-    assert report["results"][0]["largest_margin"]["proved"] == "0.05"
-
-
-@pytest.mark.solver
 def test_questions_are_exported_and_repeat(capsys, place):
     (place / "p.toml").write_text('[[property]]\nlabel = "; \\"é"\nformula = "true"\nassume = "agent_0.x > 0"\n')
     asked = ("--property", "no_double", "--property", "alive_leaves", "--properties", "p.toml")

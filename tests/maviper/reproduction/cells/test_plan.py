@@ -14,7 +14,6 @@ from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, E
 from maviper.reproduction.cells.plan import Asked, experts_of, plan_cells, shard
 from maviper.reproduction.cells.table import Store
 from maviper.reproduction.run import describe_plan
-from maviper.worlds import find
 
 
 def cells(**asked):
@@ -92,10 +91,6 @@ def test_missing_experts_are_told_with_the_command_that_trains_one(monkeypatch):
         plan_cells(Asked(experts=("maddpg",), games=("predator-prey",)), "")
 
 
-def test_families_are_other_cells():
-    assert {cell.expert for cell in cells(tier="quick", experts=("mappo", "maddpg"))} == {"mappo", "maddpg"}
-
-
 def test_an_expert_in_a_file_travels_as_bytes_and_is_the_shipped_one(tmp_path):
     file = Path(network.__file__).parent / "shipped" / "physical_deception.2.safetensors"
     mine = tmp_path / "mine.safetensors"
@@ -168,10 +163,6 @@ def test_shards_divide_the_cells_and_wait_for_nobody(of):
     for part in parts:
         assert all(id_ in part.ids for task in part.tasks for id_ in task.of.values())
         assert len(part.tasks) > len(plan.tasks) / of / 2
-
-
-def test_every_game_of_the_plan_is_a_world():
-    assert [find(game).spec.name for game in plans.GAMES] == list(plans.GAMES)
 
 
 def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, monkeypatch):

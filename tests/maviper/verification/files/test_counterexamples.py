@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -153,16 +152,6 @@ def test_a_damaged_episode_is_told(folder, tmp_path, change, said):
     ensure_told(folder / EPISODES[0], folder / "same.json", tmp_path, change, said)
 
 
-def test_an_episode_of_another_world_is_told(folder, tmp_path):
-    from tests.support.zone_cases import navigation
-
-    other, _ = navigation(np.random.default_rng(0), 1)
-    (tmp_path / "navigation.json").write_text(dumps(other))
-    for name in (NAMED, *EPISODES):
-        with pytest.raises(InputError):
-            maviper.replay(folder / name, tmp_path / "navigation.json")
-
-
 def edited(folder, tmp_path, name, **members):
     document = json.loads((folder / name).read_text()) | members
     (tmp_path / "edited.json").write_text(json.dumps(document))
@@ -215,13 +204,3 @@ def test_a_file_nested_too_deeply_is_told(folder, tmp_path, number):
     (tmp_path / "deep.json").write_text(text)
     with pytest.raises(InputError, match="not a counterexample"):
         maviper.replay(tmp_path / "deep.json", folder / "same.json")
-
-
-def test_a_goal_of_another_world_is_named(folder, tmp_path):
-    for name in (NAMED, EPISODES[0]):
-        for goal, said in (("", "goal none"), ("landmark_7", "goal landmark_7")):
-            document = json.loads((folder / name).read_text()) | {"goal": goal}
-            (tmp_path / "goal.json").write_text(json.dumps(document))
-            with pytest.raises(InputError, match="another world") as caught:
-                maviper.replay(tmp_path / "goal.json", folder / "same.json")
-            assert said in caught.value.where

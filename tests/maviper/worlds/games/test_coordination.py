@@ -188,16 +188,6 @@ def test_from_the_expert_to_code(tmp_path, monkeypatch, capsys):
     assert "skipped" not in capsys.readouterr().err
 
 
-@pytest.mark.solver
-def test_claims_are_about_observations(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    extracted = ["-q", "extract", "coordination,agents=2", "--max-episodes", "100", "-o", "team.json"]
-    assert main.run(extracted) == ExitCode.DONE
-    assert main.run(["verify", "team.json", "--team", "agents", "--json"]) in (ExitCode.DONE, ExitCode.VIOLATED)
-    (result,) = json.loads(capsys.readouterr().out)["results"]
-    assert result["property"] == "alive_leaves" and result["observations"] == "over observations"
-
-
 def test_claims_about_places_are_refused(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert (

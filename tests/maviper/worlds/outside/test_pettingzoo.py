@@ -14,14 +14,12 @@ from codegen import policy_json, profiles
 from codegen.errors import InputError, ProfileError, UnknownNameError
 from codegen.ir import NAME
 from codegen.profiles import violations
-from maviper import manual
 from maviper.cli import main
 from maviper.compilation import compile
 from maviper.episodes import measures
 from maviper.episodes.play import Policies, rollout
 from maviper.evaluation import held_out
 from maviper.experts.expert import AS_GIVEN
-from maviper.extraction import released
 from maviper.extraction.algorithms import extract
 from maviper.extraction.selection import refine
 from maviper.extraction.settings import EPISODES_PER_SEED, Settings
@@ -35,8 +33,6 @@ from maviper.worlds.outside.sources import is_named_by_user, parse_source
 from maviper.worlds.outside.spaces import legal_names
 from maviper.worlds.seeds import TRAINING, fold_seed
 from maviper.worlds.world import world_name
-
-SEEDS = (3, 2_000_000_000_000_000)
 
 
 @pytest.fixture(autouse=True)
@@ -89,19 +85,6 @@ def test_deception_is_our_own_world_bit_for_bit_in_processes_of_its_own():
     theirs.close()
 
 
-def test_spread_is_our_own_world_with_options():
-    ours, theirs = find_built_in("cooperative-navigation,agents=2"), world_of("spread,N=2")
-    assert theirs.name == "tests.support.environments:spread,N=2" and theirs.spec.options == {"N": 2}
-    actions = np.random.default_rng(1).integers(5, size=(25, 1, 2))
-    for seed in SEEDS:
-        expected = played(ours, ours.start_from_seeds([fold_seed(seed)]), actions)
-        found = played(theirs, theirs.start_from_seeds([seed]), actions)
-        for a, b in zip(expected, found, strict=True):
-            for seen, wanted in zip(theirs.observe(b), ours.observe(a), strict=True):
-                assert np.allclose(seen, wanted, atol=1e-6)
-        assert np.allclose([theirs.rewards(s) for s in found[1:]], [ours.rewards(s) for s in expected[1:]], atol=1e-6)
-
-
 def test_rollouts_are_split_into_as_many_games_as_there_are_copies():
     world = world_of("early", games=2)
     policies = Policies([lambda seen: (seen[:, 0] > 0).astype(int)] * 2)
@@ -151,17 +134,6 @@ def test_only_the_newest_state_can_be_stepped():
         world.start(2, np.random.default_rng(0))
 
 
-def test_states_are_joined_and_taken_apart():
-    world = world_of("early")
-    states = [world.start_from_seeds([seed]) for seed in range(3)]
-    joined = type(states[0]).concatenate(states)
-    assert len(joined) == 3
-    for seen, wanted in zip(world.observe(joined[1:]), zip(*map(world.observe, states[1:]), strict=True), strict=True):
-        assert np.array_equal(seen, np.concatenate(wanted))
-    assert world.rewards(joined[np.array([2])]).shape == (1, 2)
-    assert world.shaping(joined).shape == (3, 2)
-
-
 # --- seeds
 
 
@@ -202,13 +174,6 @@ def test_seeds_of_different_purposes_stay_apart():
             places.append((purpose, min(found) // 2**28, max(found) // 2**28))
     blocks = [{block for name, *both in places if name == purpose for block in both} for purpose in purposes]
     assert [len(block) for block in blocks] == [1, 1, 1] and len(set.union(*blocks)) == 3
-
-
-def test_environments_get_seeds_as_the_manual_says():
-    """SUMO and others take no larger ones."""
-    purposes = [*range(0, 4 * 10**15, 10**14), 2**31, 2**32, 2**60]
-    assert all(0 <= fold_seed(seed) < 2**31 for seed in purposes)
-    assert "Seeds are whole numbers below 2^31." in " ".join(manual.page("environments").split())
 
 
 def test_trainings_draw_from_seeds_of_their_own(here, monkeypatch):
@@ -305,13 +270,6 @@ def test_who_is_dropped_without_a_word_has_left_for_good():
     states = played(world, world.start_from_seeds([1]), np.ones((5, 1, 2), int))
     assert [world.alive(state)[0].tolist() for state in states] == [[True, True]] * 2 + [[True, False]] * 4
     assert world.terminated(states[-1]).tolist() == [[False, True]] and world.alive(states[-1]).any()
-
-
-def test_a_copy_that_ends_is_an_input_error():
-    world = world_of("dying", games=2)
-    start = world.start_from_seeds([1])
-    with pytest.raises(InputError, match="ended by itself, exit code 9"):
-        world.step(start, np.zeros((1, 2), int))
 
 
 def test_a_world_that_is_forgotten_ends_its_processes():
@@ -502,22 +460,6 @@ class Expert:
         wanted = self.act([agent], observations, state)[:, 0]
         own = np.where(joint[:, agent] == AS_GIVEN, given[:, agent, None], joint[None, :, agent])
         return -np.abs(own - wanted[:, None]).astype(float)
-
-
-def test_the_released_algorithms_play_few_games_with_few_actions(monkeypatch, here):
-    """Three actions, not five, and one copy, though the released imitation starts hundreds of games."""
-    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 2)
-    monkeypatch.setattr(released, "WARM_UP", 2)
-    world = world_of("short,length=5")
-
-    class Asked(Expert):
-        def q(self, agent, observations, state, joint, given):
-            assert joint.max() < 3
-            return super().q(agent, observations, state, joint, given)
-
-    for name in ("imitation", "iviper", "maviper-iviper-resampling"):
-        given = {"algorithm": name, "preset": "released", "iterations": 2, "rollouts": 3, "selection_episodes": 2}
-        assert len(extract(world, Asked(world), Settings.of({**given, "max_depth": 2})).agents) == 2
 
 
 @pytest.fixture(scope="module")

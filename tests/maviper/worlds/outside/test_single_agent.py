@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError, MissingToolError
-from maviper.cli import main
 from maviper.episodes.play import Policies, rollout
 from maviper.evaluation.crossplay import Stage
 from maviper.worlds import find
-from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.pettingzoo import GAMES_HERE
 from maviper.worlds.outside.playing import Together
 from maviper.worlds.outside.processes import Copy
@@ -145,14 +143,6 @@ def test_a_name_without_a_version_is_refused_where_its_module_was_not_imported_y
         sys.modules.pop("latecomers", None)
 
 
-def test_an_environment_that_was_registered_without_a_version_is_itself():
-    gymnasium.register("Alone", entry_point="gymnasium.envs.classic_control.mountain_car:MountainCarEnv")
-    try:
-        assert find("gymnasium:Alone").agents == ("agent",)
-    finally:
-        del gymnasium.registry["Alone"]
-
-
 @pytest.mark.filterwarnings("ignore:.*out of date")
 @pytest.mark.parametrize(("name", "new"), [("LunarLander-v2", "LunarLander-v3"), ("Taxi-v3", "Taxi-v4")])
 def test_a_deprecated_version_names_the_new_one(name, new):
@@ -176,13 +166,6 @@ def test_an_environment_of_the_old_gym_is_told_apart(monkeypatch):
     monkeypatch.setitem(sys.modules, "old_games", old)
     with pytest.raises(InputError, match="shimmy"):
         find("old_games:make")
-
-
-def test_commands_take_the_name(capsys):
-    assert main.run(["worlds", "show", "gymnasium:MountainCar-v0"]) == 0
-    assert "accelerate_left, coast, accelerate_right" in capsys.readouterr().out
-    findings = check("gymnasium:CartPole-v1")
-    assert usable(findings) and any("repeats" in str(finding) for finding in findings)
 
 
 @pytest.mark.parametrize("name", ["CartPole-v1", "FrozenLake-v1,is_slippery=False", "CartPole-v1,max_episode_steps=7"])

@@ -6,12 +6,10 @@ import pytest
 from pettingzoo.classic.tictactoe import tictactoe
 
 from codegen.errors import InputError
-from maviper.cli import main
 from maviper.episodes.play import rollout
 from maviper.evaluation.crossplay import Uniform
 from maviper.extraction.exploiting import Facing
 from maviper.worlds import find
-from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
 from maviper.worlds.outside.sources import parse_source
 from maviper.worlds.outside.spaces import as_numbers, names_of, vector, vector_space
@@ -115,13 +113,6 @@ def test_masks_are_zeros_and_ones(mask):
 def test_what_is_no_mask_is_refused(mask):
     with pytest.raises(InputError, match="'s action_mask is"):
         masked(mask).reset()
-
-
-@pytest.mark.parametrize("here", [True, False])
-def test_flattened_it_plays_where_the_environment_plays(here):
-    flattened = masked([1, 0, 1])
-    flattened.env.plays_here = here
-    assert flattened.plays_here is here
 
 
 def test_agents_that_die_take_no_part_and_the_others_go_on():
@@ -239,16 +230,6 @@ def test_so_are_those_of_any_space(space, seen, numbers):
 def test_whole_numbers_that_float32_does_not_tell_apart_are_refused():
     with pytest.raises(InputError, match="16,777,216"):
         as_numbers(gymnasium.spaces.Discrete(2**25), "mygame")
-
-
-def test_commands_take_the_option(capsys):
-    findings = check(TICTACTOE)
-    assert usable(findings) and any("repeats" in str(finding) for finding in findings)
-    assert main.run(["worlds", "show", TICTACTOE]) == 0
-    out = capsys.readouterr().out
-    assert "legal_action_8" in out and "0 or 1 [0, 1]" in out
-    assert main.run(["train", TICTACTOE, "--algorithm", "vdn", "-o", "nowhere"]) == 2
-    assert "vdn takes no heed of illegal actions" in capsys.readouterr().err
 
 
 def test_what_an_environment_says_of_legal_actions_is_not_lost():
