@@ -58,8 +58,8 @@ def test_refused_files_say_where_why_and_what_instead(file):
     assert error.what and error.next_step
 
 
-def test_most_files_are_to_be_accepted():
-    """And the corpus is no smaller than its README says."""
-    assert len(TO_ACCEPT) >= 83 and len(FILES) == 111
+def test_at_least_105_of_135_files_are_to_be_accepted():
+    """119 were before a subset was stated; those that it leaves out say so in the manifest."""
+    assert len(TO_ACCEPT) >= 105 and len(FILES) == 135
     assert sum(each["path"].startswith("python") for each in FILES) >= 45
     assert sum(each["path"].startswith("c/") for each in FILES) >= 20
