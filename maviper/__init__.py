@@ -11,9 +11,12 @@ functions take and return are in `maviper.profiles` and `maviper.answers`.
 
 from __future__ import annotations
 
+from maviper import starting as starting  # first: what follows takes time, in which somebody may press Ctrl-C
+
+# isort: split
 from typing import TYPE_CHECKING
 
-from maviper import siblings as siblings  # first: it says what is in the way of the imports below
+from maviper import siblings as siblings  # it says what is in the way of the imports below
 
 # isort: split
 from codegen import process

@@ -1,6 +1,7 @@
 """The process `maviper`, also as `python -m maviper`.
 
-Does: listens for Ctrl-C before anything is imported that takes time, then runs the command line and exits.
+Does: listens for Ctrl-C before anything is imported that takes time, then runs the command line and exits; until it
+  listens, starting.py does.
 Assumes: it is the main thread.
 Does not: parse anything itself.
 """
@@ -17,11 +18,14 @@ from maviper.cli import exits
 
 def main() -> NoReturn:
     """Runs the command line as a process."""
-    exits.listen_for_interrupts()
     exits.keep_output()
-    code = exits.run_command(_command, bool({"-v", "--verbose"} & set(sys.argv)))
+    try:
+        code = exits.run_command(_command, bool({"-v", "--verbose"} & set(sys.argv)))
+    except KeyboardInterrupt:  # while the command said how it ended
+        code = ExitCode.INTERRUPTED
     # the command has ended and said how; the interpreter, as it ends, would let the signal kill it in place of that
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
     if code == ExitCode.INTERRUPTED:
         # an interrupt inside exec() makes the interpreter end by the signal whatever is done about the exception
         with contextlib.suppress(OSError):
@@ -33,6 +37,7 @@ def main() -> NoReturn:
 
 
 def _command() -> object:
+    exits.listen_for_interrupts()  # here, where an interrupt is told in words
     # our matrix products are small: threads cost more than they give, all the more beside other processes
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from maviper.cli.main import cli

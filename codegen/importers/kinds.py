@@ -5,9 +5,11 @@ Assumes: the bytes of a file, and its name.
 Does not: touch files, or open a pickle.
 """
 
+import gc
 import re
+from collections.abc import Callable
 from importlib import import_module
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from codegen.errors import InputError
 from codegen.importers.reading import AGENT, NOTHING, Origin, Said
@@ -64,7 +66,23 @@ def read(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
     for kind in KINDS:
         if where.lower().endswith(kind.endings) and (kind.says is None or kind.says.search(content)):
             reader = getattr(import_module(f"codegen.importers.{kind.module}"), kind.function)
-            origins = reader(*(content, where, said)[: kind.takes])
+            origins = _call(reader, *(content, where, said)[: kind.takes])
             return {AGENT: origins} if isinstance(origins, Origin) else origins
     known = ", ".join(f"{kind.called} ({' '.join(kind.endings)})" for kind in KINDS)
     raise InputError("not a file that trees can be read from", where, f"known: {known}")
+
+
+def _call(reader: Callable[..., Any], *given: Any) -> Any:
+    """What a reader returns. Syntax trees are large, and nothing of them is garbage before the reader returns."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        return reader(*given)
+    finally:
+        if collects:
+            gc.enable()
+
+
+# CPython has calls in chunks of 16 kB, and gets the next one from the system each time that a call needs it: readers go
+# up and down at such a place thousands of times. The chunk of one large call has room for all within it.
+_call.__code__ = _call.__code__.replace(co_stacksize=(1 << 16) + 1)

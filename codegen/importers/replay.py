@@ -187,9 +187,11 @@ def choose_rows(
     more values, than rows, they are drawn with the seed.
     """
     rng, numbers = np.random.default_rng(seed), list(numbers)
-    plain, values = list[Column](), list[Column]()
+    plain, values, known = list[Column](), list[Column](), set(numbers)
+    shared = {kind: list_values(numbers, kind) for kind in dict.fromkeys(kinds)}
     for place, kind in enumerate(kinds):
-        near, special = list_values([*numbers, *(thresholds[place] if thresholds else ())], kind)
+        more = [each for each in thresholds[place] if each not in known] if thresholds else []
+        near, special = list_values([*numbers, *more], kind) if more else shared[kind]
         plain.append(near)
         values.append(np.concatenate([near, special]))
     if not kinds:

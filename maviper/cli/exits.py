@@ -20,9 +20,9 @@ from typing import Any
 from codegen.errors import ExitCode, MaviperError
 from codegen.wording import visible
 from maviper.files import resuming
+from maviper.starting import AGAIN
 
 _interrupts: list[int] = []
-AGAIN = "finished files are complete; run the command again"
 RESUME = "what is finished is kept; run the command again with --resume"
 
 

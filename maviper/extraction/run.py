@@ -29,6 +29,7 @@ from maviper.console import Console, LiveLine
 from maviper.episodes import measures
 from maviper.episodes.measures import format_estimate, ratio
 from maviper.episodes.play import TALLY, points, rollout
+from maviper.evaluation import held_out
 from maviper.evaluation.held_out import format_cut, read_measure, stop_of
 from maviper.experts.cards import how_learned
 from maviper.experts.expert import Expert, labels
@@ -106,7 +107,7 @@ def _right(world: World, observations: tuple[Float32, ...], wanted: Int, held: i
 AUTOMATIC = "auto"
 WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "its log-probabilities as critic"}
 FORMAT = "maviper-extraction-6"
-METRICS_FILE, STEPS = "metrics.jsonl", "steps"
+METRICS_FILE, STEPS, COMPARING = "metrics.jsonl", "steps", "comparing"
 TOGETHER = 1_000  # episodes of our games that are played at once, about
 NO_PLAN: Mapping[str, int] = {}
 WORDS = {
@@ -114,6 +115,7 @@ WORDS = {
     SELECTING: "to select by",
     REFINING: "to refine by",
     MEASURING: "held out",
+    COMPARING: "to compare with what failed",
 }
 SAME = ("format", "tool", "world", "expert", "critic", "counterexamples", "features_file")  # in every call for one run
 PACKAGES = ("mpe2", "numpy", "scikit-learn")
@@ -161,7 +163,10 @@ def _find(expert: str, options: Request, console: Console) -> Found:
     settings = Settings.of(options.settings, world)
     settings.judge_world(world)  # whether there is such a measure
     if features == AUTOMATIC:
-        features = helpful_features(world, loaded, settings) if isinstance(world, ParticleWorld) else ""
+        features = ""
+        if isinstance(world, ParticleWorld):
+            console.line("features", f"tried on {EPISODES} episodes of the expert")
+            features = helpful_features(world, loaded, settings)
         console.line("features", features or "none helps")
         loaded, world = seeing(loaded, world, features) if features else (loaded, world)
     if options.features_file is not None:
@@ -231,7 +236,7 @@ def _best_of_seeds(task: _Task, count: int, jobs: int, console: Console) -> ir.P
         tasks.append((replace(task, folder=folder, asked=one, resume=is_resumed(folder, task.resume)),))
 
     dealt = settings.complete().deal_budget(asked.world)
-    say_plan(dealt.plan(asked.world), console, count)
+    say_plan(plan_episodes(asked, dealt), console, dealt.budget, count)
 
     def score(profile: ir.PolicyProfile) -> Scored:
         return Scored(finalist_score(asked.world, asked.expert, dealt, profile.agents))
@@ -301,9 +306,9 @@ def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | N
     if not console.of:  # one of several seeds, of all of which this is said
         say_expert(expert, world, console)
     journal = Journal(folder / STEPS) if folder else NOTHING_KEPT
-    plan = settings.complete().deal_budget(world, jobs).plan(world)
+    plan = plan_episodes(asked, settings.complete().deal_budget(world, jobs))
     if not console.of:
-        say_plan(plan, console)
+        say_plan(plan, console, settings.budget)
     with Stages(console, folder / METRICS_FILE if folder else None, plan) as stages:
         profile = extract(world, expert, settings, Running(stages.show, jobs, stages.underway), journal, examples)
     say_stopped(profile, console)
@@ -331,11 +336,19 @@ def say_stopped(profile: ir.PolicyProfile, console: Console) -> None:
         console.line("stopped", f"after {told['stopped_after']} of {rounds}: {explain_stop(told)}")
 
 
-def say_plan(plan: Mapping[str, int], console: Console, seeds: int = 1) -> None:
-    """Prints the number of episodes that are going to be played, stage by stage."""
+def plan_episodes(asked: Found, dealt: Settings) -> dict[str, int]:
+    """Counts the episodes that each stage plays at most, and those that compare the trees with policies that failed."""
+    compared = 2 * held_out.EVALUATION_EPISODES * len(asked.lessons.failing)
+    return dealt.plan(asked.world) | ({COMPARING: compared} if compared else {})
+
+
+def say_plan(plan: Mapping[str, int], console: Console, budget: int = 0, seeds: int = 1) -> None:
+    """Prints the number of episodes that are going to be played, stage by stage. `budget`: what --max-episodes says."""
     stages = ", ".join(f"{count:,} {WORDS.get(stage, stage)}" for stage, count in plan.items())
     each = "" if seeds == 1 else f" for each of {seeds} seeds, and the held-out ones again to choose among them"
-    console.line("plan", f"up to {sum(plan.values()):,} episodes{each}: {stages}")
+    counted = sum(count for stage, count in plan.items() if stage not in (MEASURING, COMPARING))
+    within = f", {counted:,} of them within --max-episodes" if 0 < budget < sum(plan.values()) else ""
+    console.line("plan", f"up to {sum(plan.values()):,} episodes{within}{each}: {stages}")
 
 
 class Stages:

@@ -110,7 +110,7 @@ class ExtractOptions(TypedDict, total=False):
         Option(
             None,
             EPISODES,
-            "Total number of episodes, instead of the counts below; in games of your own, held-out ones included.",
+            "Episodes to learn and select by, instead of the counts below; in games of your own, held-out ones, too.",
             setting="budget",
         ),
     ]

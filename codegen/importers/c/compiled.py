@@ -37,7 +37,7 @@ from codegen.agreement.compiled import find_compiler
 from codegen.agreement.programs import run
 from codegen.errors import InputError, MissingToolError, escape_text
 from codegen.importers.c.kinds import Place
-from codegen.importers.c.machine import walk
+from codegen.importers.c.machine import COUNTING, walk
 from codegen.importers.c.text import MORE, PREDEFINED, Expanded, parse_number
 from codegen.importers.reading import Answers, Origin, Running, Said
 from codegen.ir import Floats
@@ -142,6 +142,7 @@ class Compiled:
         weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
         (folder / "unit.c").write_text(self._unit)
         (folder / "driver.c").write_text(DRIVER)
+        run([*self._compiler, *LANGUAGE, "-c", "driver.c"], folder)
         with ThreadPoolExecutor() as pool:
             for name, built in zip(self._flags, pool.map(self._build, repeat(folder), self._flags), strict=True):
                 if built.returncode and name == TRAPPING:
@@ -153,7 +154,7 @@ class Compiled:
 
     def _build(self, folder: Path, name: str) -> CompletedProcess[str]:
         command = [*self._compiler, *LANGUAGE, "-Werror=implicit-function-declaration", *self._flags[name]]
-        command += ["unit.c", "driver.c", "-lm", "-o", name.strip("-")]
+        command += ["unit.c", "driver.o", "-lm", "-o", name.strip("-")]
         first = run(command, folder, BUILD_S)
         if first.returncode and "-march=native" in command:
             return run([each for each in command if each != "-march=native"], folder, BUILD_S)
@@ -274,7 +275,7 @@ def ensure_same_tokens(text: Expanded, compiler: Sequence[str], where: str) -> N
             (place / pure).write_bytes(given)
         (place / SOURCE).write_bytes(text.content)
         bodies = dict[str, str]()
-        theirs = list(_tokens(_expand(compiler, place, SOURCE, where), bodies))
+        theirs = list(_list_lines(_expand(compiler, place, SOURCE, where), bodies))
         again = [f"#include <{each}.h>" for each in text.headers]
         for name, value in text.names.items():
             if parse_number(bodies.get(name, str(value))) != value:
@@ -283,8 +284,11 @@ def ensure_same_tokens(text: Expanded, compiler: Sequence[str], where: str) -> N
             again.append(f"#define {name} {bodies.get(name, value)}")
         again.append(re.sub(r"^#line.*$", "", text.text, flags=re.MULTILINE))
         (place / AGAIN).write_text("\n".join(again))
-        ours = _tokens(_expand(compiler, place, AGAIN, where), {})
-    for (line, one), (_, other) in zip_longest(theirs, ours, fillvalue=("its end", "nothing")):
+        ours = list(_list_lines(_expand(compiler, place, AGAIN, where), {}))
+    pairs = enumerate(zip(theirs, ours, strict=False))
+    alike = next((at for at, (one, other) in pairs if one[1] != other[1]), min(len(theirs), len(ours)))
+    both = _split_tokens(theirs[alike:]), _split_tokens(ours[alike:])
+    for (line, one), (_, other) in zip_longest(*both, fillvalue=("its end", "nothing")):
         if one != other:
             what = f"the C compiler reads {escape_text(one)[:40]} where the reader reads {escape_text(other)[:40]}"
             raise InputError(what, f"{where}, {line}", "write what the macro means where it is used")
@@ -301,8 +305,13 @@ def _expand(compiler: Sequence[str], folder: Path, name: str, where: str) -> str
     return said.stdout
 
 
-def _tokens(text: str, bodies: dict[str, str]) -> Iterator[tuple[str, str]]:
-    """The tokens of the user's own files, with their places; what these files define goes to `bodies`."""
+def _split_tokens(lines: Sequence[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    """The tokens of lines, with their places."""
+    return ((place, token) for place, line in lines for token in TOKEN.findall(line))
+
+
+def _list_lines(text: str, bodies: dict[str, str]) -> Iterator[tuple[str, str]]:
+    """The lines of the user's own files, with their places; what these files define goes to `bodies`."""
     own, line, header = False, 0, ""
     for each in text.split("\n"):
         if marker := MARKER.match(each):
@@ -313,8 +322,8 @@ def _tokens(text: str, bodies: dict[str, str]) -> Iterator[tuple[str, str]]:
         if own and each.startswith("#"):
             if defined := DEFINED.match(each):
                 bodies[defined[1]] = defined[2] or ""
-        elif own:
-            yield from ((f"line {line}{header}", token) for token in TOKEN.findall(each))
+        elif own and (stripped := each.strip()):
+            yield f"line {line}{header}", stripped
         line += 1
 
 
@@ -341,6 +350,15 @@ DOOR = """
 void maviper_number(double), maviper_letter(char), maviper_text(const char *), maviper_natural(unsigned long long);
 void maviper_whole(long long), maviper_say(const char *);
 """
+NUMBERS = """void maviper_numbers(void) {
+#ifdef MAVIPER_NUMBERS
+static const double maviper_held[] = {%s};
+for (unsigned maviper_at = 0; maviper_at < sizeof maviper_held / sizeof *maviper_held; maviper_at++)
+    maviper_number(maviper_held[maviper_at]);
+%s
+#endif
+}
+"""
 
 
 def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], headers: Sequence[str]) -> str:
@@ -362,15 +380,22 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     declared = {part.name for each in nodes for part in walk(each) if isinstance(part, named)} - {None}
     parts += [f"#undef {name}" for name in sorted({*declared, *own})]  # also those within functions: MAX_INPUT
     parts += [f"#define {name} {means}" for name, means in own.items()]
-    parts += [generator.visit(node) + ("" if isinstance(node, c_ast.FuncDef) else ";") for node in nodes]
+    for node in nodes:
+        split = _split_function(node) if isinstance(node, c_ast.FuncDef) else [node]
+        parts += [generator.visit(each) + ("" if isinstance(each, c_ast.FuncDef) else ";") for each in split]
     parts += [DOOR, *(_door(at, each, functions[each.name], typedefs) for at, each in enumerate(asked))]
     doors = ", ".join(f"{BEFORE}door_{at}" for at in range(len(asked)))
     parts.append(f"int (*{BEFORE}doors[])(const double *, int) = {{{doors}}};")
     known = {*names, *enumerators, *(each.name for each in outside if _is_scalar(each))}
     fixed = (each for node in nodes for each in walk(node) if isinstance(each, COMPUTED) and _is_fixed(each, known))
-    numbers = dict.fromkeys([*names, *sorted(enumerators), *map(generator.visit, fixed)])
-    parts += [f"void {BEFORE}numbers(void) {{", "#ifdef MAVIPER_NUMBERS"]
-    return "\n".join([*parts, *(f"{BEFORE}number({each});" for each in numbers), "#endif", "}"]) + "\n"
+    numbers, literals = dict.fromkeys([*names, *sorted(enumerators)]), dict[str, None]()
+    for each in fixed:  # a compiler takes long over thousands of calls
+        plain = isinstance(each, c_ast.Constant) or (
+            isinstance(each, c_ast.UnaryOp) and each.op == "-" and isinstance(each.expr, c_ast.Constant)
+        )
+        (literals if plain else numbers)[generator.visit(each)] = None
+    parts.append(NUMBERS % (", ".join(literals) or "0", " ".join(f"{BEFORE}number({each});" for each in numbers)))
+    return "\n".join(parts)
 
 
 def _choose_nodes(parsed: Any, wanted: set[str]) -> list[Any]:
@@ -396,6 +421,7 @@ def _defines(decl: Any) -> bool:
     return any(isinstance(each, kinds) and getattr(each, "decls", getattr(each, "values", None)) for each in walk(decl))
 
 
+ACTING = c_ast.Decl | c_ast.Assignment
 COMPUTED = c_ast.Constant | c_ast.UnaryOp | c_ast.BinaryOp | c_ast.Cast
 
 
@@ -417,6 +443,44 @@ def _is_fixed(node: Any, known: set[str]) -> bool:
         return _is_fixed(node.left, known) and _is_fixed(node.right, known)
     plain = isinstance(node, c_ast.Cast) and isinstance(node.to_type.type, c_ast.TypeDecl)
     return plain and _is_fixed(node.expr, known)
+
+
+LARGE = 300  # statements of a part
+
+
+def _split_function(node: Any) -> list[Any]:
+    """A function, behind parts that it calls: a compiler takes long over thousands of ifs in one. A part is an `if`
+    that returns on every path. A function that sets or declares something stays whole.
+    """
+    given, parts = node.decl.type.args.params if node.decl.type.args else [], list[Any]()
+    acting = (
+        each for each in walk(node.body) if isinstance(each, ACTING) or getattr(each, "op", "") in (*COUNTING, "&")
+    )
+    if not all(isinstance(each, c_ast.Decl) and each.name for each in given) or _defines(node.decl) or any(acting):
+        return [node]
+
+    def split(each: Any) -> tuple[Any, int, bool]:
+        """The statement, how many are left in it, and whether it returns on every path."""
+        if isinstance(each, c_ast.Compound) and each.block_items:
+            items, counts, ends = zip(*map(split, each.block_items), strict=True)
+            return c_ast.Compound([*items]), sum(counts), ends[-1]
+        if not isinstance(each, c_ast.If) or each.iffalse is None:
+            return each, 1, isinstance(each, c_ast.Return) and each.expr is not None
+        sides, counts, ends = zip(split(each.iftrue), split(each.iffalse), strict=True)
+        whole, count, returns = c_ast.If(each.cond, *sides), 1 + sum(counts), all(ends)
+        if not returns or count < LARGE:
+            return whole, count, returns
+        name, decl = f"{BEFORE}part_{len(parts)}", deepcopy(node.decl)
+        decl.storage, decl.funcspec, inner = ["static"], ["__attribute__((noinline))"], decl.type
+        while not isinstance(inner, c_ast.TypeDecl):
+            inner = inner.type
+        inner.declname = name
+        parts.append(c_ast.FuncDef(decl, None, c_ast.Compound([whole])))
+        call = c_ast.FuncCall(c_ast.ID(name), c_ast.ExprList([c_ast.ID(each.name) for each in given]))
+        return c_ast.Compound([c_ast.Return(call)]), 1, True
+
+    body, _, _ = split(node.body)
+    return [*parts, c_ast.FuncDef(node.decl, None, body)] if parts else [node]
 
 
 def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:

@@ -13,6 +13,7 @@ import io
 import re
 import sys
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 from pcpp.preprocessor import Action, OutputDirective, Preprocessor
@@ -35,7 +36,7 @@ OF_STANDARD = re.compile(
     r"[A-Z]\w*_(?:MAX|MIN|WIDTH|BIT|DIG|EPSILON|RADIX|METHOD)|M_\w+|(?:FP|FE|EXIT|MATH)_\w+|NAN|EOF|NULL|true"
 )
 ASKED = re.compile(r"[A-Za-z_]\w*|[()!<>+*&|-]|[<>=!]=|&&|\|\|")  # in #if, beside whole numbers of 32 bits and blanks
-HIDDEN = re.compile(r"\bhidden_line_(\d+)_\b")
+HIDDEN = re.compile(r"\bhidden_lines_(\d+)_(\d+)_\b(\n*)")
 MAX_EXPANSIONS = 20_000  # and as many more as the text has letters
 MAX_LETTERS = 1 << 24
 ADVICE = "give C that a compiler takes as it stands"
@@ -70,7 +71,7 @@ def expand_source(content: bytes, where: str, beside: Beside) -> Expanded:
         raise reader.make_error(f"not C that is understood: {escape_text(error)[:80]}", reader.directive) from None
     if out.tell() > MAX_LETTERS:
         raise reader.make_error("macros expand to too much text", 0)
-    expanded = HIDDEN.sub(lambda match: lines[int(match[1])], out.getvalue()) if hides else out.getvalue()
+    expanded = HIDDEN.sub(partial(_show_lines, lines), out.getvalue()) if hides else out.getvalue()
     missing, headers = tuple(dict.fromkeys(reader.missing)), list(dict.fromkeys(reader.headers))
     return Expanded(expanded, reader.kept, missing, reader.contracts, content, reader.read, headers)
 
@@ -123,16 +124,25 @@ def parse_number(body: str) -> int | None:
 
 
 def _hide_lines(lines: list[str], expanding: set[str]) -> str:
-    """The lines, with a name in place of each one that no directive or macro touches, for pcpp is slow."""
-    shown, depth = list[str](), 0  # of parentheses, behind the name of a macro
-    for at, line in enumerate(lines):
+    """The lines, with a name in place of all those in a row that no directive or macro touches, for pcpp is slow."""
+    shown, depth, first = list[str](), 0, 0  # of parentheses, behind the name of a macro; of the lines that are hidden
+    for at, line in enumerate([*lines, ""]):
         names = NAME.findall(line)
         raw = depth or "#" in line or line.lstrip()[:1] == "(" or not line.strip()
         raw = raw or not expanding.isdisjoint(names) or any("__" in each or each == "_Pragma" for each in names)
-        shown.append(line if raw else f"hidden_line_{at}_")
+        if raw:
+            shown += [f"hidden_lines_{first}_{at}_", *[""] * (at - first - 1)] if first < at else []
+            shown.append(line)
+            first = at + 1
         for each in re.sub(r"\"[^\"]*\"|'[^']*'", "", line) if raw and "#" not in line else "":
             depth = max(depth + (each == "(") - (each == ")"), 0)
-    return "\n".join(shown)
+    return "\n".join(shown[:-1])
+
+
+def _show_lines(lines: list[str], match: re.Match[str]) -> str:
+    """The lines that a name stands for; pcpp has as many line ends behind it, or one and the next line's number."""
+    first, end = int(match[1]), int(match[2])
+    return "\n".join(lines[first:end]) + match[3].removeprefix("\n" * (end - first - 1) if match[3][1:] else "")
 
 
 class _Reader(Preprocessor):

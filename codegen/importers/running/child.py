@@ -12,6 +12,7 @@ process ends it at once.
 # the values of a program may be anything
 import ast
 import builtins
+import gc
 import json
 import operator
 import os
@@ -89,8 +90,10 @@ def build_namespace(imports: dict[str, tuple[str, str]], gate: Any) -> dict[str,
 # --- numbers of the source
 
 
-def collect_numbers(tree: ast.Module, space: dict[str, Any]) -> list[Any]:
-    """All numbers that stand in the source, that its constant expressions give, or that its constants hold."""
+def collect_numbers(nodes: list[ast.AST], space: dict[str, Any]) -> list[Any]:
+    """All numbers that stand in the source, that its constant expressions give, or that its constants hold. `nodes`:
+    what is a part of another one stands behind it.
+    """
     numbers, held = dict[Any, None](), list[Any]([value for name, value in space.items() if name != "__builtins__"])
     seen = set[int]()
     value: Any
@@ -110,7 +113,7 @@ def collect_numbers(tree: ast.Module, space: dict[str, Any]) -> list[Any]:
         if hasattr(array, "tolist"):
             held.append(array.tolist())
     known: dict[int, Any] = {}
-    for node in reversed(list(ast.walk(tree))):  # parts before what they are part of
+    for node in reversed(nodes):  # parts before what they are part of
         value = node.value if isinstance(node, ast.Constant) else _fold_node(node, known, space)
         if value is not None:
             known[id(node)] = value
@@ -225,6 +228,7 @@ def answer_form(entry: Any, asked: dict[str, Any], form: str, content: bytes) ->
 
 def main() -> None:
     """Two lines are read and two written; the observations, doubles row by row, stand behind the second."""
+    gc.disable()  # of a syntax tree nothing is garbage
     read, to = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
@@ -247,13 +251,15 @@ def main() -> None:
         watch_process()
         exec(code, space)
         entry = find_entry(space, asked)
-        say({"numbers": collect_numbers(tree, space)})
+        say({"numbers": collect_numbers(gate.walk_nodes(tree), space)})
     except SyntaxError as error:
         return say({"refused": error.msg, "line": error.lineno or 0})
     except (RecursionError, MemoryError, ValueError) as error:
         return say({"refused": f"{type(error).__name__}: {error}"[:200], "line": 0})
     except Exception as error:
         return say({"refused": f"it raises {type(error).__name__}: {error}"[:200], "line": 0})
+    gc.freeze()
+    gc.enable()
     asked |= json.loads(read.readline())
     content = read.read(8 * asked["rows"] * asked["width"])
     return say([answer_form(entry, asked, form, content) for form in asked["forms"]])

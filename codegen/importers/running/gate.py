@@ -80,7 +80,7 @@ def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Mo
     `method`: of the entry, which is what decides. SyntaxError for all that is not on the lists.
     """
     tree = ast.parse(text)
-    imports, used, nodes = dict[str, tuple[str, str]](), {method}, _walk_nodes(tree)
+    imports, used, nodes = dict[str, tuple[str, str]](), {method}, walk_nodes(tree)
     for node in nodes:
         if type(node) is ast.Attribute:
             used.add(node.attr)
@@ -97,7 +97,7 @@ def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Mo
     return tree, imports
 
 
-def _walk_nodes(node: ast.AST) -> list[ast.AST]:
+def walk_nodes(node: ast.AST) -> list[ast.AST]:
     """A node and all below it."""
     nodes = [node]
     for each in nodes:
@@ -147,7 +147,7 @@ def _clean_statement(node: ast.stmt, parent: ast.AST, used: set[str]) -> list[as
 
 def _reach_entry(tree: ast.Module, entry: str) -> list[ast.AST]:
     """Keeps what names the entry, what it names, and so on, and calls of functions; returns the nodes of these."""
-    body, walked = tree.body, [_walk_nodes(node) for node in tree.body]
+    body, walked = tree.body, [walk_nodes(node) for node in tree.body]
     names = [{each.id for each in nodes if type(each) is ast.Name} for nodes in walked]
     defined = [getattr(node, "name", "") for node in body]
     kept, known, count = set[int](), {entry}, -1

@@ -1,8 +1,13 @@
 """What an extraction shows while it runs: the plan, and the time left of all that is still to come."""
 
+import re
+
 import pytest
 
+from codegen.errors import ExitCode
+from maviper.cli import main
 from maviper.episodes import play
+from maviper.episodes.play import TALLY
 from maviper.extraction import run
 from maviper.extraction.extraction import WHOLE
 from maviper.extraction.journal import EXTRACTING, MEASURING, SELECTING, Part, Progress, Underway
@@ -87,8 +92,20 @@ def test_agents_that_are_extracted_one_by_one_are_named_and_counted_on(tally):
 def test_a_plan_of_our_own_games_has_the_held_out_episodes_on_top(algorithm):
     world = find("physical-deception")
     settings = Settings.of({"budget": 500, "algorithm": algorithm}).complete().deal_budget(world)
-    plan = settings.plan(world)
-    assert plan.pop(MEASURING) == 3_000 and 350 <= sum(plan.values()) <= 500
-    console = Lines()
-    say_plan(plan, console)
-    assert console.said[0][1].startswith(f"up to {sum(plan.values()):,} episodes: ")
+    plan, console = settings.plan(world), Lines()
+    say_plan(plan, console, 500)
+    counted = sum(plan.values()) - plan[MEASURING]
+    assert plan[MEASURING] == 3_000 and 350 <= counted <= 500
+    told = f"up to {counted + 3_000:,} episodes, {counted} of them within --max-episodes: "
+    assert console.said[0][1].startswith(told)
+
+
+def test_nothing_is_played_that_is_not_announced(tmp_path, capsys):
+    """Features are chosen before the plan, which has all the rest."""
+    before = TALLY.episodes
+    asked = ["extract", "physical-deception", "--max-episodes", "40", "--max-depth", "2", "--features", "auto"]
+    assert main.run([*asked, "-o", str(tmp_path / "p.json")]) == ExitCode.DONE
+    said = capsys.readouterr().err
+    (tried,) = re.findall(r"tried on (\d+) episodes", said)
+    (most,) = re.findall(r"up to ([\d,]+) episodes", said)
+    assert TALLY.episodes - before <= int(tried) + int(most.replace(",", ""))

@@ -23,6 +23,7 @@ from codegen.importers.c.text import expand_source
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.reading import NOT_COMPARED
 from codegen.importers.symbolic import feature
+from tests.benchmarks.interop import c_ifs
 from tests.codegen.importers.origins import label_of
 from verify.reports.telling import readers
 
@@ -281,6 +282,27 @@ def test_several_functions_of_a_file_are_compared():
 def test_what_is_read_is_what_is_compiled(name):
     _, _, facts = imported(BODIES[name])
     assert facts["f replayed by"] == COMPILED_BY and facts["f replayed"] > 50
+
+
+def test_thousands_of_ifs_are_built_in_parts():
+    """Which decide as the function that is read; one that sets something stays whole."""
+    text = c_ifs(900)
+    facts = profile_of(from_c(text.encode(), "tree.c"), Names()).provenance.training
+    assert facts["act replayed by"] == COMPILED_BY
+    asked = Asked("act", (Place("o", ("speed",)),), (Place(""),))
+    unit = write_unit(CParser().parse(text), [asked], {}, [])
+    assert unit.count("noinline)) static int maviper_part_") == unit.count("return maviper_part_") == 4
+    setting = text.replace("{\n    if", "{\n    static int last;\n    if", 1)
+    assert "maviper_part_" not in write_unit(CParser().parse(setting), [asked], {}, [])
+
+
+def test_a_number_that_is_misread_in_a_part_is_seen(monkeypatch):
+    read = kinds.literal
+    monkeypatch.setattr(kinds, "literal", lambda text: read("0.0f" if text == "62.654f" else text))
+    text = c_ifs(900)
+    assert "62.654f" in text
+    with pytest.raises(DisagreementError):
+        profile_of(from_c(text.encode(), "tree.c"), Names())
 
 
 def test_scores_are_compared_by_the_largest():
