@@ -41,6 +41,7 @@ MAX_DEPTH = 20  # of cuts of the start
 NARROW = 1e-200
 FEW = 8  # parts that are looked at for what would help
 AT_ONCE = 128  # parts that are swept together
+SMALLER = "a start region in smaller parts: a larger --max-boxes"
 
 
 class FoundPlan(NamedTuple):
@@ -268,19 +269,20 @@ class PlanSearch:
         some, (order, steps) = self.open[:FEW], self.how
         if not some:
             return []
-        again = len(self._find_open(some, Plan((), order, steps), FIRST) or some)
-        tries = {
-            "a start region in smaller parts: a larger --max-boxes": [h for one in some for h in self._halve_box(one)],
+        again = self._share_open(some, order, steps)
+        if not again:  # each alone is shown
+            return [SMALLER]
+        shares = {
+            SMALLER: self._share_open([half for one in some for half in self._halve_box(one)], order, steps),
+            "a shorter period, or more steps of it": self._share_open(some, order, 3 * steps),
+            "a series of higher order": self._share_open(some, order + 4, steps),
         }
-        shares: dict[str, float] = {}
-        for words, parts in tries.items():
-            shares[words] = len(self._find_open(parts, Plan((), order, steps), FIRST) or parts) / len(parts)
-        more_steps = self._find_open(some, Plan((), order, 3 * steps), FIRST)
-        shares["a shorter period, or more steps of it"] = len(some if more_steps is None else more_steps) / len(some)
-        higher = self._find_open(some, Plan((), order + 4, steps), FIRST)
-        shares["a series of higher order"] = len(some if higher is None else higher) / len(some)
-        best = sorted(shares, key=lambda words: shares[words])
-        return [words for words in best if shares[words] < again / len(some)]
+        return [words for words in sorted(shares, key=lambda words: shares[words]) if shares[words] < again]
+
+    def _share_open(self, parts: Sequence[StartBox], order: int, steps: int) -> float:
+        """The share of some parts that are left open."""
+        open_ = self._find_open(parts, Plan((), order, steps), FIRST)
+        return 1.0 if open_ is None else len(open_) / len(parts)
 
     def _halve_box(self, one: StartBox) -> list[StartBox]:
         boxes = [one]

@@ -83,6 +83,19 @@ def test_what_is_razor_thin_is_unknown_and_says_what_may_help():
     assert found.helps and found.open is not None
 
 
+@pytest.mark.parametrize("most_parts", [0, 1])
+def test_halves_that_are_all_shown_help(most_parts, monkeypatch):
+    """Only lists of so many parts are left open: the start alone, or nothing."""
+    system, profile, claim = case(PENDULUM, BRAKING, LOWERED)
+    search = PlanSearch(profile, system, claim, 1_000_000)
+    monkeypatch.setattr(
+        search, "_find_open", lambda parts, *_: list(range(len(parts) if len(parts) <= most_parts else 0))
+    )
+    assert search.sweep.whole is not None
+    search.open = [search.sweep.whole]
+    assert search.helps() == ["a start region in smaller parts: a larger --max-boxes"]
+
+
 def test_a_start_or_an_error_out_of_bounds_breaks_nothing():
     system, profile, claim = case(TURNING, SIDES, NEAR.replace("[-2, 2]", "[-0.1, 0.1]"))
     start = {"x": F(1), "y": F(0)}

@@ -7,6 +7,9 @@ Does: cuts the start as a proof says, joins sets where it says so, sends them do
 Assumes: steps.py, samples.py and covers bound what they are asked; a certificate that anyone made.
 Does not: read documents (../systems/proofs.py), or choose how to cut, join and step.
 
+A tube around a step reaches beyond the states in it by as much as they may bend in that step. Where it may break the
+claim and the end of the step does not, the step is made again in parts, whose tubes are asked instead.
+
 Sets are joined at all samples in cells of one width, or by levels: cells become narrower where wider ones did not show
 the claim. A level has boxes at each sample where sets are joined. What leaves them lies in boxes of this level at the
 next such sample, or in marked boxes of levels before. A box is marked if all that was followed of it up to that sample
@@ -46,6 +49,7 @@ AT_ONCE = 1 << 11  # parts that are swept together
 MAX_SETS = 1 << 18  # of one list
 MAX_SWEPT = 50_000_000  # sets over all steps
 FEW = 50  # sets, fewer of which take as long
+PARTS = 8  # of a step whose tube may break the claim
 NOT_SHOWN = "no enclosure of its states over a step was shown"
 NOT_STATED = "a state may be where nothing says how it moves"
 
@@ -77,9 +81,10 @@ class SeenStep(NamedTuple):
 
 
 class _Move(NamedTuple):
-    """The motion of the sets of one case: steps between samples, and what jumps at one."""
+    """The motion of the sets of one case: steps between samples, parts of a step, and what jumps at a sample."""
 
     step: FlowStep
+    part: FlowStep
     jump: FlowStep | None
 
 
@@ -156,7 +161,11 @@ class FlowSweep:
         how = Stepping(plan.order, self._flow.period / plan.steps)
         if how not in self._moves:
             of = zip(self._readings, self._errors, self.jumps, strict=True)
-            self._moves[how] = [_Move(FlowStep(reading, errors, how), jump) for reading, errors, jump in of]
+            part = how._replace(seconds=how.seconds / PARTS)
+            self._moves[how] = [
+                _Move(FlowStep(reading, errors, how), FlowStep(reading, errors, part), jump)
+                for reading, errors, jump in of
+            ]
         return self._moves[how]
 
     def _through(self, sets: SetList, move: _Move, plan: Plan, period: int) -> SetList:
@@ -177,7 +186,10 @@ class FlowSweep:
             after = SetList(moved.box.at(kept), frames, inside.part, inside.joint)
             if self.watch is not None:
                 self.watch(SeenStep(period, number, inside, tube, after.box))
-            inside = self._ask_in_period(after, tube, period, number + 1 == plan.steps)
+            broken = self._may_break(inside, moved_to=after.box, tube=tube, part=move.part, period=period)
+            inside = self._drop_broken(after, broken, f"in period {period}")
+            if self._claim.says.once and not self._claim.at_samples and number + 1 < plan.steps:
+                inside = self._outside(inside)
         return inside._replace(frames=inside.frames[1:])
 
     def _jump_sets(self, sets: SetList, jump: FlowStep | None) -> SetList:
@@ -217,25 +229,40 @@ class FlowSweep:
         """The sets that are followed further from a sample."""
         if self._claim.says.once:
             return self._outside(sets)
-        return self._drop_broken(sets, sets.numbered, period, f"at sample {period}")
+        return self._drop_broken(sets, self._breaks(sets.box, period), f"at sample {period}")
 
-    def _ask_in_period(self, sets: SetList, tube: Spans, period: int, last: bool) -> SetList:
-        """The sets after a step that are followed further. `tube`: boxes of all states in the step."""
-        if self._claim.at_samples:
-            return sets
-        if self._claim.says.once:
-            return sets if last else self._outside(sets)
-        along = BoxList.of(tube.low, tube.high, np.arange(sets.size), sets.joint)
-        return self._drop_broken(sets, along, period, f"in period {period}")
+    def _may_break(self, sets: SetList, moved_to: Spans, tube: Spans, part: FlowStep, period: int) -> Bool:
+        """Returns True for each set of which some state may break the claim in a step: by `tube`, boxes of all states
+        in it, and where these are too wide but boxes at the end are not, by tubes of parts of the step.
+        """
+        if self._claim.at_samples or self._claim.says.once:
+            return np.zeros(sets.size, dtype=np.bool_)
+        broken = self._breaks(tube, period)
+        tried = np.flatnonzero(broken)
+        tried = tried[~self._breaks(moved_to.at(tried), period)]
+        if not tried.size:
+            return broken
+        broken[tried] = False
+        inputs, box, frames = self.inputs(sets.joint[tried]), sets.box.at(tried), sets.take(tried).frames
+        self.spent += PARTS * tried.size
+        for _ in range(PARTS):
+            moved = part.move_sets(box, frames, inputs)
+            broken[tried] |= ~moved.shown | self._breaks(moved.tube, period)
+            box, frames = moved.box, moved.frames
+        return broken
 
-    def _drop_broken(self, sets: SetList, boxes: BoxList, period: int, when: str) -> SetList:
-        """The sets without those of whose boxes some state may break the claim."""
-        avoided = self._claim.says.avoided
-        if not avoided and period < self._claim.by:
-            return sets
-        bad = np.zeros(sets.size, dtype=np.bool_)
-        bad[(self._in_some(boxes) if avoided else self._beyond(boxes)).part] = True
-        return self._drop_bad(sets, bad, f"{when} a state may be {'in' if avoided else 'out of'} the region")
+    def _breaks(self, boxes: Spans, period: int) -> Bool:
+        """Returns True for each box of which some state may break the claim."""
+        avoided, broken = self._claim.says.avoided, np.zeros(len(boxes.low), dtype=np.bool_)
+        if avoided or period >= self._claim.by:
+            numbered = BoxList.of(boxes.low, boxes.high, np.arange(len(broken)), np.zeros_like(broken, dtype=np.int64))
+            broken[(self._in_some(numbered) if avoided else self._beyond(numbered)).part] = True
+        return broken
+
+    def _drop_broken(self, sets: SetList, broken: Bool, when: str) -> SetList:
+        """The sets without those of which some state may break the claim."""
+        where = "in" if self._claim.says.avoided else "out of"
+        return self._drop_bad(sets, broken, f"{when} a state may be {where} the region")
 
     def _beyond(self, boxes: BoxList) -> BoxList:
         for region in self._regions:

@@ -145,7 +145,7 @@ FAULTS = {
         lambda span, place: np.zeros_like(span.low, dtype=np.bool_),
         lambda: not _holds_extremes(),
     ),
-    "claims at samples only": (FlowSweep, "_ask_in_period", lambda self, sets, *_: sets, between),
+    "claims at samples only": (FlowSweep, "_may_break", lambda self, sets, **_: np.zeros(sets.size, np.bool_), between),
     "nothing beyond a region": (FlowSweep, "_beyond", lambda self, boxes: boxes.take(slice(0, 0)), narrow),
     "nothing in a region": (FlowSweep, "_in_some", lambda self, boxes: boxes.take(slice(0, 0)), forbidden),
     "what never gets there": (FlowSweep, "_leave", lambda *_: None, never),

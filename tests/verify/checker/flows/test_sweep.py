@@ -68,16 +68,35 @@ def test_a_claim_that_a_trajectory_breaks_is_refused():
             FlowSweep(profile, system, claim).run(plan)
 
 
-def test_between_samples_a_claim_may_fail():
-    """x = cos t meets 1 at whole turns, so at samples a turn apart; between them it does not."""
+def _turning_exactly():
+    """x = cos t with samples one turn apart, for two turns."""
     text, profile, _ = CASES["turning"]
     text = text.replace("error = { x = 0.001, y = [-0.002, 0.001] }", "").replace('"0.5 s"', '"6.283185307 s"')
     text = text.replace("[0.9, 1.1]", "1").replace("[-0.1, 0.1]", "0").replace("0.2", "0").replace("= 12", "= 2")
+    return text, profile
+
+
+def test_between_samples_a_claim_may_fail():
+    """x = cos t meets 1 at whole turns, so at samples a turn apart; between them it does not."""
+    text, profile = _turning_exactly()
     claim = NEAR.replace("[-2, 2]", "[0.9, 1.1]")
     plan = Plan((0,), 6, 40)
     assert FlowSweep(*_asked(text, profile, claim + "at_samples = true\n")).run(plan) > 0
     with pytest.raises(RejectedError, match="in period 0 a state may be out of the region"):
         FlowSweep(*_asked(text, profile, claim)).run(plan)
+
+
+@pytest.mark.parametrize(("says", "beyond"), [("stays_in", "[{}, 2]"), ("avoids", "[-2, {}]")])
+def test_a_step_is_asked_in_parts_where_its_tube_is_too_wide(says, beyond):
+    """One of 40 steps a turn ends near -1, and its tube goes on to -1.003; one of 39 has -1 between its ends."""
+    text, profile = _turning_exactly()
+    tubes = watched(FlowSweep(*_asked(text, profile, NEAR)), Plan((0,), 6, 40))
+    assert min(low[:, 0].min() for _, along in tubes.values() for low, _ in along) < -1.001
+    holds, fails = (NEAR.replace("stays_in", says).replace("[-2, 2]", beyond.format(x)) for x in (-1.0005, -0.9999))
+    assert FlowSweep(*_asked(text, profile, holds)).run(Plan((0,), 6, 40)) == len(tubes)
+    for steps in (39, 40):
+        with pytest.raises(RejectedError, match="in period 0 a state may be"):
+            FlowSweep(*_asked(text, profile, fails)).run(Plan((0,), 6, steps))
 
 
 def _asked(text, profile, claim):
