@@ -74,8 +74,12 @@ class _Arrays:
             array.setflags(write=False)
             object.__setattr__(self, item.name, array)
 
+    def __repr__(self) -> str:
+        tested: Int32 = getattr(self, "feature")  # noqa: B009 - of the classes that have arrays
+        return f"{type(self).__name__}({len(tested)} nodes, {int((tested == NO_FEATURE).sum())} leaves)"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Tree(_Arrays):
     """A decision tree as arrays over its n nodes, in preorder, root first; `visits` is empty where nobody counted.
 
@@ -96,7 +100,7 @@ class Tree(_Arrays):
     gives: str = field(default=FLOAT32, kw_only=True)  # what outputs are rounded to
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class GrownTree(_Arrays):
     """A tree as the learner grew it, kept as evidence: float64 thresholds, the learner's own numbering, root first.
 
@@ -147,6 +151,10 @@ class ActionSpec:
     legal_if: str = ""  # the feature that is 1 where the action is legal, else 0; "": it always is
     label: int | float | str | None = None  # that an imported source returns for it, unless its place or name says so
 
+    def known_as(self, place: int) -> int | float | str:
+        """What its environment, or the source that it was imported from, calls it: its label, or its place."""
+        return place if self.label is None else self.label
+
 
 @dataclass(frozen=True)
 class OutputSpec:
@@ -158,7 +166,7 @@ class OutputSpec:
     high: float | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class AgentPolicy:
     """One agent's policy: what it observes, what it may do, and its tree. It has actions, or outputs."""
 
@@ -176,6 +184,21 @@ class AgentPolicy:
         """The numbers that it observes and compares: `float32` or `float64`."""
         return self.tree.numbers
 
+    def act(self, rows: npt.ArrayLike) -> Int64 | Float64:
+        """What it does for each row of features, `rows` [n, n_features]: actions [n] int64, counted as its environment
+        counts them, or the numbers that it gives, [n, n_outputs] float64. InputError for rows of another length.
+        """
+        if self.outputs:
+            return outputs(self, rows).astype(np.float64)
+        numbers = [action.known_as(place) for place, action in enumerate(self.actions)]
+        counted = numbers if all(isinstance(each, int) for each in numbers) else range(len(numbers))
+        return np.array(counted, dtype=np.int64)[act(self, rows)]
+
+    def __repr__(self) -> str:
+        decided = len(self.outputs or self.actions)
+        size = f"{len(leaves(self.tree))} leaves, depth {int(depth(self.tree).max())}"
+        return f"AgentPolicy('{self.agent}': {len(self.features)} features, {decided} decisions, {size})"
+
 
 @dataclass(frozen=True)
 class Provenance:
@@ -190,7 +213,7 @@ class Provenance:
     evaluation: Mapping[str, float | int | str] = field(default_factory=lambda: MappingProxyType({}))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PolicyProfile:
     """The policies of all agents of a world (the paper's term), with the world's spec and their provenance."""
 
@@ -198,6 +221,9 @@ class PolicyProfile:
     agents: tuple[AgentPolicy, ...]
     provenance: Provenance
     region: RegionSpec | None = None  # the world states that the trees are meant for; None: all
+
+    def __repr__(self) -> str:
+        return f"PolicyProfile('{self.world.name}': {len(self.agents)} agents)"
 
     def policy(self, agent: str) -> AgentPolicy:
         """The policy of the named agent; KeyError when there is none."""

@@ -8,7 +8,9 @@ Does not: define any.
 from maviper.compilation.compile import Compiled as Compiled
 from maviper.evaluation.exploitability import Exploitability as Exploitability
 from maviper.evaluation.run import Evaluation as Evaluation
+from maviper.evaluation.run import Reached as Reached
 from maviper.reproduction.run import Reproduced as Reproduced
+from maviper.team import Team as Team
 from maviper.verification.compared import OutputsCompared as OutputsCompared
 from maviper.verification.diff import Compared as Compared
 from maviper.verification.files.certificates import Checked as Checked

@@ -15,7 +15,7 @@ from codegen.errors import InputError
 from verify.claims.language.parameters import NAMES, Names, Number, Steps
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Claim:
     """A built-in claim about a team of a profile; None: the team with as many agents as landmarks."""
 

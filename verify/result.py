@@ -13,6 +13,7 @@ from enum import StrEnum
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from codegen.rows import Shown
 from verify.question import About, Question
 
 if TYPE_CHECKING:
@@ -99,8 +100,8 @@ class Control:
         return told if self.asked else ""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Evidence:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Evidence(Shown):
     """The evidence for a verdict of whatever kind. `certificate`: of a proof; the checker accepted it."""
 
     control: Control = Control()  # of shuffled leaves
@@ -111,6 +112,17 @@ class Evidence:
     replays: tuple[str, ...] = ()  # what replays a counterexample, beside the reference
     skipped: tuple[str, ...] = ()  # replays that could not be had, with the reason
     left_out: str = ""  # which states of the region the claim is not about, in words
+
+    @property
+    def told(self) -> list[str]:
+        """Who does what where the claim fails, and in which state; else what the engines say."""
+        views = getattr(self.counterexample, "agents", ())
+        does = [f"{each.agent} {each.action}" for each in views if hasattr(each, "action")]
+        state = self.failing_state
+        placed = () if state is None else state.position.items()
+        at = [f"{name} {float(value):.4g}" for name, value in placed]
+        opinions = [f"{each.engine} {each.verdict}" for each in self.opinions]
+        return [*does, *at] or opinions or ["no engine was asked"]
 
     @property
     def certificates(self) -> Iterator[tuple[str, Any]]:
@@ -132,8 +144,8 @@ class Evidence:
 Found = TypeVar("Found", bound=Evidence, covariant=True)
 
 
-@dataclass(frozen=True)
-class Result(Generic[About, Found]):
+@dataclass(frozen=True, repr=False)
+class Result(Shown, Generic[About, Found]):
     """The answer to one question."""
 
     question: Question[About]
@@ -141,6 +153,32 @@ class Result(Generic[About, Found]):
     reason: str  # why there is no answer; "" where there is one
     evidence: Found
     cost: Cost
+
+    @property
+    def proved(self) -> bool:
+        """True if the claim is proved."""
+        return self.verdict is Verdict.PROVED
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """One row: verdict, claim, team, region, arithmetic, cost."""
+        claim: Any = self.claim
+        asked = {"verdict": str(self.verdict), "claim": claim.shown, "team": getattr(claim, "team", "")}
+        spent = {"spent": self.cost.spent, "budget": self.cost.budget, "unit": self.cost.unit}
+        return [{**asked, "region": self.region.name, "semantics": self.semantics, "reason": self.reason, **spent}]
+
+    @property
+    def told(self) -> list[str]:
+        """Four lines: verdict and claim; where; what it rests on; what it cost."""
+        (row,) = self.rows
+        of = f" of the {row['team']}" if row["team"] else ""
+        rests = self.reason or ", ".join(self.evidence.told)
+        return [
+            f"{self.verdict}: {row['claim']}{of}",
+            f"region {self.region.name}, {self.semantics} arithmetic",
+            " ".join(rests.split()),
+            f"{self.cost.spent:,} of {self.cost.budget:,} {self.cost.unit}",
+        ]
 
     @property
     def claim(self) -> About:

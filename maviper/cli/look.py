@@ -149,22 +149,12 @@ def _list_given(profile: Path, world: str | None, certificate: Path | None = Non
 def _render_lines(profile: "PolicyProfile", agent: str | None, form: str) -> list[str]:
     """Rules or a picture, line by line."""
     if form == TEXT:
-        return _rules(profile, agent)
+        from maviper.evaluation.show import tell_rules
+
+        return list(tell_rules(profile, _select_agents(profile, agent)))
     from maviper.page.page import svg
 
     return svg(profile, [policy.agent for policy in _select_agents(profile, agent)]).splitlines()
-
-
-def _rules(profile: "PolicyProfile", agent: str | None) -> list[str]:
-    from codegen.importers.reading import find_uncompared
-    from maviper.evaluation.show import bounds, rules
-
-    lines: list[str] = []
-    for policy in _select_agents(profile, agent):
-        told = ", its source was not compared" if policy.agent in find_uncompared(profile) else ""
-        lines.append(f"{policy.agent}, team {policy.team}{told}")
-        lines += [f"  {line}" for line in (*bounds(policy), *rules(policy))]
-    return lines
 
 
 def _decisions(profile: "PolicyProfile", agent: str | None, obs: str | None, state: str | None) -> list[str]:

@@ -2,13 +2,14 @@
 
 Does: emits the targets and joins codegen's self-check with on-policy observations and whole episodes.
 Assumes: the profile's world is one of ours; for others there is no replay of episodes, which is said.
-Does not: write files.
+Does not: write files, unless it is told where.
 """
 
 import operator
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property, partial, reduce
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codegen import ir
@@ -21,11 +22,14 @@ from codegen.floats import FLOAT32
 from codegen.form import layout
 from codegen.lowering.lower import AUTO
 from codegen.profiles import ensure
+from codegen.rows import Shown
 from codegen.targets import USUAL
 from codegen.targets.rendered import facts
 from maviper.episodes.play import Episodes, Policies
 from maviper.episodes.trees import in_parts, on_policy
 from maviper.evaluation.comparison import Fidelity, fidelity
+from maviper.files import runs
+from maviper.importing.edits import BEFORE as BEFORE_EDIT
 from maviper.worlds import World
 from maviper.worlds.matching import NO_WORLD, matching_world, not_ours
 
@@ -36,8 +40,8 @@ SOLVER_ROWS = 1_000  # an agent; a solver takes milliseconds each
 BEFORE_REPAIR = "profile before repair"  # in the provenance of a repaired profile
 
 
-@dataclass(frozen=True)
-class Compiled:
+@dataclass(frozen=True, repr=False)
+class Compiled(Shown):
     """What was built, and what was compared before it was handed out."""
 
     build: Build
@@ -54,6 +58,18 @@ class Compiled:
         """All files, the evidence included: name -> text; bytes of targets that are none."""
         evidence_file = f"{self.build.model.prefix}.agreement.json"
         return {**self.build.files, evidence_file: evidence(self), **self.beside}
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each file: its name and size in bytes, with what was compared of its target."""
+        sizes = ((name, len(text.encode() if isinstance(text, str) else text)) for name, text in self.files.items())
+        return [{"file": name, "bytes": size} for name, size in sizes]
+
+    def write(self, folder: str | Path) -> Path:
+        """Writes all files into a folder, which is made where it is missing; returns it."""
+        place = runs.folder(Path(folder))
+        runs.write_all(place, self.files)
+        return place
 
     @property
     def complete(self) -> bool:
@@ -79,8 +95,8 @@ def check_build(made: Build) -> Compiled:
     profile, report = made.profile, selfcheck.check(made)
     agreements, skipped = list(report.agreements), list(report.skipped)
     faithful: tuple[Fidelity, ...] = ()
-    # trees that were changed after they were grown, by a repair or for a region, have no such form any more
-    changed = profile.region is not None or BEFORE_REPAIR in profile.provenance.training
+    # trees that were changed after they were grown, by a repair, by hand or for a region, have no such form any more
+    changed = profile.region is not None or {BEFORE_REPAIR, BEFORE_EDIT} & {*profile.provenance.training}
     summing = sums_in(profile)
     rounded = [each for each in profile.agents if each.numbers == FLOAT32 and each not in summing]  # others stay
     missing = [policy.agent for policy in rounded if policy.grown is None and not changed]

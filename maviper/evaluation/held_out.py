@@ -5,6 +5,7 @@ Assumes: trees in the world's order of agents.
 Does not: choose trees.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 
 from codegen import ir
@@ -51,7 +52,9 @@ def evaluate_trees(
             rows |= {name: round(each.value * each.count) for name, each in counts.items() if each.value}
             continue
         low, high = (round(end, 6) for end in ours.interval)
-        rows |= {measure.label: ours.value, f"{measure.label} low": low, f"{measure.label} high": high}
+        rows[measure.label] = ours.value
+        if math.isfinite(low):  # one episode has no interval
+            rows |= {f"{measure.label} low": low, f"{measure.label} high": high}
         rows[f"{measure.team} expert {measure.name}"] = theirs[measure].value
     return rows, counting.annotate_policies()
 

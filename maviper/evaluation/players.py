@@ -8,6 +8,7 @@ Does not: play.
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from codegen import ir, policy_json
 from codegen.errors import InputError, UnknownNameError
@@ -47,10 +48,16 @@ class Player:
         return f"{self.name}{kind}{f', id {self.id[:SHOWN_ID]}' if self.id else ''}"
 
 
-def find_player(text: str, where: str, world: World | None) -> tuple[Player, World]:
+def find_player(text: Any, where: str, world: World | None) -> tuple[Player, World]:
     """Finds the player that `text` means, and its world: `world`, where that is known. A path that ends in .json is a
-    profile, `scripted` and `random` are that, anything else is an expert. `where`: the option, for errors.
+    profile, `scripted` and `random` are that, anything else is an expert; a profile, or an expert, may be given itself.
+    `where`: the option, for errors.
     """
+    if isinstance(text, ir.PolicyProfile):
+        return _seat(text, "team", where, world)
+    if not isinstance(text, str):
+        expert, played = find_expert(text, world=world, giving=True)
+        return Player(getattr(text, "__name__", EXPERT), EXPERT, getattr(expert, "hash", ""), expert), world or played
     if text in (SCRIPTED, RANDOM):
         if world is None:
             raise InputError(f"'{text}' does not say which world", where, "name it: --world physical-deception")
@@ -61,7 +68,7 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
         raise InputError(
             "a JSON file, not an expert's file", f"{where}: {text}", "if it is a profile, let its name end in .json"
         )
-    named = world.name if world and (is_named_by_user(world.name) or is_file(text)) else None
+    named = world if world and (is_named_by_user(world.name) or is_file(text)) else None
     try:
         expert, played = find_expert(text, world=named, giving=True)
     except UnknownNameError as error:
@@ -87,8 +94,12 @@ def _holds_json(path: Path) -> bool:
 
 
 def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]:
-    profile = load(text, sums=True)
-    played = world or matching_world(profile)
+    return _seat(load(text, sums=True), text, where, world)
+
+
+def _seat(profile: ir.PolicyProfile, text: str, where: str, world: World | None) -> tuple[Player, World]:
+    known = getattr(profile, "played", None)  # of a team
+    played = world or (known() if known else matching_world(profile))
     if played is None:
         if not_ours(profile.world):
             reference = profile.world.reference

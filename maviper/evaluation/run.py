@@ -9,10 +9,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
-from typing import Any, Unpack
+from typing import Any, NamedTuple, Unpack
 
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
+from codegen.rows import Shown
 from codegen.wording import format_count
 from maviper.console import LABEL_WIDTH
 from maviper.episodes import measures
@@ -45,9 +46,25 @@ NO_EPISODE = "no episode"
 MAX_EPISODES = 100_000  # the block of seeds from MEASUREMENT_SEEDS on has a million
 
 
-@dataclass(frozen=True)
-class Evaluation:
-    """What was measured. What needs an expert is None throughout where there was none."""
+class Reached(NamedTuple):
+    """A measure of a team: value and 95 % interval, the expert's value in its place, and their ratio with its interval.
+    What needs an expert is None where there was none.
+    """
+
+    value: float
+    interval: tuple[float, float]
+    expert: float | None
+    ratio: float | None
+    ratio_interval: tuple[float, float] | None
+
+
+@dataclass(frozen=True, repr=False)
+class Evaluation(Shown):
+    """What was measured. What needs an expert is None throughout where there was none.
+
+    `evaluation["defenders", "success"]` is a team's measure, by its name or the beginning of it: value, interval and
+    ratio. A third name says against whom; without it, against the first.
+    """
 
     world: str
     episodes: int
@@ -55,6 +72,60 @@ class Evaluation:
     trees: Mapping[str, TreeFacts]  # agent -> its tree, where it has one
     # as `against`, where it was asked for
     why: Mapping[str, tuple[Causes, ...]] = field(default_factory=dict[str, tuple[Causes, ...]])
+
+    def __getitem__(self, names: str | tuple[str, ...]) -> Reached:
+        team, name, *others = (names, "") if isinstance(names, str) else names
+        where = others[0] if others else next(iter(self.against))
+        if where not in self.against:
+            raise UnknownNameError("opponent", where, self.against)
+        mine = {row.measure.name: row for row in self.against[where] if row.measure.team == team}
+        if not mine:
+            raise UnknownNameError("team", team, dict.fromkeys(row.measure.team for row in self.against[where]))
+        found = mine.get(name) or next((row for known, row in mine.items() if known.startswith(name)), None)
+        if found is None:
+            raise UnknownNameError("measure", name, mine)
+        if found.value is None:
+            raise InputError(f"no episode says anything of {found.measure.label}", "", "play more episodes")
+        ratio = found.joint
+        return Reached(
+            found.value.value,
+            (found.value.low, found.value.high),
+            None if found.expert is None else found.expert.value,
+            None if ratio is None else ratio.value,
+            None if ratio is None else (ratio.low, ratio.high),
+        )
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each team's measure against each of the opponents."""
+        standings = ((against, row) for against, rows in self.against.items() for row in rows)
+        return [
+            {
+                "against": against,
+                "team": row.measure.team,
+                "measure": row.measure.name,
+                **_three("", row.value),
+                **_three("expert", row.expert),
+                **_three("ratio", row.joint),
+            }
+            for against, row in standings
+        ]
+
+    @property
+    def told(self) -> list[str]:
+        """The first measures, and over how many episodes."""
+        first = next(iter(self.against.values()))
+        said = [
+            f"{row.measure.label}: {_or(row.value, NO_EPISODE)}{'' if row.joint is None else f', ratio {row.joint}'}"
+            for row in first
+        ]
+        return [f"Evaluation of {self.world}, {format_count(self.episodes, 'episode')}", *said[:4]]
+
+
+def _three(name: str, number: Interval | None) -> dict[str, float | None]:
+    """A number and its interval under three names."""
+    ends = (None, None, None) if number is None else (number.value, number.low, number.high)
+    return dict(zip((name or "value", f"{name} low".strip(), f"{name} high".strip()), ends, strict=True))
 
 
 @dataclass(frozen=True)
@@ -155,8 +226,8 @@ class Request:
         return list(places.values())
 
 
-def request(text: str, **options: Unpack[EvaluateOptions]) -> Request:
-    """Finds everything that is named. InputError for what cannot be used."""
+def request(text: Any, **options: Unpack[EvaluateOptions]) -> Request:
+    """Finds everything that is named, or given itself. InputError for what cannot be used."""
     asked = make_request(EvaluateOptions, options)
     given = None if asked.world is None else find(asked.world, giving=True)
     subject, world = find_player(text, "SUBJECT", given)
@@ -181,7 +252,7 @@ def request(text: str, **options: Unpack[EvaluateOptions]) -> Request:
     return Request(world, subject, replaced, against, expert, tuple(notes), teams, asked.episodes, asked.why)
 
 
-def _against(texts: Sequence[str], world: World) -> dict[str, Player]:
+def _against(texts: Sequence[Any], world: World) -> dict[str, Player]:
     if texts and len(world.teams) == 1:
         raise InputError("there are no opponents in this world", f"--against: {world.name}", "leave --against out")
     named: dict[str, Player] = {}
@@ -192,11 +263,11 @@ def _against(texts: Sequence[str], world: World) -> dict[str, Player]:
     return named
 
 
-def _replacement(text: str, world: World) -> tuple[str, Player]:
-    name, separator, named = text.partition("=")
+def _replacement(text: Any, world: World) -> tuple[str, Player]:
+    name, separator, named = text.partition("=") if isinstance(text, str) else (str(text[0]), "=", text[1])
     if not separator or not named:
         raise InputError(
-            f"'{text[:40]}' does not say whom it replaces", "--with", "write --with AGENT=SUBJECT or TEAM=SUBJECT"
+            f"'{str(text)[:40]}' does not say whom it replaces", "--with", "write --with AGENT=SUBJECT or TEAM=SUBJECT"
         )
     if name not in (*world.agents, *world.teams):
         raise UnknownNameError("agent or team", name, [*world.agents, *world.teams], "--with")

@@ -17,6 +17,7 @@ from codegen.deciding import compute_operands, describe_decision, describe_given
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import observations
 from codegen.importers.names import format_first
+from codegen.importers.reading import find_uncompared
 from codegen.intervals import percent
 from codegen.ir import GOAL
 from codegen.numbers import neighbour
@@ -25,6 +26,15 @@ from codegen.wording import NO_UNIT, format_count, number
 from verify.claims.region_files import positions
 from verify.states.acting import Step, path
 from verify.states.state import State
+
+
+def tell_rules(profile: ir.PolicyProfile, policies: Sequence[ir.AgentPolicy]) -> Iterator[str]:
+    """The rules of some agents, each under its name."""
+    uncompared = find_uncompared(profile)
+    for policy in policies:
+        told = ", its source was not compared" if policy.agent in uncompared else ""
+        yield f"{policy.agent}, team {policy.team}{told}"
+        yield from (f"  {line}" for line in (*bounds(policy), *rules(policy)))
 
 
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:

@@ -8,7 +8,9 @@ Assumes: a user who names a module wants its code to run; a world around an expe
 Does not: take such a name from a file; change what a correct expert does.
 """
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -17,6 +19,7 @@ import numpy as np
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PHYSICS, Float32, Float64
 from codegen.wording import format_count
+from maviper.episodes.play import in_columns
 from maviper.experts import cards, network
 from maviper.experts.expert import AS_GIVEN, Expert, Measured
 from maviper.experts.foreign import libraries
@@ -174,7 +177,36 @@ def reward_weighed_by(expert: Expert, world: World) -> str:
     return cards.critic_reward(card, world) if whose == "learned" else ""
 
 
-MEMBERS = ("world", "agents", "act", "q")
+class Acting:
+    """A function `act(agent, observations) -> actions` as an expert of a world. It has no critic.
+
+    The agent is named as in its environment; observations [n, n_features]; actions [n], counted as the environment
+    counts them, or the numbers that the agent gives, [n, n_outputs]. InputError for an answer of another shape.
+    """
+
+    critic = "none"
+
+    def __init__(self, function: Callable[[Any, Float32], Any], world: World) -> None:
+        self.function, self.world, self.agents = function, world, world.agents
+        self._names = getattr(world, "env_agents", world.agents)
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """Returns the agents' actions; see `Controller.act`."""
+        del state
+        return in_columns([self._ask(agent, observations[agent]) for agent in agents])
+
+    def _ask(self, agent: int, rows: Float32) -> Any:
+        given = np.asarray(self.function(self._names[agent], rows))
+        wanted = (len(rows), len(self.world.outputs[agent])) if self.world.outputs else (len(rows),)
+        if given.shape != wanted:
+            asked = f"{format_count(len(rows), 'observation')} of {self.agents[agent]}"
+            what = f"act(agent, observations) returns shape {given.shape} for {asked}, not {wanted}"
+            raise InputError(what, self.world.name, "return one action for each row, such as logits.argmax(axis=1)")
+        first = self.world.counted_from[agent] if self.world.counted_from else 0
+        return given - first if first else given
+
+
+MEMBERS = ("world", "agents", "act")
 FIX = "fix it there"
 ROWS = "return an array of action numbers [batch, len(agents)], as np.stack(columns, axis=1) of one column per agent"
 
@@ -184,6 +216,11 @@ class Given(Wrapped):
     """A user's expert, whose answers are checked. InputError for those that are not what `Expert` says."""
 
     source: Source
+
+    @property
+    def critic(self) -> str:
+        """Whose Q this is: nobody's where the expert has no `q`."""
+        return critic_of(self.expert) if hasattr(self.expert, "q") else NONE
 
     @property
     def card(self) -> Mapping[str, Any]:
@@ -272,10 +309,32 @@ class Given(Wrapped):
         return _run(lambda: np.array(getattr(self.expert, verb)(*given)), self.source, doing)
 
 
-def import_expert(source: Source) -> Given:
-    """The expert that the function of a module returns. InputError when it raises, or returns something else."""
+def import_expert(source: Source, world: World | None = None) -> Given:
+    """The expert that the function of a module returns, or that acts by it (see `Acting`). InputError when it
+    raises, or returns something else.
+    """
     function = import_maker(source)
-    expert = _run(lambda: function(**source.options), source, source.function)
+    if not callable(function) or _acts(function):
+        return given_expert(function, world, source)
+    return given_expert(_run(lambda: function(**source.options), source, source.function), world, source)
+
+
+def _acts(function: Callable[..., Any]) -> bool:
+    """Returns True if a function needs two arguments, agent and observations: it acts, and makes no expert."""
+    with suppress(TypeError, ValueError):  # not written in Python
+        needed = [each for each in inspect.signature(function).parameters.values() if each.default is each.empty]
+        return len([each for each in needed if each.kind in (each.POSITIONAL_ONLY, each.POSITIONAL_OR_KEYWORD)]) == 2
+    return False
+
+
+def given_expert(given: Any, world: World | None, source: Source) -> Given:
+    """A user's expert, checked: an object, or a function that acts in `world`."""
+    if callable(given) and not hasattr(given, "world"):
+        if world is None:
+            what = "a function act(agent, observations) does not say which world it plays"
+            raise InputError(what, source.text, "name it: --world module:function")
+        return Given(cast("Expert", Acting(given, world)), source)
+    expert: Any = given
     missing = [name for name in MEMBERS if not hasattr(expert, name)]
     if missing:
         what = f"what it returns is not an expert: it lacks {', '.join(missing)}"
@@ -324,11 +383,15 @@ CRITICS = (LEARNED, MEASURED, NONE)
 
 
 def find_expert(
-    text: str, critic: str = LEARNED, world: str | None = None, features: str = "", giving: bool = False
+    text: Any,
+    critic: str = LEARNED,
+    world: str | World | Callable[..., Any] | None = None,
+    features: str = "",
+    giving: bool = False,
 ) -> tuple[Expert, World]:
-    """The expert and the world that it plays. `critic`: `learned`, the expert's own where it has one, or `measured`.
-    `world`: where the expert's file cannot say it, a user's environment. `features`: groups that agents shall observe
-    beyond what the expert does. `giving`: as for `find`.
+    """The expert and the world that it plays. `text`: its name, a function that acts, or an object with the members of
+    an expert. `critic`: `learned`, the expert's own where it has one, or `measured`. `world`: where the expert cannot
+    say it. `features`: groups that agents shall observe beyond what the expert does. `giving`: as for `find`.
     """
     if critic not in CRITICS:
         raise UnknownNameError("critic", critic, CRITICS, "--critic")
@@ -344,7 +407,7 @@ def find_expert(
         what = "Q cannot be measured where actions may be illegal: every action would be played"
         raise InputError(what, played.name, "choose --critic learned or none")
     expert = lawful_expert(expert, played)
-    if critic == NONE:
+    if critic == NONE or (critic == LEARNED and critic_of(expert) == NONE):
         return Unweighted(expert), played
     measured = critic == MEASURED and not isinstance(expert, Measured)
     return (Measured.for_world(played, expert) if measured else expert), played
@@ -365,7 +428,10 @@ def moving(world: World, physics: str) -> World:
     return find_built_in(f"{world.name},{PHYSICS}={physics}")
 
 
-def _resolve_expert(text: str, world: World | None) -> tuple[Expert, World]:
+def _resolve_expert(text: Any, world: World | None) -> tuple[Expert, World]:
+    if not isinstance(text, str):
+        given = given_expert(text, world, Source.of(text))
+        return given, given.world
     if libraries.is_file(text):
         expert = libraries.from_name(text, world)
         return expert, expert.world
@@ -387,6 +453,6 @@ def _resolve_expert(text: str, world: World | None) -> tuple[Expert, World]:
             (Measured(game, build_script(game)), game) if game.name not in network.SHIPPED else network.load(game.name)
         )
     if is_named_by_user(text):
-        expert = import_expert(parse_source(text))
+        expert = import_expert(parse_source(text), world)
         return expert, expert.world
     return network.load(text, world)

@@ -11,7 +11,7 @@ import json
 import math
 import platform
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -61,6 +61,7 @@ from maviper.options import ExtractOptions, complete_options
 from maviper.worlds import ParticleWorld, World, find_built_in
 from maviper.worlds.games.features import DERIVED, SEPARATOR
 from maviper.worlds.matching import with_names
+from maviper.worlds.outside.sources import Source
 from maviper.worlds.world import Int
 
 EPISODES, HELD_OUT = 200, 50
@@ -128,7 +129,7 @@ class Request:
     features: str  # further ones, or AUTOMATIC
     features_file: Path | None  # that names those of a user's own world
     critic: str
-    world: str | None  # of a user's own
+    world: str | Callable[..., Any] | None  # of a user's own
     counterexamples: tuple[Path, ...]
     seeds: int  # from the setting `seed` on; the best is kept
     jobs: int  # seeds, agents or teams at a time
@@ -156,7 +157,7 @@ class Found(NamedTuple):
     lessons: refitting.Task = refitting.NOTHING
 
 
-def _find(expert: str, options: Request, console: Console) -> Found:
+def _find(expert: Any, options: Request, console: Console) -> Found:
     features = options.features
     seen = "" if features == AUTOMATIC else features
     loaded, world = find_expert(expert, options.critic, options.world, seen, giving=True)
@@ -173,11 +174,14 @@ def _find(expert: str, options: Request, console: Console) -> Found:
         world = with_names(world, options.features_file)
     lessons = refitting.task_of(options.counterexamples, world, loaded, console)
     check(world, settings, lessons.examples)
-    return Found(expert, loaded, world, settings, lessons)
+    name = expert if isinstance(expert, str) else Source.of(expert).text
+    return Found(name, loaded, world, settings, lessons)
 
 
-def extract_named(expert: str, output: Path | None, options: Request, console: Console) -> ir.PolicyProfile:
-    """The trees of the named expert. `output`: the profile's .json file, or a run folder; None: no file is written."""
+def extract_named(expert: Any, output: Path | None, options: Request, console: Console) -> ir.PolicyProfile:
+    """The trees of the named expert. `expert`: as for `find_expert`; `output`: the profile's .json file, or a run
+    folder; None: no file is written.
+    """
     jobs, resume, seeds = options.jobs, options.resume, options.seeds
     alone = output is None or output.suffix == ".json"
     if alone and (resume or seeds > 1):

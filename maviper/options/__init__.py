@@ -6,7 +6,7 @@ Does not: run a verb, or know click.
 """
 
 from maviper.options.extraction import ExtractOptions
-from maviper.options.table import complete_options, make_request, spell_out, table_of
+from maviper.options.table import complete_options, make_request, speak_python, spell_out, table_of
 from maviper.options.verbs import (
     CompileOptions,
     DiffOptions,
@@ -36,6 +36,7 @@ __all__ = [
     "VerifyOptions",
     "complete_options",
     "make_request",
+    "speak_python",
     "spell_out",
     "table_of",
 ]

@@ -9,7 +9,7 @@ Assumes: an option is a setting of the algorithms where `maviper.extraction.sett
 Does not: check values beyond their types, or what a world allows.
 """
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, TypedDict
 
@@ -157,7 +157,9 @@ class ExtractOptions(TypedDict, total=False):
         int | None,
         Option(None, LEARNS, "Points drawn by weight for each tree, at most (default: 300000)."),
     ]
-    world: Annotated[str | None, Option(None, LEARNS, "The expert's world, where its file cannot say it.")]
+    world: Annotated[
+        str | Callable[..., Any] | None, Option(None, LEARNS, "The expert's world, where its file cannot say it.")
+    ]
     counterexamples: Annotated[
         Iterable[str | Path],
         Option((), LEARNS, "A file that `maviper verify -o` wrote, or its folder (repeatable).", "PATH"),

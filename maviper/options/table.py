@@ -7,16 +7,17 @@ Does not: make options of the command line (`maviper.cli.options`), or check wha
 """
 
 import inspect
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, make_dataclass, replace
 from fractions import Fraction
-from functools import cache
+from functools import cache, wraps
 from numbers import Integral, Real
 from pathlib import Path
 from types import MappingProxyType, UnionType
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
-from codegen.errors import InputError, UnknownNameError, escape_text, suggestion
+from codegen.errors import InputError, MaviperError, UnknownNameError, escape_text, suggestion
 from verify.claims.language import parameters
 from verify.claims.language.parameters import Form
 from verify.kinds import ALWAYS
@@ -53,6 +54,7 @@ class Option:
     several: bool = False
     choices: tuple[str, ...] = ()  # all values that there are; (): others too
     words: tuple[str, ...] = ()  # values beside those of its type
+    objects: bool = False  # in Python a function, a team or an expert itself stands for its name, too
 
     @property
     def flag(self) -> str:
@@ -65,14 +67,19 @@ class Option:
             return None
         if not self.several:
             return self._one(value)
+        if self.objects and is_object(value):
+            return (value,)
         if isinstance(value, Mapping):
-            value = [f"{name}={each}" for name, each in cast("Mapping[Any, Any]", value).items()]
+            pairs = cast("Mapping[Any, Any]", value).items()
+            value = [(name, each) if is_object(each) else f"{name}={each}" for name, each in pairs]
         if isinstance(value, str) or not isinstance(value, Iterable):
             what = f"{self.name} takes several values, not {escape_text(repr(value)[:40])}"
             raise InputError(what, self.flag, "give a list")
-        return tuple(map(self._one, cast("Iterable[Any]", value)))
+        return tuple([self._one(each) for each in cast("Iterable[Any]", value)])
 
     def _one(self, value: Any) -> Any:
+        if self.objects and (is_object(value) or isinstance(value, tuple)):
+            return value
         if value in self.words:
             return value
         if self.base is Fraction and not isinstance(value, bool) and isinstance(value, Real | str):
@@ -86,6 +93,11 @@ class Option:
         if not isinstance(value, self.base) or self.base in NUMBERS:
             raise InputError(f"{self.name} is {CALLED[self.base]}, not {escape_text(repr(value)[:40])}", self.flag)
         return value
+
+
+def is_object(value: Any) -> bool:
+    """Returns True for a function, a team, or an expert: what has no name, or needs none."""
+    return callable(value) or hasattr(value, "act") or hasattr(value, "provenance")
 
 
 @cache
@@ -110,10 +122,14 @@ def _type(hint: Any) -> dict[str, Any]:
     """What one value is, and whether there are several, of a type such as `Sequence[str | Path] | None`."""
     if get_origin(hint) in (Union, UnionType):
         parts = [part for part in get_args(hint) if part is not type(None)]
-        return {"base": Path} if Path in parts else _type(parts[0])
+        objects = {"objects": True} if object in parts or any(get_origin(part) is Callable for part in parts) else {}
+        return ({"base": Path} if Path in parts else _type(parts[0])) | objects
     if get_origin(hint) is Literal:
         return {"choices": get_args(hint)}
-    return {**_type(get_args(hint)[0]), "several": True} if get_origin(hint) in MANY else {"base": hint}
+    if get_origin(hint) not in MANY:
+        return {"base": hint}
+    inner = [_type(part) for part in get_args(hint)]  # of a mapping: names and values
+    return {**inner[0], "several": True} | ({"objects": True} if "objects" in inner[-1] else {})
 
 
 def complete_options(options: type, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -151,6 +167,45 @@ def spell_out(options: type) -> Callable[[Verb], Verb]:
         verb.__signature__ = signature.replace(parameters=[*own, *named])  # type: ignore[attr-defined]
         lines = [f"    `{name}`: {option.help}" for name, option in table.items()]
         verb.__doc__ = "\n".join([inspect.cleandoc(verb.__doc__ or ""), "", "Options:", *lines])
-        return verb
+        return speak_python(verb, table)
 
     return spell
+
+
+FLAG = re.compile(r"(?<![\w-])--([a-z][a-z-]*)(?:[ =]([A-Za-z0-9_.:/+-]*[A-Za-z0-9_]))?")
+LISTED = "`maviper properties list`"
+
+
+def speak_python(verb: Verb, table: Mapping[str, Option] = MappingProxyType({})) -> Verb:
+    """The function, whose errors name its parameters where those of the command name options."""
+    known = {option.flag.removeprefix("--"): option for option in table.values()}
+
+    def spell(found: re.Match[str]) -> str:
+        flag, value = found.groups()
+        option = known.get(flag)
+        name = option.name if option else flag.replace("-", "_")
+        if found[0] == found.string:
+            return name
+        if option and option.default is True and flag.startswith("no-"):
+            return f"{name}=False" + found[0][len(flag) + 2 :]
+        if option and option.base is bool:
+            return f"{name}=True" + found[0][len(flag) + 2 :]
+        if value is None:
+            return name
+        if value.isupper() or value.replace(".", "").isdigit():
+            return f"{name}={value}"
+        said = option is not None and re.search(rf"\b{re.escape(value)}\b", f"{option.help} {option.choices}")
+        return f'{name}="{value}"' if said else name + found[0][len(flag) + 2 :]
+
+    @wraps(verb)
+    def run(*given: Any, **named: Any) -> Any:
+        try:
+            return verb(*given, **named)
+        except MaviperError as error:
+            for part in ("what", "where", "next_step"):
+                text = getattr(error, part).replace(LISTED, "maviper.claims")
+                setattr(error, part, FLAG.sub(spell, text))
+            error.args = (error.what,)
+            raise
+
+    return cast("Verb", run)

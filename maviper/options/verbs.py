@@ -6,9 +6,9 @@ Assumes: parameters of claims have their forms and texts in `verify.claims.langu
 Does not: check values beyond their types.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, TypedDict
+from typing import Annotated, Any, Literal, TypedDict
 
 from maviper.options.table import PARAMETERS, Option, of_claims
 from verify.claims.language.parameters import Names, Number, Parameters
@@ -267,18 +267,20 @@ class EvaluateOptions(TypedDict, total=False):
     """What is measured besides the subject."""
 
     replaced: Annotated[
-        Mapping[str, str],
+        Mapping[str, str | object],
         Option({}, WHO, "Let another SUBJECT play an agent or a team (repeatable).", "NAME=SUBJECT", called="with"),
     ]
     against: Annotated[
-        Iterable[str], Option((), WHO, "Opponents: another SUBJECT, scripted or random (repeatable).", "OPPONENT")
+        Iterable[str | object],
+        Option((), WHO, "Opponents: another SUBJECT, scripted or random (repeatable).", "OPPONENT"),
     ]
     expert: Annotated[
-        str | None,
+        str | object | None,
         Option(None, WHO, "The expert to compare with (default: the profile's own, if it is shipped).", "EXPERT"),
     ]
     world: Annotated[
-        str | None, Option(None, WHO, "The world, where a file cannot say it: module:function, gymnasium:ID.")
+        str | Callable[..., Any] | None,
+        Option(None, WHO, "The world, where a file cannot say it: module:function, gymnasium:ID."),
     ]
     team: Annotated[str | None, Option(None, MEASURED, "Measure one team only.", "NAME")]
     episodes: Annotated[int, Option(1_000, MEASURED, "Held-out episodes, at most 100,000.")]
@@ -292,10 +294,10 @@ class ExploitOptions(TypedDict, total=False):
     """What answers a team, and what is spent on it."""
 
     against: Annotated[
-        Iterable[str],
+        Iterable[str | object],
         Option((), ANSWERS, "A further responder: another SUBJECT, scripted or random (repeatable).", "RESPONDER"),
     ]
-    expert: Annotated[str | None, Option(None, ANSWERS, "The expert (default: the profile's own).", "EXPERT")]
+    expert: Annotated[str | object | None, Option(None, ANSWERS, "The expert (default: the profile's own).", "EXPERT")]
     networks: Annotated[
         str | Path | None,
         Option(
@@ -309,7 +311,9 @@ class ExploitOptions(TypedDict, total=False):
     refinement_episodes: Annotated[
         int, Option(100_000, ANSWERS, "Episodes to refine an answering tree with; 0: no tree.")
     ]
-    world: Annotated[str | None, Option(None, ANSWERS, "module:function of the environment, if it is yours.")]
+    world: Annotated[
+        str | Callable[..., Any] | None, Option(None, ANSWERS, "module:function of the environment, if it is yours.")
+    ]
     episodes: Annotated[int, Option(1_000, HOW_MEASURING, "To choose on, and as many to report on.")]
     seed: Annotated[int, Option(0, HOW_MEASURING, "The random seed of what learns.")]
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.errors import ExitCode, InputError, UnknownNameError
+from codegen.rows import Shown
 from codegen.wording import format_count
 from maviper.console import Console, LiveLine, duration
 from maviper.files import jobs as processes
@@ -96,14 +97,24 @@ def request(options: Mapping[str, Any]) -> Request:
     return Request(**complete_options(ReproduceOptions, options)).ensure_usable()
 
 
-@dataclass
-class Reproduced:
+@dataclass(repr=False)
+class Reproduced(Shown):
     """What a call did: its plan, what was made, what failed, and the lines of the report."""
 
     plan: Plan
     made: int = 0  # by this call
     failed: dict[str, str] = field(default_factory=dict[str, str])  # cell, in words -> message
     lines: list[str] = field(default_factory=list[str])
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each cell that failed."""
+        return [{"cell": cell, "failed": message} for cell, message in self.failed.items()]
+
+    @property
+    def told(self) -> list[str]:
+        """What was made, and what failed, in one line."""
+        return [f"Reproduced: {self.made} made, {len(self.failed)} failed", *self.lines[:2]]
 
     @property
     def code(self) -> ExitCode:

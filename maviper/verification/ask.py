@@ -124,6 +124,9 @@ class VerifyOptions:
         """Returns the options for one claim, by name or as an object, which then has the parameters itself. TypeError
         for an option that there is not, InputError for a value that it cannot have.
         """
+        if isinstance(claim, type):
+            what = f"{claim.__name__} is a class of claims, and no claim"
+            raise InputError(what, "claim", f"write claims.{claim.__name__}(), with its parameters")
         asked = complete_options(Options, complete_parameters(claim, options))
         asked |= {key: number(asked[key], key) for key in parameters.of_form(Form.NUMBER)}
         return cls.of({"names": (name_of(claim),), "region": region, **asked})

@@ -22,6 +22,7 @@ from codegen.ir import Float64
 from codegen.numbers import neighbour
 from codegen.policy_json import content_hash, dumps
 from codegen.profiles import ensure
+from codegen.rows import Shown
 from codegen.sums import CONSTANT, FLOAT64_SUMS
 from codegen.wording import format_count
 from maviper.files import runs
@@ -340,8 +341,8 @@ class Agent:
     reason: str  # why there is no answer
 
 
-@dataclass(frozen=True)
-class OutputsCompared:
+@dataclass(frozen=True, repr=False)
+class OutputsCompared(Shown):
     """Two profiles compared over the ranges of what agents observe."""
 
     first: ir.PolicyProfile
@@ -361,6 +362,16 @@ class OutputsCompared:
     def verdicts(self) -> list[Verdict]:
         """Each agent's."""
         return [one.verdict for one in self.agents]
+
+    @property
+    def told(self) -> list[str]:
+        """Verdict and reasons, in few lines."""
+        return [f"OutputsCompared: {self.verdict}", *(f"{label} {text}" for label, text in self.lines[:3])]
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each agent: its verdict."""
+        return [{"agent": one.agent, "verdict": str(one.verdict)} for one in self.agents]
 
     @property
     def facts(self) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from codegen.intervals import Share
 from codegen.lowering.render import render
 from codegen.policy_json import dumps
 from codegen.profiles import ensure
+from codegen.rows import Shown
 from maviper.episodes.trees import ON_POLICY_EPISODES, on_policy
 from maviper.evaluation.comparison import differing
 from maviper.files import runs
@@ -68,8 +69,8 @@ def _budgets(asked: Any) -> Budgets:
     return Budgets(min(nodes * UNITS_A_NODE, 2**32 - 1), nodes, cells, option="--max-nodes")
 
 
-@dataclass(frozen=True)
-class Compared:
+@dataclass(frozen=True, repr=False)
+class Compared(Shown):
     """Two profiles compared, with what was counted."""
 
     found: Difference
@@ -95,6 +96,16 @@ class Compared:
         """What a person is told: labels and texts."""
         rows = render("difference/lines.txt.j2", facts=self.facts).splitlines()
         return [(label, text) for label, _, text in (row.partition("|") for row in rows if row)]
+
+    @property
+    def told(self) -> list[str]:
+        """Verdict and reasons, in few lines."""
+        return [f"Compared: {self.verdict}", *(f"{label} {text}" for label, text in self.lines[:3])]
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each agent: its verdict."""
+        return [{"agent": one.agent, "verdict": str(one.verdict)} for one in self.found.agents]
 
     @property
     def files(self) -> dict[str, str]:

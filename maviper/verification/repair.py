@@ -19,6 +19,7 @@ from codegen.errors import InputError
 from codegen.form import layout
 from codegen.policy_json import content_hash
 from codegen.profiles import ensure
+from codegen.rows import Shown
 from codegen.wording import visible
 from maviper.claims import Claim, complete_parameters, name_of, parameters_of
 from maviper.compilation import compile
@@ -66,8 +67,8 @@ def request(claim: str | Claim, given: RepairOptions) -> Any:
     return asked
 
 
-@dataclass(frozen=True)
-class Repaired:
+@dataclass(frozen=True, repr=False)
+class Repaired(Shown):
     """A repair: what it was to prove, and, where it ended, the profile after it with its cost, results and files."""
 
     before: ir.PolicyProfile
@@ -78,6 +79,16 @@ class Repaired:
     cost: Cost | None = None
     results: tuple[AnyResult, ...] = ()
     files: Mapping[str, str | bytes] = field(default_factory=dict[str, str | bytes])  # name -> text
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each claim that was proved again."""
+        return [row for result in self.results for row in result.rows]
+
+    @property
+    def told(self) -> list[str]:
+        """Whether a repair was found, in one line."""
+        return [f"Repaired: {self.claim.shown}, region {self.region.name}: {'found' if self.after else 'not found'}"]
 
     @property
     def certificates(self) -> dict[str, str]:

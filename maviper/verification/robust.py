@@ -23,6 +23,7 @@ from codegen.deciding import ensure_plain
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.profiles import ensure
+from codegen.rows import CalledRows, Shown
 from codegen.wording import format_count
 from maviper.files import runs
 from verify.certificates.games import to_json
@@ -45,8 +46,8 @@ OPTION = "--error"
 UP = Context(prec=6, rounding=ROUND_CEILING)
 
 
-@dataclass(frozen=True)
-class Changes:
+@dataclass(frozen=True, repr=False)
+class Changes(Shown):
     """How far each output of an agent may change around the observations of a file, in its order."""
 
     policy: AgentPolicy
@@ -66,6 +67,11 @@ class Changes:
         return f"{self.policy.agent}, {format_count(len(self.ends), 'observation')}: {', '.join(parts)}"
 
     @property
+    def told(self) -> list[str]:
+        """The summary."""
+        return [f"Changes: {self.line}"]
+
+    @property
     def largest(self) -> float:
         """No output changes by more at any of the observations; infinite where nothing is known."""
         return max(each.change for row in self.ends for each in row)
@@ -80,6 +86,7 @@ class Changes:
         """Whether all changes are met by observations, so that none is a bound only."""
         return all(each.exact for row in self.ends for each in row)
 
+    @property
     def rows(self) -> list[dict[str, Any]]:
         """The table as plain data; what is not finite is null."""
         named = [
@@ -87,11 +94,11 @@ class Changes:
             for number, row in enumerate(self.ends, 1)
             for output, each in zip(self.policy.outputs, row, strict=True)
         ]
-        return [
+        return CalledRows(
             {"row": number, "output": name, "value": _finite(each.value), "least": _finite(each.least)}
             | {"most": _finite(each.most), "change": _finite(each.change), "exact": each.exact}
             for number, name, each in named
-        ]
+        )
 
     def document(self) -> dict[str, Any]:
         """The table, the errors, and observations that give the least and the most that was seen, as plain data."""
@@ -99,7 +106,7 @@ class Changes:
         seen = [each for row in self.ends for each in row]
         rows = [
             row | {"lowest": list(each.lowest), "highest": list(each.highest), "seen": [*map(_finite, each.seen)]}
-            for row, each in zip(self.rows(), seen, strict=True)
+            for row, each in zip(self.rows, seen, strict=True)
         ]
         errors = dict(zip(names, map(plain, self.errors), strict=True))
         return {"agent": self.policy.agent, "errors": errors, "largest": _finite(self.largest), "changes": rows}
@@ -110,7 +117,7 @@ class Changes:
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
         table.writerow(CHANGED)
-        table.writerows([*list(row.values())[:-1], "yes" if row["exact"] else "no"] for row in self.rows())
+        table.writerows([*list(row.values())[:-1], "yes" if row["exact"] else "no"] for row in self.rows)
         return {MARK: text.getvalue()}
 
 
@@ -158,8 +165,8 @@ HEADER: tuple[str, ...] = ("row", "action", "leaf", "radius", "other_action", "o
 ADVICE = "give a CSV file whose first line names the features, or a JSON list of observations"
 
 
-@dataclass(frozen=True)
-class Radii:
+@dataclass(frozen=True, repr=False)
+class Radii(Shown):
     """The radii around the observations of a file, in its order; certificates where they were asked for."""
 
     policy: AgentPolicy
@@ -176,6 +183,11 @@ class Radii:
         )
         return f"{len(self.radii)} of {self.policy.agent}: least {least}, median {median}"
 
+    @property
+    def told(self) -> list[str]:
+        """The summary."""
+        return [f"Radii: {self.line}"]
+
     @cached_property
     def ordered(self) -> list[float]:
         """The largest radii as float64, ascending; infinite where nothing leads to another action."""
@@ -191,10 +203,11 @@ class Radii:
         """The lower median."""
         return self.ordered[(len(self.ordered) - 1) // 2]
 
+    @property
     def rows(self) -> list[dict[str, Any]]:
         """The table as plain data; the radius is null where nothing leads to another action."""
         names, action = [one.name for one in self.policy.actions], self.policy.tree.action
-        rows: list[dict[str, Any]] = []
+        rows = CalledRows()
         for number, one in enumerate(self.radii, 1):
             other = ("", None) if one.distance is None else (names[int(action[one.other])], one.other)
             size = one.largest if math.isfinite(one.largest) else None
@@ -204,7 +217,7 @@ class Radii:
     def document(self) -> dict[str, Any]:
         """The table and what sums it up, as plain data."""
         least, median = (value if math.isfinite(value) else None for value in (self.least, self.median))
-        return {"agent": self.policy.agent, "least": least, "median": median, "radii": self.rows()}
+        return {"agent": self.policy.agent, "least": least, "median": median, "radii": self.rows}
 
     @property
     def files(self) -> dict[str, str]:
@@ -212,7 +225,7 @@ class Radii:
         text = io.StringIO()
         table = csv.DictWriter(text, HEADER, lineterminator="\n")
         table.writeheader()
-        table.writerows(self.rows())
+        table.writerows(self.rows)
         made = {f"certificate-{row}-robust.json": one for row, one in enumerate(self.certificates, 1)}
         return {"radii.csv": text.getvalue()} | {name: to_json(one) for name, one in made.items()}
 

@@ -23,6 +23,7 @@ from codegen.form import layout
 from codegen.lowering.render import render
 from codegen.policy_json import dumps
 from codegen.profiles import ensure
+from codegen.rows import Shown
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions, make_world_error, questions
 from maviper.verification.bench import Bench
@@ -167,8 +168,8 @@ def where_files(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> dict
     return files
 
 
-@dataclass(frozen=True)
-class Verified:
+@dataclass(frozen=True, repr=False)
+class Verified(Shown):
     """The questions about a profile with their results. Files are name -> text."""
 
     profile: ir.PolicyProfile
@@ -176,6 +177,11 @@ class Verified:
     results: tuple[AnyResult, ...]
     cells: int | None = None  # that --where looked for at most
     stated: StatedWorld | None = None  # the world file that they are about
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each claim."""
+        return [row for result in self.results for row in result.rows]
 
     @cached_property
     def reports(self) -> dict[str, str]:

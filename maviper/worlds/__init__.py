@@ -20,7 +20,7 @@ from maviper.worlds.games.particle import ParticleWorld, WorldState
 from maviper.worlds.games.physical_deception import PhysicalDeception
 from maviper.worlds.games.predator_prey import PredatorPrey
 from maviper.worlds.outside.making import add_maker
-from maviper.worlds.outside.sources import SYSTEM, VMAS, is_named_by_user, parse_source
+from maviper.worlds.outside.sources import SYSTEM, VMAS, Source, is_named_by_user, parse_source
 from maviper.worlds.outside.spaces import refuse_numbers
 from maviper.worlds.world import Measure, World
 
@@ -48,20 +48,25 @@ def _maker_of(file: str) -> Callable[..., Any]:
 add_maker(SYSTEM, _maker_of)
 
 
-def find(name: str, giving: bool = False) -> World:
-    """The world of that name and options; UnknownNameError with the closest match, or InputError, otherwise.
+def find(name: str | World | Callable[..., Any], giving: bool = False) -> World:
+    """The world of that name and options, or of a function that returns an environment; UnknownNameError with the
+    closest match, or InputError, otherwise.
 
     `giving`: whether its agents may give numbers in place of choosing among actions. Whoever asks says so: elsewhere
     such a world is refused. `module:function` imports and runs a user's code, so a name that a data file states goes to
     `find_built_in` instead.
     """
-    world = _resolve_world(name)
+    world = name if isinstance(name, World) else _resolve_world(name)
     if world.outputs and not giving:
-        raise refuse_numbers(name)
+        raise refuse_numbers(world.name)
     return world
 
 
-def _resolve_world(name: str) -> World:
+def _resolve_world(name: str | Callable[..., Any]) -> World:
+    if not isinstance(name, str):
+        from maviper.worlds.outside.pettingzoo import PettingZooWorld
+
+        return PettingZooWorld(name, Source.of(name))
     if not is_named_by_user(name):
         if OF_GYMNASIUM.fullmatch(name.partition(",")[0]):
             what = f"unknown world '{name}'"

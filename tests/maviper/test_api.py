@@ -138,7 +138,7 @@ def test_verify_takes_parameters(profile, tmp_path):
         maviper.verify(profile, "distinct_target")
     with pytest.raises(InputError, match="none of these properties has the parameter steps"):
         maviper.verify(profile, steps=3)
-    with pytest.raises(InputError, match="no effect without --where"):
+    with pytest.raises(InputError, match="no effect without where"):
         maviper.verify(profile, max_cells=7)
 
 
@@ -149,7 +149,7 @@ def test_verify_file_answers_in_the_files_order(profile, tmp_path):
     )
     found = maviper.verify_file(profile, tmp_path / "p.toml")
     assert [each.claim.shown for each in found] == ["no_double", "mine"]
-    with pytest.raises(InputError, match="--max-cells has no effect without --where"):
+    with pytest.raises(InputError, match="max_cells has no effect without where"):
         maviper.verify_file(profile, tmp_path / "p.toml", max_cells=5)
     (tmp_path / "p.toml").write_text('[[property]]\nname = "no_doubl"\n')
     with pytest.raises(UnknownNameError) as error:

@@ -192,7 +192,7 @@ def test_what_is_not_given_or_none_is_as_usual():
 def test_a_value_of_another_type_is_told(given, what):
     with pytest.raises(InputError, match=re.escape(what)) as caught:
         maviper.extract("physical-deception", **given)
-    assert caught.value.where == f"--{next(iter(given)).replace('_', '-')}"
+    assert caught.value.where == next(iter(given))
 
 
 def test_an_option_that_there_is_not_is_told_with_the_closest():

@@ -16,6 +16,7 @@ from itertools import chain
 import numpy as np
 
 from codegen.ir import WorldSpec
+from codegen.rows import Shown
 from verify.claims.formula import agents
 from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
@@ -62,8 +63,8 @@ class AgentView:
     errors: tuple[tuple[str, Value], ...] = ()  # feature -> by how much it is off
 
 
-@dataclass(frozen=True)
-class Counterexample:
+@dataclass(frozen=True, repr=False)
+class Counterexample(Shown):
     """A world state in which the claim fails, confirmed by the referee."""
 
     state: State

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from codegen.rows import Shown
 from verify.result import Verdict
 
 if TYPE_CHECKING:
@@ -33,8 +34,8 @@ NOTHING = {  # by what a claim is about: why it is about nothing, and why nothin
 }
 
 
-@dataclass(frozen=True)
-class SystemCounterexample:
+@dataclass(frozen=True, repr=False)
+class SystemCounterexample(Shown):
     """An exact episode that breaks a claim."""
 
     states: tuple[Values, ...]  # the start first; for a claim about decisions only that

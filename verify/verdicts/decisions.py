@@ -50,7 +50,7 @@ class Visited:
     episodes: int
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class DecisionEvidence(Evidence):
     """What a verdict about single decisions rests on, and all else that a report says of it."""
 

@@ -63,7 +63,7 @@ LONGER = 8  # times as long, about, as the usual ones are the episodes in which 
 TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class EpisodeEvidence(Evidence):
     """What a verdict about whole episodes rests on, and all else that a report says of it."""
 

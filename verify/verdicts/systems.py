@@ -160,7 +160,7 @@ Attempt = Callable[[], SystemCounterexample | None]
 Confirm = Callable[[SystemCounterexample], SystemCounterexample | None]  # by the rules themselves; None: not broken
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class SystemEvidence(Evidence):
     """What a verdict about a stated system rests on, and all else that a report says of it."""
 

@@ -17,6 +17,7 @@ import msgspec
 
 from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
+from codegen.rows import Shown
 from maviper.files import kinds, runs
 from maviper.files.profiles import find_profile
 from maviper.verification.files.systems import FollowedProof
@@ -94,8 +95,8 @@ def _interval(low: Fraction, high: Fraction) -> str:
 AGAINST_FILE = "against.json"  # the second profile, beside a certificate about two
 
 
-@dataclass(frozen=True)
-class Checked:
+@dataclass(frozen=True, repr=False)
+class Checked(Shown):
     """A certificate whose proof holds."""
 
     subject: str  # what it proves, from what was checked

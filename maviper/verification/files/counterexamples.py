@@ -8,6 +8,7 @@ Does not: look for counterexamples; the files of those about whole episodes are 
 
 from __future__ import annotations
 
+import builtins
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from codegen.deciding import ensure_plain
 from codegen.errors import InputError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
+from codegen.rows import Shown
 from maviper.files import kinds, runs
 from maviper.files.profiles import READER
 from maviper.verification.bench import replay_state
@@ -74,8 +76,8 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     view: dict[str, list[str]] | None = None  # of claims over observations: how these are put together
 
 
-@dataclass(frozen=True)
-class Replayed:
+@dataclass(frozen=True, repr=False)
+class Replayed(Shown):
     """What the team does in the world state, and whether the claim fails there; of an episode, what all agents do, step
     by step, and whether the claim fails in it.
     """
@@ -87,6 +89,12 @@ class Replayed:
     by: tuple[str, ...]  # what replays gave the same actions
     same_policy: bool
     says: str  # what judged the actions and who replayed them, in words
+
+    @builtins.property  # `property` is a field
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each agent: what it does, and what the file says that it did."""
+        acts = self.actions.items()
+        return [{"agent": agent, "does": does, "did": self.before.get(agent)} for agent, does in acts]
 
 
 def document(profile: PolicyProfile, result: DecisionResult, example: Counterexample) -> dict[str, Any]:

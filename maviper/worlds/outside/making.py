@@ -34,6 +34,8 @@ def import_maker(source: Source) -> Callable[..., Any]:
     The current folder comes first, as for `python -m`.
     """
     folder = str(Path.cwd())
+    if source.maker is not None:
+        return source.maker
     if source.module == GYMNASIUM:
         from maviper.worlds.outside.wrappers import find_registered
 

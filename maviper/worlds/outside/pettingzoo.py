@@ -64,7 +64,6 @@ from maviper.worlds.outside.sources import (
     Source,
     action_names,
     attribute,
-    is_mapping,
     join_equals,
     legal_names,
     parse_source,
@@ -75,7 +74,7 @@ from maviper.worlds.outside.sources import (
     table,
     teams_by_name,
 )
-from maviper.worlds.outside.spaces import fault_of, outputs_of, width
+from maviper.worlds.outside.spaces import fault_of, first_action, outputs_of, width
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure, Outcome
 
@@ -89,16 +88,17 @@ _ASKED: dict[tuple[Any, ...], Any] = {}  # what probes and trials of a function'
 
 
 class PettingZooWorld(OutsideWorld):
-    """The environment that `function` returns; `text` is its name, `module:function,option=value`.
+    """The environment that `function` returns; `text` is its name, `module:function,option=value`, or its source.
 
     `games`: how many copies play at once, more than one each in a process of its own; None: one per core, or 1 where
     other processes cannot import the function, in processes of their own where that is quicker. Of an environment that
-    says it `plays_here` GAMES_HERE copies play in this process, if they leave each other alone.
+    says it `plays_here`, or whose function was given itself and cannot be imported, GAMES_HERE copies play in this
+    process, if they leave each other alone.
     InputError when the environment cannot be played. `close` ends the copies; so does the end of the world.
     """
 
-    def __init__(self, function: Callable[..., Any], text: str, games: int | None = None) -> None:
-        self.source = parse_source(text)
+    def __init__(self, function: Callable[..., Any], text: str | Source, games: int | None = None) -> None:
+        self.source = parse_source(text) if isinstance(text, str) else text
         self._function = function
         env = self.reference_env()
         wrong = list(faults(env))
@@ -109,7 +109,7 @@ class PettingZooWorld(OutsideWorld):
         names = legal_names([str(agent) for agent in self.env_agents], "agent")
         called = dict(zip(self.env_agents, names, strict=True))
         self.actions = tuple(_actions(env, agent, self.source) for agent in self.env_agents)
-        self.counted_from = tuple(_first_action(env, agent) for agent in self.env_agents)
+        self.counted_from = tuple(first_action(space(env, "action", agent)) for agent in self.env_agents)
         outputs = tuple(outputs_of(env, agent, self.source) for agent in self.env_agents)
         self.outputs = outputs if any(outputs) else ()
         self.features = tuple(_features(env, agent, self.source) for agent in self.env_agents)
@@ -139,14 +139,16 @@ class PettingZooWorld(OutsideWorld):
         alone = attribute(env, "alone", self.source)
         if alone is True or alone == MACHINE:
             return (1, False) if alone == MACHINE else (at_once, True)
-        if attribute(env, "plays_here", self.source) and self._may_share(env):
+        given = self.source.maker is not None and not is_importable(self._function, self.source)
+        if (given or attribute(env, "plays_here", self.source)) and self._may_share(env, given):
             return GAMES_HERE, False
         return at_once, None
 
-    def _may_share(self, env: Any) -> bool:
+    def _may_share(self, env: Any, here: bool) -> bool:
+        """Returns True if copies leave each other alone. `here`: no other process can try that."""
         key = "share", self._function, self.source.text
         if key not in _ASKED:
-            here = _packages(env) <= KNOWN
+            here = here or _packages(env) <= KNOWN
             tried = here or is_importable(self._function, self.source)
             _ASKED[key] = (
                 is_undisturbed(self._copy(), Copy(env, self.source)) if here else tried and may_share(self.source)
@@ -357,14 +359,9 @@ def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
     if len(legal) != len(names):
         what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
         raise InputError(what, source.text, 'name one for each action, "" where it is always legal')
-    return tuple(ActionSpec(name, None, feature) for name, feature in zip(names, legal, strict=True))
-
-
-def _first_action(env: Any, agent: Any) -> int:
-    """The environment's own number of an agent's first action, as our wrappers say."""
-    counted = getattr(env, "counted_from", None)
-    first = counted.get(agent, 0) if is_mapping(counted) else 0
-    return first if isinstance(first, int) else 0
+    first = first_action(space(env, "action", agent))  # its own numbers are kept where they are not ours
+    numbered = enumerate(zip(names, legal, strict=True), first)
+    return tuple(ActionSpec(name, None, flag, number if first else None) for number, (name, flag) in numbered)
 
 
 def _within(bounds: Any) -> list[float]:

@@ -14,9 +14,9 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 from typing import Any, TextIO, TypeGuard, cast
@@ -102,6 +102,16 @@ class Source:
     module: str
     function: str
     options: Mapping[str, int | str]
+    maker: Callable[..., Any] | None = field(default=None, compare=False, repr=False)  # the function itself, if given
+
+    @staticmethod
+    def of(function: Callable[..., Any]) -> "Source":
+        """A function of Python that was given itself, under the name that it would have."""
+        named = cast("Any", function)
+        parts = getattr(named, "__module__", ""), getattr(named, "__qualname__", "").rpartition(".")[2]
+        module, called = (re.sub(r"[^A-Za-z0-9_.]+", "", part or "") for part in parts)
+        legal = module and all(part.isidentifier() for part in module.split("."))
+        return Source(module if legal else "given", called if called.isidentifier() else "given", {}, function)
 
     @property
     def reference(self) -> str:
@@ -111,6 +121,8 @@ class Source:
     @property
     def called(self) -> str:
         """A name for the world: the module's and the function's, or that of a world file."""
+        if self.module == "__main__":  # a notebook's, or a script's
+            return self.function
         return Path(self.function).stem if self.module == SYSTEM else f"{self.module}-{self.function}"
 
     @property
@@ -193,7 +205,8 @@ def action_names(env: Any, agent: Any, source: Source) -> tuple[str, ...]:
         raise InputError(what, source.text, "let agents choose among fewer, such as a few values of each number")
     given = table(env, "action_names", source).get(agent)
     if not n or given is None:
-        return tuple(f"action_{k}" for k in range(n))
+        first = int(getattr(space(env, "action", agent), "start", 0))
+        return tuple(f"action_{first + k}".replace("-", "minus_") for k in range(n))
     names = _texts(given)
     if names is None or len(names) != n:
         what = f"the action names of {agent} are not {n} texts, one for each action"

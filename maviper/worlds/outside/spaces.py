@@ -246,9 +246,12 @@ def fault_of(choices: spaces.Space) -> tuple[str, str] | None:
         if not np.issubdtype(choices.dtype, np.floating) or not (np.abs(ends) <= MAX_LENGTH).all():
             return f"the space is a Box of {choices.dtype} without finite bounds, or not of floats", GIVING
         return None
-    if not isinstance(choices, Discrete):
-        return f"the space is a {type(choices).__name__}, not Discrete", GIVING
-    return (f"actions count from {choices.start}", "make the space Discrete(n), from 0") if choices.start else None
+    return None if isinstance(choices, Discrete) else (f"the space is a {type(choices).__name__}, not Discrete", GIVING)
+
+
+def first_action(choices: spaces.Space) -> int:
+    """The environment's own number of the first action; 0 where there is none."""
+    return int(getattr(choices, "start", 0))
 
 
 def bounds_of(choices: spaces.Space) -> list[tuple[float, float]]:
@@ -277,7 +280,8 @@ def outputs_of(env: Any, agent: Any, source: Source) -> tuple[OutputSpec, ...]:
 def taking(choices: spaces.Space) -> Callable[[Any], Any]:
     """From what an agent chose, or the numbers that it gave, to what the environment takes."""
     if not width(choices):
-        return int
+        first = first_action(choices)
+        return (lambda chosen: int(chosen) + first) if first else int
     box, size = cast("spaces.Box", choices), width(choices)
 
     def clip_numbers(given: Any) -> Any:

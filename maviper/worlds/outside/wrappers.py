@@ -25,7 +25,6 @@ from pettingzoo.utils.conversions import aec_to_parallel_wrapper, turn_based_aec
 from codegen.errors import InputError, MissingToolError, UnknownNameError, escape_text
 from codegen.ir import FeatureSpec, OutputSpec
 from maviper.worlds.outside.sources import (
-    MAX_ACTIONS,
     WRAP,
     Source,
     action_names,
@@ -50,7 +49,6 @@ from maviper.worlds.outside.spaces import (
     names_of,
     parts_of,
     specs_of,
-    spell_number,
     taking,
     unreadable,
     vector,
@@ -162,7 +160,7 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         text = source.text
         self.env, self.metadata, self.as_it_is = env, {"name": text}, as_it_is
         self.possible_agents, self.agents = [AGENT], []
-        self._choices, self._first = _number_actions(env.action_space, text)
+        self._choices = _ensure_numbered(env.action_space, text)
         self._taken = taking(self._choices)
         self._advance, self._limit = _quick(env)
         self._elapsed = 0
@@ -172,9 +170,6 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         called = _find_description(env)
         choices = getattr(self._choices, "n", 0)
         self.action_names = {AGENT: called.actions} if called and len(called.actions) == choices else {}
-        self.counted_from = {AGENT: self._first}
-        if self._first and not self.action_names and choices <= MAX_ACTIONS:  # its own numbers, which are not ours
-            self.action_names = {AGENT: [f"action_{spell_number(self._first + k)}" for k in range(choices)]}
         self.outputs: dict[str, list[OutputSpec]] = {}
         if called and width(self._choices) and len(called.outputs) == width(self._choices):
             named = zip(called.outputs.items(), bounds_of(self._choices), strict=True)
@@ -194,7 +189,7 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         return self._seen
 
     def action_space(self, agent: str) -> spaces.Space:
-        """The actions, counted from 0, or the numbers that the agent gives."""
+        """Returns the environment's own action space."""
         return self._choices
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Any], Any]:
@@ -212,7 +207,7 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         return self._after(self._taken(action))
 
     def _after(self, acted: Any) -> tuple[Any, Any, Any, Any, Any]:
-        seen, reward, ended, cut, info = self._advance(acted + self._first if self._first else acted)
+        seen, reward, ended, cut, info = self._advance(acted)
         self._elapsed += 1
         cut = cut or self._elapsed == self._limit
         if ended or cut:
@@ -226,6 +221,11 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
     def close(self) -> None:
         """Closes the environment."""
         self.env.close()
+
+    def read(self, agent: Any, seen: Any, info: Mapping[str, Any]) -> Any:
+        """Returns an observation of the environment as the vector that is shown here."""
+        del agent, info
+        return self._vector(seen)
 
     def _vector(self, seen: Any) -> Any:
         if self.as_it_is or (self._plain and type(seen) is np.ndarray and seen.ndim == 1):
@@ -259,14 +259,12 @@ def _find_description(env: gymnasium.Env) -> Any:
     return DESCRIBED.get(str(getattr(env.spec, "name", ""))) if entry.startswith("gymnasium.envs.") else None
 
 
-def _number_actions(space: spaces.Space, text: str) -> tuple[spaces.Space, int]:
-    """The actions from 0, and what the first of them is in the environment; a Box as it is."""
+def _ensure_numbered(space: spaces.Space, text: str) -> spaces.Space:
+    """The space itself; InputError where its actions are neither numbered nor bounded numbers."""
     from gymnasium.spaces import Box, Discrete
 
-    if isinstance(space, Discrete):
-        return Discrete(int(space.n)), int(space.start)
-    if isinstance(space, Box):
-        return space, 0
+    if isinstance(space, Discrete | Box):
+        return space
     if type(space).__module__.partition(".")[0] == "gym":
         advice = "shimmy.GymV26CompatibilityV0 makes such an environment a new one"
         raise InputError("the environment has spaces of the old package gym", text, advice)
@@ -374,8 +372,8 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         self._spaces: dict[Any, Space] = {}
         self._boxes: dict[Any, Box] = {}
         self._legal: dict[Any, int] = {}
+        self._stuck: set[Any] = set()
         self.action_names: dict[Any, Sequence[str]] = {}
-        self.counted_from = env.counted_from if isinstance(env, SingleAgent) else {}
         self.legal: dict[Any, tuple[str, ...]] = {}  # agent -> the feature that says whether an action is legal
         self.features: dict[Any, list[FeatureSpec]] = {}
         for agent in self.possible_agents:
@@ -449,8 +447,12 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         self.agents = list(self.env.agents)
         return self._vectors(seen, infos), *others, infos
 
+    def read(self, agent: Any, seen: Any, info: Mapping[str, Any]) -> Any:
+        """Returns an agent's observation in the environment as the vector that is shown here."""
+        return self._vector(agent, seen, info)
+
     def _vectors(self, seen: Mapping[Any, Any], infos: Mapping[Any, Any]) -> dict[Any, Any]:
-        self._stuck: set[Any] = set()
+        self._stuck.clear()
         return {agent: self._vector(agent, each, infos.get(agent, {})) for agent, each in seen.items()}
 
     def _vector(self, agent: Any, seen: Any, info: Mapping[str, Any]) -> Any:

@@ -103,5 +103,5 @@ def test_many_outputs_have_a_row_each(place):
     profile = replace(profile, agents=(replace(profile.agents[0], outputs=outputs),))
     (place / "rows.json").write_text(json.dumps([[0.0] * len(profile.agents[0].features)] * 3))
     table = maviper.robust(profile, "rows.json", error="0.001")
-    assert [row["output"] for row in table.rows()] == [each.name for each in outputs] * 3
+    assert [row["output"] for row in table.rows] == [each.name for each in outputs] * 3
     assert " N" in table.line and table.largest >= table.largest_seen

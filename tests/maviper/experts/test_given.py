@@ -129,7 +129,7 @@ def test_a_run_that_q_ends_before_it_has_a_tree_leaves_its_folder_free(extract):
 
 MADE = {
     "raises": ({"make": "raise OSError(2, 'no weights')"}, "make raised FileNotFoundError"),
-    "nothing": ({"make": "return None"}, "it lacks world, agents, act, q"),
+    "nothing": ({"make": "return None"}, "it lacks world, agents, act"),
     "a world's name": (
         {"make": "mine = Mine(); mine.world = 'physical-deception'; return mine"},
         "is a str, not a world",

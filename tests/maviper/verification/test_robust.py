@@ -95,7 +95,7 @@ def test_lists_and_tables_in_json_are_read(place):
 def test_one_action_has_no_radius(place):
     (place / "profile.json").write_text(policy_json.dumps(blind({"cart": tree(1)}, {"cart": NAMES})))
     found = maviper.robust(place / "profile.json", place / "seen.csv", certify=True)
-    assert math.isinf(found.least) and found.rows()[0]["radius"] is None and len(found.certificates) == 3
+    assert math.isinf(found.least) and found.rows[0]["radius"] is None and len(found.certificates) == 3
 
 
 @pytest.mark.parametrize(

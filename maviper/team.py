@@ -1,0 +1,187 @@
+"""A team of trees as an object: it acts, is saved, drawn and printed.
+
+Does: maps agents' names to policies; takes observations as an environment gives them and returns what its step takes;
+  writes profile, rules, SVG and LaTeX.
+Assumes: a checked profile; an environment of its world, where observations or actions have a form that vectors lack.
+Does not: learn, prove or measure.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.deciding import decide
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import AgentPolicy, PolicyProfile
+from codegen.wording import format_count
+from maviper.worlds.outside.sources import is_mapping, legal_names, space
+from maviper.worlds.outside.spaces import MASK, taking
+
+OBSERVATION = "observation"  # the key beside a mask, by PettingZoo's convention
+NAMED = 4  # agents that a line names
+GIVE = "give observations as the environment does; where they are dictionaries or pictures: load(PATH, world=...)"
+
+
+class NoAgentError(UnknownNameError, KeyError):
+    """A team has no agent of that name."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Team(PolicyProfile, Mapping[str, AgentPolicy]):
+    """The trees of all agents: a profile that acts. It maps agents' names to policies.
+
+        team = maviper.load("team.json")
+        rows = team["agent_0"].act([[0.5] * 10])     # rows of features [n, n_features] -> [n]
+        actions = team.act({"agent_0": seen})        # what env.step takes, by the environment's names
+        team.save("again.json")
+
+    `played`: its world, found when it is first needed; None where nobody said it.
+    """
+
+    played: Callable[[], Any] | None = field(default=None, kw_only=True)
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
+    @staticmethod
+    def of(profile: PolicyProfile, played: Callable[[], Any] | None = None) -> "Team":
+        """A profile as a team. `played`: returns its world."""
+        parts = {each.name: getattr(profile, each.name) for each in fields(PolicyProfile)}
+        return Team(**parts, played=played or getattr(profile, "played", None))
+
+    def __getitem__(self, agent: str) -> AgentPolicy:
+        """The policy of an agent; UnknownNameError, which is a KeyError here, where there is none."""
+        for policy in self.agents:
+            if policy.agent == agent:
+                return policy
+        raise NoAgentError("agent", str(agent), list(self))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(policy.agent for policy in self.agents)
+
+    def __len__(self) -> int:
+        return len(self.agents)
+
+    def __contains__(self, agent: object) -> bool:
+        return any(policy.agent == agent for policy in self.agents)
+
+    def __repr__(self) -> str:
+        sizes = [f"{each.agent} {format_count(len(ir.leaves(each.tree)), 'leaf')}" for each in self.agents[:NAMED]]
+        more = [f"{len(self) - NAMED} more"] if len(self) > NAMED else []
+        deepest = max(int(ir.depth(each.tree).max()) for each in self.agents)
+        return f"Team('{self.world.name}': {', '.join([*sizes, *more])}, depth {deepest})"
+
+    def _repr_html_(self) -> str:
+        """The trees, drawn, for notebooks; the line alone where they are too large to be drawn."""
+        try:
+            return f"<div>{self.to_svg()}</div>"
+        except InputError:
+            return f"<code>{self!r}</code>"
+
+    def act(self, observations: Any, infos: Mapping[Any, Any] | None = None, agents: Any = None) -> Any:
+        """What `env.step` takes: for each agent that observes, an action of its action space.
+
+        `observations`: agent -> observation, by the names and in the form that the environment has; of a single agent
+        the observation alone is taken too, and its action returned. `infos`: of the environment, where masks are in
+        them. `agents`: who acts; default: everybody who observes. PettingZoo shows agents that have just left their
+        last observation, so a loop says `agents=env.agents`. InputError for an observation of another size.
+
+            while env.agents:
+                seen, rewards, ended, cut, infos = env.step(team.act(seen, agents=env.agents))
+        """
+        given = infos or {}
+        if len(self) == 1 and not self._names_agents(observations):
+            (only,) = self._seats
+            return self._decide(only, observations, given)
+        acting: list[Any] = [agent for agent in observations if agents is None or agent in set(agents)]
+        return {agent: self._decide(agent, observations[agent], given.get(agent, {})) for agent in acting}
+
+    def _names_agents(self, observations: Any) -> bool:
+        if not is_mapping(observations):
+            return False
+        return all(agent in self._seats or str(agent) in self for agent in observations)
+
+    @cached_property
+    def _world(self) -> Any:
+        world = None if self.played is None else self.played()
+        return world if hasattr(world, "reference_env") else None
+
+    @cached_property
+    def _env(self) -> Any:
+        return None if self._world is None else self._world.reference_env()
+
+    @cached_property
+    def _seats(self) -> dict[Any, AgentPolicy]:
+        """The policies by the environment's own names of agents."""
+        names = self if self._world is None else self._world.env_agents
+        return dict(zip(names, self.agents, strict=True))
+
+    def _decide(self, agent: Any, seen: Any, info: Mapping[str, Any]) -> Any:
+        policy = self._seats.get(agent)
+        if policy is None:
+            policy = self[str(agent) if str(agent) in self else legal_names([str(agent)], "agent")[0]]
+        read = getattr(self._env, "read", None)
+        row = _flatten(policy, seen) if read is None else np.ravel(read(agent, seen, info))
+        if row.size != len(policy.features):
+            what = f"{policy.agent} observes {format_count(len(policy.features), 'number')}, and {row.size} are given"
+            raise InputError(what, self.world.name, GIVE)
+        (chosen,) = decide(policy, row[None])
+        if self._env is not None:
+            return taking(space(self._env, "action", agent))(chosen)
+        return np.array(chosen) if policy.outputs else policy.actions[int(chosen)].known_as(int(chosen))
+
+    def save(self, path: str | Path) -> Path:
+        """Writes the profile, which `maviper.load` reads again; equal teams give equal bytes. Returns the path.
+
+        OutputError where it cannot be written.
+        """
+        from codegen import policy_json
+        from maviper.files import runs
+
+        return runs.write(Path(path), policy_json.dumps(self))
+
+    def to_text(self) -> str:
+        """The trees as rules, one line for each leaf."""
+        from maviper.evaluation.show import tell_rules
+
+        return "\n".join(tell_rules(self, self.agents))
+
+    def to_svg(self) -> str:
+        """The trees as one picture. InputError for trees of thousands of nodes."""
+        from maviper.page.page import svg
+
+        return svg(self, list(self))
+
+    def to_latex(self) -> str:
+        r"""The trees in LaTeX, by the package forest: `\usepackage{forest}`, then the text as it is.
+
+        InputError for trees of thousands of nodes.
+        """
+        from maviper.page.latex import draw_forest
+
+        return draw_forest(self)
+
+    def with_threshold(self, agent: str, node: int, value: float) -> "Team":
+        """The team with another threshold at one node, which its provenance says. `value`: in the feature's unit; the
+        tree compares with the largest number of its type that is not above it.
+
+            team = team.with_threshold("agent_0", node=3, value=0.3)
+
+        InputError for a node that tests nothing, or no finite number.
+        """
+        from maviper.importing.edits import change_threshold
+
+        return Team.of(change_threshold(self, self[agent], node, value))
+
+
+def _flatten(policy: AgentPolicy, seen: Any) -> Any:
+    """An observation as its numbers in a row; of a dictionary with a mask, the mask behind them."""
+    if is_mapping(seen):
+        if set(seen) != {OBSERVATION, MASK}:
+            what = f"{policy.agent} observes a dictionary of {', '.join(map(str, seen))}"
+            raise InputError(what, "", "say how it is flattened, by the environment: load(PATH, world=...)")
+        return np.concatenate([np.ravel(seen[OBSERVATION]), np.ravel(seen[MASK])])
+    return np.ravel(np.asarray(seen))

@@ -1,0 +1,164 @@
+"""What extraction from an own environment and own networks costs, over forty lines of DAgger with scikit-learn.
+
+    python -m tests.benchmarks.doorway [--rounds 3] [--json]
+
+Two robots meet at a doorway: a PettingZoo environment as a researcher writes it, and networks of NumPy. `maviper
+extract` and the forty lines (`dagger`) play as many episodes, held-out ones included, each in a process of its own,
+in turns. All that either spends counts, from the start of Python on.
+"""
+
+import sys
+
+import numpy as np
+from gymnasium.spaces import Box, Discrete
+from pettingzoo import ParallelEnv
+
+from tests.benchmarks.common import figure, reader, spent, spent_by, tell
+
+HERE = "tests.benchmarks.doorway"
+EPISODES, DEPTH, ROUNDS, HELD_OUT = 300, 3, 5, 37
+
+
+class Doorway(ParallelEnv):
+    """Robots on either side of a door, which must not meet in it. They have one reward, and leave when through."""
+
+    metadata = {"name": "doorway_v0"}  # noqa: RUF012 - as PettingZoo has it
+
+    def __init__(self, max_cycles=40):
+        self.possible_agents = ["left", "right"]
+        self.max_cycles = max_cycles
+        self.action_names = {agent: ["back", "wait", "go"] for agent in self.possible_agents}
+        self._seen, self._acted = Box(-5, 5, (4,), np.float32), Discrete(3)
+
+    def observation_space(self, agent):
+        return self._seen
+
+    def action_space(self, agent):
+        return self._acted
+
+    def _observe(self, agent):
+        other = self.possible_agents[1 - self.possible_agents.index(agent)]
+        return np.array([self.place[agent], self.speed[agent], self.place[other], self.speed[other]], np.float32)
+
+    def reset(self, seed=None, options=None):
+        rng = np.random.default_rng(seed)
+        self.agents = list(self.possible_agents)
+        self.place = {agent: float(rng.uniform(1, 3)) for agent in self.agents}  # distance to the door
+        self.speed = dict.fromkeys(self.agents, 0.0)
+        self.steps = 0
+        return {agent: self._observe(agent) for agent in self.agents}, {agent: {} for agent in self.agents}
+
+    def step(self, actions):
+        for agent, action in actions.items():
+            self.speed[agent] = 0.5 * self.speed[agent] + 0.15 * (int(action) - 1)
+            self.place[agent] = float(np.clip(self.place[agent] - self.speed[agent], -2, 4))
+        self.steps += 1
+        through = {agent: self.place[agent] <= -1 for agent in actions}
+        crash = all(abs(self.place[agent]) < 0.5 for agent in self.possible_agents)
+        reward = sum(through.values()) - 0.05 - crash
+        cut = self.steps >= self.max_cycles
+        self.agents = [agent for agent in self.agents if agent in actions and not through[agent] and not cut]
+        seen = {agent: self._observe(agent) for agent in actions}
+        paid, cuts = dict.fromkeys(actions, float(reward)), dict.fromkeys(actions, cut)
+        return seen, paid, through, cuts, {agent: {} for agent in actions}
+
+
+def make():
+    """A fresh environment."""
+    return Doorway()
+
+
+class Network:
+    """4-32-32-3, tanh. The first layer sees who is nearer; that one goes, and the other waits."""
+
+    def __init__(self, seed):
+        rng = np.random.default_rng(seed)
+        self.weights = [rng.normal(0, 0.5, shape).astype(np.float32) for shape in ((4, 32), (32, 32), (32, 3))]
+
+    def __call__(self, rows):
+        hidden = np.tanh(np.tanh(rows @ self.weights[0]) @ self.weights[1])
+        logits = hidden @ self.weights[2] * 0.1
+        logits[:, 2] += (rows[:, 0] < rows[:, 2]) | (rows[:, 2] < -0.7)
+        logits[:, 1] += (rows[:, 0] >= rows[:, 2]) & (rows[:, 0] > 0.8)
+        return logits
+
+
+NETWORKS = {"left": Network(0), "right": Network(1)}
+
+
+def act(agent, observations):
+    """The expert: the actions of an agent, [n], for observations [n, 4]."""
+    return NETWORKS[agent](observations).argmax(axis=1)
+
+
+def dagger(env, act, episodes, depth, rounds, held_out):
+    """Forty lines of DAgger with scikit-learn: a tree for each agent, and returns of trees and expert."""
+    from sklearn.tree import DecisionTreeClassifier
+
+    agents = env.possible_agents
+    each = (episodes - 2 * held_out) // rounds // 2  # as many to learn from as to choose by
+    rows = {agent: [] for agent in agents}
+
+    def expert(agent, row):
+        return int(act(agent, row[None])[0])
+
+    def play(policy, seed, keep=False):
+        seen, _ = env.reset(seed=seed)
+        total = 0.0
+        while env.agents:
+            if keep:
+                for agent in env.agents:
+                    rows[agent].append(seen[agent])
+            seen, paid, *_ = env.step({agent: policy(agent, seen[agent]) for agent in env.agents})
+            total += sum(paid.values()) / len(agents)
+        return total
+
+    def mean(policy, first, count):
+        return float(np.mean([play(policy, first + k) for k in range(count)]))
+
+    best, score, policy = None, -np.inf, expert
+    for turn in range(rounds):
+        for k in range(each):
+            play(policy, 1_000 * turn + k, keep=True)
+        trees = {}
+        for agent in agents:
+            data = np.array(rows[agent])
+            trees[agent] = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(data, act(agent, data))
+
+        def policy(agent, row, trees=trees):
+            return int(trees[agent].predict(row[None])[0])
+
+        reached = mean(policy, 100_000 + 1_000 * turn, each)
+        if reached > score:
+            best, score = policy, reached
+    return trees, mean(best, 200_000, held_out), mean(expert, 200_000, held_out)
+
+
+def compare(rounds):
+    """The figures, from the medians of so many turns."""
+    command = ["extract", f"{HERE}:act", "--world", f"{HERE}:make", "--max-depth", DEPTH, "--max-episodes", EPISODES]
+    ours, theirs = [], []
+    for _ in range(rounds):
+        theirs.append(spent_by(sys.executable, "-m", HERE, "--forty"))
+        ours.append(spent(*command, "--held-out", HELD_OUT, "-o", "/dev/null/none.json"))
+    assert not any(each.code for each in (*ours, *theirs)), "a command failed"
+    mine, forty = (float(np.median([each.seconds for each in way])) for way in (ours, theirs))
+    yield figure("forty lines of DAgger with scikit-learn, CPU s", forty)
+    yield figure("maviper extract of as many episodes, CPU s", mine)
+    yield figure("extract over the forty lines, CPU", mine / forty, 2, 1.2)
+
+
+def main():
+    parser = reader(__doc__)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--forty", action="store_true", help="run the forty lines once")
+    options = parser.parse_args()
+    if options.forty:
+        _, reached, expert = dagger(make(), act, EPISODES, DEPTH, ROUNDS, HELD_OUT)
+        print(f"trees {reached:.3f}, expert {expert:.3f}")
+        return
+    tell(compare(options.rounds), options.json)
+
+
+if __name__ == "__main__":
+    main()
