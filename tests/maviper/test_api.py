@@ -2,7 +2,6 @@
 
 import inspect
 import re
-from dataclasses import MISSING, fields
 from fractions import Fraction
 from pathlib import Path
 
@@ -12,16 +11,12 @@ import maviper
 from codegen import ir, policy_json
 from codegen.errors import InputError, RefusedError, UnknownNameError
 from maviper import claims
-from maviper.cli import main
-from maviper.verification.ask import VerifyOptions, number
+from maviper.verification.ask import number
 from verify.result import Verdict
 
 ROOT = Path(__file__).parents[2]
 PROVED = ROOT / "generated" / "proved_defenders"
 CERTIFICATE = PROVED / "certificate-1-distinct_targets.json"
-OPTIONS = {"verify": VerifyOptions}  # of all verbs, see test_options.py
-# by the command: an empty tuple is what nobody gave
-SAME = {(): None, "": None, "start": "start"}
 
 
 @pytest.mark.parametrize("name", maviper.__all__)
@@ -33,60 +28,6 @@ def test_every_verb_says_its_types_and_is_no_folder(name):
     for parameter in signature.parameters.values():
         assert parameter.annotation is not inspect.Parameter.empty
         assert parameter.kind not in (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
-
-
-def plain(value):
-    return SAME.get(value, value) if not isinstance(value, bool | int) else value
-
-
-@pytest.mark.parametrize("name", OPTIONS)
-def test_verbs_commands_and_their_options_have_the_same_defaults(name):
-    given = {each.name: each.default for each in inspect.signature(getattr(maviper, name)).parameters.values()}
-    asked = {each.name: each.default for each in fields(OPTIONS[name]) if each.default is not MISSING}
-    command = {each.name: each for each in main.cli.commands[name].params if each.param_type_name == "option"}
-    for key in asked.keys() & given.keys():
-        assert plain(given[key]) == plain(asked[key]), key
-    subject = ["x" for each in main.cli.commands[name].params if each.param_type_name == "argument"]
-    for key in asked.keys() - {"command"}:
-        context = main.cli.commands[name].make_context(name, [*subject, *(["-o", "y"] if "output" in command else [])])
-        assert plain(context.params[key]) == plain(asked[key]), key
-
-
-def test_every_option_of_a_command_is_a_parameter():
-    missing = {
-        name: {each.name for each in main.cli.commands[name].params}
-        - set(inspect.signature(getattr(maviper, name)).parameters)
-        for name in (
-            "train",
-            "extract",
-            "evaluate",
-            "exploit",
-            "compile",
-            "diff",
-            "verify",
-            "repair",
-            "reproduce",
-            "check",
-            "replay",
-            "robust",
-        )
-    }
-    printed = {
-        "as_json",
-        "output",
-        "smt",
-        "list",
-        "full",
-        "verdict_only",
-        "least",
-        "most",
-    }  # of the command line alone
-    renamed = {"name", "names", "file"}  # claim; of property files there is verify_file
-    assert {name: left - printed - renamed for name, left in missing.items() if left - printed - renamed} == {
-        "verify": {"world", "run_reference", "max_boxes"}
-    }
-    stated = inspect.signature(maviper.verify_system).parameters
-    assert {"world", "run_reference", "max_boxes"} < set(stated)
 
 
 def test_a_stated_system_by_function_and_by_command():

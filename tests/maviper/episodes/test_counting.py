@@ -11,13 +11,11 @@ from codegen.errors import ExitCode, InputError
 from codegen.policy_json import content_hash, dumps
 from codegen.profiles import check, loads
 from maviper.episodes import trees
-from maviper.episodes.trees import Counting, Ranges
+from maviper.episodes.trees import Ranges
 from maviper.page.document import document
 from maviper.page.page import contents_of
 from maviper.verification.ask import resolve_region
-from maviper.worlds import find
 from tests.support.pole import pole
-from tests.support.small import small_profile
 from tests.support.verifying import run
 from verify.claims.observed import View
 from verify.claims.views import Viewed
@@ -54,13 +52,6 @@ def test_what_was_never_finite_has_no_range():
     found = Ranges(1)
     found.add(np.full((3, 1), np.nan, dtype=np.float32))
     assert Ranges(2).summarise() == () == found.summarise()
-
-
-def test_games_of_other_people_are_looked_at_and_ours_state_their_ranges():
-    ours = find("physical-deception")
-    assert not Counting(ours, small_profile().agents[:0]).ranges
-    profile = small_profile()
-    assert all(not policy.seen for policy in profile.agents) and "seen" not in dumps(profile)
 
 
 @pytest.mark.parametrize("numbers", ["float32", "float64"])

@@ -1,6 +1,5 @@
 """Agents whose episodes end early: nothing that comes after an agent's end is learned, voted, weighed or counted."""
 
-from dataclasses import replace
 from functools import partial
 from itertools import product
 from types import SimpleNamespace
@@ -12,7 +11,6 @@ from codegen import ir
 from maviper.episodes import measures
 from maviper.episodes.play import Policies, points, rollout, tree_policies
 from maviper.evaluation import held_out, run
-from maviper.evaluation.comparison import fidelity
 from maviper.experts.expert import AS_GIVEN, labels
 from maviper.extraction import baselines, released
 from maviper.extraction import released as released_grow
@@ -26,7 +24,6 @@ from maviper.extraction.growth.weights import iviper_weights, maviper_weights
 from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import ALGORITHMS, FITTED_Q, HISTOGRAM, PRESETS, VIPER, Settings
-from maviper.worlds import find
 from tests.support.ends import LEFT, OVER, PLACE, Expert, world_of
 from tests.support.growing import train_joint_trees
 
@@ -77,18 +74,6 @@ def test_an_episode_stops_with_its_last_agent():
     assert len(episodes.actions) == len(episodes.states) - 1 == episodes.returns[0, 0] < world.spec.episode_steps
 
 
-def test_particle_worlds_last_to_the_end(relay):
-    ours = find("predator-prey")
-    state = ours.start(3, np.random.default_rng(0))
-    assert ours.alive(state).all() and ours.alive(state).shape == (3, 4) and not ours.terminated(state).any()
-
-
-def test_returns_and_measures_stop_with_the_agent(relay):
-    rows = measures.values(relay, [Expert(relay)] * 3, range(6))
-    returns = {measure.team: values for measure, values in rows.items()}
-    assert set(returns["chaser"]) == {8} and returns["runner"].max() <= 4
-
-
 # --- data
 
 
@@ -114,12 +99,6 @@ def test_only_steps_that_an_agent_took_are_drawn(relay):
     experts = [Expert(relay)] * 3
     found = collect(relay, experts[0], experts, [0, 1, 2], range(5), lambda seen, state, acted: np.ones(acted.shape))
     assert (found.data.weights == found.data.alive).all()
-
-
-def test_data_outlive_the_journal(relay):
-    whole = met(relay)
-    again = type(whole).of(whole.arrays())
-    assert (again.data.alive == whole.data.alive).all() and again.data.alive.dtype == bool
 
 
 def test_fidelity_counts_the_steps_that_agents_took(relay):
@@ -327,14 +306,6 @@ def test_shares_of_decisions_are_of_the_steps_that_agents_took(relay):
     found = run.evaluate(contest, episodes=6)
     for facts in found.trees.values():
         assert facts.fidelity_own.value == facts.fidelity_expert.value == 0 and facts.comparisons.value == 1
-
-
-def test_fidelity_to_the_expert_is_of_the_steps_that_agents_took(profile):
-    ours = find("physical-deception")
-    (episodes,) = rollout(ours, [tree_policies(profile.agents)] * 3, range(5))
-    alive = np.random.default_rng(0).random(episodes.alive.shape) < 0.5
-    for each, agent in zip(fidelity(profile, ours, replace(episodes, alive=alive)), range(3), strict=True):
-        assert each.whole.states == alive[..., agent].sum()
 
 
 def test_refinement_looks_at_the_steps_that_agents_took(relay):

@@ -15,7 +15,7 @@ from maviper.episodes import measures as metrics
 from maviper.episodes.play import tree_policies
 from maviper.episodes.trees import on_policy
 from maviper.evaluation import crossplay
-from maviper.evaluation.crossplay import Stage, Uniform, cast, resample_means
+from maviper.evaluation.crossplay import Stage, Uniform, resample_means
 from maviper.evaluation.run import MAX_EPISODES, Contest, document, evaluate, request
 from maviper.experts import network
 from maviper.experts.expert import Measured
@@ -321,14 +321,6 @@ def test_chance_is_uniform_and_keeps_to_its_seeds(world):
     assert counts / counts.sum() == pytest.approx(np.full(5, 0.2), abs=0.01)
 
 
-def test_casts_put_the_subject_where_it_belongs(world):
-    subject, others, expert = [object() for _ in range(3)], [object() for _ in range(3)], object()
-    found = cast(world, "defenders", subject, others, expert)
-    assert found.ours == (others[0], subject[1], subject[2]) and found.expert == (others[0], expert, expert)
-    assert found.alone == {"agent_0": (others[0], subject[1], expert), "agent_1": (others[0], expert, subject[2])}
-    assert cast(world, "adversaries", subject, others, None).lineups == [(subject[0], others[1], others[2])]
-
-
 # --- names, mixes, notes
 
 
@@ -426,12 +418,6 @@ def test_json_says_everything_and_nothing_else_is_printed(profile_file, capsys):
     assert json.loads(json.dumps(document(places, again))) == found
     for row in found["against"]["random"]["measures"]:
         assert list(row["subject"]) == ["value", "low", "high"] and row["individual"]["subject"] and row["agents"]
-
-
-def test_one_episode_is_json_too(profile_file, capsys):
-    code, out, _ = command(capsys, profile_file, "--episodes", 1, "--json")
-    rows = json.loads(out)["against"]["physical-deception"]["measures"]
-    assert code == 0 and any(row["subject"]["low"] is None for row in rows)
 
 
 def test_tables_have_the_absolute_values_beside_every_ratio(profile_file, capsys):

@@ -43,22 +43,20 @@ def test_a_mates_error_that_leads_where_nobody_was_is_shift(share):
         assert {agent: own.value for agent, own in row.agents.items()} == {"agent_0": 0, "agent_1": 0}
 
 
-def test_errors_that_meet_are_interaction():
-    found = terms(TwoBits(EITHER), [errs(0.5), errs(0.2)], [ALWAYS(0), ALWAYS(0)])["worth"]
-    assert (found.individual.value, found.shift.value) == (0, 0)
-    assert found.gap.value == found.interaction.value == pytest.approx(0.2)
-
-
-def test_what_a_member_loses_alone_is_individual():
-    found = terms(TwoBits(RELAY), [ALWAYS(1), ALWAYS(0)], [SAY_THE_BIT, ALWAYS(0)])["worth"]
-    assert found.gap.value == found.individual.value == found.agents["agent_0"].value == 1
-    assert (found.shift.value, found.interaction.value) == (0, 0)
-
-
-def test_terms_may_cancel():
-    """Both err together: the first says one, which is what the second has set."""
-    found = terms(TwoBits(RELAY), [ALWAYS(1), ALWAYS(1)], [SAY_THE_BIT, ALWAYS(0)])["worth"]
-    assert (found.gap.value, found.individual.value, found.shift.value) == (0, 1, -1)
+@pytest.mark.parametrize(
+    ("game", "trees", "experts", "individual", "shift", "interaction"),
+    [
+        (EITHER, [errs(0.5), errs(0.2)], [ALWAYS(0), ALWAYS(0)], 0, 0, pytest.approx(0.2)),
+        (RELAY, [ALWAYS(1), ALWAYS(0)], [SAY_THE_BIT, ALWAYS(0)], 1, 0, 0),
+        (RELAY, [ALWAYS(1), ALWAYS(1)], [SAY_THE_BIT, ALWAYS(0)], 1, -1, 0),
+    ],
+    ids=["errors that meet", "what a member loses alone", "terms cancel: the first says what the second has set"],
+)
+def test_terms_by_hand(game, trees, experts, individual, shift, interaction):
+    found = terms(TwoBits(game), trees, experts)["worth"]
+    told = found.individual.value, found.shift.value, found.interaction.value
+    assert told == (individual, shift, interaction)
+    assert found.gap.value == pytest.approx(individual + shift + found.interaction.value)
 
 
 def slow(world, lineup, seeds):

@@ -4,7 +4,7 @@ import json
 import re
 import sys
 from dataclasses import replace
-from types import FunctionType, SimpleNamespace
+from types import FunctionType
 
 import numpy as np
 import pytest
@@ -422,28 +422,6 @@ def test_as_many_steps_are_played_as_are_asked_for(algorithm, tmp_path):
 
 
 @pytest.mark.train
-def test_seconds_are_those_of_the_whole_training(tmp_path, monkeypatch):
-    """By a clock that only moves while checkpoints are judged, finalists are, or the critic is fitted."""
-    from maviper.experts.training import critic
-    from maviper.experts.training import train as training
-
-    clock, fit, judge = [0.0], critic.fit, cards.judge
-
-    def passing(seconds, function):
-        def slow(*given):
-            clock[0] += seconds
-            return function(*given)
-
-        return slow
-
-    monkeypatch.setattr(training, "time", SimpleNamespace(monotonic=lambda: clock[0]))
-    monkeypatch.setattr(critic, "fit", passing(1_000, fit))
-    monkeypatch.setattr(cards, "judge", passing(1, judge))
-    card = train(find("physical-deception"), tmp_path, request_of("mappo"))
-    assert card["seconds"] == 1_000 + 3 + 3 + 1, "three checkpoints, which are finalists, and the winner once more"
-
-
-@pytest.mark.train
 def test_every_stage_of_a_training_shows_how_far_it_is(tmp_path):
     steps = []
     asked = request_of("mappo", imitate_steps=6_400, value_steps=3_200)
@@ -455,29 +433,6 @@ def test_every_stage_of_a_training_shows_how_far_it_is(tmp_path):
     }  # fmt: skip
     assert [step.done for step in steps if step.stage == "imitation"] == [0, 3_200, 6_400]
     assert "fidelity" in steps[1].said and "loss" in steps[-1].said
-
-
-@pytest.mark.train
-@pytest.mark.parametrize("n_lines", [1, 3])
-def test_a_learning_curve_shows_something(n_lines, world, monkeypatch):
-    """Drawn as pixels: something has a colour, also where there is one checkpoint only."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    from maviper.experts import cards
-
-    coloured = []
-
-    def drawn(self, *given, **more):
-        canvas = FigureCanvasAgg(self)
-        canvas.draw()
-        rgb = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
-        coloured.append(int((np.ptp(rgb, axis=2) > 60).sum()))
-
-    monkeypatch.setattr(Figure, "savefig", drawn)
-    row = {world.primary(team).label: [0.5, 0.4, 0.6] for team in world.teams}
-    cards.learning_curve(world, [{"steps": 1_000 * (place + 1), **row} for place in range(n_lines)])
-    assert coloured[0] > 50
 
 
 @pytest.mark.train
