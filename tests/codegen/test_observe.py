@@ -63,17 +63,6 @@ def test_observations_are_the_meanings_read_aloud(meanings, rows):
         assert (seen == np.array(wanted)).all()
 
 
-def test_each_kind_of_meaning_by_example():
-    difference = ((1, "a.x"), (-1, "b.x"))
-    kinds = [Meaning(()), Meaning(difference), Meaning(difference, "sign"), Meaning(difference, "positive")]
-    coordinates = np.zeros((4, len(COORDINATES)))
-    coordinates[:, COORDINATES.index("a.x")] = [0.5, 0.25, -1.0, 1e-300]
-    coordinates[:, COORDINATES.index("b.x")] = [0.25, 0.25, 0.5, 0.0]
-    found = observe(features_of(kinds), coordinates, SPEC, FLOAT32)
-    # the smallest difference has a sign, though as a number it rounds to 0
-    assert found.tolist() == [[0, 0.25, 1, 1], [0, 0, 0, 0], [0, -1.5, -1, 0], [0, 0, 1, 1]]
-
-
 def test_meanings_are_written_as_they_are_read():
     difference = ((-1, "a.vx"), (1, "goal.y"))
     assert [str(Meaning(())), str(Meaning(difference))] == ["0", "- a.vx + goal.y"]
@@ -89,15 +78,6 @@ def test_long_sums_round_after_each_addition():
     for name, values in (("a.x", (2.0**53, 1)), ("b.x", (1, 1)), ("b.y", (1, 2.0**53)), ("c.x", (2.0**53,) * 2)):
         coordinates[:, COORDINATES.index(name)] = values
     assert observe(features_of([ones]), coordinates, SPEC, FLOAT32).tolist() == [[0], [2]]
-
-
-def test_one_observer_serves_many_batches():
-    features = features_of([Meaning(((1, "a.x"), (-1, "c.y"))), Meaning(((1, "b.vx"),), "positive"), Meaning(())])
-    observer = Observer(features, SPEC)
-    rng = np.random.default_rng(0)
-    for batch in (1, 7, 0, 1_000):
-        coordinates = rng.normal(size=(batch, len(COORDINATES)))
-        assert observer(coordinates.T).T.tobytes() == observe(features, coordinates, SPEC, FLOAT32).tobytes()
 
 
 def test_what_has_no_meaning_cannot_be_observed():

@@ -156,13 +156,6 @@ def test_an_edit_made_on_purpose_drops_the_hash(profile):
     assert profiles.loads(json.dumps(document)).world.damping == 0.5
 
 
-@pytest.mark.parametrize("share", [0, 0.1, 0.5, 0.99])
-def test_a_truncated_profile_is_refused(profile, share):
-    text = policy_json.dumps(profile)
-    with pytest.raises(ProfileError, match="not readable as JSON"):
-        profiles.loads(text[: int(share * len(text))])
-
-
 @pytest.mark.parametrize("text", [b"\xff\xfe", b"[" * 100_000, b"null", b"{}", b"[]", b'"profile"', b"1e999"])
 @pytest.mark.smoke
 def test_what_is_not_a_profile_is_refused(text):

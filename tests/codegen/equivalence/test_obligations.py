@@ -39,7 +39,7 @@ def test_random_profiles_are_proved(style, profile):
 
 
 @pytest.mark.parametrize("style", STYLES)
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", NAMES[::2])
 def test_every_game_is_proved(name, style):
     profile = random_profile(name)
     found = prove(profile, style, ["c"])

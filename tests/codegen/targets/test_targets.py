@@ -72,7 +72,7 @@ def test_every_style_agrees(style, profile):
 
 @pytest.mark.compile
 @pytest.mark.parametrize("style", ["ordered", "walk"])  # nested: every game agrees everywhere
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", NAMES[::2])
 @pytest.mark.usefixtures("unoptimised", "few_completions")
 def test_every_game_decides_from_world_states(name, style):
     profile = random_profile(name)
