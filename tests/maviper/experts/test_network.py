@@ -75,22 +75,6 @@ def test_numbers_that_are_none_are_decided_in_double():
         assert (act(expert, 1, obs) == in_double(expert, 1, obs)).all()
 
 
-def test_one_row_in_doubt_is_added_up_as_in_a_batch(monkeypatch):
-    expert, asked = random_expert(9), []
-    obs = observations(expert, 9)
-    wanted, whole = in_double(expert, 1, obs), expert.__class__.logits
-    first, second = np.sort(expert.logits(1, obs), axis=1).T[[-1, -2]]
-    least = np.sort(first - second)
-    monkeypatch.setattr(expert.__class__, "_doubt", lambda *_: (least[0] + least[1]) / 2)
-
-    def logits(self, agent, rows):
-        asked.append(len(rows))
-        return whole(self, agent, rows)
-
-    monkeypatch.setattr(expert.__class__, "logits", logits)
-    assert (act(expert, 1, obs) == wanted).all() and asked == [2]
-
-
 def test_illegal_actions_never_lead():
     """An action whose flag is not above .5 is none, and where none is legal the first stands for them."""
     expert = replace(random_expert(10), masks=((0, 1, 2, 0, None),) * 3)
@@ -102,13 +86,3 @@ def test_illegal_actions_never_lead():
     assert (wanted != np.argmax(logits, axis=1)).any() and (act(expert, 1, obs) == wanted).all()
     never = replace(expert, masks=((0,) * 5,) * 3)
     assert (act(never, 1, -np.abs(obs)) == 0).all()
-
-
-def test_few_rows_and_other_numbers_ask_double_precision_alone(monkeypatch):
-    expert = random_expert(12)
-    obs = observations(expert, 13)
-    few = obs[: network.FEW - 1]
-    wanted = in_double(expert, 1, obs)
-    monkeypatch.setattr(expert.__class__, "_doubt", lambda *_: pytest.fail("not asked"))
-    assert (act(expert, 1, few) == wanted[: network.FEW - 1]).all()
-    assert (act(expert, 1, obs.astype(np.float64)) == wanted).all()

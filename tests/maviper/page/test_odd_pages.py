@@ -79,13 +79,6 @@ def test_a_large_tree_folds_and_its_code_is_left_out(tmp_path):
     assert in_node(html, script, state, tmp_path) == 3
 
 
-@pytest.mark.parametrize("name", ["physical_deception", "proved_navigation", "verdicts/predator_prey"])
-def test_nothing_is_wider_than_a_small_page(name, tmp_path):
-    profile = committed(name)
-    found = in_chromium(page(profile, contents_of(profile, usual_claims(profile))), SHOWN, [], tmp_path, width=400)
-    assert found["wide"] == 0 and found["trees"] == len(profile.agents)
-
-
 def test_no_committed_page_is_wider_than_a_small_screen(tmp_path):
     pages = sorted(GENERATED.rglob("*.html"))
     assert len(pages) > 10
