@@ -251,39 +251,6 @@ def searched(found, state, part=0):
     return False, compared
 
 
-# --- PX4's list for networks that fly: shape, validity, age, finiteness, output range; then the mode is left
-
-FAULTS = {
-    "shape": lambda found, w: found.step(w[:-1], 0.05),
-    "number": lambda found, w: found.step([None, *w[1:]], 0.05),
-    "not a number": lambda found, w: found.step([math.nan, *w[1:]], 0.05),
-    "infinite": lambda found, w: found.step([*w[:-1], math.inf], 0.05),
-    "range": lambda found, w: found.step([*w[:-1], 6.0], 0.05),  # the spin, whose range ends at 5
-    "late": lambda found, w: found.step(w, 0.1),
-    "early": lambda found, w: found.step(w, 0.02),
-    "output": lambda found, w: (found.act("cart", 3), found.word)[1],
-}
-
-
-@pytest.mark.parametrize("fault", [*FAULTS, "age"])
-def test_a_fault_leaves_the_mode_for_good(fault, for_ever):
-    _, _, watched = made(for_ever, "certificate.json")
-    space = module_of(watched)
-    found, w, rest = space["Monitor"](), [0.0] * 4, space["FALLBACK"]["cart"]
-    found.renew_all()
-    assert found.step(w, 0.05) == OK and found.act("cart", 2) == 2 != rest
-    if fault == "age":  # a step without news is allowed, two are not
-        assert found.step(w, 0.05) == OK and found.step(w, 0.05) == INVALID
-    else:
-        found.renew_all()
-        assert FAULTS[fault](found, w) == INVALID
-    found.renew_all()
-    assert found.step(w, 0.05) == INVALID and found.act("cart", 2) == rest
-    found.start()
-    found.renew_all()
-    assert found.step([1e6, -1e6, 0.0, 0.0], 0.05) == OK  # where the cart is does not matter to this proof
-
-
 def test_too_many_boxes_and_names_that_meet_are_refused(monkeypatch):
     low = np.arange(30.0)[:, None] * 2.0
     for limit in ("MAX_BOXES", "MAX_GIVEN"):

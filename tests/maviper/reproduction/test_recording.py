@@ -57,15 +57,6 @@ def test_equal_folders_give_equal_records_without_paths_or_times(folder, place, 
     assert str(folder) not in json.dumps(compact.unpacked(place / compact.FILE))
 
 
-def test_the_page_of_a_record_has_every_figure(folder, place):
-    page = (place / report.PAGE).read_text()
-    figures = sorted((folder / report.FIGURES).glob("*.svg"))
-    assert len(figures) > 20 and not (place / report.FIGURES).exists()
-    for path in figures:
-        before, style, drawn = re.split(r"<style>(.*?)</style>\n", path.read_text().strip(), flags=re.DOTALL)
-        assert before + drawn in page and page.count(style) == 1, path.name
-
-
 def test_a_record_says_what_the_episodes_of_each_cell_come_to(folder, place):
     """The table is that of the folder, the hash that of the file of episodes, which `sha256sum` gives too."""
     with (folder / "cells.csv").open(newline="") as file:

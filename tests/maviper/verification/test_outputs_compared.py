@@ -12,7 +12,7 @@ from codegen.errors import InputError
 from codegen.policy_json import dumps
 from codegen.sums import Sum
 from maviper.cli.main import run
-from maviper.verification.compared import Cell, cells, ranges
+from maviper.verification.compared import ranges
 from tests.support import summed
 from verify.result import Verdict
 
@@ -99,16 +99,6 @@ def test_boxes_alone_prove_constants_alike():
     assert maviper.diff(first, second).verdict is Verdict.PROVED
     (ended,) = maviper.diff(first, second, max_cells=1).agents
     assert ended.verdict is Verdict.UNKNOWN and "a larger --max-cells" in ended.reason
-
-
-def test_cells_cover_what_both_trees_do():
-    (one,), (other,) = (profile.agents for profile in pair("actions, float64", levels=3))
-    low, high = ranges(one)
-    found = list(cells(one, other, low, high))
-    rows = sampled(one, 500)
-    met = set(zip(ir.apply(one.tree, rows).tolist(), ir.apply(other.tree, rows).tolist(), strict=True))
-    assert met <= {(cell.first, cell.second) for cell in found}
-    assert all(isinstance(cell, Cell) and (cell.low <= cell.high).all() for cell in found)
 
 
 def test_the_command_says_and_writes_it(tmp_path, capsys):

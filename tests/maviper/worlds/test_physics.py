@@ -141,15 +141,3 @@ def test_claims_over_observations_are_asked(profile, tmp_path):
     (tmp_path / "claims.toml").write_text('[[property]]\nformula = "acts(agent_0) in [stay, left, right, down, up]"\n')
     words = ["verify", str(place), "--observations", "--properties", str(tmp_path / "claims.toml")]
     assert main.run([*words, "--region", "ranges", "--verdict-only"]) == 0
-
-
-def test_worlds_show_and_check_say_it(capsys):
-    assert main.run(["worlds", "show", f"predator-prey,{FORK}"]) == 0
-    assert "physics=released: velocities change first" in capsys.readouterr().out
-    assert main.run(["worlds", "check", f"predator-prey,{FORK}"]) == 0
-    assert "no environment that can be installed moves so" in capsys.readouterr().out
-
-
-def test_no_reference_environment_is_given():
-    with pytest.raises(InputError, match="no environment that can be installed"):
-        find(f"predator-prey,{FORK}").reference_env()
