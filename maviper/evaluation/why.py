@@ -3,7 +3,7 @@
 Does: plays the team, and from each of its states lets the expert finish, once as it is and once after one member acted
   alone; gives the three terms of each measure, whose sum is the gap, with intervals over episodes.
 Assumes: controllers that answer a state always alike, and a world whose states can be stepped more than once.
-Does not: use anybody's Q; explain single decisions (show.py). The proof is in the manual's page `theory`.
+Does not: use anybody's Q; explain single decisions (show.py). The manual's page `measuring` has the terms.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,6 +1,6 @@
 """The manual: Markdown pages, one a topic, in the order in which they are read.
 
-Does: names the topics with their titles, and returns the text of a page.
+Does: names the topics by kind, with their titles, and returns the text of a page.
 Assumes: the pages lie beside this file, in a checkout and in a wheel; each begins with a line `# Title`.
 Does not: print, format or import anything heavy.
 """
@@ -9,32 +9,28 @@ from pathlib import Path
 
 from codegen.errors import UnknownNameError
 
-TOPICS = (
-    "tour",
-    "playing",
-    "games",
-    "experts",
-    "extraction",
-    "reproduce",
-    "importing",
-    "theory",
-    "claims",
-    "verdicts",
-    "systems",
-    "flows",
-    "repair",
-    "compiling",
-    "embedding",
-    "flight",
-    "environments",
-    "own",
-    "files",
-    "limits",
-    "words",
-    "python",
-    "architecture",
-    "developing",
-)
+KINDS = {
+    "Start": ("tour", "team", "playing", "words", "limits"),
+    "Do": (
+        "experts",
+        "extraction",
+        "environments",
+        "own",
+        "importing",
+        "measuring",
+        "claims",
+        "repair",
+        "diff",
+        "compiling",
+        "embedding",
+        "flight",
+        "flows",
+        "systems",
+    ),
+    "Look up": ("python", "verdicts", "games", "files", "reproduce"),
+    "Contribute": ("architecture", "developing"),
+}
+TOPICS = tuple(topic for topics_of_kind in KINDS.values() for topic in topics_of_kind)
 
 
 def topics() -> dict[str, str]:

@@ -286,7 +286,7 @@ class EvaluateOptions(TypedDict, total=False):
     episodes: Annotated[int, Option(1_000, MEASURED, "Held-out episodes, at most 100,000.")]
     why: Annotated[
         bool,
-        Option(False, MEASURED, "Split each team's gap to the expert: individual, shift, interaction (`theory`)."),
+        Option(False, MEASURED, "Split each team's gap to the expert: individual, shift, interaction (`measuring`)."),
     ]
 
 

@@ -5,6 +5,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import click
@@ -17,7 +18,6 @@ from codegen.profiles import loads
 from codegen.targets import TARGETS, emit
 from maviper import manual
 from maviper.cli import main
-from maviper.evaluation import held_out
 from maviper.experts import network
 from maviper.extraction.settings import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
 from maviper.options.extraction import option_of
@@ -27,7 +27,7 @@ from maviper.worlds.games.coordination import RULES
 from maviper.worlds.games.features import GROUPS
 from maviper.worlds.games.particle import PHYSICS_NAMES
 from maviper.worlds.games.predator_prey import OBSERVATIONS
-from tests.benchmarks import compact
+from tests.benchmarks import compact, trusted
 from tests.support import pictures
 from verify.claims import decisions
 from verify.claims.formula import holds
@@ -39,7 +39,7 @@ FOLDER = "maviper/manual"
 README = ROOT / "README.md"
 PAGES = [*manual.TOPICS]
 TEAM = ROOT / "generated" / "physical_deception"  # what `maviper demo -o demo` writes
-MAX_COLUMNS, MAX_TABLE_COLUMNS, MAX_README_LINES = 100, 120, 130
+MAX_COLUMNS, MAX_TABLE_COLUMNS, MAX_README_LINES = 100, 120, 110
 
 
 def text_of(name):
@@ -392,35 +392,73 @@ def test_every_command_is_in_some_page():
 
 @pytest.fixture
 def place(tmp_path, monkeypatch):
-    """A folder in which the demo was run, with what is committed beside it."""
+    """A folder in which the demo was run."""
     shutil.copytree(TEAM, tmp_path / "demo", ignore=shutil.ignore_patterns("__pycache__"))
-    (tmp_path / "generated").symlink_to(ROOT / "generated")
-    (tmp_path / "near.toml").write_text(re.search(r"```toml\n(goals.*?)```", manual.page("claims"), flags=re.S)[1])
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     return tmp_path
 
 
-QUICK = {
-    "maviper worlds list": 0,
-    "maviper worlds show physical-deception,defenders=3": 0,
-    "maviper properties list": 0,
-    "maviper properties new physical-deception -o claims.toml": 0,
-    "maviper schema": 0,
-    "maviper show demo/profile.json --agent agent_1": 0,
-    "maviper check generated/proved_defenders/certificate-1-distinct_targets.json": 0,
-    "maviper verify demo/profile.json --region near.toml": 0,
-    "maviper extract physical-deception --max-episodes 500 -o small.json": 0,
+def steps(text):
+    """What a page has its reader do, in order: ("file", name, text), ("python", program) or ("run", line).
+
+    A block belongs to the file that the line before it names last, if that ends with a colon. Other blocks of Python
+    are programs. Of indented lines, those that begin with a program are commands.
+    """
+    fence, block, before = None, [], ""
+    for line in text.splitlines():
+        if line.startswith("```") and fence is None:
+            fence, block = line[3:], []
+        elif line.startswith("```"):
+            if named := re.search(r"`([\w.]+\.\w+)`[^`]*:$", before):
+                yield "file", named[1], "\n".join([*block, ""])
+            elif fence == "python":
+                yield "python", "\n".join(block)
+            fence, before = None, ""
+        elif fence is not None:
+            block.append(line)
+        else:
+            if match := re.match(r" {4}(?:\$ )?((?:maviper|cc|python) .*)", line):
+                yield "run", match[1]
+            before = line or before
+
+
+NEEDS = {  # what a page goes on with only where it is installed
+    "maviper train ": "torch",
+    "stable_baselines3": "stable_baselines3",
+    "vmas:": "vmas",
+    "main.c": "cc",
 }
+
+
+def missing(step):
+    """Whether a package or a program is not there that a step takes."""
+    wanted = [need for words, need in NEEDS.items() if any(words in each for each in step)]
+    return any(find_spec(need) is None and shutil.which(need) is None for need in wanted)
 
 
 @pytest.mark.slow
 @pytest.mark.compile
 @pytest.mark.solver
-@pytest.mark.parametrize("line", QUICK)
-def test_quick_commands_of_the_pages_run(line, place, capsys):
-    assert line in {each for name in PAGES for each in commands_of(name)}
-    assert main.run(words_of(line)) == QUICK[line], capsys.readouterr().err
+@pytest.mark.parametrize("name", ["README", *(name for name in PAGES if name not in manual.KINDS["Contribute"])])
+def test_everything_on_a_page_runs_in_its_order(name, place, monkeypatch, capsys):
+    """From an empty folder, but for what the demo writes, up to what needs a package that is not installed."""
+    monkeypatch.setattr("webbrowser.open", lambda _: True)
+    known = {}
+    for step in steps(text_of(name)):
+        if missing(step):
+            return
+        match step:
+            case "file", file, text:
+                (place / file).write_text(text)
+                monkeypatch.delitem(sys.modules, Path(file).stem, raising=False)
+            case "python", program:
+                exec(compile(program, f"{name}.md", "exec"), known)
+            case "run", line if line.startswith("maviper "):
+                wanted = re.search(r"# exits with (\d)", line)
+                assert main.run(words_of(line)) == int(wanted[1] if wanted else 0), (line, capsys.readouterr().err)
+            case "run", line:
+                subprocess.run(["bash", "-ec", line.replace("python ", f"{sys.executable} ", 1)], check=True)
 
 
 # --- code
@@ -434,37 +472,16 @@ def test_the_property_and_region_files_of_the_claims_page_are_read(place):
     from maviper.files.profiles import find_region
     from maviper.verification.ask import from_file
 
-    claims, region = blocks("claims", "toml")
-    (place / "claims.toml").write_text(claims)
+    files = {step[1]: step[2] for step in steps(manual.page("claims")) if step[0] == "file"}
+    for name in ("mine.toml", "near.toml"):
+        (place / name).write_text(files[name])
     team = loads((TEAM / "profile.json").read_bytes())
     found = find_region("near.toml", team)
-    assert (found.goals, len(found.differences), len(found.apart)) == (("landmark_0",), 1, 1) and region
-    assert [one.claim.shown for one in from_file(place / "claims.toml", team, found)] == [
+    assert (found.goals, len(found.differences), len(found.apart)) == (("landmark_0",), 1, 1)
+    assert [one.claim.shown for one in from_file(place / "mine.toml", team, found)] == [
         "nobody is drawn off a near target",
         "own_target",
     ]
-
-
-@pytest.mark.slow
-def test_the_experts_pages_expert_is_extracted_from(place, capsys):
-    (source,) = blocks("experts", "python")
-    (place / "myexpert.py").write_text(source)
-    line = next(line for line in commands_of("experts") if "myexpert:direct" in line)
-    assert main.run(words_of(line)) == 0, capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_the_environments_page_is_sound_and_is_extracted_from(place, capsys, monkeypatch):
-    source, _ = blocks("environments", "python")  # the other is learned in worlds/test_exported.py
-    (place / "mygame.py").write_text(source)
-    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 20)  # a thousand take their time in a user's environment
-    assert main.run(["worlds", "check", "mygame:make"]) == 0
-    said = capsys.readouterr().out
-    assert "missing" not in said and "wrong" not in said and "every feature has one" in said
-    budget = ["--max-episodes", "40"]
-    assert main.run(["extract", "mygame:my_expert", "--critic", "none", *budget, "-o", "profile.json"]) == 0
-    assert main.run(["verify", "profile.json"]) == 2, "the page says that claims about places are refused"
-    assert main.run(["evaluate", "profile.json", "--world", "mygame:make,n=2", "--episodes", "4"]) == 0
 
 
 @pytest.mark.compile
@@ -508,13 +525,6 @@ def test_the_javascript_of_the_embedding_page_decides_as_it_says(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.solver
-def test_the_python_of_the_verdicts_page_runs(place):
-    (source,) = blocks("verdicts", "python")
-    exec(source, {})
-
-
-@pytest.mark.slow
-@pytest.mark.solver
 def test_the_python_page_prints_what_it_says(place, capsys):
     names = {}
     for source in blocks("python", "python"):
@@ -525,30 +535,11 @@ def test_the_python_page_prints_what_it_says(place, capsys):
 
 # --- the README
 
-
-def session(text):
-    """The commands of the README's session, and the text before, in and after it."""
-    before, rest = text.split("    $ ", 1)
-    lines = f"    $ {rest}".splitlines(keepends=True)
-    end = next(place for place, line in enumerate(lines) if not line.startswith("    "))
-    return [line[6:].strip() for line in lines[:end] if line.startswith("    $ ")], before, lines[:end], lines[end:]
-
-
-@pytest.mark.slow
-@pytest.mark.compile
-@pytest.mark.solver
-def test_the_readmes_session_is_a_real_one(place, request):
-    commands, before, lines, after = session(README.read_text())
-    assert len(commands) >= 2
-    found = []
-    for line in commands:
-        words = [sys.executable, "-m", *shlex.split(line)]
-        ran = subprocess.run(words, cwd=place, capture_output=True, text=True, check=True)
-        found += [f"    $ {line}\n", *(f"    {said}\n" for said in (ran.stderr + ran.stdout).splitlines())]
-    if request.config.getoption("--update-golden"):
-        README.write_text(before + "".join([*found, *after]))
-        return
-    assert found == lines
+CHECKED = {  # what is trusted of each kind of proof, by the row of the README's table
+    "decisions": "single decisions",
+    "episodes": "episodes of games",
+    "systems, all": "stated systems",
+}
 
 
 @pytest.mark.slow
@@ -562,11 +553,11 @@ def test_the_readmes_python_prints_what_it_says(place, capsys):
     assert capsys.readouterr().out.splitlines() == said
 
 
-def test_the_readme_is_short_links_every_page_and_keeps_its_two_lines():
+def test_the_readme_is_short_links_pages_and_keeps_its_two_lines():
     text = README.read_text()
     assert len(text.splitlines()) <= MAX_README_LINES
     linked = re.findall(r"\[([^\]]+)\]\(maviper/manual/(\w+)\.md\)", text)
-    assert {topic for _, topic in linked} == set(PAGES)
+    assert {topic for _, topic in linked} <= set(PAGES) and len(linked) <= 16
     for word in ("maviper demo", "pytest"):
         assert len(re.findall(rf"^    python3 -m venv \.venv .*{word}", text, flags=re.M)) == 1
     profile = loads((TEAM / "profile.json").read_bytes())
@@ -574,6 +565,15 @@ def test_the_readme_is_short_links_every_page_and_keeps_its_two_lines():
     assert f"{100 * ours / theirs:.0f} %" in text
     pictured = loads((TEAM / "extracted" / "profile.json").read_bytes())
     assert f"{sum((policy.tree.feature < 0).sum() for policy in pictured.agents)} leaves" in text
+
+
+def test_readme_and_verdicts_say_how_many_lines_check_a_proof():
+    """To the hundred, and within a tenth: the README of the checker has the modules."""
+    lines = {kind: trusted.count_lines(trusted.imported(trusted.PATHS[kind])) for kind in CHECKED}
+    table = {row[0]: row[2] for row in rows_of(table_under(README.read_text(), "## What a verdict means"))}
+    said = [int(re.search(r"[\d,]+$", table[row])[0].replace(",", "")) for row in CHECKED.values()]
+    for told, counted in zip(said, lines.values(), strict=True):
+        assert abs(told - counted) <= counted / 10 and f"{told:,}" in manual.page("verdicts")
 
 
 def test_the_citation_names_the_project_and_the_papers_authors():

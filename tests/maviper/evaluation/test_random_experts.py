@@ -1,6 +1,7 @@
 """Registered runs of several experts: the expert is the unit, and the report says what their records found."""
 
 import json
+import re
 from itertools import product
 
 import numpy as np
@@ -14,8 +15,8 @@ REGISTER, DIGEST = published.read_register("random-experts")
 LABELS = tuple(f"mappo-{seed}" for seed in range(200, 208))
 FIRST = Cell("physical-deception", LABELS[0], "paper", "maviper-every-round", 4, 500)
 GAMES = {"physical-deception": "deception", "cooperative-navigation": "navigation"}
-EXPERTS_OF = {"deception": "eight such", "navigation": "eight fresh experts"}  # in README's words
-EXPERTS_OF |= {"deception, MADDPG": "eight fresh ones", "navigation, MADDPG": "eight"}
+IN_README = {"deception": "deception, MAPPO", "navigation": "navigation, MAPPO"}  # the row of its table, by family
+IN_README |= {row: row for row in ("deception, MADDPG", "navigation, MADDPG")}
 TOLD_UNDER = {"random-experts": "## Experts as a random level", "more-experts": "## MADDPG experts as a random level"}
 REPORT = (published.RECORDS / "README.md").read_text()
 CALLED = {**{name: name for name in GAMES.values()}, "deception-maddpg": "deception, MADDPG"}
@@ -101,9 +102,9 @@ def test_the_report_says_what_the_record_found(name):
             word, size = words.partition(" against")[0].split("; ")
             row = f"{family}, {over} | {lead} | {word.replace(' the rule of the ceiling', '')} | {size}"
             assert row in rows, row
-            if family in EXPERTS_OF and over == "over IVIPER":
-                readme = " ".join((HERE.parents[1] / "README.md").read_text().split())
-                assert f"{lead} over {EXPERTS_OF[family]}" in readme
+            if family in IN_README and over == "over IVIPER":
+                readme = (HERE.parents[1] / "README.md").read_text()
+                assert re.search(rf"\| {IN_README[family]} [^\n]*\| {re.escape(lead)} +\|", readme)
     whole = sum(len(cells_of(register, group)) for group in register["groups"])
     assert ("is partial" in said) == (len(found.documents) < whole)
 

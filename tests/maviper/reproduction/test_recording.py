@@ -187,15 +187,18 @@ def test_the_report_takes_the_later_record_of_exploitability():
 def test_the_readmes_sentences_are_what_the_records_found():
     said = " ".join((ROOT / "README.md").read_text().split())
     repeats = register.read().repeats
+    told = {word: [] for word in (AGREES, DIFFERS, NOT_DECIDED)}
     for name in FAMILIES:
         words = [claim["verdict"] for claim in claims(name) if claim["id"] not in repeats]
-        counts = r"\) (\d+)(?: agree)?, (\d+)(?: differ \(4 at ceilings\),)? (?:and )?(\d+)"
-        told = [int(each) for each in re.search(rf"reproduction/{name}/README\.md{counts}", said).groups()]
-        assert told == [words.count(word) for word in (AGREES, DIFFERS, NOT_DECIDED)] and len(words) - sum(told) == 3
+        assert len(words) - sum(words.count(word) for word in told) == 3 and len(words) == 72
+        told = {word: [*counts, words.count(word)] for word, counts in told.items()}
+    few, more, open_ = ([min(each), max(each)] for each in told.values())
+    counts = "of 72 claims of the paper {} to {} agree, {} to {} differ and {} to {} are open"
+    assert counts.format(*few, *more, *open_) in said
     ceilings = [claim for claim in claims("mappo") if claim["verdict"] == DIFFERS and claim["id"] not in repeats]
     ceilings = [claim for claim in ceilings if all(each["untestable"] for each in contradicting(claim))]
-    assert "(4 at ceilings)" in said and len(ceilings) == 4
     report_text = " ".join(REPORT.split())
+    assert "of MAPPO's 25, four are contradicted only where" in report_text and len(ceilings) == 4
     for name, label in (("maddpg-deception", "defenders success r=0.316"), ("mappo", "agents D")):
         (lead,) = compared(name, ["joint"], f"maviper less iviper, {label}, depth 4")
         assert lead["word"] == "better" and f"by {interval(lead['value'], lead['low'], lead['high'])}" in report_text
@@ -245,20 +248,16 @@ def test_readme_and_report_say_what_the_registered_claims_came_to():
     joint = re.search(r"  rollouts, maddpg, depth 4: (\S+) \[(\S+), (\S+)\]  BETTER", parts)
     whole = re.search(r"  all-four, maddpg, depth 4: (\S+) \[", parts)
     assert f"{interval(*map(float, joint.groups()))} of {float(whole[1]):.3f}".replace(" 0.", " .") in said
-    for game, label, told in (
-        (
-            "physical-deception maddpg",
-            "defenders success r=0.316",
-            "{} of episodes within .316 against IVIPER's {} (expert {})",
-        ),
-        ("cooperative-navigation mappo", "agents D", "sum to {} against {} (expert {})"),
-        ("physical-deception mappo", "defenders success r=0.316", "{} against {} in deception (expert {})"),
-        ("cooperative-navigation maddpg", "agents D", "{} against {} in navigation (expert {})"),
+    for game, label, row in (
+        ("physical-deception maddpg", "defenders success r=0.316", "deception, MADDPG | success"),
+        ("cooperative-navigation mappo", "agents D", "navigation, MAPPO | distance left (lower)"),
+        ("physical-deception mappo", "defenders success r=0.316", "deception, MAPPO | success"),
+        ("cooperative-navigation maddpg", "agents D", "navigation, MADDPG | distance left (lower)"),
     ):
-        row = rf"{game} paper {{}} depth 4: {label}, (\S+) of (\S+),"
-        ours, theirs = (re.search(row.format(name), tables) for name in ("maviper-every-round", "iviper"))
-        shown = (f"{float(number):.2f}".removeprefix("0") for number in (ours[1], theirs[1], ours[2]))
-        assert told.format(*shown) in said
+        found = rf"{game} paper {{}} depth 4: {label}, (\S+) of (\S+),"
+        ours, theirs = (re.search(found.format(name), tables) for name in ("maviper-every-round", "iviper"))
+        shown = (f"{float(number):.2f}".removeprefix("0") for number in (ours[2], theirs[1], ours[1]))
+        assert f"| {' | '.join((row, *shown))} |" in re.sub(r" +\|", " |", said)
 
 
 @pytest.mark.parametrize("path", sorted(RECORDS.glob("*/recompute.py")), ids=lambda path: path.parent.name)
