@@ -9,7 +9,7 @@ import click
 
 from maviper.cli import exits
 from maviper.cli.look import evaluate, exploit, play, show, worlds
-from maviper.cli.make import compile_verb, extract, import_verb, train
+from maviper.cli.make import compile_verb, edit, extract, import_verb, train
 from maviper.cli.options import Verbs
 from maviper.cli.prove import check, diff, repair, replay, robust
 from maviper.cli.start import demo, guide, reproduce, schema
@@ -18,7 +18,7 @@ from maviper.cli.verify import properties, verify
 CHAPTERS = {
     "Start here": (demo, guide),
     "Worlds and experts": (worlds, train),
-    "Extract": (extract, import_verb, show, play),
+    "Extract": (extract, import_verb, edit, show, play),
     "Measure": (evaluate, exploit, reproduce),
     "Compile": (compile_verb, schema),
     "Verify": (verify, robust, properties, check, replay, repair, diff),

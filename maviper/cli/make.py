@@ -195,6 +195,31 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     console.line("NaN", str(facts[f"{policy.agent} NaN"]))
 
 
+@click.command(cls=Verb, example="maviper edit demo/profile.json agent_0/3=0.3 -o edited.json")
+@PROFILE
+@click.argument("changes", nargs=-1, required=True, metavar="AGENT/NODE=NUMBER...")
+@option("-o", "--output", type=PATH, default=None, help="The file (default: PROFILE itself).")
+@click.pass_context
+def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output: Path | None) -> int:
+    """Change thresholds of PROFILE on purpose.
+
+    The tree compares with the largest number of its type that is not above NUMBER. The file says what was changed by
+    hand; what was measured before is left out of it. `maviper show` names agents and nodes.
+    """
+    from codegen import policy_json
+    from maviper.files import runs
+    from maviper.files.profiles import load
+    from maviper.importing.edits import change_threshold, parse_change
+
+    edited = load(profile, sums=True)
+    for text in changes:
+        agent, node, value = parse_change(text, edited)
+        edited = change_threshold(edited, agent, node, value)
+    written = runs.write(runs.target(output or profile), policy_json.dumps(edited))
+    console_of(context).line("wrote", f"{written}  id {policy_json.content_hash(edited)[:16]}")
+    return ExitCode.DONE
+
+
 @click.command(
     "compile", cls=Verb, renamed={"--budget": "--solver-units"}, example="maviper compile demo/profile.json -o code"
 )

@@ -5,13 +5,14 @@ Assumes: a checked profile. What was measured, counted or grown before is not tr
 Does not: change which feature is tested, or what a leaf does; play again.
 """
 
+import re
 from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
 from codegen import ir
-from codegen.errors import InputError
+from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.numbers import at_most
 from codegen.policy_json import content_hash
@@ -19,6 +20,21 @@ from codegen.profiles import ensure
 
 BY_HAND = "by hand"  # the end of the keys in a provenance that name a change
 BEFORE = "profile before edit"
+CHANGE = re.compile(r"(?P<agent>[^/=]+)/(?P<node>[0-9]{1,7})=(?P<value>.+)")
+
+
+def parse_change(text: str, profile: PolicyProfile) -> tuple[AgentPolicy, int, float]:
+    """Whose threshold, at which node, and the number, of a text AGENT/NODE=NUMBER. InputError for another text."""
+    found = CHANGE.fullmatch(text)
+    if not found:
+        raise InputError("a change is AGENT/NODE=NUMBER", escape_text(text[:60]), "such as agent_0/3=0.3")
+    known = {policy.agent: policy for policy in profile.agents}
+    if found["agent"] not in known:
+        raise UnknownNameError("agent", found["agent"], known, escape_text(text[:60]))
+    try:
+        return known[found["agent"]], int(found["node"]), float(found["value"])
+    except ValueError:
+        raise InputError("not a number", escape_text(text[:60]), "such as agent_0/3=0.3") from None
 
 
 def change_threshold(profile: PolicyProfile, policy: AgentPolicy, node: int, value: float) -> PolicyProfile:

@@ -75,10 +75,10 @@ class Option:
         if isinstance(value, str) or not isinstance(value, Iterable):
             what = f"{self.name} takes several values, not {escape_text(repr(value)[:40])}"
             raise InputError(what, self.flag, "give a list")
-        return tuple([self._one(each) for each in cast("Iterable[Any]", value)])
+        return tuple(map(self._one, cast("Iterable[Any]", value)))
 
     def _one(self, value: Any) -> Any:
-        if self.objects and (is_object(value) or isinstance(value, tuple)):
+        if self.objects and (is_object(value) or _is_pair(value)):
             return value
         if value in self.words:
             return value
@@ -93,6 +93,10 @@ class Option:
         if not isinstance(value, self.base) or self.base in NUMBERS:
             raise InputError(f"{self.name} is {CALLED[self.base]}, not {escape_text(repr(value)[:40])}", self.flag)
         return value
+
+
+def _is_pair(value: Any) -> bool:
+    return isinstance(value, tuple)  # a name, and an object of that name
 
 
 def is_object(value: Any) -> bool:

@@ -8,6 +8,8 @@ in turns. All that either spends counts, from the start of Python on.
 """
 
 import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from gymnasium.spaces import Box, Discrete
@@ -138,9 +140,10 @@ def compare(rounds):
     """The figures, from the medians of so many turns."""
     command = ["extract", f"{HERE}:act", "--world", f"{HERE}:make", "--max-depth", DEPTH, "--max-episodes", EPISODES]
     ours, theirs = [], []
-    for _ in range(rounds):
-        theirs.append(spent_by(sys.executable, "-m", HERE, "--forty"))
-        ours.append(spent(*command, "--held-out", HELD_OUT, "-o", "/dev/null/none.json"))
+    with TemporaryDirectory() as folder:
+        for turn in range(rounds):
+            theirs.append(spent_by(sys.executable, "-m", HERE, "--forty"))
+            ours.append(spent(*command, "--held-out", HELD_OUT, "-o", Path(folder, f"{turn}.json")))
     assert not any(each.code for each in (*ours, *theirs)), "a command failed"
     mine, forty = (float(np.median([each.seconds for each in way])) for way in (ours, theirs))
     yield figure("forty lines of DAgger with scikit-learn, CPU s", forty)

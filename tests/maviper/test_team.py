@@ -13,7 +13,8 @@ from mpe2 import simple_spread_v3
 from pettingzoo import ParallelEnv
 
 import maviper
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import ExitCode, InputError, UnknownNameError
+from maviper.cli import main
 from tests.benchmarks import doorway
 
 SMALL = {"iterations": 1, "rollouts": 2, "selection_episodes": 2, "held_out": 2, "max_depth": 2}
@@ -237,6 +238,17 @@ def test_one_number_is_changed_on_purpose(profile, tmp_path):
     for where, value, words in ((leaf, 0.3, "is a leaf"), (99, 0.3, "has no node 99"), (node, np.inf, "no finite")):
         with pytest.raises(InputError, match=words):
             team.with_threshold("agent_0", where, value)
+
+
+def test_the_command_changes_the_same_number(profile, tmp_path):
+    team = maviper.Team.of(profile)
+    node = int(np.flatnonzero(team["agent_0"].tree.feature >= 0)[1])
+    path, wanted = team.save(tmp_path / "team.json"), team.with_threshold("agent_0", node, 0.3)
+    assert main.run(["-q", "edit", str(path), f"agent_0/{node}=0.3"]) == 0
+    assert path.read_text() == wanted.save(tmp_path / "wanted.json").read_text()
+    for change in ("agent_0=0.3", "agent_9/0=0.3", f"agent_0/{node}=x", f"agent_0/{node}=nan"):
+        assert main.run(["-q", "edit", str(path), change]) == ExitCode.INPUT
+    assert path.read_text() == (tmp_path / "wanted.json").read_text()
 
 
 def test_errors_of_python_speak_python(profile):
