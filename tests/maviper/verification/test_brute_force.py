@@ -1,17 +1,14 @@
-"""`robust`, `diff`, `--shared` and action masks against every cell of many small random profiles."""
+"""`robust`, `diff` and `--shared` against every cell of many small random profiles."""
 
 import itertools
 import math
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from codegen import ir
-from codegen.legality import illegal_leaves
 from tests.support import brute
-from tests.support.observations import ACTIONS, NAMES, blind
+from tests.support.observations import NAMES, blind
 from verify.claims.catalogue import find_claim
 from verify.claims.observed import View, over
 from verify.claims.region_files import everywhere
@@ -180,35 +177,3 @@ def test_agents_that_share_features_agree_where_every_cell_says_so(cases):
         told.add(found)
         assert found is (Verdict.VIOLATED if some else Verdict.PROVED), seed
     assert told == {Verdict.PROVED, Verdict.VIOLATED}
-
-
-@cases(SMALL * 10)
-def test_leaves_are_illegal_where_a_cell_reaches_them_with_an_illegal_action(cases):
-    for seed in cases:
-        rng, trees, features = drawn(seed, 1, 5)
-        tree, names = trees["a"], features["a"]
-        pool = np.array([0.5, np.nextafter(np.float32(0.5), np.float32(1)), 0.25, 0.75])
-        threshold = np.where(tree.feature < 0, 0.0, rng.choice(pool, len(tree.feature)))
-        tree = ir.Tree(tree.feature, threshold, tree.left, tree.right, tree.action, numbers=tree.numbers)
-        mask = tuple(int(rng.integers(len(names))) if rng.random() < 0.8 else None for _ in ACTIONS)
-        edge = ir.Tree(
-            *(np.array(x) for x in ([0, -1, -1], [0.5, 0, 0], [1, -1, -1], [2, -1, -1], [-1, 0, 0])),
-            numbers=tree.numbers,
-        )
-        lines = [brute.lines_of([(tree, place), (edge, 0)]) for place in range(len(names))]
-        expected = set()
-        for cell in itertools.product(*lines):
-            values = [brute.float_in(line) for line in cell]
-            if None in values:
-                continue
-            read = [float(np.dtype(tree.numbers).type(value)) for value in values]
-            legal = [place is None or read[place] > 0.5 for place in mask]
-            leaf = leaf_of(tree, values)
-            if any(legal) and not legal[tree.action[leaf]]:
-                expected.add(leaf)
-        assert set(illegal_leaves(tree, mask)) == expected, (seed, mask)
-
-
-def leaf_of(tree, values):
-    """The leaf that an observation reaches, by a tree that has the leaf's number as its action."""
-    return brute.action_of(replace(tree, action=np.arange(len(tree.action))), values)
