@@ -65,38 +65,6 @@ def test_with_episodes_of_their_own_seeds_are_compared_as_by_the_paired_t_test()
     assert found.interval() == pytest.approx(tuple(wanted.confidence_interval()), abs=0.02)
 
 
-def test_intervals_of_a_ratio_to_the_expert_cover_it():
-    """The expert's episodes are drawn with the trees', of which they are the pair."""
-    rng = np.random.default_rng(6)
-
-    def ratio():
-        both = simulated(rng, seeds=11, between=0.02, mean=0.0)
-        return estimate([Term(1.0, 1.4 + both[1:], 2.0 + np.repeat(both[:1], 10, axis=0), RATIO)], crossed=True)
-
-    assert 0.93 <= covered(ratio, 0.7) <= 0.995
-
-
-def test_common_episodes_make_differences_precise():
-    rng = np.random.default_rng(7)
-    hard = rng.normal(size=(1, 200))
-    one, other = (hard + 0.02 * rng.normal(size=(10, 200)) + shift for shift in (0.5, 0.6))
-    paired = estimate([Term(1.0, other), Term(-1.0, one)], crossed=True)
-    assert paired.value == pytest.approx(0.1, abs=0.01) and paired.error < 0.005
-    assert estimate([Term(1.0, one)], crossed=True).error > 0.05
-
-
-def test_what_is_false_is_rarely_found():
-    """No difference: at most about one in twenty is called one."""
-    rng = np.random.default_rng(8)
-    found = [
-        estimate(
-            [Term(1.0, simulated(rng, episodes=30)), Term(-1.0, simulated(rng, episodes=30))], crossed=True
-        ).p_differs()
-        for _ in range(300)
-    ]
-    assert np.mean(np.array(found) <= 0.05) <= 0.075
-
-
 def test_holm_is_what_r_gives():
     """`p.adjust(..., "holm")`: the least counts as often as there are p-values, and none is less than one before."""
     given = [0.01, 0.02, 0.03, 0.04, 0.05]
