@@ -75,8 +75,7 @@ def test_c_agrees(name, how, style, request):
 
 
 @pytest.mark.compile
-@pytest.mark.parametrize("how", [ALL, MIXED])
-@pytest.mark.parametrize("name", [NAMES[0], NAMES[4]])
+@pytest.mark.parametrize(("name", "how"), [(NAMES[0], ALL), (NAMES[4], MIXED)])
 def test_every_target_that_takes_them_agrees(name, how, request):
     if (name, how) != (NAMES[0], ALL):
         request.getfixturevalue("unoptimised")

@@ -80,13 +80,6 @@ def test_every_game(name, algorithm):
     assert found.provenance.training["expert_algorithm"] == "scripted"
 
 
-@pytest.mark.usefixtures("kept_processes")
-def test_jobs_change_nothing(world, expert):
-    alone = extract(world, expert, small(IVIPER, **TINY))
-    beside = extract(world, expert, small(IVIPER, **TINY), Running(jobs=2))
-    assert policy_json.dumps(alone) == policy_json.dumps(beside)
-
-
 def test_ivipers_tree_is_vipers(world, expert):
     whole = extract(world, expert, small(IVIPER))
     for agent in world.agents:

@@ -179,9 +179,11 @@ def test_equal_weights_draw_nothing(games):
     extract(world, Silent(), settings)
 
 
-@pytest.mark.parametrize("given", [{"rollouts_by": "team", "selection_by": "team"}, {"rollouts_by": "team"}])
-@pytest.mark.parametrize("preset", ["paper", "default"])
-def test_an_interrupted_run_goes_on_with_the_same_bytes(given, preset, games, tmp_path):
+@pytest.mark.parametrize(
+    ("preset", "given"),
+    [("paper", {"rollouts_by": "team", "selection_by": "team"}), ("default", {"rollouts_by": "team"})],
+)
+def test_an_interrupted_run_goes_on_with_the_same_bytes(preset, given, games, tmp_path):
     world, expert = games["deception"]
     settings = settings_of(world, preset=preset, **TINY, **given)
     whole = policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path)))

@@ -370,7 +370,7 @@ def test_a_users_environment_is_not_refined_unasked():
 # --- further features
 
 
-@pytest.mark.parametrize("groups", ["signs", "velocity", "goal+differences"])
+@pytest.mark.parametrize("groups", ["velocity", "goal+differences"])
 @pytest.mark.usefixtures("few_observations")
 def test_further_features_are_played_compiled_and_verified(groups, quick, tmp_path, capsys):
     profile = tmp_path / "profile.json"
