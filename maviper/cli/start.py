@@ -1,12 +1,13 @@
 """The commands demo, guide, reproduce and schema.
 
-Does: runs the tour (maviper/tour.py) into a folder; lists the topics of the manual, or prints the page of one; has the
-  paper's experiments run and reported, or their plan said; prints the JSON schema of profiles.
+Does: runs the tour (maviper/tour.py) into a folder; lists the topics of the manual, or lays out the page of one; has
+  the paper's experiments run and reported, or their plan said; prints the JSON schema of profiles.
 Assumes: pages are Markdown that reads well in a terminal; `maviper.reproduction.run` plans, runs and writes.
 Does not: do anything that the other commands cannot do.
 """
 
 import os
+import shutil
 import sys
 from pathlib import Path
 from typing import Unpack
@@ -16,6 +17,8 @@ import click
 from codegen.errors import ExitCode
 from maviper.cli.options import FOLDER, Verb, console_of, option, options_of, output
 from maviper.options import ReproduceOptions
+
+WIDEST = 100  # columns of a page of the manual, on a wider terminal
 
 
 @click.command(cls=Verb, example="maviper demo -o demo")
@@ -40,21 +43,38 @@ def demo(context: click.Context, output: Path, seed: int | None) -> int:
 def guide(topic: str | None) -> int:
     """Print a page of the manual, or the list of its topics.
 
-    On a terminal the page opens in your pager.
+    On a terminal the page is laid out at its width, and opens in your pager.
     """
     from maviper import manual
 
     if topic is None:
         titles = manual.topics()
         width = max(map(len, titles))
-        for name, title in titles.items():
-            click.echo(f"{name:<{width}}  {title}")
+        for kind, names in manual.KINDS.items():
+            click.echo(f"{kind}:")
+            for name in names:
+                click.echo(f"  {name:<{width}}  {titles[name]}")
     elif sys.stdout.isatty():
+        text = _laid_out(manual.page(topic))
         os.dup2(sys.stdout.fileno(), 1)  # a pager writes there
-        click.echo_via_pager(manual.page(topic))
+        click.echo_via_pager(text)
     else:
         click.echo(manual.page(topic), nl=False)
     return ExitCode.DONE
+
+
+def _laid_out(page: str) -> str:
+    """The page as the terminal shows Markdown, at its width; pictures and targets of links are left out."""
+    from rich.console import Console
+    from rich.markdown import Markdown
+    from rich.theme import Theme
+
+    theme = Theme({"markdown.code": "cyan", "markdown.code_block": "cyan"})  # not on black: terminals may be light
+    width = min(shutil.get_terminal_size().columns, WIDEST)
+    console = Console(width=width, force_terminal=True, theme=theme)
+    with console.capture() as captured:
+        console.print(Markdown(page, hyperlinks=False))
+    return captured.get()
 
 
 @click.command(

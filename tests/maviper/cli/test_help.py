@@ -111,7 +111,8 @@ def test_a_word_that_is_no_option_keeps_its_name(capsys):
 def test_the_guide_lists_topics_and_prints_pages(capsys):
     assert main.run(["guide"]) == 0
     listed = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in listed] == list(manual.TOPICS)
+    assert [line.split()[0] for line in listed if line.startswith(" ")] == list(manual.TOPICS)
+    assert [line for line in listed if not line.startswith(" ")] == [f"{kind}:" for kind in manual.KINDS]
     for topic, title in manual.topics().items():
         assert main.run(["guide", topic]) == 0
         assert capsys.readouterr().out == manual.page(topic) and any(title in line for line in listed)
@@ -122,14 +123,19 @@ def test_the_guide_names_the_closest_topic(capsys):
     assert "did you mean 'claims'?" in capsys.readouterr().err
 
 
-def test_the_guide_pages_on_a_terminal_only(monkeypatch):
+@pytest.mark.parametrize("columns", [40, 80, 200])
+def test_the_guide_lays_a_page_out_on_a_terminal_and_pages_it(columns, monkeypatch):
     import sys
 
     paged = []
+    monkeypatch.setenv("COLUMNS", str(columns))
     monkeypatch.setattr(click, "echo_via_pager", paged.append)
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
     assert main.run(["guide", "words"]) == 0
-    assert paged == [manual.page("words")]
+    (shown,) = paged
+    lines = click.unstyle(shown).splitlines()
+    assert max(map(len, lines)) <= min(columns, 100) and not any("|" in line or "`" in line for line in lines)
+    assert "profile" in shown and "\x1b[" in shown
 
 
 def test_a_group_is_no_end(capsys):

@@ -2,14 +2,12 @@
 
 import json
 import re
-import textwrap
 from dataclasses import replace
 
 import pytest
 
 from codegen import policy_json
 from codegen.form import layout
-from maviper import manual
 from maviper.cli import main
 from tests.support.observations import blind
 from tests.support.small import small_profile
@@ -254,23 +252,3 @@ def test_a_particle_game_is_asked_about_observations_on_demand(tmp_path, capsys)
     facts = json.loads(capsys.readouterr().out)
     assert facts["results"][0]["observations"] == "over observations"
     assert any("agent_0." in name for name in facts["results"][0]["region"]["box"])
-
-
-def blocks(page):
-    """The indented blocks of a page, each under the sentence before it."""
-    found = re.findall(r"\n([^\n]*)\n\n((?: {4}[^\n]*\n|\n(?= {4}))+)", page)
-    return {said: textwrap.dedent(code) for said, code in found}
-
-
-def test_the_example_of_the_importing_page_runs_as_it_says(tmp_path, monkeypatch, capsys):
-    said = blocks(manual.page("importing").partition("## From a tree to a proof")[2].partition("## Names")[0])
-    monkeypatch.chdir(tmp_path)
-    for sentence, name in (("`cart.py`", "cart.py"), ("`cart.toml`", "cart.toml"), ("`seen.csv`", "seen.csv")):
-        (text,) = [code for words, code in said.items() if sentence in words]
-        (tmp_path / name).write_text(text)
-    commands = [line for code in said.values() for line in code.splitlines() if line.startswith("maviper ")]
-    assert [line.split()[1] for line in commands] == ["import", "verify", "check", "robust"]
-    for line in commands:
-        assert main.run(line.split()[1:]) == 0, line
-    assert sorted(path.name for path in (tmp_path / "radii").iterdir())[-1] == "radii.csv"
-    assert capsys.readouterr().out.startswith("accepted")
