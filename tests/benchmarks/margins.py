@@ -31,7 +31,7 @@ CLAIMS = {  # a variable and the bounds in which it stays, the widest margin fir
     "tora": ("x1", [(-0.913, 0.8785), (-0.757, 0.7225)]),
     "unicycle": ("x2", [(-1.035, 1.79), (-0.8556, 1.611)]),
     "vanderpol": ("x", [(-0.8, 1.7), (-0.6207, 1.5204)]),
-    "heater": ("room", [(14.75, 25.86), (14.9, 25.71)]),
+    "heater": ("room", [(14.75, 25.86), (14.9, 25.81)]),  # errors that change sides once take the room to 25.7478
 }
 SAMPLES, LEAST = 20_000, 50  # that trees are fitted to, and of each leaf
 PARTS = 5  # of a period, at whose ends states are seen

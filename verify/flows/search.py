@@ -34,7 +34,8 @@ FIRST = 20_000  # sets for cuts of the start at first, and for cells of one widt
 MANY = FEW_SETS  # sets of a part at each step, beyond which it is cut and not followed further
 ASIDE = 0.125  # how much the width of a variable counts on which no decision depends
 CELLS = tuple(range(2, 7))  # into how many parts, as powers of two, what episodes range over is cut
-JOINS = 4  # samples, at every so many of which sets are joined by levels; or at the first one only
+JOINS = 6  # samples, at every so many of which sets are joined by levels; or at the first one only
+NEARLY = 2 / 3  # of the boxes of a level: where so many were shown, the next one may take all sets that are left
 MAX_LEVELS, LEVELLED = 10, 5  # of cells, and variables that are cut by them
 MAX_POWER = 18  # of 2: cells of a list that could be followed, if a set ranged over all of them
 MAX_DEPTH = 20  # of cuts of the start
@@ -160,10 +161,14 @@ class PlanSearch:
             yield LevelSweep(self.sweep, Plan((0,), *how, widest, every, 1))
 
     def _descend(self, levels: LevelSweep, allowed: int) -> Plan | None:
-        """The plan with as many levels as show the claim; None where they take too many sets."""
+        """The plan with as many levels as show the claim; None where they take too many sets, and most boxes of the
+        level before were not shown.
+        """
         self.sweep.most = self.sweep.spent + min(allowed, self._left)
         try:
             while levels.levels < MAX_LEVELS:
+                if levels.share > NEARLY:
+                    self.sweep.most = self.sweep.spent + self._left
                 if levels.descend():
                     return replace(levels.plan, levels=levels.levels)
                 self.why = levels.why or self.why

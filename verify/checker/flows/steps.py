@@ -273,6 +273,8 @@ def orthogonalise_rest(matrix: Float64, rest: Float64, more: Float64) -> tuple[F
     sides = np.take_along_axis(sides, order[:, None, :], axis=2)
     scale = np.abs(sides).max(axis=(1, 2), keepdims=True)
     usable = np.isfinite(scale) & (scale > LEAST)
+    if not usable.any():
+        return straight, round_up(_apply_matrix(np.abs(matrix), rest) + more)
     basis = np.linalg.qr(np.where(usable, sides / np.where(usable, scale, 1.0), straight))[0]
     square, lost = _multiply_matrices(basis, basis.transpose(0, 2, 1))
     off = round_up((np.abs(square - straight) + lost + EPSILON).sum(axis=2)).max(axis=1)

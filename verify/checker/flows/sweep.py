@@ -46,7 +46,7 @@ from verify.systems.system import Flow, System
 
 MAX_PARTS = 1 << 18  # of the start
 AT_ONCE = 1 << 11  # parts that are swept together
-MAX_SETS = 1 << 18  # of one list
+MAX_SETS, MAX_CUT = 1 << 18, 1 << 20  # of one list; boxes before they are joined
 MAX_SWEPT = 50_000_000  # sets over all steps
 FEW = 50  # sets, fewer of which take as long
 PARTS = 8  # of a step whose tube may break the claim
@@ -384,6 +384,12 @@ class LevelSweep:
         """The number of levels followed."""
         return len(self._levels)
 
+    @property
+    def share(self) -> float:
+        """The share of the last level's boxes that are marked; 0 before the first."""
+        marked = [each.marked for _, spans in self._levels[-1:] for each in spans.values()]
+        return float(np.concatenate(marked).mean()) if marked else 0.0
+
     def run(self) -> int:
         """Follows all levels; returns the number of sets asked about. RejectedError where the claim is not shown."""
         shown = [self.descend() for _ in range(self.plan.levels)]
@@ -450,9 +456,7 @@ def _unmark(spans: list[_Span]) -> None:
 
 def _hash_cells(parts: BoxList, widths: Mapping[int, float]) -> tuple[BoxList, Int64]:
     """Boxes cut at the bounds of cells, and hashes of the cells that they lie in."""
-    parts, cells = cut(parts, widths)
-    if parts.size > MAX_SETS:
-        raise RejectedError(f"a list has more than {MAX_SETS:,} sets")
+    parts, cells = cut(parts, widths, MAX_CUT)
     return parts, cells @ multipliers(cells.shape[1])
 
 

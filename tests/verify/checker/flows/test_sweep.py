@@ -142,7 +142,7 @@ def test_what_fails_is_shown_by_no_level():
     levels = LevelSweep(sweep, Plan((0,), 4, 1, WIDE["pendulum"], 4, 5))
     with pytest.raises(RejectedError, match="out of the region"):
         levels.run()
-    assert levels.levels == 5 and sweep.sampled is not None
+    assert levels.levels == 5 and sweep.sampled is not None and 0.0 <= levels.share < 1.0
 
 
 def test_too_many_sets_are_no_level():
@@ -152,7 +152,7 @@ def test_too_many_sets_are_no_level():
     sweep.most = 100
     with pytest.raises(RejectedError, match="more than 100 sets"):
         levels.descend()
-    assert levels.levels == 0
+    assert levels.levels == 0 and levels.share == 0.0
 
 
 SYSTEM, TEAM, CLAIM = case(*CASES["pendulum"])
