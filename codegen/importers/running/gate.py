@@ -107,7 +107,7 @@ def walk_nodes(node: ast.AST) -> list[ast.AST]:
                 nodes.append(value)
             elif type(value) is list:
                 nodes += [one for one in cast("list[Any]", value) if isinstance(one, ast.AST)]
-    return nodes
+    return [*dict.fromkeys(nodes)]  # operators and contexts are one object each
 
 
 def _is_member(module: str, member: str) -> bool:

@@ -3,6 +3,8 @@
 The default run asks fewer observations; the slow form asks 10,000 of each file, and both ask at every threshold.
 """
 
+import contextlib
+import gc
 import shutil
 
 import pytest
@@ -46,6 +48,19 @@ def test_accepted_files_decide_as_their_own_language(tmp_path):
 @pytest.mark.slow
 def test_accepted_files_decide_as_their_own_language_on_many_observations(tmp_path):
     assert compared(10_000, tmp_path) == {}
+
+
+def test_garbage_is_collected_again_behind_a_reader():
+    """Also behind one that refuses; and by nobody who did not ask for it."""
+    for collects in (True, False):
+        (gc.enable if collects else gc.disable)()
+        try:
+            for file in (TO_ACCEPT[0], TO_REFUSE[0]):
+                with contextlib.suppress(InputError):
+                    corpus.imported(file)
+                assert gc.isenabled() is collects
+        finally:
+            gc.enable()
 
 
 @pytest.mark.parametrize("file", TO_REFUSE, ids=names_of(TO_REFUSE))

@@ -70,7 +70,7 @@ def read(program: Program, file: Path, told: Told, run: bool) -> Import | None:
         try:
             profile = maviper.from_file(file, **options)
         except MaviperError as error:
-            if "--arrays" not in f"{error.what} {error.next_step}" or file.suffix != ".py":
+            if 'arrays="' not in f"{error.what} {error.next_step}" or file.suffix != ".py":
                 raise
             told.asked_again = True
             kinds = [each for each in ARRAYS if each in error.next_step]
