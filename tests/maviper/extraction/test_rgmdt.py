@@ -77,6 +77,12 @@ def test_more_leaves_never_raise_the_loss_and_are_never_more_than_asked_for(clou
     assert losses == sorted(losses, reverse=True) and losses[-1] < losses[0] / 2
 
 
+def test_depth_is_a_limit_too(cloud):
+    obs, vectors = cloud
+    grown = BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 2).grow_to(100)
+    assert ir.depth(deploy_tree(grown)).max() == 2
+
+
 @pytest.mark.parametrize("table", [0, 1])
 @pytest.mark.parametrize("game", GAMES)
 def test_it_reaches_at_least_what_uniform_trees_do(game, table):
