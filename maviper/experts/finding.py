@@ -9,8 +9,9 @@ Does not: take such a name from a file; change what a correct expert does.
 """
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+import sys
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -306,7 +307,26 @@ class Given(Wrapped):
 
     def _call_expert(self, verb: str, *given: Any) -> np.ndarray:
         doing = f"{verb} of your expert"
-        return _run(lambda: np.array(getattr(self.expert, verb)(*given)), self.source, doing)
+        with _torch_alone(len(given[1][0])):
+            return _run(lambda: np.array(getattr(self.expert, verb)(*given)), self.source, doing)
+
+
+FEW = 4_096  # rows that one thread answers sooner than several, which wait for one another
+
+
+@contextmanager
+def _torch_alone(rows: int) -> Generator[None]:
+    """Of few rows torch, where somebody has imported it, is asked with one thread."""
+    if "torch" not in sys.modules or rows > FEW:
+        yield
+        return
+    torch = sys.modules["torch"]
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
 
 
 def import_expert(source: Source, world: World | None = None) -> Given:

@@ -5,6 +5,7 @@ Assumes: checked settings.
 Does not: know how any of them works.
 """
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -60,7 +61,10 @@ def extract(
     expert = lawful_expert(expert, world)
     agents = [_agent(world, settings)] if settings.algorithm == VIPER else list(range(len(world.agents)))
     asked = Extraction(world, expert, settings, journal, examples)
+    began = time.monotonic()
     chosen, facts = _iterates(asked, agents, running)
+    if settings.max_seconds and time.monotonic() - began >= settings.max_seconds:
+        asked = replace(asked, settings=replace(settings, refinement=0))
     trees, spent = refine.refine_trees(asked, agents, chosen, running)
     facts = {**facts, **spent, **examples.facts}
     running.on_underway(Underway(0, settings.plan(world)[MEASURING], "held-out episodes", MEASURING))

@@ -132,7 +132,7 @@ REFINEMENT = 300_000
 MAX_NUMBER = 1_000_000  # of anything that is counted
 MAX_RATIO = 100  # to the expert
 # profiles do not name these where they are empty
-UNSAID = ("agent", "measure", "share", "max_leaves", "leaf", "explore", "undo", "enough")
+UNSAID = ("agent", "measure", "share", "max_leaves", "leaf", "explore", "undo", "enough", "max_seconds")
 PRESETS: dict[str, dict[str, Any]] = {
     PAPER: {"splits": EXACT, "selection": UNIFORM, "refinement": 0, "patience": MAX_NUMBER},
     RELEASED: {"splits": EXACT, "selection": RETURN, "refinement": 0, "patience": MAX_NUMBER},
@@ -204,6 +204,7 @@ class Settings:
     held_out: int | None = None  # episodes that each measured line-up plays; None: as the world says
     patience: int = 10  # stop after so many iterations without a gain above the interval
     enough: float = 0.0  # stop at this ratio to the expert; 0: never
+    max_seconds: float = 0.0  # of rounds; then there is no refinement either; 0: no limit
     agent: str = ""  # VIPER's: the one agent that becomes a tree
     undo: str = ""  # which accidents of the preset `released` are left out, joined by +
     seed: int = 0
@@ -398,6 +399,8 @@ class Settings:
             raise InputError("explore is a share from 0 to 1", "--explore", "leave it out")
         if not 0 <= self.enough <= MAX_RATIO:
             raise InputError(f"enough is a ratio from 0 to {MAX_RATIO}", "--enough", "leave it out")
+        if not 0 <= self.max_seconds < math.inf:
+            raise InputError("max_seconds is a number of seconds, from 0", "--max-seconds", "leave it out")
         if self.max_leaves and not 2 <= self.max_leaves <= MAX_NUMBER:
             raise InputError(f"max_leaves is from 2 to {MAX_NUMBER}", "--max-leaves", DEPTH)
         ensure_together(vars(self), self.changed)

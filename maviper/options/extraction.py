@@ -131,6 +131,14 @@ class ExtractOptions(TypedDict, total=False):
     enough: Annotated[
         float, Option(0.0, EPISODES, "Stop at this ratio to the expert, by the lower end of its interval; 0: never.")
     ]
+    max_seconds: Annotated[
+        float,
+        Option(
+            0.0,
+            EPISODES,
+            "After so many seconds end with the best trees so far; what is measured comes on top; 0: no limit.",
+        ),
+    ]
     selection: Annotated[str | None, Option(None, EPISODES, "uniform, return or race (default: the preset's).", "NAME")]
     selection_episodes: Annotated[int | None, Option(None, EPISODES, "Episodes per candidate and team (default: 100).")]
     refinement_episodes: Annotated[

@@ -4,6 +4,8 @@ import csv
 import io
 import shutil
 import subprocess
+import sys
+from types import SimpleNamespace
 
 import gymnasium
 import numpy as np
@@ -264,6 +266,19 @@ def test_errors_of_python_speak_python(profile):
         with pytest.raises(InputError, match=words) as error:
             ask()
         assert "--" not in str(error.value)
+
+
+def test_torch_answers_few_rows_with_one_thread(monkeypatch):
+    asked, threads = [], [8]
+    torch = SimpleNamespace(get_num_threads=lambda: threads[0], set_num_threads=lambda n: threads.__setitem__(0, n))
+    monkeypatch.setitem(sys.modules, "torch", torch)
+
+    def watched(agent, rows):
+        asked.append(threads[0])
+        return doorway.act(agent, rows)
+
+    maviper.evaluate(watched, world=doorway.make, episodes=2)
+    assert set(asked) == {1} and threads == [8]
 
 
 def test_an_experts_function_that_answers_in_another_shape_is_told():

@@ -7,6 +7,7 @@ Assumes: candidates with a tree for each of its agents, which meet expert oppone
 Does not: make candidates.
 """
 
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 
@@ -234,6 +235,8 @@ def kind_of(settings: Settings) -> type[Choice]:
 def explain_stop(told: Mapping[str, str | int | float]) -> str:
     """Why an extraction stopped early, in words. `told`: what its profile says of the training."""
     patience = f"no significant improvement in {format_count(int(told['patience']), 'round')}"
+    if "max_seconds" in told:
+        patience = f"{told['max_seconds']:g} s are over (--max-seconds), or {patience}"
     if "enough" in told:
         return f"a ratio of {told['enough']} to the expert is reached (--enough), or {patience} (--patience)"
     return f"{patience} (--patience)"
@@ -245,6 +248,7 @@ class Selection:
     def __init__(self, asked: Extraction, agents: Sequence[int], running: Running) -> None:
         self.asked, self.agents, self.running = asked, list(agents), running
         settings, self.offered = asked.settings, 0
+        self._began = time.monotonic()
         self.underway(0.0, "playing")
         experts = asked.journal.arrays(EXPERT_STEP, self._experts)
         units = group_agents(asked.world, settings.selection_by, agents)
@@ -279,22 +283,24 @@ class Selection:
 
     def offer(self, trees: Sequence[GrownTree]) -> bool:
         """Takes a candidate, trees in the order of `agents`; returns whether it is time to stop: the best of all
-        choices are good enough on average, or nothing gained more than the interval for `patience` candidates.
+        choices are good enough on average, the time is over, or nothing gained more than the interval for
+        `patience` candidates.
         """
         settings = self.asked.settings
         self.offered += 1
         mine = dict(zip(self.agents, trees, strict=True))
         judged = [choice.offer([mine[agent] for agent in choice.agents]) for choice in self.choices]
         scores = [ratio for ratio in judged if ratio is not None]
+        over = bool(settings.max_seconds) and time.monotonic() - self._began >= settings.max_seconds
         if not scores:
-            return False
+            return over
         ratios, widths = zip(*(choice.ratio for choice in self.choices), strict=True)
         best, half_width = float(np.mean(ratios)), float(np.sqrt(np.square(widths).sum()) / len(widths))
         self._since_gain += 1
         if best > self._reference:
             self._reference, self._since_gain = best + half_width, 0
         self.running.on_progress(self._progress(float(np.mean(scores)), best))
-        if settings.enough and best - half_width >= settings.enough:
+        if over or (settings.enough and best - half_width >= settings.enough):
             return True
         return self._since_gain >= settings.patience and all(choice.stops for choice in self.choices)
 

@@ -22,6 +22,7 @@ from maviper.episodes.measures import Mean
 from maviper.episodes.play import Policies, play, points, tree_policies
 from maviper.episodes.trees import ON_POLICY_EPISODES
 from maviper.evaluation.held_out import EVALUATION_EPISODES, Counting, read_measure
+from maviper.experts import network
 from maviper.experts.expert import AS_GIVEN, labels
 from maviper.experts.scripted import Scripted, build_script
 from maviper.extraction.algorithms import extract
@@ -426,6 +427,19 @@ def test_an_extraction_stops_when_its_trees_are_good_enough(enough, stopped):
     assert selection.offered == stopped
     told = {"patience": 9} | ({"enough": enough} if enough else {})
     assert ("--enough" in explain_stop(told)) is bool(enough)
+
+
+def test_an_extraction_ends_with_its_best_trees_when_the_time_is_over():
+    limit = {"max_seconds": 1e-9, "iterations": 9, "rollouts": 2, "selection_episodes": 4, "max_depth": 2}
+    expert, world = network.load("physical-deception")
+    profile = extract(world, expert, Settings.of(limit, world))
+    told = profile.provenance.training
+    assert told["stopped_after"] == 1 and told["max_seconds"] == 1e-9 and not told.get("refinement_spent")
+    assert "1e-09 s are over (--max-seconds)" in explain_stop({"patience": 9, **told})
+    assert "--max-seconds" not in explain_stop({"patience": 9})
+    for wrong in (-1.0, float("inf"), float("nan")):
+        with pytest.raises(InputError, match="max_seconds is a number of seconds"):
+            Settings.of({"max_seconds": wrong})
 
 
 @pytest.mark.parametrize("enough", [-0.1, 101.0, float("nan")])
