@@ -8,6 +8,7 @@ Assumes: nothing outside the package; without a C compiler that part is skipped 
 Does not: do anything that the commands cannot do.
 """
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import metadata
@@ -29,7 +30,7 @@ from maviper.experts.cards import how_learned
 from maviper.extraction.run import Found, extract_live
 from maviper.extraction.settings import Settings
 from maviper.files import outputs, profiles, runs
-from maviper.page.page import FILE, page_of
+from maviper.page.page import FILE, page_of, svg
 from maviper.verification import run
 from maviper.verification.ask import VerifyOptions, questions
 from maviper.verification.files.certificates import check_file
@@ -37,7 +38,9 @@ from maviper.verification.repair import Repaired, repair_profile, request
 from maviper.verification.run import Verified
 from maviper.worlds import World
 from maviper.worlds.games.physical_deception import DEFENDERS
-from verify.reports.report import as_lines
+from maviper.worlds.matching import matching_world
+from verify.reports.drawing import draw_picture
+from verify.reports.report import as_html, as_lines
 from verify.result import Verdict
 
 if TYPE_CHECKING:
@@ -99,11 +102,77 @@ def handout(made: Toured) -> dict[str, str | bytes]:
     example = render("c/example.c.j2", model=model)
     files["example.c"] = example
     evaluation = dict(profile.provenance.evaluation)
+    files["report.html"] = as_html(json.loads(files["report.json"]), story(made, files))
     files["README.md"] = render(
         "report/policy.md.j2", model=model, verdicts=_verdicts(made), evaluation=evaluation, example=example
     )
     files[MANIFEST] = manifest(profile, files)
     return files
+
+
+WHAT_IS = (  # the end of a file's name, what is in it
+    ("report.json", "the verification report as data"),
+    ("report.txt", "the verification report as text"),
+    ("report.html", "the verification report"),
+    (FILE, "a page to move the agents, and to see what the trees do"),
+    (runs.PROFILE_FILE, "the trees"),
+    ("repair.json", "what the repair changed, and what it cost"),
+    ("example.c", "a program that calls the header"),
+    ("_reader.py", "a short program that reads the trees and decides"),
+    (".agreement.json", "how the code was compared with the trees"),
+    (MANIFEST, "the hashes of all files, and the versions of the tools"),
+    (".json", "the trees as data, for any language"),
+    (".h", "the trees as one C header"),
+    (".md", "how to call the code"),
+    (".py", "the trees as a Python module"),
+)
+WHAT_ELSE = {"certificate": "the proof", "counterexample": "the state, with exact numbers", "test_": "a test of it"}
+
+
+def _describe_file(name: str) -> str:
+    folder, _, last = name.rpartition("/")
+    whose = " before the repair" if folder else ""
+    kinds = [words for start, words in WHAT_ELSE.items() if last.startswith(start)]
+    return (kinds or [words for end, words in WHAT_IS if last.endswith(end)] or [""])[0] + whose
+
+
+def story(made: Toured, files: Mapping[str, str | bytes]) -> dict[str, Any]:
+    """Returns what the first page tells of the tour, for `report/story.html.j2`. `files`: all that it can link."""
+    before, after = made.before.profile, made.profile
+    world = matching_world(before)
+    assert world is not None
+    _, theirs = _success(before, world)
+    stages = [("extracted", before, made.before.results, f"{EXTRACTED}/report.html")]
+    if made.repair.after is not None:
+        stages.append(("repaired", after, made.repair.results, ""))
+    unknown = dict.fromkeys(("leaves", "depth", "verdict", "report"), "")
+    rows: list[dict[str, Any]] = [{"name": "neural", "success": theirs, **unknown}]
+    for name, profile, results, report in stages:
+        trees = sizes(profile, [policy.agent for policy in profile.agents]).values()
+        row = {"leaves": sum(each["leaves"] for each in trees), "depth": max(each["depth"] for each in trees)}
+        (verdict,) = [result.verdict.value for result in results]
+        rows.append({"name": name, "success": _success(profile, world)[0], **row, "verdict": verdict, "report": report})
+    (claimed,) = made.before.document["results"]
+    team = [policy.agent for policy in before.team(DEFENDERS)]
+    return {
+        "team": DEFENDERS,
+        "teams": rows,
+        "wrong": [draw_picture(claimed)] if claimed["counterexample"] and made.repair.after is not None else [],
+        "guards": [
+            {"agent": one.agent, "node": one.node, "landmark": one.landmark, "leaves": len(ir.leaves(one.tree))}
+            for one in made.repair.repair.guards
+        ],
+        "trees": [{"title": f"The trees as {name}", "svg": svg(profile, team)} for name, profile, *_ in stages],
+        "proofs": [
+            {"file": name, "branches": result.evidence.branches}
+            for name, result in zip(made.repair.certificates, made.repair.results, strict=False)
+        ],
+        "header": f"{made.code.build.model.prefix}.h",
+        "compared": made.code.report.observations,
+        "skipped": made.code.report.skipped,
+        "example": files["example.c"],
+        "files": [(name, _describe_file(name)) for name in sorted({*files, "README.md", MANIFEST} - {"report.html"})],
+    }
 
 
 def _verdicts(made: Toured) -> list[dict[str, Any]]:

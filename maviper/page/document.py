@@ -269,6 +269,7 @@ class Second:
     profile: ir.PolicyProfile
     agents: tuple[str, ...]  # that are compared
     verdicts: tuple[str, ...]  # of each of these, in words
+    numbers: tuple[str, ...] = ()  # how often who acts differently, in words
     visits: Mapping[str, Sequence[int]] = field(default_factory=dict[str, Sequence[int]])
 
 
@@ -323,6 +324,7 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
     return {
         "profile": content_hash(profile),
         "against": None if second is None else content_hash(second.profile),
+        "numbers": [] if second is None else list(second.numbers),
         "tool": profile.provenance.tool,
         "about": about(profile),
         "recorded": _encode_episode(contents.recorded),

@@ -124,9 +124,11 @@ def page(profile: ir.PolicyProfile, contents: Contents) -> str:
         raise InputError(why, "", "leave the page out")
     data = document(ensure(profile), contents)
     leaves = sum(len(ir.leaves(policy.tree)) for policy in profile.agents)
+    said = f"{format_count(len(profile.agents), 'agent')}, {format_count(leaves, 'leaf')}"
+    said = said if contents.second is None else "two profiles compared"
     return render(
         "play/page.html.j2",
-        title=f"{profile.world.name}: {format_count(len(profile.agents), 'agent')}, {format_count(leaves, 'leaf')}",
+        title=f"{profile.world.name}: {said}",
         data=data,
         placed=knows_motion(profile),
         text=Markup(json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")),
@@ -224,9 +226,10 @@ def compared_page_of(compared: Compared) -> str:
         state for place, one in enumerate(facts) for state in _iterate_states(one, place + (len(agents) > 1))
     )
     world = matching_world(first)
+    numbers = tuple(f"{label}: {text}" for label, text in compared.lines if label)
     if world is None:
-        return page(first, Contents((), states, second=Second(second, agents, verdicts)))
-    other = Second(second, agents, verdicts, visits_of(second, world))
+        return page(first, Contents((), states, second=Second(second, agents, verdicts, numbers)))
+    other = Second(second, agents, verdicts, numbers, visits_of(second, world))
     return page(first, Contents((), states, visits_of(first, world), second=other))
 
 

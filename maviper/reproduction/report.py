@@ -73,9 +73,64 @@ def lay_out_page(judged: Sequence[Verdict], facts: Mapping[str, Any], parts: Seq
         marks=tuple(MARKS.values()),
         several=len({verdict.expert for verdict in judged}) > 1,
         facts=facts,
-        verdicts=[_encode_verdict(verdict) for verdict in judged],
+        verdicts=_encode_verdicts(judged),
+        overview=_overview(judged),
         counts=counts((verdict.claim.id, verdict.word) for verdict in judged),
     )
+
+
+def _encode_verdicts(judged: Sequence[Verdict]) -> list[dict[str, Any]]:
+    """All verdicts; the first of each claim is what links to it find."""
+    known: set[str] = set()
+    entries: list[dict[str, Any]] = []
+    for verdict in judged:
+        found = verdict.word in (verdicts.AGREES, verdicts.DIFFERS)
+        entries.append({**_encode_verdict(verdict), "found": found, "first": verdict.claim.id not in known})
+        known.add(verdict.claim.id)
+    return sorted(entries, key=lambda entry: entry["word"] != verdicts.DIFFERS)
+
+
+PLACE = re.compile(r"(table|figure) (\w+)", re.IGNORECASE)  # of the paper
+FIRST = (register.JOINT, register.ROBUSTNESS, register.INDIVIDUAL)  # of the rows that begin the page
+
+
+def _overview(judged: Sequence[Verdict]) -> list[dict[str, Any]]:
+    """A row for each table and figure of the paper that claims are about: of its main claim, or its first, with the
+    words of all.
+    """
+    groups: dict[str, list[Verdict]] = {}
+    for verdict in judged:
+        if named := PLACE.search(verdict.claim.place):
+            groups.setdefault(f"{named[1]} {named[2]}".capitalize(), []).append(verdict)
+
+    rows = {place: _main_of(group) for place, group in groups.items()}
+    statistics = {place: shown.claim.statistic for place, shown in rows.items()}
+    ranks = {place: FIRST.index(name) if name in FIRST else len(FIRST) for place, name in statistics.items()}
+    return [_row(place, groups[place]) for place in sorted(groups, key=ranks.__getitem__)]
+
+
+def _main_of(group: Sequence[Verdict]) -> Verdict:
+    return next((verdict for verdict in group if verdict.claim.main), group[0])
+
+
+def _row(place: str, group: Sequence[Verdict]) -> dict[str, Any]:
+    """The row of a table or figure of the paper. `group`: the verdicts on its claims."""
+    shown = _main_of(group)
+    compared = next(iter(shown.run), None)
+    words = Counter(verdict.word for verdict in group)
+    games = dict.fromkeys(game for verdict in group for game in verdict.claim.list_values("game"))
+    paper = shown.claim.published
+    return {
+        "place": place,
+        "id": shown.claim.id,
+        "game": ", ".join(games),
+        "published": sections.NONE if paper is None or not paper.number else paper.number,
+        "ours": sections.format_number(None if compared is None else compared.number),
+        "label": "" if compared is None else compared.label,
+        "word": f"{SIGNS[shown.word]} {shown.word}",
+        "class": shown.word.lower().replace(" ", "-"),
+        "others": ", ".join(f"{count} {word}" for word, count in words.items()) if len(group) > 1 else "",
+    }
 
 
 def document(judged: Sequence[Verdict], known: Register) -> dict[str, Any]:
@@ -157,7 +212,7 @@ def _experts(table: Results) -> list[str]:
 
 
 def _sections(context: Context) -> list[Section]:
-    first = [sections.performance(context, statistic) for statistic in (register.INDIVIDUAL, register.JOINT)]
+    first = [sections.performance(context, statistic) for statistic in (register.JOINT, register.INDIVIDUAL)]
     return [*first, *(make(context) for make in (sections.robustness, sections.ablation)), *_rest(context)]
 
 
@@ -231,8 +286,7 @@ def _encode_verdict(verdict: Verdict) -> dict[str, Any]:
         "main": claim.main,
         "family": claim.family,
         "expert": verdict.expert,
-        "reason": verdict.reason,
-        "notes": [*verdict.notes, *_beside(verdict)],
+        "told": list(filter(None, [verdict.reason, *verdict.notes, *_beside(verdict)])),
         "published": published,
         "rows": rows,
     }

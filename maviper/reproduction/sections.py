@@ -180,7 +180,7 @@ def _ratios(
                 rows.append([measure, str(depth), name_algorithm(algorithm), *row])
         if any(point.finite for points in series.values() for point in points):
             name = short(statistic, place.game, place.expert, measure)
-            title = f"{measure}, {statistic}, {place.expert}"
+            title = f"{place.game}, {statistic}: {measure}; more is better"
             made.figures.append(Figure(name, figures.lines(title, "maximum depth", series)))
     head = ["measure", "depth", "algorithm", "ratio", *(["paper's formula"] if reward else []), "trees", "expert"]
     if rows:

@@ -13,7 +13,7 @@
   const followers = data.claims.map((claim) => (placed && claim.follows ? Engine.follower(game, claim.follows) : null));
   const COLOURS = ["#c9ced6", "#8ecdf0", "#f2b84b", "#dfa5c8", "#6cc7a4", "#e8e07a", "#d98c6b", "#9aa9e8"];
   const CELLS = 120; // of the coloured ground, on each axis
-  const SHOWN = 64; // leaves that a tree shows before it folds
+  const READABLE = 0.85; // of the size of its letters, below which a tree folds
   const HALF = 60; // of the scene's view box
   const reach = 1.25 * Math.max(1e-9, ...[world.low, world.high, ...entities.flatMap((one) => one.start || [])].map(Math.abs));
   const SVG = "http://www.w3.org/2000/svg";
@@ -44,8 +44,10 @@
   /** The claim of that number; of one about one agent, the agent too. */
   function ask(number) {
     claim = number;
-    const { alike } = data.claims[claim] || {};
-    if (alike && alike.length === 1) chosen = alike[0];
+    const { alike: compared, team } = data.claims[claim] || {};
+    const first = agents.findIndex((agent) => agent.team === team);
+    if (compared && compared.length === 1) chosen = compared[0];
+    else if (first >= 0 && agents[chosen].team !== team) chosen = first;
   }
 
   function restart(state) {
@@ -67,15 +69,21 @@
     };
   }
 
-  function randomState() {
-    const between = ([low, high]) => low + Math.random() * (high - low);
+  /** A start at rest. `share`: of an entity's range, by its number and axis; `goal`: of the goals. */
+  function startAt(share, goal) {
     const goals = world.goals.map((name) => world.landmarks.findIndex((one) => one.name === name));
     return {
-      position: entities.map((one) => [0, 1].map(() => between(one.start || [world.low, world.high]))),
+      position: entities.map((one, i) => [0, 1].map((axis) => {
+        const [low, high] = one.start || [world.low, world.high];
+        return low + share(i, axis) * (high - low);
+      })),
       velocity: world.agents.map(() => [0, 0]),
-      goal: goals.length ? goals[Math.floor(Math.random() * goals.length)] : null,
+      goal: goals.length ? goals[Math.floor(goal * goals.length)] : null,
     };
   }
+  const randomState = () => startAt(Math.random, Math.random());
+  /** The same for everybody: all stand on a circle. */
+  const statedState = () => startAt((i, axis) => 0.5 + 0.3 * Math.sin((2 * Math.PI * i) / entities.length + (axis ? 0 : Math.PI / 2)), 0);
 
   // --- the address holds the state
 
@@ -91,7 +99,7 @@
     if (numbered && data.claims[numbered[1] - 1]) {
       ask(numbered[1] - 1);
       const stored = data.states.find((one) => one.claim === claim);
-      return stored ? stateOf(stored.position, stored.goal) : randomState();
+      return stored ? stateOf(stored.position, stored.goal) : statedState();
     }
     try {
       const { position, velocity, goal, claim: which, agent, acting: whose } = JSON.parse(decodeURIComponent(location.hash.slice(1)));
@@ -226,6 +234,15 @@
 
   let drawing = 0; // the latest ground that was asked for
 
+  /** A pattern of slanted lines. */
+  const hatching = (() => {
+    const tile = Object.assign(document.createElement("canvas"), { width: 12, height: 12 });
+    const pen = tile.getContext("2d");
+    Object.assign(pen, { strokeStyle: "#8f1d15", lineWidth: 3 });
+    for (const x of [-12, 0, 12]) pen.stroke(new Path2D(`M${x - 2} 14L${x + 14} -2`));
+    return pen.createPattern(tile, "repeat");
+  })();
+
   /** Colours the ground by the chosen agent's action there, hatched where the claim fails; coarse first, then fine. */
   function drawGround() {
     const asked = ++drawing;
@@ -275,21 +292,8 @@
     }
     pen.fillRect(column * size, row * size, Math.ceil(size), Math.ceil(size));
     if (judge === null || judge(state)) return;
-    pen.save();
-    pen.beginPath();
-    pen.rect(column * size, row * size, Math.ceil(size), Math.ceil(size));
-    pen.clip();
-    pen.strokeStyle = "#8f1d15";
-    pen.lineWidth = 3;
-    const x = column * size;
-    const y = row * size;
-    for (let d = Math.floor((x + y) / 12) * 12; d <= x + y + 2 * size + 12; d += 12) {
-      pen.beginPath();
-      pen.moveTo(d - y + 4, y - 4);
-      pen.lineTo(d - y - size - 4, y + size + 4);
-      pen.stroke();
-    }
-    pen.restore();
+    pen.fillStyle = hatching;
+    pen.fillRect(column * size, row * size, Math.ceil(size), Math.ceil(size));
   }
 
   /** Actions as signs too, so that nothing depends on colour alone. */
@@ -321,7 +325,8 @@
       const points = states.slice(0, time + 1).map((state) => toView(state.position[i]).join(","));
       element("polyline", { class: "track", points: points.join(" "), stroke: teamColour(i) }, scene);
     });
-    entities.forEach((entity, i) => drawEntity(scene, entity, i, taken, others));
+    const covered = entities.flatMap((entity, i) => drawEntity(scene, entity, i, taken, others));
+    entities.forEach((entity, i) => drawLabel(scene, entity, i, covered));
     if (focused !== undefined) scene.querySelector(`[data-entity="${focused}"]`).focus();
   }
 
@@ -330,27 +335,53 @@
 
   const crowded = agents.length + world.landmarks.length > 12; // then names hide each other, and numbers stand for them
 
+  const isGoal = (i) => i >= agents.length && now().goal === i - agents.length;
+  const radius = (entity) => Math.max(2.2, (entity.size / reach) * HALF);
+  const around = ([x, y], wide, tall = wide) => [x - wide, y - tall, x + wide, y + tall];
+
+  /** An agent with the way that it goes now, or a landmark; the rectangles that it covers. */
   function drawEntity(scene, entity, i, taken, others) {
     const [x, y] = toView(now().position[i]);
     const agent = i < agents.length;
-    const goal = !agent && now().goal === i - agents.length;
-    const size = Math.max(2.2, (entity.size / reach) * HALF);
-    const title = `${entity.name}${goal ? ", the goal" : ""} at ${now().position[i].map((c) => c.toFixed(3)).join(", ")}`;
+    const size = radius(entity);
+    const title = `${entity.name}${isGoal(i) ? ", the goal" : ""} at ${now().position[i].map((c) => c.toFixed(3)).join(", ")}`;
     const group = element("g", { class: `entity${agent && i === chosen ? " chosen" : ""}`, tabindex: 0, role: "button", "data-entity": i, "aria-label": title }, scene);
-    if (agent) element("circle", { class: "ring", cx: x, cy: y, r: size, fill: teamColour(i) }, group);
-    else element("rect", { class: "ring", x: x - size, y: y - size, width: 2 * size, height: 2 * size, fill: goal ? "#19693a" : "#55606f" }, group);
-    if (agent) {
-      const heading = (action, length, kind) => {
-        const [ex, ey] = agents[i].actions[action].effect || [0, 0];
-        if (ex || ey) element("line", { class: kind, x1: x, y1: y, x2: x + ex * length, y2: y - ey * length }, scene);
-      };
-      if (others[i] !== taken[i]) heading(others[i], size + 5, "heading other");
-      heading(taken[i], size + 5, "heading");
-    }
-    const label = element("text", { x, y: y - size - 1.5 }, scene);
-    label.textContent = `${crowded ? entity.name.match(/\d*$/)[0] || entity.name : entity.name}${goal ? " \u2605" : ""}`;
-    label.setAttribute("text-anchor", x < -40 ? "start" : x > 40 ? "end" : "middle");
     element("title", {}, group).textContent = title;
+    const covered = [around([x, y], size)];
+    if (!agent) {
+      element("rect", { class: "ring", x: x - size, y: y - size, width: 2 * size, height: 2 * size, fill: isGoal(i) ? "#19693a" : "#55606f" }, group);
+      return covered;
+    }
+    const heading = (action, kind) => {
+      const [ex, ey] = agents[i].actions[action].effect || [0, 0];
+      if (!ex && !ey) return;
+      const at = (along, aside) => `${x + along * ex - aside * ey},${y - along * ey - aside * ex}`;
+      const end = size + 7;
+      const d = `M${at(size, 0)} L${at(end, 0)} M${at(end - 2.5, 2)} L${at(end, 0)} L${at(end - 2.5, -2)}`;
+      for (const one of ["under", kind]) element("path", { class: `heading ${one}`, d, stroke: teamColour(i) }, scene);
+      covered.push(around([x + ex * (end - 4), y - ey * (end - 4)], 4.5));
+    };
+    if (others[i] !== taken[i]) heading(others[i], "other");
+    heading(taken[i], "");
+    element("circle", { class: "ring", cx: x, cy: y, r: size, fill: teamColour(i) }, group);
+    return covered;
+  }
+
+  /** A name beside its entity, where it covers least of what is there; it covers its place too then. */
+  function drawLabel(scene, entity, i, covered) {
+    const text = `${crowded ? entity.name.match(/\d*$/)[0] || entity.name : entity.name}${isGoal(i) ? " \u2605" : ""}`;
+    const [x, y] = toView(now().position[i]);
+    const [wide, tall] = [text.length + 1, 2];
+    const shared = ([a, b, c, d]) => ([e, f, g, h]) => Math.max(0, Math.min(c, g) - Math.max(a, e)) * Math.max(0, Math.min(d, h) - Math.max(b, f));
+    const area = (box) => covered.map(shared(box)).reduce((sum, part) => sum + part, 0);
+    const inside = (c, half) => Math.max(half - HALF, Math.min(HALF - half, c));
+    const boxes = [0, 5, 10, 16].flatMap((more) => {
+      const [aside, above] = [radius(entity) + wide + more, radius(entity) + tall + more];
+      return [[0, -above], [0, above], [aside, 0], [-aside, 0], [aside, -above], [-aside, above], [aside, above], [-aside, -above]];
+    }).map(([dx, dy]) => around([inside(x + dx, wide), inside(y + dy, tall)], wide, tall));
+    const best = boxes.reduce((one, other) => (area(other) < area(one) ? other : one));
+    covered.push(best);
+    element("text", { x: (best[0] + best[2]) / 2, y: best[3] - 0.8 }, scene).textContent = text;
   }
 
   // --- moving things
@@ -409,7 +440,7 @@
     const inForm = event.target.closest && event.target.closest("select, input");
     if (inForm) return;
     const entity = event.target.dataset ? event.target.dataset.entity : undefined;
-    const onButton = event.key === " " && event.target.closest && event.target.closest("button, summary");
+    const onButton = event.key === " " && event.target.closest && event.target.closest("button, summary, .folded");
     if (steering && !onButton && (arrow || event.key === " ")) {
       const wanted = arrow || [0, 0];
       const own = agents[chosen].actions.findIndex(({ effect }) => effect && effect[0] === wanted[0] && effect[1] === wanted[1]);
@@ -465,7 +496,7 @@
 
   const LEVEL = 76; // between the levels of a tree
   const giving = agents.some((agent) => agent.outputs);
-  const APART = giving ? 98 : 66; // between leaves
+  const APART = giving ? 98 : 54; // between leaves
 
   /** A name in lines of at most so many letters, broken behind its words where it can be; the rest is on its title. */
   function wrapped(name, letters, most) {
@@ -479,14 +510,43 @@
     return lines.map((line) => cut(line.trim()));
   }
 
-  function layout(tree, live) {
-    const shown = new Set([0, ...live]);
+  /** What stands below each node of a tree, in words that equal parts share; children come after their parents. */
+  function partsOf({ feature, threshold, left, right, action }) {
+    const found = [];
+    for (let node = feature.length - 1; node >= 0; node--) {
+      found[node] = feature[node] < 0 ? String(action[node]) : `${feature[node]} ${threshold[node]} (${found[left[node]]}) (${found[right[node]]})`;
+    }
+    return found;
+  }
+
+  const alike = new Map(); // tree -> roots of parts that are the same in the other profile
+  const changed = new Map(); // tree -> the first nodes that are not
+  for (const agent of TEAMS.length > 1 ? agents : []) {
+    const trees = TEAMS.map((team) => agent[team]);
+    const parts = trees.map(partsOf);
+    for (const tree of trees) for (const kind of [alike, changed]) kind.set(tree, new Set());
+    const walk = (nodes) => {
+      const [first, second] = nodes.map((node, which) => parts[which][node].split(" (")[0]);
+      const kind = parts[0][nodes[0]] === parts[1][nodes[1]] ? alike : first !== second ? changed : null;
+      if (kind) nodes.forEach((node, which) => kind.get(trees[which]).add(node));
+      else for (const side of ["left", "right"]) walk(nodes.map((node, which) => trees[which][side][node]));
+    };
+    walk([0, 0]);
+  }
+  const settled = (tree, node) => alike.has(tree) && alike.get(tree).has(node) && !opened.get(tree).has(node);
+
+  function layout(tree, live, most) {
+    const shown = new Set([0]);
+    for (const node of live) {
+      shown.add(node);
+      if (settled(tree, node)) break;
+    }
     const waiting = [0];
     let ends = 1;
     for (let i = 0; i < waiting.length; i++) {
       const node = waiting[i];
-      if (tree.feature[node] < 0) continue;
-      if (ends >= SHOWN && !shown.has(tree.left[node]) && !shown.has(tree.right[node]) && !opened.get(tree).has(node)) continue;
+      if (tree.feature[node] < 0 || settled(tree, node)) continue;
+      if (ends >= most && !shown.has(tree.left[node]) && !shown.has(tree.right[node]) && !opened.get(tree).has(node)) continue;
       ends += 1;
       for (const child of [tree.left[node], tree.right[node]]) {
         shown.add(child);
@@ -542,7 +602,10 @@
   const leftIf = (x) => bound(x) === null ? `at most ${atMost(x)}` : `below ${bound(x)}`;
 
   function drawTree(number, observed) {
-    TEAMS.forEach((team, which) => drawOne(number, agents[number][team], get(`${team}-${number}`), observed, which));
+    TEAMS.forEach((team, which) => {
+      const box = get(`${team}-${number}`);
+      if (box) drawOne(number, agents[number][team], box, observed, which);
+    });
     const agent = agents[number];
     const ends = TEAMS.map((team) => leafOf(agent[team], observed));
     const given = agent.outputs && Engine.given(agent, agent.tree, ends[0], observed);
@@ -556,10 +619,10 @@
   function drawOne(number, tree, box, observed, which) {
     const agent = agents[number];
     const live = Engine.path(tree, observed);
-    const leaf = live[live.length - 1];
-    const { drawn, places, isEnd, width, height, shift } = layout(tree, live);
+    const most = Math.max(4, Math.floor(box.clientWidth / (READABLE * APART))); // leaves that fit
+    const { drawn, places, isEnd, width, height, shift } = layout(tree, live, most);
     const label = `tree of ${agent.name}${which ? " in the second profile" : ""}`;
-    const svg = element("svg", { viewBox: `${-shift} 0 ${width} ${height}`, role: "img", "aria-label": label });
+    const svg = element("svg", { viewBox: `${-shift} 0 ${width} ${height}`, role: "group", "aria-label": label });
     const y = new Map(drawn.map(([node, level]) => [node, 28 + LEVEL * level]));
     const onPath = new Set(live);
     const met = visits.get(tree);
@@ -576,11 +639,8 @@
     }
     const here = (node) => ({ x: places.get(node), y: y.get(node), live: onPath.has(node), end: isEnd(node) });
     for (const [node] of drawn) drawNode(svg, number, tree, node, here(node), observed);
-    // letters stay readable: a wide tree is scrolled in its box, a small one does not grow without end
-    svg.style.minWidth = `${0.9 * width}px`;
-    svg.style.maxWidth = `${1.7 * width}px`;
+    svg.style.maxWidth = `${1.4 * width}px`; // a small one does not grow without end
     box.replaceChildren(svg);
-    box.scrollLeft = (places.get(leaf) / width) * box.scrollWidth - box.clientWidth / 2;
   }
 
   /** What a test asks for: a feature, or a sum of them in words. */
@@ -612,7 +672,7 @@
     const { actions, tree, other: second } = agents[number];
     if (!second) return expertSays(number, observed, actions[tree.action[leaf]]);
     const action = actions[second.action[other]];
-    if (second.action[other] === tree.action[leaf]) return "; the second profile too";
+    if (second.action[other] === tree.action[leaf]) return "; the same in the second profile";
     return `; the second profile: ${signed(action)}, leaf ${other}`;
   }
 
@@ -621,12 +681,13 @@
     const { actions, outputs } = agent;
     const split = tree.feature[node] >= 0;
     const folded = split && end;
-    const group = element("g", { class: `${live ? "live " : ""}${folded ? "folded" : split ? "" : "leaf"}` }, svg);
-    const wide = split && !folded ? 118 : giving ? 92 : 60;
-    const lines = folded ? ["\u25b8", `${leavesBelow.get(tree)[node]} leaves`]
-      : split ? [...wrapped(asks(agent, tree, node), 18, 2), test(tree.threshold[node])]
+    const other = changed.has(tree) && changed.get(tree).has(node) ? "changed " : "";
+    const group = element("g", { class: `${other}${live ? "live " : ""}${folded ? "folded" : split ? "" : "leaf"}` }, svg);
+    const wide = split && !folded ? 104 : giving ? 92 : 50;
+    const lines = folded ? ["\u25b8", `${leavesBelow.get(tree)[node]} leaves`, ...(settled(tree, node) ? ["alike"] : [])]
+      : split ? [...wrapped(asks(agent, tree, node), 16, 2), test(tree.threshold[node])]
       : outputs ? tree.vectors[tree.action[node]].map((each) => wrapped(each.words, 15, 1)[0]).slice(0, 4)
-      : wrapped(signed(actions[tree.action[node]]), 9, 3);
+      : wrapped(actions[tree.action[node]].name, 8, 3);
     const tall = 12 * lines.length + 8;
     const rect = element("rect", { x: x - wide / 2, y: y - tall / 2, width: wide, height: tall, rx: split ? 4 : 13 }, group);
     if (!split && !outputs) rect.setAttribute("style", `fill:${colours.get(actions[tree.action[node]])}`);
@@ -641,7 +702,17 @@
     element("title", {}, group).textContent = value + count;
     group.addEventListener("pointerenter", () => hover({ agent: number, tree, node }));
     group.addEventListener("pointerleave", () => hover(null));
-    if (folded) group.addEventListener("click", () => (opened.get(tree).add(node), show()));
+    if (!folded) return;
+    const open = () => {
+      const box = svg.parentElement;
+      opened.get(tree).add(node);
+      show();
+      (box.querySelector(".folded") || box.closest("details").firstElementChild).focus();
+    };
+    group.setAttribute("tabindex", 0);
+    group.setAttribute("role", "button");
+    group.addEventListener("click", open);
+    group.addEventListener("keydown", (event) => ["Enter", " "].includes(event.key) && (event.preventDefault(), open()));
   }
 
   function hover(what) {
@@ -654,7 +725,7 @@
     const net = (data.experts || [])[number];
     if (!net) return "";
     const expert = agents[number].actions[Network.act(net, observed)];
-    return expert === action ? "; its expert too" : `; its expert: ${signed(expert)}`;
+    return expert === action ? "; its expert does the same" : `; its expert: ${signed(expert)}`;
   }
 
   // --- all together
@@ -774,8 +845,18 @@
     select.append(Object.assign(document.createElement("option"), { value, textContent: text }));
   }
 
+  /** What a reader can try first. */
+  function invitation() {
+    if (!placed) return `${film ? "Step through the episode" : "Drag the point"}, or move a slider, and see which way the tree takes.`;
+    const drag = `Drag ${agents[chosen].name}, or move it with the arrow keys`;
+    if (TEAMS.length > 1) return `Each button shows a state in which the two profiles act differently. ${drag}.`;
+    if (!judges[claim]) return `${drag}, and see which way its tree takes.`;
+    if (!judges[claim](now())) return `Here the claim fails. ${drag}, until it holds.`;
+    return `${drag}, and see which way its tree takes. Hatched: there the claim would fail.`;
+  }
+
   function begin() {
-    document.querySelector("main").hidden = false;
+    get("live").hidden = false;
     get("still").remove();
     agents.forEach((agent, number) => {
       option(get("agent"), number, agent.name);
@@ -785,16 +866,20 @@
       const summary = document.createElement("summary");
       const name = Object.assign(document.createElement("strong"), { textContent: agent.name });
       const says = Object.assign(document.createElement("span"), { id: `says-${number}`, className: "soft" });
-      summary.append(name, agent.team === agent.name ? " " : ` ${agent.team} `, says);
+      const same = TEAMS.length > 1 && alike.get(agent.tree).has(0);
+      if (same) box.open = false; // there is nothing to see
+      summary.append(name, agent.team === agent.name ? " " : ` ${agent.team} `, same ? "(the same tree in both) " : "", says);
       box.append(summary);
       if (agent.outputs) box.append(Object.assign(document.createElement("div"), { id: `bars-${number}`, className: "bars" }));
-      TEAMS.forEach((team, which) => {
-        if (TEAMS.length > 1) {
-          const textContent = which ? "In the second profile:" : "In the first profile:";
-          box.append(Object.assign(document.createElement("p"), { className: "soft", textContent }));
-        }
-        box.append(Object.assign(document.createElement("div"), { id: `${team}-${number}`, className: "tree" }));
+      const pair = Object.assign(document.createElement("div"), { className: "pair" });
+      (same ? [] : TEAMS).forEach((team, which) => {
+        const part = document.createElement("div");
+        const textContent = which ? "In the second profile:" : "In the first profile (dashed red: what is changed):";
+        if (TEAMS.length > 1) part.append(Object.assign(document.createElement("p"), { className: "soft", textContent }));
+        part.append(Object.assign(document.createElement("div"), { id: `${team}-${number}`, className: "tree" }));
+        pair.append(part);
       });
+      box.append(pair);
       box.addEventListener("toggle", () => show());
       get("trees").append(box);
     });
@@ -818,18 +903,20 @@
     get("back").addEventListener("click", () => ((time = 0), pause(), film ? wind(0) : show()));
     get("random").addEventListener("click", () => restart(randomState()));
     get("scrub").addEventListener("input", (event) => scrub(Number(event.target.value)));
-    if (TEAMS.length > 1 && data.states[0]) ask(data.states[0].claim);
+    if (data.states[0]) ask(data.states[0].claim);
+    addEventListener("resize", () => requestAnimationFrame(show));
     if (placed) {
       watchArena();
-      restart(remembered() || (data.states[0] ? stateOf(data.states[0].position, data.states[0].goal) : randomState()));
+      restart(remembered() || (data.states[0] ? stateOf(data.states[0].position, data.states[0].goal) : statedState()));
     } else {
-      for (const id of ["arena", "look", "states", "help", "sentence", ...(film ? ["random"] : ["play"])]) get(id).hidden = true;
+      for (const id of ["arena", "look", "help", "sentence", ...(film ? ["random"] : ["play"])]) get(id).hidden = true;
       get("about").append(film ? ` ${film.label}` : "");
       document.body.classList.add("unplaced");
       drawSliders();
       slice.begin();
       show();
     }
+    get("try").textContent = invitation();
   }
 
   // for tests, and for readers with a console

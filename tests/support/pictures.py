@@ -14,8 +14,8 @@ from tests.support.chromium import COMMAND, QUIETLY
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "generated" / "physical_deception" / "extracted" / "play.html"
 PICTURE = ROOT / "maviper" / "manual" / "play.png"
-WIDTH, HEIGHT, SCALE = 1140, 800, 0.8
-MAX_BYTES, COLOURS = 50_000, 256
+WIDTH, HEIGHT, SCALE = 1400, 1530, 0.6
+MAX_BYTES, COLOURS = 60_000, 256
 
 
 def main() -> None:

@@ -168,6 +168,7 @@ DECISIONS = "decisions"  # the kind of a claim that is not about episodes
 HEIGHT = 120.0  # of a picture, picture units
 LEFT, RIGHT, TOP, BOTTOM = 48.0, 48.0, 10.0, 20.0  # margins around what is plotted
 MAX_DRAWN = 12  # variables
+BEFORE = 4  # steps that are drawn before a claim begins to speak
 MAX_DOTS = 40  # steps up to which each state is a dot
 STRETCH = 10  # bounds farther away than this many times the span of the values are not drawn
 LABEL = 11.0  # least distance of two labels
@@ -189,23 +190,25 @@ def draw_courses(
     of a step, an exact text; None: nobody states them.
     """
     counterexample = result.get("counterexample")
+    units = {each["name"]: each["unit"] for each in variables}
     if not counterexample:
-        return dict(result)
+        played = result.get("approach", {}).get("played", {})
+        plots = [_plot(result, name, units[name], dt, [run for run in runs if run]) for name, runs in played.items()]
+        return {**result, "plots": plots[:MAX_DRAWN]} | ({"legend": _legend(result)} if plots else {})
     ready = {**counterexample, "runs": {agent: runs(actions) for agent, actions in counterexample["actions"].items()}}
     ready["chosen"] = {name: runs(taken) for name, taken in counterexample.get("choices", {}).items()}
     named = in_modes(counterexample["start_float64"], result)
     ready |= {"began": tell_start(result) | named, "begun_in": named}
     ready["start"] = {name: value for name, value in counterexample["start"].items() if name not in named}
     if not is_still(result):
-        units = {each["name"]: each["unit"] for each in variables}
         named = [
             name for name in counterexample["states"] if any(name in region["box"] for region in result["regions"])
         ]
         rest = [*named, *(name for name in counterexample["states"] if name not in named)]
-        last = tell_end(counterexample)
+        last, states = tell_end(counterexample), counterexample["states"]
         shown = [name for name in rest if all(_drawable(value) for value in counterexample["states"][name])]
         ready |= {
-            "plots": [_plot(result, name, units[name], dt) for name in shown[:MAX_DRAWN]],
+            "plots": [_plot(result, name, units[name], dt, [states[name]]) for name in shown[:MAX_DRAWN]],
             "moment": moment(counterexample["step"], dt),
             "table": table_name(counterexample["file"]),
             "not_drawn": [name for name in rest if name not in shown[:MAX_DRAWN]],
@@ -288,29 +291,36 @@ def runs(actions: Sequence[str]) -> str:
     return ", ".join(name if count == 1 else f"{name} {count}x" for name, count in groups)
 
 
-def _plot(result: Mapping[str, Any], name: str, unit: str, dt: str | None) -> dict[str, Any]:
-    """One variable: a line over the steps, or over time, where the claim bounds it, and labels."""
-    values = result["counterexample"]["states"][name]
-    last = result["steps"] if result["by"] else len(values) - 1
+def _plot(
+    result: Mapping[str, Any], name: str, unit: str, dt: str | None, episodes: Sequence[Sequence[float]]
+) -> dict[str, Any]:
+    """One variable: a line for each episode over the steps, or over time, where the claim bounds it, and labels. Of a
+    claim that begins late only the steps from shortly before.
+    """
+    longest = max(map(len, episodes))
+    last = result["steps"] if result["by"] else longest - 1
+    first = max(0, min(result["by"], longest - 1) - BEFORE)
+    values = [value for episode in episodes for value in episode[first:]] or [episodes[0][-1]]
     bounds = [_ends(region["box"][name]) for region in result["regions"] if name in region["box"]]
     known = {end for ends in bounds for end in ends if end is not None}
     low, high = _span(values, known)
     width, height = VIEW - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
 
     def x(step: int) -> float:
-        return round(LEFT + width * step / max(last, 1), 2)
+        return round(LEFT + width * (step - first) / max(last - first, 1), 2)
 
     def y(value: float) -> float:
         return round(TOP + height * (high - min(max(value, low), high)) / (high - low), 2)
 
     bands = [_band(ends, x(result["by"]), x(max(last, 1)), y, (low, high)) for ends in bounds]
     inside = sorted((end for end in known if low < end < high), reverse=True)
-    places = [(x(step), y(value)) for step, value in enumerate(values)]
+    lines = [[(x(step), y(value)) for step, value in enumerate(each) if step >= first] for each in episodes]
+    places = lines[0] if len(lines) == 1 else []
     return {
         "name": name,
         "unit": "" if unit == "1" else unit,
-        "from": brief(values[0]),
-        "to": brief(values[-1]),
+        "from": brief(min(values) if len(episodes) > 1 else values[0]),
+        "to": brief(max(values) if len(episodes) > 1 else values[-1]),
         "width": VIEW,
         "height": HEIGHT,
         "left": LEFT,
@@ -322,10 +332,10 @@ def _plot(result: Mapping[str, Any], name: str, unit: str, dt: str | None) -> di
         "beyond": len(inside) < len(known),
         "labels": _apart([(y(end) + MIDDLE, f"{end:.4g}") for end in inside]),
         "ends": [{"y": y(end) + MIDDLE, "text": f"{end:.3g}"} for end in sorted({max(values), min(values)})],
-        "line": " ".join(f"{at},{up}" for at, up in places),
+        "lines": [" ".join(f"{at},{up}" for at, up in line) for line in lines],
         "dots": places[:-1] if len(places) <= MAX_DOTS else [],
-        "end": places[-1],
-        "first": "0 s" if dt else "step 0",
+        "end": places[-1:],
+        "first": f"{brief(seconds(first, dt))} s" if dt else f"step {first}",
         "steps": f"{brief(seconds(last, dt))} s" if dt else last,
         "over": "time" if dt else "the steps",
     }

@@ -1,15 +1,12 @@
 """Drawings of a report, ready for its page: corners of marks and places of names.
 
-Does: adds to the marks of each counterexample's picture the numbers that the page writes; places labels beside marks;
-  lays out the paths of decisions.
+Does: adds to the marks of each counterexample's picture the numbers that the page writes; places labels beside marks.
 Assumes: facts of a report (report.py, episodes.py), with pictures in picture coordinates.
 Does not: change the facts, which are also the JSON report.
 """
 
 from collections.abc import Mapping
 from typing import Any, TypeAlias
-
-from codegen.wording import holds
 
 LANDMARK, DOT = 7, 4  # half the sides of the squares that stand for a landmark, alone and within its region
 VIEW = 300.0  # side of a picture
@@ -18,8 +15,6 @@ TALL = 6  # half the height of a label
 LETTER = 5.6  # width of a letter of a label
 Rectangle: TypeAlias = tuple[float, float, float, float]  # left, top, right, bottom
 MIDDLE = 3.5  # from the middle of a label to its base line
-LEVEL, BOX, HALF, ASIDE = 54, 15, 84, 34  # of a path: rows, half a test's height and width, centres of what is left out
-MAX_LETTERS = 27  # of a name in a test's box
 
 
 def draw_picture(result: Mapping[str, Any]) -> dict[str, Any]:
@@ -27,51 +22,10 @@ def draw_picture(result: Mapping[str, Any]) -> dict[str, Any]:
     counterexample = result.get("counterexample")
     if not counterexample:
         return dict(result)
-    agents = [{**agent, "drawing": _path(agent)} if agent.get("path") else agent for agent in counterexample["agents"]]
-    ready = {**counterexample, "agents": agents}
+    ready = dict(counterexample)
     if picture := counterexample.get("picture"):  # over observations nothing has a place
         ready["picture"] = {**picture, **(_courses(picture) if "courses" in picture else _state(picture))}
     return {**result, "counterexample": ready}
-
-
-def _path(agent: Mapping[str, Any]) -> dict[str, Any]:
-    """A decision's path down its tree: the taken way straight down, the other side of each test beside it."""
-    middle, steps = VIEW / 2, agent["path"]
-    tests: list[dict[str, Any]] = []
-    for level, step in enumerate(steps):
-        test = holds(step["threshold"]).replace("<=", "≤")
-        y, side = BOX + 3 + level * LEVEL, 1 if step["left"] else -1
-        name = step["feature"] if len(step["feature"]) <= MAX_LETTERS else f"{step['feature'][: MAX_LETTERS - 1]}…"
-        tests.append(
-            {
-                "box": {"left": middle - HALF, "top": y - BOX, "width": 2 * HALF, "height": 2 * BOX},
-                "lines": [
-                    {"y": y - 2, "text": name},
-                    {"y": y + 10, "text": test},
-                ],
-                "down": {"y0": y + BOX, "y1": y + LEVEL - BOX, "label_y": y + LEVEL / 2 + MIDDLE},
-                "says": "yes" if step["left"] else "no",
-                "test": step["test"],
-                "aside": {
-                    "x0": middle + side * HALF / 2,
-                    "y0": y + BOX,
-                    "x": middle + side * (middle - ASIDE),
-                    "y": y + LEVEL / 2,
-                    "text_y": y + LEVEL / 2 + BOX,
-                    "text": f"{step['others']:,} {'leaf' if step['others'] == 1 else 'leaves'}",
-                },
-            }
-        )
-    end = BOX + 3 + len(steps) * LEVEL
-    leaf = {"left": middle - HALF / 2, "top": end - BOX, "width": HALF, "height": 2 * BOX, "text_y": end + MIDDLE}
-    return {
-        "width": VIEW,
-        "height": end + BOX + 3,
-        "middle": middle,
-        "label_x": middle + 5,
-        "tests": tests,
-        "leaf": leaf,
-    }
 
 
 def _courses(picture: Mapping[str, Any]) -> dict[str, Any]:

@@ -71,6 +71,9 @@ def _get_teller(result: AnyResult) -> Callable[[], Telling]:
     return TELLINGS[result.claim.kind]
 
 
+LABELS = 14  # letters of a line of the text report, before its words
+PLACES = ("where", "exactly", "leaves", "together", "holds in")  # labels of where a claim holds
+FOLDED = ("visited", "replays", "engines", "alone", "solver", "zones", "followed")  # what few readers look at
 NO_PAGE = "no page plays them: agents compare float64 numbers"
 SEMANTICS = (
     "Verdicts are about the deployed arithmetic. Each observation is a float32, made from float64 positions by one "
@@ -165,11 +168,32 @@ def as_text(facts: Mapping[str, Any]) -> str:
     return "\n".join(map(visible, render("report/report.txt.j2", **facts).split("\n")))
 
 
-def as_html(facts: Mapping[str, Any]) -> str:
-    """The report as one HTML page: inline styles and drawings, no scripts, nothing loaded from elsewhere."""
-    return render(
-        "report/report.html.j2", **{**facts, "results": [draw_picture(result) for result in facts["results"]]}
-    )
+def as_html(facts: Mapping[str, Any], story: Mapping[str, Any] | None = None) -> str:
+    """The report as one HTML page: inline styles and drawings, no scripts, nothing loaded from elsewhere. `story`: of
+    how the profile came about, as `report/story.html.j2` tells it first.
+    """
+    ready = [{**draw_picture(result), **_evidence(result)} for result in facts["results"]]
+    return render("report/report.html.j2", **{**facts, "results": ready, "story": story})
+
+
+def _evidence(result: Mapping[str, Any]) -> dict[str, Any]:
+    """The evidence of a result as labels with lines, from its text report: both say the same."""
+    text = render(f"report/{result['kind']}.txt.j2", result=result)
+    text += render("report/where.txt.j2", where=result["where"], result=result) if "where" in result else ""
+    rows: list[tuple[str, list[str]]] = []
+    for line in filter(None, text.split("\n")):
+        label, words = line[:LABELS].strip(), line[LABELS:]
+        if label:
+            rows.append((label, [words]))
+        else:
+            rows[-1][1].append(words)
+    arithmetic = "of the deployed code" if result["semantics"] == MACHINE else result["semantics"]
+    shown = [row for row in rows if row[0] != "proof" or not result["certificate"]]
+    return {
+        "evidence": [row for row in shown if row[0] not in (*FOLDED, *PLACES)],
+        "where_rows": [row for row in shown if row[0] in PLACES],
+        "folded_rows": [("arithmetic", [arithmetic]), *(row for row in shown if row[0] in FOLDED)],
+    }
 
 
 def as_lines(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]:

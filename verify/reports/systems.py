@@ -285,7 +285,8 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
             "bounds": {name: [number(end) for end in ends] for name, ends in evidence.open.bounds.items()},
         }
     if evidence.approach is not None:
-        document["approach"] = asdict(evidence.approach)
+        approach = asdict(evidence.approach)
+        document["approach"] = {name: value for name, value in approach.items() if name != "played" or value}
     if evidence.helps:
         document["helps"] = list(evidence.helps)
     if certificate is not None:

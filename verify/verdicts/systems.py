@@ -10,8 +10,8 @@ Does not: know the environment that a system is about, or read files; nothing is
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 
 EPISODES, SEED = 1_000, 1
+PLAYED, DIGITS = 6, 5  # of the random episodes that a report draws, for each variable of the claim; their digits
 ROUNDED = 2.0**-40  # of the ranges: a state no farther beyond a border is on it, but for the rounding of float64
 
 
@@ -51,6 +52,7 @@ class ClosestApproach:
     step: int
     episodes: int  # random ones; 0: it is the counterexample, whose state lies beyond
     short: bool = False  # or which falls short of its goal
+    played: Mapping[str, list[list[float]]] = field(default_factory=dict[str, list[list[float]]])  # see `PLAYED`
 
 
 class _MeasuredBorder(NamedTuple):
@@ -72,8 +74,13 @@ def closest(profile: PolicyProfile, system: System, claim: SystemClaim) -> Close
     if start is None:
         return None
     count, approach, least = len(next(iter(start.values()))), None, np.inf
+    named = {name for region in claim.regions for half in region for name, _ in half.form.terms}
+    played = {one.name: [list[float]() for _ in range(PLAYED)] for one in system.variables if one.name in named}
     with np.errstate(over="ignore", invalid="ignore"):
         for step, state, alive in Play(profile, system).walk(start, random, claim.steps):
+            for name, rows in played.items():
+                for row, number, on in zip(rows, state[name].tolist(), alive.tolist(), strict=False):
+                    row += [float(f"{number:.{DIGITS}g}")] if on else []
             if step < claim.by or not alive.any():
                 continue
             levels, borders = _levels(system, claim, state)
@@ -83,7 +90,7 @@ def closest(profile: PolicyProfile, system: System, claim: SystemClaim) -> Close
             if alive[place] and max(levels[place], 0.0) < least:
                 least = max(levels[place], 0.0)
                 approach = _approach(system, claim, int(borders[place]), float(least), step, count)
-    return approach
+    return None if approach is None else replace(approach, played=played)
 
 
 def beyond(system: System, claim: SystemClaim, shown: SystemCounterexample) -> ClosestApproach | None:

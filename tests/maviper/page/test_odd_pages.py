@@ -22,7 +22,7 @@ from tests.support.pages import GENERATED, committed
 SHOWN = """
   const count = (what) => document.querySelectorAll(what).length;
   return {
-    main: !document.querySelector("main").hidden,
+    main: !document.getElementById("live").hidden,
     arena: getComputedStyle(document.getElementById("arena")).display,
     trees: count(".tree svg"),
     open: count("#trees details[open]"),
@@ -73,10 +73,63 @@ def test_a_large_tree_folds_and_its_code_is_left_out(tmp_path):
     assert "const Policy = null;" in html and "4,096" not in html
     assert re.search(rf"{4096 - MAX_RULES} more leaves", html)
     drawn = "return document.querySelectorAll('#tree-1 g.leaf, #tree-1 g.folded').length;"
-    assert 64 <= in_chromium(html, drawn, [], tmp_path) <= 64 + 12
+    wide, small = (in_chromium(html, drawn, [], tmp_path, width) for width in (1900, 400))
+    assert 20 <= wide <= 30 + 12 and 4 <= small <= 8 + 12  # with the path that is taken
     script = "const at = Engine.coordinates(game, given); return Engine.actions(game, at).length;"
     state = {"position": [[0.1, 0.2]] * 5, "velocity": [[0, 0]] * 3, "goal": 0}
     assert in_node(html, script, state, tmp_path) == 3
+
+
+CUT = """
+  const boxes = [...document.querySelectorAll("body *")].filter((one) => one instanceof HTMLElement && one.clientWidth);
+  const wide = boxes.filter((one) => one.scrollWidth > one.clientWidth && getComputedStyle(one).display !== "inline");
+  return [document.querySelectorAll("main").length, wide.map((one) => one.tagName + one.className)];
+"""
+
+
+@pytest.mark.parametrize("width", [400, 1400])
+@pytest.mark.parametrize("name", ["physical_deception", "physical_deception/extracted", "proved_navigation"])
+def test_nothing_of_a_page_is_cut_off_or_scrolled_sideways(name, width, tmp_path):
+    for file in ("play.html", "report.html"):
+        html = (GENERATED / name / file).read_text()
+        if file == "report.html":  # which has no scripts
+            html = html.replace("</main>", f"</main>{EMPTY}")
+        assert in_chromium(html, CUT, [], tmp_path, width) == [1, []], file
+
+
+EMPTY = '<script type="application/json" id="data">null</script><script>window.maviper = {};</script>'
+
+
+def test_names_of_entities_do_not_cover_each_other(tmp_path):
+    """All in one place but for a little: each name has a place of its own."""
+    profile = committed("physical_deception")
+    script = """
+      const state = window.maviper.state();
+      window.maviper.restart({ ...state, position: state.position.map((_, i) => [0.05 * i, 0.04 * i]) });
+      const boxes = [...document.querySelectorAll("#scene text")].map((one) => one.getBoundingClientRect());
+      const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top + 4 || b.bottom <= a.top + 4;
+      return boxes.flatMap((a, i) => boxes.slice(0, i).filter((b) => !apart(a, b))).length;
+    """
+    assert in_chromium(page(profile, Contents()), script, [], tmp_path) == 0
+
+
+def test_a_folded_part_opens_by_the_keyboard(tmp_path):
+    profile = with_trees(committed("physical_deception"), 12)
+    script = """
+      const count = () => document.querySelectorAll("#tree-1 g").length;
+      const [before, folded] = [count(), document.querySelector("#tree-1 g.folded")];
+      folded.focus();
+      folded.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true, cancelable: true }));
+      return [count() > before, document.activeElement.tagName.toLowerCase()];
+    """
+    assert in_chromium(page(ensure(profile), Contents()), script, [], tmp_path) == [True, "g"]
+
+
+def test_a_page_without_a_counterexample_opens_at_the_same_start_for_everybody(tmp_path):
+    html = page(committed("physical_deception"), Contents())
+    script = 'return [window.maviper.state(), document.getElementById("try").textContent];'
+    (first, said), second = (in_chromium(html, script, [], tmp_path) for _ in range(2))
+    assert [first, said] == second and said.startswith("Drag adversary_0, or move it with the arrow keys")
 
 
 def test_no_committed_page_is_wider_than_a_small_screen(tmp_path):

@@ -24,7 +24,6 @@ from verify.result import Cost, Evidence, Result, Verdict
 KIND = "names"  # of a claim about what agents are called
 TEMPLATES = {
     f"report/{KIND}.txt.j2": "   longest    {{ result.longest }}\n",
-    f"report/{KIND}.html.j2": "<p>longest: {{ result.longest }}</p>\n",
     f"report/lines-{KIND}.txt.j2": "longest {{ result.longest }}\n",
 }
 
@@ -114,7 +113,7 @@ def test_a_kind_of_claim_takes_an_entry_in_each_table(registered):
     assert asked[0].command.endswith(f"--property short_names --team {team} --region start --steps 9")
     assert done.document["results"][0]["longest"] == len("agent_0")
     assert "Names are no deeds." in done.document["limits"]
-    assert "longest    7" in done.reports["report.txt"] and "longest: 7" in done.reports["report.html"]
+    assert "longest    7" in done.reports["report.txt"] and "<th>longest</th><td>7</td>" in done.reports["report.html"]
     assert as_lines(profile, result)[1] == ["longest 7"]
     assert set(done.files) == {"report.json", "report.txt", "report.html"}
     assert "short_names" in page_of(profile, done.results)

@@ -42,10 +42,10 @@ def test_actions_in_a_row():
 )
 def test_the_last_state_lies_in_its_band_as_the_claim_says(name, values, inside):
     made = plot(name, values, {"x": ["-1", "1"]})
-    (band,), (_, y) = made["bands"], made["end"]
+    (band,), ((_, y),) = made["bands"], made["end"]
     assert made["name"] == "x" and made["unit"] == "m"
     assert (band["y"] <= y <= band["y"] + band["height"]) is inside
-    assert len(made["line"].split()) == len(values) == len(made["dots"]) + 1
+    assert len(made["lines"][0].split()) == len(values) == len(made["dots"]) + 1
     assert band["x"] == made["left"] and band["x"] + band["width"] == pytest.approx(made["right"])
 
 
@@ -53,7 +53,7 @@ def test_a_region_counts_from_its_step_on():
     made = plot("reaches_and_stays", [3.0, 2.0, 1.5], {"x": ["-1", "1"]}, steps=4, by=2)
     assert made["steps"] == 4
     middle = (made["left"] + made["right"]) / 2
-    assert made["bands"][0]["x"] == made["end"][0] == pytest.approx(middle)
+    assert made["bands"][0]["x"] == made["end"][0][0] == pytest.approx(middle)
 
 
 def test_a_bound_that_is_far_away_is_not_drawn_and_one_side_may_be_open():
@@ -65,7 +65,21 @@ def test_a_bound_that_is_far_away_is_not_drawn_and_one_side_may_be_open():
 
 def test_a_start_alone_is_drawn():
     made = plot("stays_in", [2.0], {"x": ["-1", "1"]})
-    assert made["dots"] == [] and made["end"][0] == made["left"]
+    assert made["dots"] == [] and made["end"][0][0] == made["left"]
+
+
+def test_random_episodes_of_a_proof_are_drawn_inside_its_band():
+    """Only from shortly before the step from which the claim counts."""
+    proved = told("reaches_and_stays", [0.0], {"x": ["-1", "1"]}, steps=12, by=10)
+    del proved["counterexample"]
+    runs = [[5.0] * 6 + [0.5] * 7, [-5.0] * 6 + [-0.25] * 7]
+    found = draw_courses({**proved, "approach": {"played": {"x": runs}}}, VARIABLES)
+    (made,) = found["plots"]
+    (band,) = made["bands"]
+    assert made["first"] == "step 6" and made["steps"] == 12 and not made["dots"] and not made["end"]
+    assert [len(line.split()) for line in made["lines"]] == [7, 7] and "Bands" in found["legend"]
+    heights = [float(point.split(",")[1]) for line in made["lines"] for point in line.split()]
+    assert all(band["y"] <= height <= band["y"] + band["height"] for height in heights)
 
 
 def test_what_is_not_drawn_is_said():

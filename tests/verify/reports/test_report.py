@@ -67,7 +67,7 @@ def test_code_that_is_a_walk_over_tables_has_no_lines(profile):
     assert code_of(team(profile, tree, tree), "agent_0", [0]) is None
 
 
-def test_a_decision_is_drawn_as_its_path_and_what_is_left_out(profile):
+def test_a_decision_is_told_as_its_path_and_what_is_left_out(profile):
     """Each test of the path has the other side's leaves beside it; together with the path's own they are all."""
     pair = team(profile, towards(0, 0), towards(0, 1))
     (result,) = verify_claims([Question(Game(pair), DistinctTargets("defenders"), everywhere(pair))])
@@ -76,10 +76,9 @@ def test_a_decision_is_drawn_as_its_path_and_what_is_left_out(profile):
     for agent in agents:
         leaves = pair.policy(agent["agent"]).tree.feature.tolist().count(ir.NO_FEATURE)
         assert sum(step["others"] for step in agent["path"]) + 1 == leaves
-    drawings = re.findall(r'<svg class="path".*?</svg>', report.as_html(facts), re.DOTALL)
-    assert [drawing.count("<rect") for drawing in drawings] == [len(agent["path"]) + 1 for agent in agents]
-    said = [re.findall(r'text-anchor="start" fill="#1f5fa8">(yes|no)<', drawing) for drawing in drawings]
-    assert said == [["yes" if step["left"] else "no" for step in agent["path"]] for agent in agents]
+    lists = re.findall(r'<ol class="path">(.*?)</ol>', report.as_html(facts), re.DOTALL)
+    said = [re.findall(r"leaves (\d+) (?:leaf|leaves) aside", each) for each in lists]
+    assert said == [[str(step["others"]) for step in agent["path"]] for agent in agents]
 
 
 # --- sentences that fit
