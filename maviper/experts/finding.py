@@ -246,7 +246,7 @@ class Given(Wrapped):
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """Returns the agents' actions, checked; see `Controller.act`."""
         actions = self._call_expert("act", agents, observations, state)
-        if self.world.outputs:
+        if self.world.continuous:
             return self._numbers(actions, len(observations[0]), agents)
         wanted = (len(observations[0]), len(agents))
         if actions.dtype.kind not in "iu":
@@ -273,7 +273,7 @@ class Given(Wrapped):
 
     def _numbers(self, given: Any, batch: int, agents: Sequence[int]) -> Any:
         """Returns its numbers, [batch, len(agents), n_outputs], as float32; InputError for anything else."""
-        outputs = self.world.outputs
+        outputs = self.world.given
         wanted = (batch, len(agents), max(len(outputs[agent]) for agent in agents))
         fits = given.ndim == 3 and given.shape[:2] == wanted[:2] and given.shape[2] >= wanted[2]
         if given.dtype.kind not in "fiu" or not fits or not np.isfinite(given).all():
@@ -416,11 +416,11 @@ def find_expert(
     if critic not in CRITICS:
         raise UnknownNameError("critic", critic, CRITICS, "--critic")
     expert, played = _resolve_expert(text, None if world is None else find(world, giving))
-    if played.outputs and not giving:
+    if played.continuous and not giving:
         raise refuse_numbers(played.name)
     if features:
         expert, played = seeing(expert, played, features)
-    if critic == MEASURED and played.outputs:
+    if critic == MEASURED and played.continuous:
         what = "Q cannot be measured where agents give numbers: there is no end of actions to play"
         raise InputError(what, played.name, "leave --critic out: all states weigh the same")
     if critic == MEASURED and played.masked:

@@ -31,7 +31,7 @@ from maviper.experts.expert import AS_GIVEN
 from maviper.files import kinds, runs
 from maviper.worlds import World, find_built_in
 from maviper.worlds.outside.sources import is_named_by_user
-from maviper.worlds.world import Int, bounds, legal_in
+from maviper.worlds.world import Int, legal_in
 
 LAYERS = (1, 2, 3)
 ROWS = 512  # at once: what a layer gives for so many stays in the cache, twice as fast as thousands together
@@ -304,8 +304,7 @@ def build_expert(
 ) -> NetworkExpert:
     """An expert from its parts. `digest`: of its file, if there is one."""
     n_actions = tuple(len(choices) for choices in world.actions)
-    ends = tuple(bounds(outputs) for outputs in world.outputs)
-    return NetworkExpert(world.agents, n_actions, tensors, card, digest, _masks(world), ends)
+    return NetworkExpert(world.agents, n_actions, tensors, card, digest, _masks(world), world.bounds)
 
 
 def _masks(world: World) -> tuple[Mask | None, ...]:

@@ -267,7 +267,7 @@ def is_script(name: str) -> bool:
 
 def build_script(world: World, script: str = SCRIPTED) -> Scripted:
     """A script of a game; InputError when there is none."""
-    if world.outputs:
+    if world.continuous:
         advice = "train one, or bring your own"
         raise InputError("scripts choose among numbered actions, and here agents give numbers", world.name, advice)
     mixed = MIXED.fullmatch(script)

@@ -116,7 +116,7 @@ def _check_masks(world: World, settings: Settings) -> None:
 
 def _check_outputs(world: World, settings: Settings) -> None:
     """InputError for what needs numbered actions where agents give numbers, and for leaves of numbers elsewhere."""
-    if not world.outputs:
+    if not world.continuous:
         if settings.leaf:
             what, advice = "--leaves is for continuous actions, and these are numbered", "leave it out"
             raise InputError(what, world.name, advice)

@@ -222,9 +222,8 @@ class Settings:
         said = {name: value for name, value in given.items() if value is not None}
         usual = {"preset": preset, **PROTOCOL.get(algorithm, {}), **PRESETS[preset]}
         usual |= papers(algorithm, world) if preset == PAPER else {}
-        summed = said.get("splits") in SUMMED
         unrefined = (world is not None and world.games is not None) or said.get("max_leaves") or said.get("share")
-        unrefined = unrefined or summed
+        unrefined = unrefined or said.get("splits") in SUMMED
         usual |= {"refinement": 0} if unrefined else {}
         if "budget" in said:
             if not 1 <= said["budget"] <= MAX_EPISODES:
@@ -237,7 +236,7 @@ class Settings:
                 )
         selection = said.get("selection", usual["selection"])
         usual |= bundle(algorithm, selection, said.get("share", NOTHING)) if selection in SELECTIONS else {}
-        if world is not None and world.outputs:
+        if world is not None and world.continuous:
             usual |= {"leaf": CONSTANT, "weights": EQUAL, "least_right": NO_VOTES, "refinement": 0}
         return Settings(**{**usual, **said})._ensure_usable()
 

@@ -161,7 +161,7 @@ def _tie_agent(
     """An agent's policy, and what is told of it."""
     specs, choices = world.features[place], world.actions[place]
     features = _features(origin, agent, [each.name for each in specs], renaming(said.features))
-    if origin.vectors or world.outputs:
+    if origin.vectors or world.continuous:
         return _giving(features, agent, world, place)
     known = [each.name for each in choices]
     first = world.counted_from[place] if world.counted_from and not _is_placed(origin.placed, known) else 0

@@ -57,7 +57,7 @@ def find(name: str | World | Callable[..., Any], giving: bool = False) -> World:
     `find_built_in` instead.
     """
     world = name if isinstance(name, World) else _resolve_world(name)
-    if world.outputs and not giving:
+    if world.continuous and not giving:
         raise refuse_numbers(world.name)
     return world
 

@@ -133,7 +133,7 @@ def _vmas(source: Source) -> Iterator[Finding]:
     world = VmasWorld(name)
     yield Finding(Mark.OK, f"scenario: {name}, {format_count(GAMES, 'game')} at once")
     yield Finding(Mark.OK, f"agents: {', '.join(world.agents)}")
-    kind = "numbers within bounds" if world.outputs else "Discrete"
+    kind = "numbers within bounds" if world.continuous else "Discrete"
     yield Finding(Mark.OK, f"actions: {kind}, {', '.join(str(len(does)) for does in world.decided)}")
     seen = ", ".join(str(len(features)) for features in world.features)
     yield Finding(Mark.OK, f"observations: vectors of {seen} numbers")
@@ -331,7 +331,7 @@ def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[Any]]) -
     for acted in [*actions, None]:
         others = (part[0].tolist() for part in (state.rewards, state.done, state.terminated, state.acting))
         outcomes.append(Outcome([seen[0] for seen in state.observations], *others))
-        if acted is not None and world.outputs:
+        if acted is not None and world.continuous:
             state = world.step(state, _pad_numbers(acted, world))
         elif acted is not None:
             drawn = world.draw_actions(range(len(acted)), state.observations, (np.array([acted]) + 0.5) / sizes)

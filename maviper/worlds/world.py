@@ -158,6 +158,16 @@ class World(ABC):
         return mask_of(self.features[agent], self.actions[agent])
 
     @property
+    def continuous(self) -> bool:
+        """True if agents give numbers, and choose among no actions."""
+        return bool(self.outputs)
+
+    @property
+    def bounds(self) -> tuple[tuple[Float64, Float64], ...]:
+        """By agent the low and the high ends of the numbers that it gives, each [n_outputs]; () where agents act."""
+        return tuple(map(bounds, self.outputs))
+
+    @property
     def given(self) -> tuple[tuple[OutputSpec, ...], ...]:
         """By agent the numbers that it gives; () of one that takes actions."""
         return tuple(self.outputs) or ((),) * len(self.agents)

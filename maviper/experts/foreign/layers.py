@@ -20,7 +20,7 @@ from codegen.ir import Float32, Float64
 from maviper.episodes.play import in_columns
 from maviper.experts.expert import AS_GIVEN
 from maviper.worlds import World
-from maviper.worlds.world import Int, bounds
+from maviper.worlds.world import Int
 
 LOGITS, Q, MEANS, SQUASHED = "logits", "q", "means", "squashed"
 GIVING = (MEANS, SQUASHED)  # where agents give numbers
@@ -101,7 +101,7 @@ class LayersExpert:
             fits = layer.weight.shape[1] == before and layer.bias.shape == layer.weight.shape[:1]
             if not fits or not all(np.isfinite(part).all() for part in layer):
                 raise InputError("the network's layers do not follow one another, or are not finite", self.world.name)
-        giving = bool(self.world.outputs)
+        giving = self.world.continuous
         if (self.outputs in GIVING) != giving:
             what = (
                 f"the network's outputs are {self.outputs}, and agents {'give numbers' if giving else 'have actions'}"
@@ -146,7 +146,7 @@ class LayersExpert:
 
     def give_numbers(self, agent: int, obs: Float32) -> Float32:
         """The numbers that an agent gives, within their bounds; [batch, n_outputs]."""
-        low, high = bounds(self.world.outputs[agent])
+        low, high = self.world.bounds[agent]
         numbers = self._forward(obs)
         if self.outputs == SQUASHED:
             numbers = low + (np.tanh(numbers) + 1) / 2 * (high - low)

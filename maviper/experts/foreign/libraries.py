@@ -147,8 +147,8 @@ def _ensure_spaces(data: Mapping[str, Any], world: World, where: str) -> None:
     seen, acts = (_class(data.get(f"{kind}_space")) for kind in ("observation", "action"))
     if acts not in ("Discrete", "Box"):
         raise InputError(f"the policy's actions are a {acts or 'space unknown'}, not Discrete or a Box", where, BY_HAND)
-    if (acts == "Box") != bool(world.outputs):
-        ours = "give numbers" if world.outputs else "choose among numbered actions"
+    if (acts == "Box") != world.continuous:
+        ours = "give numbers" if world.continuous else "choose among numbered actions"
         what = f"the policy's actions are a {acts}, and the world's agents {ours}"
         raise InputError(what, f"{where}: {world.name}", "name the world that it was trained in")
     if acts == "Box":
@@ -169,7 +169,7 @@ def _ensure_spaces(data: Mapping[str, Any], world: World, where: str) -> None:
 
 def _ensure_bounds(space: Mapping[str, Any], world: World, where: str) -> None:
     """InputError where a zip's Box has other bounds than the world's agents: its numbers would mean something else."""
-    for outputs in world.outputs:
+    for outputs in world.given:
         for end in ("low", "high"):
             told = [float(each) for each in NUMBER.findall(str(space.get(end, "")))]
             ours = [float(np.float32(getattr(each, end))) for each in outputs]

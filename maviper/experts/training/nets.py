@@ -22,7 +22,6 @@ from codegen.legality import LEGAL
 from maviper.experts.network import ACTOR, CRITIC, LAYERS, give_numbers
 from maviper.experts.training.scaling import Scale
 from maviper.worlds import World
-from maviper.worlds.world import bounds
 
 # Added to the logit of an action that an agent does not have, or that is illegal: its probability is 0 then. With -inf
 # the entropy would be NaN.
@@ -376,7 +375,7 @@ class Numbers(Head):
 
     def __init__(self, joint: Joint, rng: np.random.Generator, world: World, actor: Nets) -> None:
         super().__init__(joint, rng)
-        self.bounds = [bounds(outputs) for outputs in world.outputs]
+        self.bounds = world.bounds
         n_networks = len(actor.parameters[0])
         started = torch.full((n_networks, 1, joint.n_actions), math.log(DEVIATION), device=joint.device)
         self.spread = Stacked([started.requires_grad_()])
@@ -414,4 +413,4 @@ class Numbers(Head):
 
 def head_of(world: World, joint: Joint, actor: Nets, rng: np.random.Generator) -> Head:
     """Returns the head that reads the outputs of the actors of a world's agents."""
-    return Numbers(joint, rng, world, actor) if world.outputs else Choices(joint, rng)
+    return Numbers(joint, rng, world, actor) if world.continuous else Choices(joint, rng)

@@ -119,7 +119,7 @@ def settings_of(world: World, request: Request) -> Any:
     if world.masked and algorithm != MAPPO:
         advice = f"choose --algorithm {MAPPO}, and no other recipe than {DEFAULT}"
         raise InputError(f"{algorithm} takes no heed of illegal actions", world.name, advice)
-    if world.outputs:
+    if world.continuous:
         _ensure_numbers(world, known)
     return settings(world, request, _trainer(algorithm).settings)
 
@@ -344,7 +344,7 @@ class _Run:
         judged = self._judge(tensors, measures.MEASUREMENT_SEEDS, episodes)
         self.on_step(Step(CHOOSING, len(finalists), len(finalists)))
         networks, played = self.trainer.networks, {"training": self.trainer.steps}
-        if networks == ACTOR and critic and not self.world.outputs:
+        if networks == ACTOR and critic and not self.world.continuous:
             fitted, played[CRITIC] = self._critic(tensors)
             tensors, networks = {**tensors, **fitted}, ACTOR_CRITIC
         measured = {"episodes": episodes, "first_episode_seed": measures.MEASUREMENT_SEEDS, **cards.table(judged)}

@@ -47,7 +47,6 @@ from maviper.extraction.selection.arena import (
 from maviper.extraction.settings import SUMS, Settings
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World
-from maviper.worlds.world import bounds
 
 Trees = list[GrownTree]
 PAIRS = 16  # directions of a round, each of them played forwards and backwards
@@ -161,7 +160,7 @@ def improve_numbers(
     spread, played = 1 - done * (1 - LAST_SPREAD), scale * PLAYED
     arena.scores([trees], played)  # for what its agents observe
     moves = [
-        Moves.of(_as_summed(tree), seen, np.subtract(*reversed(bounds(arena.world.outputs[agent]))))
+        Moves.of(_as_summed(tree), seen, np.subtract(*reversed(arena.world.bounds[agent])))
         for agent, tree, seen in zip(arena.agents, trees, arena.seen, strict=True)
     ]
     directions = [spread * rng.standard_normal((PAIRS, each.size)) for each in moves]
@@ -306,7 +305,7 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
     steps = proposing + evolving
     for number in range(steps):
         rng = np.random.default_rng([settings.seed, *task.agents, number])
-        if number == proposing and not asked.world.outputs:
+        if number == proposing and not asked.world.continuous:
             sizes = [len(asked.world.features[agent]) for agent in task.agents]
             trees = [with_own_sums(tree, n_features) for tree, n_features in zip(trees, sizes, strict=True)]
         if number == proposing:
@@ -314,7 +313,7 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
         if number < proposing:
             given: Any = refine_once, trees, others, limits, rng, asked.examples
         elif number < steps - 1:
-            move, *scaled = (improve_numbers, scale) if asked.world.outputs else (drift_tests,)
+            move, *scaled = (improve_numbers, scale) if asked.world.continuous else (drift_tests,)
             given = move, trees, (number - proposing) / evolving, rng, *scaled
         else:
             given = judge, start, trees
@@ -325,7 +324,7 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
         mean = float(score(arena.primary, step["values"]).mean())
         last = Progress(REFINING, number + 1, steps, mean, mean, estimates, None, count_leaves(trees))
         on_progress(last)
-    return (trees if asked.world.outputs else [merge_leaves(tree) for tree in trees]), arena.played, last
+    return (trees if asked.world.continuous else [merge_leaves(tree) for tree in trees]), arena.played, last
 
 
 def _round(arena: Arena, refine: Callable[..., tuple[Trees, Float64]], *given: Any) -> Arrays:
@@ -340,7 +339,7 @@ def _count_evolving(task: _Task) -> int:
     counterexamples say more than play. (No world with masks has trees that test sums.)
     """
     asked, settings = task.asked, task.asked.settings
-    if asked.world.outputs:
+    if asked.world.continuous:
         return settings.refinement
     half = settings.refinement // 2
     return half if settings.splits == SUMS and not len(asked.examples) and half >= round_cost() else 0
@@ -349,14 +348,14 @@ def _count_evolving(task: _Task) -> int:
 def _count_rounds(task: _Task) -> tuple[int, int]:
     """Rounds of proposals, and of the evolution strategy with its comparison at the end."""
     evolving, episodes = _count_evolving(task), task.asked.settings.refinement
-    giving = bool(task.asked.world.outputs)
+    giving = task.asked.world.continuous
     cost = evolving_cost(round_scale(episodes)) if giving else drift_cost()
     return (episodes - evolving) // round_cost(), count_steps(evolving, cost)
 
 
 def check(settings: Settings, world: World) -> None:
     """InputError where there are episodes to refine by, but not enough for one round."""
-    least = evolving_cost() + judging_cost() if world.outputs else round_cost()
+    least = evolving_cost() + judging_cost() if world.continuous else round_cost()
     if 0 < settings.refinement < least:
         what = f"{settings.refinement} episodes are too few for one round of refinement"
         raise InputError(what, "--refinement-episodes", f"give 0, or {least} at least")

@@ -15,8 +15,7 @@ from pathlib import Path
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from maviper.files import runs
-from maviper.files.outputs import FOUND
+from maviper.files import outputs, runs
 from maviper.verification.ask import MAX_FILE_BYTES, Asked, VerifyOptions, format_parameter, option_of
 from verify.claims.files import properties
 from verify.claims.region_files import region_toml
@@ -57,7 +56,7 @@ def zones_and_region(profile: PolicyProfile, place: int, result: DecisionResult)
         return {}
     files = {f"zones-{place}-{claim.name}.json": zones_json(profile, result)} if where.count else {}
     if where.part is not None:
-        told = f"{FOUND} {claim.shown} of the {claim.team} holds in it; profile {content_hash(profile)}"
+        told = f"{outputs.FOUND} {claim.shown} of the {claim.team} holds in it; profile {content_hash(profile)}"
         files[where.part.region.name] = f"{told}\n{region_toml(where.part.region)}"
     return files
 
@@ -86,5 +85,5 @@ def ensure_free(output: Path, asked: Sequence[Asked], options: VerifyOptions) ->
     regions = {path.resolve() for path in list_given(options)}
     for number, one in enumerate(asked, 1):
         path = output / region_file(number, one.claim)
-        if path.resolve() in regions or (path.is_file() and not path.read_bytes().startswith(FOUND.encode())):
+        if path.resolve() in regions or (path.is_file() and not path.read_bytes().startswith(outputs.FOUND.encode())):
             raise InputError("the region found would overwrite a file", str(path), "choose another folder with -o")

@@ -129,5 +129,5 @@ class CooperativeNavigation(ParticleWorld):
         from mpe2 import simple_spread_v3  # pyright: ignore[reportMissingTypeStubs]
 
         return simple_spread_v3.parallel_env(
-            N=len(self.agents), max_cycles=EPISODE_STEPS, continuous_actions=bool(self.outputs)
+            N=len(self.agents), max_cycles=EPISODE_STEPS, continuous_actions=self.continuous
         )

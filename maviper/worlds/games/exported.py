@@ -67,7 +67,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
 
     def action_space(self, agent: str) -> Discrete | Box:
         """The agent's Discrete(n), or its Box where agents give numbers, always the same object; what its numbers mean
-        is in `world.actions`, or in `world.outputs`.
+        is in `world.decided`.
         """
         return self._choices[agent]
 
@@ -95,7 +95,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         acted = self.agents
         if not acted:
             raise InputError("no episode is going on", self.world.name, "call reset first")
-        chosen: Any = np.zeros((1, *self.world.acting_shape), np.float32 if self.world.outputs else np.int64)
+        chosen: Any = np.zeros((1, *self.world.acting_shape), np.float32 if self.world.continuous else np.int64)
         for place, agent in enumerate(self.possible_agents):
             if agent in acted:
                 chosen[0, place] = self._action(agent, actions)

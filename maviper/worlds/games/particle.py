@@ -204,7 +204,7 @@ class ParticleWorld(World):
         """
         motion = self._exact if exact else self._quick
         before = planes(state.position), planes(state.velocity)
-        if self.outputs:
+        if self.continuous:
             position, velocity = motion.step_pushed(*before, self._push_agents(actions))
         else:
             position, velocity = motion.step(*before, actions)

@@ -159,7 +159,7 @@ class PhysicalDeception(ParticleWorld):
         from mpe2 import simple_adversary_v3  # pyright: ignore[reportMissingTypeStubs]
 
         return simple_adversary_v3.parallel_env(
-            N=len(self.teams[DEFENDERS]), max_cycles=EPISODE_STEPS, continuous_actions=bool(self.outputs)
+            N=len(self.teams[DEFENDERS]), max_cycles=EPISODE_STEPS, continuous_actions=self.continuous
         )
 
 

@@ -37,7 +37,7 @@ from maviper.worlds.outside.sources import (
 )
 from maviper.worlds.outside.spaces import MAX_FEATURES, bounds_of, fault_of
 from maviper.worlds.seeds import fold_seed
-from maviper.worlds.world import RETURN, Int, Measure, bounds
+from maviper.worlds.world import RETURN, Int, Measure
 
 GAMES = 256  # in a batch
 USUAL_STEPS = 100  # most scenarios go on until somebody stops them
@@ -172,12 +172,11 @@ class VmasWorld(OutsideWorld):
 
     def _columns(self, acted: Float32) -> list[Float32]:
         """Returns each agent's actions in all games, [GAMES, 1], or the numbers that it gives, within its bounds."""
-        if not self.outputs:
+        if not self.continuous:
             return [column[:, None].copy() for column in acted.T]
         columns: list[Float32] = []
-        for place, outputs in enumerate(self.outputs):
-            low, high = bounds(outputs)
-            columns.append(np.clip(acted[:, place, : len(outputs)], low, high).astype(np.float32))
+        for place, (low, high) in enumerate(self.bounds):
+            columns.append(np.clip(acted[:, place, : len(low)], low, high).astype(np.float32))
         return columns
 
     def _enter_states(self, observations: tuple[Float32, ...], rewards: Float64, done: Bool) -> EnvStates:
