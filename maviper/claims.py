@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 from codegen.errors import InputError
-from verify.claims.language.parameters import NAMES, Names, Number, Steps
+from verify.claims.parameters import NAMES, Names, Number, Steps
 
 
 @dataclass(frozen=True)

@@ -273,7 +273,7 @@ SAMPLED = {
         "verify.states.shares",
         "verify.counterexamples.search",
         "verify.extent.largest",
-        "verify.repair.search",
+        "verify.repair",
         "verify.verdicts.episodes",
         "maviper.verification.diff",
         "maviper.evaluation.comparison",

@@ -18,7 +18,7 @@ from codegen.errors import InputError
 from codegen.targets.rendered import LANGUAGES
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.options import CompileOptions, make_request
-from verify.claims.language.parameters import Number
+from verify.claims.parameters import Number
 
 if TYPE_CHECKING:
     from maviper.compilation.monitors import Proved

@@ -36,7 +36,7 @@ from maviper.worlds import Measure, World
 from maviper.worlds.matching import FEATURES_FILE
 from maviper.worlds.world import Int
 from verify.claims.formula import Formula, Or
-from verify.claims.values import Batch
+from verify.states.values import Batch
 
 SHARE = 0.2  # of the weight of a team's data, where there are examples for it
 MAX_EACH = 100  # average points of the data that one such state may weigh, so that a few do not rule

@@ -3,7 +3,7 @@
 Does: finds built-in properties by name and reads property files; finds regions by name, over observations those of what
   was seen, where a number in a formula is what the agents of a view compare.
 Assumes: options with None where a user said nothing.
-Does not: decide or print, or read formulas (verify/claims/language).
+Does not: decide or print, or read formulas (verify/claims/written.py).
 """
 
 import shlex
@@ -25,16 +25,16 @@ from maviper.files.profiles import find_region
 from maviper.options import SystemOptions, complete_options, table_of
 from maviper.options import VerifyOptions as Options
 from verify.checker.thresholds import sides
+from verify.claims import parameters
 from verify.claims.catalogue import ZONES, Claim, check_zones, find_claim, names_reading, readable, select_stated
 from verify.claims.claim import Parameter
 from verify.claims.files import Reading, Stated, read_properties
 from verify.claims.formula import Formula
-from verify.claims.language import parameters
-from verify.claims.language.parameters import Form
-from verify.claims.language.terms import Compared, read_as_compared
 from verify.claims.observed import View
+from verify.claims.parameters import Form
 from verify.claims.region import Region
 from verify.claims.region_files import START
+from verify.claims.terms import Compared, read_as_compared
 from verify.claims.views import (
     RANGES,
     SEEN,

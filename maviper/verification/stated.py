@@ -28,7 +28,7 @@ from maviper.verification import worlds
 from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims, resolve_region
 from maviper.verification.files.places import repeat_options
 from maviper.verification.files.systems import PROPERTY_FILE, counterexample_document
-from maviper.verification.games.confirming import RealAgents, Variables
+from maviper.verification.games import RealAgents, Variables
 from maviper.verification.procedures import Procedure
 from maviper.verification.reference import find_by_rules, measure_reference, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
@@ -37,9 +37,9 @@ from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
 from verify.claims.formula import Linear, atoms, below, negate, normal
-from verify.claims.language.terms import last_of
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
+from verify.claims.terms import last_of
 from verify.claims.views import Viewed, select_features
 from verify.decimals import plain
 from verify.kinds import MACHINE

@@ -4,7 +4,7 @@ Does: states them as data, which whoever proves reads, and as the text of the fi
   variables, what agents observe with its roundings and errors, how a step moves a game, and each claim. Says where a
   region holds no start at rest, which no world file states.
 Assumes: a checked profile; properties as data. Games: features that have meanings, agents that take actions.
-Does not: decide, or play (verification/games/playing.py). Whoever checks a certificate has the file, and reads what
+Does not: decide, or play (games.py). Whoever checks a certificate has the file, and reads what
   it is about.
 
 Observations: a variable for each feature, over the ranges that are asked about, and nothing moves. An agent of which

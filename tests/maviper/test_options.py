@@ -44,8 +44,8 @@ from maviper.options.extraction import (
 )
 from maviper.reproduction import run as reproduction
 from maviper.verification.ask import VerifyOptions as Asked
+from verify.claims import parameters
 from verify.claims.catalogue import NAMES, ZONES, readable
-from verify.claims.language import parameters
 
 PLAIN = {"margin", "radius", "kappa", "eps", "steps", "landmarks", "others", "order"}  # None: as usual
 FOLDER = "maviper/manual"

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 
 from codegen.ir import ActionSpec, AgentPolicy, EntitySpec, FeatureSpec, PolicyProfile, Provenance, Tree, WorldSpec
-from verify.claims.language.terms import last_of
+from verify.claims.terms import last_of
 
 
 def pole(numbers, end=0.0):

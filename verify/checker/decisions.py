@@ -48,9 +48,8 @@ from verify.claims.claim import check_range, read_by, verifiable
 from verify.claims.decisions import BY_NAME, KAPPA, PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady, formula
 from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
 from verify.claims.observed import View, over, view_from
-from verify.claims.pairs import alike, ensure_comparable, pair_profiles
 from verify.claims.region import Region, goal_of, goal_text
-from verify.claims.relations import RELATIONS
+from verify.claims.relations import RELATIONS, alike, ensure_comparable, pair_profiles
 from verify.exact import read_number
 from verify.kinds import MACHINE, SEMANTICS, Semantics
 

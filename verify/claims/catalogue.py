@@ -26,7 +26,7 @@ from verify.claims.claim import (
 )
 from verify.claims.decisions import PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
-from verify.claims.language.parameters import Form, of_form
+from verify.claims.parameters import Form, of_form
 from verify.claims.relations import RELATIONS
 from verify.claims.wording import ACCOUNTS, BUILT_IN, PROPERTIES, WITH_ERRORS, WORDS, account_of
 

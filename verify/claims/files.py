@@ -17,12 +17,12 @@ from codegen.ir import GOAL, PolicyProfile
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, check_zones, find_claim, readable
 from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, ensure_askable
 from verify.claims.formula import Formula, agents
-from verify.claims.language.formulas import StatedFormula, Vocabulary, read_statement
-from verify.claims.language.parameters import Form, of_form
+from verify.claims.parameters import Form, of_form
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere, find_observed_velocities, is_list, is_table, positions, region_of
 from verify.claims.views import find_numbers
 from verify.claims.wording import OwnFormula
+from verify.claims.written import StatedFormula, Vocabulary, read_statement
 from verify.decimals import number
 from verify.kinds import ALWAYS
 from verify.toml_places import Place, parse

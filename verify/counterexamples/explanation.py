@@ -35,7 +35,6 @@ from verify.claims.formula import (
     substitute_actions,
 )
 from verify.claims.region import Region
-from verify.claims.values import worth
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.counterexamples.uniqueness import Uniqueness, unique
 from verify.kinds import MACHINE, REAL
@@ -43,6 +42,7 @@ from verify.question import DecisionQuestion
 from verify.states.acting import Step
 from verify.states.real import Value, value_of, write_value
 from verify.states.state import State, error_name, inside, leaves_at, shortfall, violates_by
+from verify.states.values import worth
 
 Cut: TypeAlias = tuple[Fraction, int]
 Line: TypeAlias = tuple[tuple[Cut, Cut], ...]  # disjoint intervals in order, each from its lower to its upper cut

@@ -26,7 +26,6 @@ from verify.checker.episodes.certificates import ProofPart
 from verify.claims.claim import read_by
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import goal_text
-from verify.claims.values import has_matching
 from verify.episodes.contacts import Pair, colliders, travels
 from verify.episodes.unroll import Cut, EpisodeSearch, Group, build_group, ensure_exact, strides
 from verify.episodes.zones import (
@@ -47,6 +46,7 @@ from verify.result import Verdict
 from verify.states.episodes import at_rest, find_matchings, find_met_ways, first_failing, name_pairs, play, playable
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, sample
+from verify.states.values import has_matching
 from verify.unanswered import tell_of_goal
 from verify.zones.tables import BeyondZonesError
 

@@ -24,10 +24,10 @@ from verify.checker.flows.series import FlowReading, Stepping
 from verify.checker.flows.steps import EXACT, FlowStep, Frame, build_frames
 from verify.checker.flows.sweep import FlowSweep
 from verify.checker.systems.reading import bounds_in
-from verify.claims.values import Batch
 from verify.reach.play import holds_states, observe_planes, value
 from verify.reach.replay import is_start
 from verify.reach.results import SystemCounterexample, Values
+from verify.states.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import ARRAYS, function
 from verify.systems.system import Interval, System

@@ -3,7 +3,7 @@
 Does: cuts a text into numbers, names, units and signs; levels of operators, parentheses, calls, units of numbers, lists
   of actions.
 Assumes: ASCII; a name with a dash stands in single quotes, and one quote behind a name is part of it. What names and
-  trees mean is read by verify.claims.language and verify.systems.parsing.
+  trees mean is read by verify.claims.written and verify.systems.parsing.
 Does not: run anything that a text holds.
 
     text      = value                               lowest level first; `implies` and `**` group to the right

@@ -23,10 +23,10 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import Int32, PolicyProfile, act
 from codegen.numbers import nearest_number, neighbour
 from verify.claims.formula import Formula, holds
-from verify.claims.values import Batch
 from verify.reach.play import Planes, Starts, observe_planes, random_starts, value
 from verify.reach.replay import Course, piece_of, replay_course, within
 from verify.reach.results import SystemCounterexample
+from verify.states.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import choose_actions, list_roundings, list_settings, observe_state, with_roundings
 from verify.systems.statement import Statement

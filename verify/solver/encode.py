@@ -36,7 +36,6 @@ from verify.claims.formula import (
     substitute_actions,
 )
 from verify.claims.region import Region
-from verify.claims.values import tighten_formula
 from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
 from verify.solver.terms import (
@@ -58,6 +57,7 @@ from verify.solver.terms import (
     unknown,
 )
 from verify.states.state import error_name, measurable
+from verify.states.values import tighten_formula
 
 MAX_TESTS = 280_000  # of trees that a query states: half a minute, and below two gigabytes with the solver's own copy
 FEW_TESTS = 20_000  # that any budget allows

@@ -38,13 +38,13 @@ from verify.claims.formula import (
 from verify.claims.formula import coordinates as spoken_of
 from verify.claims.region import Interval, Region
 from verify.claims.region_files import everywhere
-from verify.claims.values import Batch, preventable
 from verify.kinds import MACHINE
 from verify.question import DecisionQuestion
 from verify.states import noise
 from verify.states.noise import together, ways
 from verify.states.real import Value
 from verify.states.state import State, batch, choose_actions, inside, observe_state, sample, state_at
+from verify.states.values import Batch, preventable
 
 SAMPLES = 100_000
 SAMPLE_SEED = 7

@@ -18,10 +18,10 @@ from codegen.observe import observe
 from verify.claims.decisions import DecisionClaim, engages
 from verify.claims.formula import Formula, for_goal, holds
 from verify.claims.region import Region
-from verify.claims.values import Batch, worth
 from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
 from verify.states.real import Value, comparable, leaf_of, leaves_of, measure_feature, value_of
+from verify.states.values import Batch, worth
 
 
 @dataclass(frozen=True)

@@ -37,10 +37,10 @@ from verify.claims.formula import (
     disjunction,
     negate,
 )
-from verify.claims.language.formulas import StatedFormula, Vocabulary, read_statement
-from verify.claims.language.terms import Compared, read_as_compared
 from verify.claims.region_files import is_list, is_table
+from verify.claims.terms import Compared, read_as_compared
 from verify.claims.views import UNLIKE
+from verify.claims.written import StatedFormula, Vocabulary, read_statement
 from verify.decimals import MAX_PLACES, number, plain
 from verify.language.units import Typed
 from verify.systems.claims import MAX_STEPS, SAYS, CurvedClaim, Denied, Pattern, SystemClaim, atom

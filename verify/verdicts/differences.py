@@ -2,7 +2,7 @@
 
 Does: for each agent every zone of states in which the profiles act differently, with their exact share and an example;
   for agents without such a zone a certificate, which the checker accepted.
-Assumes: profiles that can be compared (claims/pairs.py).
+Assumes: profiles that can be compared (claims/relations.py).
 Does not: write reports; play episodes.
 
 The profiles are read as one team with twice the agents (`pair_profiles`), and "acts alike" is a claim about it. So the
@@ -16,8 +16,8 @@ from itertools import islice, pairwise
 
 from codegen.ir import PolicyProfile
 from verify.checker.decisions import DecisionCertificate, check_certificate
-from verify.claims.pairs import alike, counterpart, ensure_comparable, pair_profiles
 from verify.claims.region import Region
+from verify.claims.relations import alike, counterpart, ensure_comparable, pair_profiles
 from verify.claims.wording import OwnFormula
 from verify.counterexamples.search import MAX_PLACES, confirm_point
 from verify.extent.violations import ExactShare, Failing, exact_share, measure_union, violations

@@ -24,7 +24,7 @@ from codegen.ir import FORK, PHYSICS, ActionSpec, Bool, EntitySpec, FeatureSpec,
 from codegen.observe import Observer
 from maviper.worlds.games.features import COASTING, extend_features, groups_of
 from maviper.worlds.world import CONTINUOUS, FEATURES, Int, Options, World
-from verify.claims.values import has_matching
+from verify.states.values import has_matching
 
 # mpe2's discrete actions, in its order
 ACTIONS = (

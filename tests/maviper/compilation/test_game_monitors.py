@@ -28,10 +28,10 @@ from verify.claims.decisions import formula
 from verify.claims.formula import Linear, Not, Or
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml, start_region
-from verify.claims.values import Batch
 from verify.result import Verdict
 from verify.states.episodes import play
 from verify.states.state import sample
+from verify.states.values import Batch
 from verify.systems.files import statement_of
 from verify.systems.system import Affine, HalfSpace
 

@@ -13,8 +13,8 @@ from codegen.ir import Meaning
 from codegen.policy_json import dumps
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
 from maviper.cli import main
+from maviper.verification import games
 from maviper.verification.ask import VerifyOptions
-from maviper.verification.games import playing
 from maviper.verification.run import pose_questions, results
 from maviper.verification.worlds import World
 from tests.hunting.summing import Team
@@ -231,7 +231,7 @@ def find_broken(folder, landmark):
     profile = observing(profile, *(((1.0, f"{landmark}.{axis}"), (-1.0, f"goal.{axis}")) for axis in "xy"))
     region = region_of(profile, 0, Fraction(1, 256))
     ((asked,), world) = pose(folder, profile, region, "stays_in", radius=Fraction(1, 100))
-    game = playing.PlayedGame(world.origin, world.profile, world.statement, world.started.goal)
+    game = games.PlayedGame(world.origin, world.profile, world.statement, world.started.goal)
     return asked, world, game
 
 
@@ -244,14 +244,14 @@ def test_the_goal_is_known_where_nobody_sees_it(landmark, tmp_path):
 
 def test_an_episode_beyond_the_errors_of_its_file_is_no_counterexample(tmp_path):
     asked, _, game = find_broken(tmp_path, "landmark_1")
-    course = next(playing.iterate_anywhere(game, asked.claim))
+    course = next(games.iterate_courses(game, asked.claim))
     (piece,) = game.statement.system.pieces
     (name, *_) = [name for errors in course.errors for name, most in errors.items() if most]
     exact = replace(piece, error={**piece.error, name: (Fraction(0), Fraction(0))})
     system = replace(game.statement.system, pieces=(exact,))
     narrow = replace(game, statement=replace(game.statement, system=system))
     with pytest.raises(AssertionError, match="otherwise than its world file allows"):
-        next(playing.iterate_anywhere(narrow, asked.claim))
+        next(games.iterate_courses(narrow, asked.claim))
 
 
 @pytest.mark.parametrize("text", ["safe \U0001f642", '"quoted\\', "\x7f\x00\n\t", "half \udcff"])

@@ -32,10 +32,10 @@ from verify.claims.decisions import formula
 from verify.claims.formula import Linear, holds
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml, start_region
-from verify.claims.values import Batch
 from verify.decimals import plain
 from verify.result import Verdict
 from verify.states.state import sample
+from verify.states.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.files import statement_of
 from verify.systems.properties import spell_formula

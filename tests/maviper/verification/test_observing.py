@@ -19,8 +19,8 @@ from tests.support.pole import pole
 from tests.support.verifying import run
 from verify.checker import thresholds
 from verify.claims.formula import Linear, holds
-from verify.claims.language.terms import last_of
 from verify.claims.observed import View, over
+from verify.claims.terms import last_of
 from verify.kinds import SEMANTICS
 from verify.result import Verdict
 from verify.solver import encode

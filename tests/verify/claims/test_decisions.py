@@ -17,9 +17,9 @@ from verify.claims.decisions import PLAIN, NoDouble, formula
 from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, below, holds, negate, normal
 from verify.claims.formula import substitute_actions as once
 from verify.claims.region_files import everywhere, find_observed_velocities
-from verify.claims.values import Batch
 from verify.claims.wording import BUILT_IN, spell_decisions
 from verify.states.state import batch, sample
+from verify.states.values import Batch
 
 TEAM = "defenders"
 AGENTS = ("agent_0", "agent_1")

@@ -15,6 +15,7 @@ from maviper.verification.run import verify_claims
 from tests.support.altered import altered, of_episodes, of_goals
 from tests.support.small import small_profile
 from tests.support.teams import team, towards
+from verify import repair
 from verify.certificates.games import to_json
 from verify.checker import decisions as certificates
 from verify.checker.episodes import certificates as episode_certificates
@@ -29,7 +30,6 @@ from verify.claims.region_files import everywhere
 from verify.claims.wording import BUILT_IN, AliveLeaves, OwnFormula, account_of
 from verify.episodes import composition
 from verify.question import Question, from_start
-from verify.repair import search
 from verify.solver import leaves
 from verify.solver.solve import decide
 from verify.states.episodes import at_rest, playable
@@ -68,7 +68,7 @@ def test_no_formula_of_a_users_and_no_repair_is_about_nobody():
     for ask in (
         lambda: ensure_askable(PAIR, own),
         lambda: decisions.verify(Question(Game(PAIR), own, everywhere(PAIR)), {}),
-        lambda: search.repair(Question(Game(PAIR), DistinctTargets("nobody"), everywhere(PAIR))),
+        lambda: repair.repair(Question(Game(PAIR), DistinctTargets("nobody"), everywhere(PAIR))),
         lambda: violates(from_start(PAIR, own), State({}, None)),
     ):
         with pytest.raises(UnknownNameError, match="unknown team 'nobody'"):

@@ -16,10 +16,10 @@ from maviper.worlds import find
 from tests.support.strategies import WORLD
 from verify.claims.region import Region
 from verify.claims.region_files import positions, read_region, region_toml, start_region
-from verify.claims.values import has_matching
 from verify.decimals import exact, plain, text
 from verify.exact import read_number
 from verify.states.state import contains, inside, sample
+from verify.states.values import has_matching
 
 FRACTIONS = st.fractions(-2, 2, max_denominator=1000)
 INTERVALS = st.tuples(FRACTIONS, FRACTIONS).map(lambda pair: (min(pair), max(pair)))

@@ -17,7 +17,6 @@ from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, conjunction, disjunction, holds
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
-from verify.claims.values import tighten_formula, worth
 from verify.claims.wording import OwnFormula
 from verify.counterexamples import uniqueness
 from verify.counterexamples.explanation import along, around, explain_counterexample, line_between
@@ -28,6 +27,7 @@ from verify.result import Verdict
 from verify.solver.encode import elsewhere, there
 from verify.solver.solve import ask
 from verify.states.state import State, inside, leaves_at, observe_state, shortfall, violates
+from verify.states.values import tighten_formula, worth
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
 from verify.zones import engine

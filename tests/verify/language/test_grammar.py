@@ -9,7 +9,7 @@ import pytest
 from codegen.errors import InputError
 from tests.verify.language.vocabularies import READERS, STATED
 from verify.claims.formula import holds
-from verify.claims.language.formulas import formula_of
+from verify.claims.written import formula_of
 from verify.language.units import PURE, format_unit, times, unit_of
 
 EXAMPLES = [

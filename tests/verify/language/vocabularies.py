@@ -5,8 +5,8 @@ from fractions import Fraction
 import numpy as np
 
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, Tree
-from verify.claims.language.formulas import Vocabulary, formula_of
 from verify.claims.wording import formula_document
+from verify.claims.written import Vocabulary, formula_of
 from verify.language.units import Typed, format_unit, unit_of
 from verify.systems.expressions import Call, Name, Number, Power
 from verify.systems.parsing import Names, expression_of, half_spaces

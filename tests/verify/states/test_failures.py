@@ -11,12 +11,12 @@ from tests.support.zone_cases import deception, navigation, noisy, random_region
 from verify.claims.catalogue import find_property
 from verify.claims.formula import Linear, below, holds, negate
 from verify.claims.region_files import everywhere
-from verify.claims.values import Batch
 from verify.claims.wording import OwnFormula
 from verify.question import Question, from_start
 from verify.states import noise, shares
 from verify.states import state as world
 from verify.states.state import inside, violates
+from verify.states.values import Batch
 from verify.subjects import Game
 
 

@@ -19,12 +19,12 @@ from verify.claims.files import read_properties
 from verify.claims.formula import holds, substitute_actions
 from verify.claims.observed import View
 from verify.claims.region_files import everywhere
-from verify.claims.values import has_matching, preventable
 from verify.claims.views import Viewed
 from verify.question import Question, from_start
 from verify.states import shares
 from verify.states.shares import SAMPLE_SEED, conflicts, extent_words, of_start
 from verify.states.state import sample
+from verify.states.values import has_matching, preventable
 from verify.subjects import Game
 
 POINTS = 60

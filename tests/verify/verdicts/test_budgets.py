@@ -13,7 +13,7 @@ from verify.claims.catalogue import find_claim
 from verify.claims.region_files import everywhere
 from verify.claims.wording import AliveLeaves
 from verify.question import Budgets, Question
-from verify.repair.search import repair
+from verify.repair import repair
 from verify.result import Verdict
 from verify.solver import encode, leaves, solve
 from verify.subjects import Game

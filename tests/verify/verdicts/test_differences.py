@@ -21,8 +21,8 @@ from verify.certificates.games import to_json
 from verify.checker import decisions
 from verify.checker.reading import RejectedError
 from verify.claims.formula import And, Or
-from verify.claims.pairs import alike
 from verify.claims.region_files import everywhere
+from verify.claims.relations import alike
 from verify.kinds import MACHINE
 from verify.question import Budgets
 from verify.result import Verdict

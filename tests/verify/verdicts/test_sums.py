@@ -22,7 +22,7 @@ from verify.episodes import composition
 from verify.extent.largest import BEYOND, where
 from verify.kinds import REAL, Semantics
 from verify.question import Question, from_start
-from verify.repair.search import repair
+from verify.repair import repair
 from verify.reports import report
 from verify.result import Verdict
 from verify.solver.solve import decide

@@ -12,7 +12,7 @@ from maviper.verification.ask import VerifyOptions
 from verify.claims import files
 from verify.claims.catalogue import NAMES as CLAIMS
 from verify.claims.catalogue import ZONES, readable
-from verify.claims.language.parameters import NAMES, PARAMETERS
+from verify.claims.parameters import NAMES, PARAMETERS
 
 ROOT = Path(__file__).parents[4]
 
@@ -36,7 +36,7 @@ ADDED = """
 import importlib.util, inspect, sys, types
 from pathlib import Path
 
-name = "verify.claims.language.parameters"
+name = "verify.claims.parameters"
 file = importlib.util.find_spec(name).origin
 line = "    order: "
 table = Path(file).read_text()

@@ -18,7 +18,7 @@ from codegen.ir import GOAL, AgentPolicy
 from codegen.numbers import nearest_number
 from verify.claims import decisions
 from verify.claims.formula import FALSE, TRUE, Acts, Condition, Formula, Goal, conjunction, disjunction, negate
-from verify.claims.language.terms import (
+from verify.claims.terms import (
     CoordinateSum,
     compare_sums,
     constant,

@@ -4,7 +4,7 @@ Does: adds sums with maxima in them, and says what comparing two of them means, 
   over one feature as a test of the agents that observe it, and spells a float that a decimal means; lists the left
   sides of implications; spells trees.
 Assumes: trees that were parsed (verify.language); all agents that observe a feature compare the same type of numbers.
-Does not: read texts (formulas.py), or touch features in sums of several.
+Does not: read texts (written.py), or touch features in sums of several.
 
 A claim says x < 0 of the float32 that an agent compares. Read of the float64 number before it is rounded, the claim
 would fail at -1e-46, which the agent sees as 0; read as a test, both mean the same numbers.

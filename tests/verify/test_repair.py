@@ -22,7 +22,7 @@ from verify.claims.decisions import DistinctTargets, NoDouble, formula
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere, start_region
 from verify.question import Budgets, Question, shuffle_leaves
-from verify.repair.search import repair
+from verify.repair import repair
 from verify.result import Verdict
 from verify.states.state import sample
 from verify.subjects import Game

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from codegen.errors import InputError
 from verify.claims.formula import Goal, for_goal, holds, negate, normal
-from verify.claims.language.formulas import FUNCTIONS, WORDS, Vocabulary, formula_of
+from verify.claims.written import FUNCTIONS, WORDS, Vocabulary, formula_of
 
 AGENTS, MARKS = ("agent_0", "agent_1"), ("landmark_0", "landmark_1")
 ENTITIES = (*AGENTS, *MARKS, "goal")

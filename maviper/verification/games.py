@@ -1,0 +1,345 @@
+"""Counterexamples of the real agents: what float64 or float32 gives, in states and in episodes of their game.
+
+Does: plays again what breaks a claim by a world file with errors; finds states, and plays episodes in the game's own
+  float64, that break one, beside a known one or anywhere; says by how much each step and each observation was off of
+  exact numbers.
+Assumes: a world file that states what agents observe, up to errors for their roundings, as worlds.py states it;
+  features with meanings, agents that take actions.
+Does not: decide: whatever is found is judged in exact numbers, and breaks the claim exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+from fractions import Fraction
+from itertools import pairwise
+from typing import TypeVar
+
+import numpy as np
+
+from codegen.floats import FLOAT64
+from codegen.ir import GOAL, AgentPolicy, Bool, Float64, Floats, PolicyProfile, act
+from codegen.observe import observe
+from maviper.verification.worlds import Started
+from maviper.worlds.stated.observing import (
+    PLACE,
+    bound_region,
+    ensure_observed,
+    find_coordinate,
+    find_goal,
+    list_observed,
+    place_in,
+    with_noise,
+)
+from verify.claims.region import Interval
+from verify.reach.replay import Course, replay_course
+from verify.reach.results import SystemCounterexample
+from verify.reach.rounded import fails, iterate_failing, observable, truly
+from verify.states.episodes import play
+from verify.states.values import Batch
+from verify.systems.claims import SystemClaim
+from verify.systems.observing import choose_actions, list_roundings, with_roundings
+from verify.systems.properties import parse_written
+from verify.systems.statement import Statement
+from verify.systems.system import State, Variable
+
+Number = TypeVar("Number")
+STATE_SCALES = (
+    -2,
+    -6,
+    -10,
+    -14,
+    -18,
+    -22,
+    -26,
+)  # powers of two: how far states are drawn from one where a claim may fail
+DRAWN_STATES, TRIED, SEED = 1_024, 4, 0  # states of a scale; of these, those that are replayed
+STATES = 16_384  # states that are drawn in a whole region
+EXTREME = 0.5  # of drawn errors, those at an end of their bounds
+
+
+def iterate_states_near(
+    profile: PolicyProfile, statement: Statement, claim: SystemClaim, state: State
+) -> Iterator[State]:
+    """States of the game beside another one: float64 coordinates and errors, the goal at a landmark, and the roundings
+    that the game makes there. First the nearest ones, then those of some farther away in which the claim seems to fail.
+    """
+    drawable, goal = _list_drawable(profile, statement), _find_goal_in(profile, state)
+    bounds = _bound_all(claim, drawable)
+    for step in (0, 1, -1):
+        moved = {one.name: place_in(state[one.name], bounds[one.name], step) for one in drawable}
+        yield with_noise(profile, statement, {**moved, **_at_goal(goal, moved)})
+    rng, near = np.random.default_rng(SEED), np.array([state[one.name] for one in drawable], np.float64)
+    ends = _find_ends(drawable, bounds)
+    for power in STATE_SCALES:
+        drawn: Float64 = np.clip(near + 2.0**power * rng.uniform(-1.0, 1.0, (DRAWN_STATES, len(near))), *ends.T)
+        yield from _iterate_broken_states(profile, statement, claim, goal, drawn)
+
+
+def iterate_states(profile: PolicyProfile, statement: Statement, claim: SystemClaim) -> Iterator[State]:
+    """Some states of the game, of those drawn in the claim's regions, in which it seems to fail. Where none breaks it,
+    others follow, with many coordinates at an end of their bounds, where sums are largest.
+    """
+    drawable, rng = _list_drawable(profile, statement), np.random.default_rng(SEED)
+    erring = np.array([find_coordinate(one.name) not in profile.world.coordinates() for one in drawable])
+    for pushed in (erring, np.ones_like(erring)):
+        for region in claim.regions:
+            ends = _find_ends(drawable, bound_region(region, _list_ranges(drawable)))
+            drawn: Float64 = rng.uniform(ends[:, 0], ends[:, 1], (STATES, len(drawable)))
+            if pushed.any():
+                extreme: Bool = pushed & (rng.random(drawn.shape) < EXTREME)
+                at_ends: Float64 = np.where(rng.random(drawn.shape) < 1 / 2, ends[:, 0], ends[:, 1])
+                drawn = np.where(extreme, at_ends, drawn)
+            yield from _iterate_broken_states(profile, statement, claim, find_goal(region), drawn)
+
+
+def _list_drawable(profile: PolicyProfile, statement: Statement) -> list[Variable]:
+    """The variables that a state of the game chooses: coordinates but the goal's place, and errors."""
+    names = set(profile.world.coordinates())
+    names |= {each.error for policy in profile.agents for each in list_observed(policy)}
+    return [one for one in statement.system.variables if one.name in names]
+
+
+def _find_ends(drawable: Sequence[Variable], bounds: Mapping[str, Interval]) -> Float64:
+    """The float64 numbers within bounds, [n_drawable, 2]."""
+    return np.array([[place_in(end, bounds[one.name], 0) for end in bounds[one.name]] for one in drawable], np.float64)
+
+
+def _iterate_broken_states(
+    profile: PolicyProfile, statement: Statement, claim: SystemClaim, goal: str | None, drawn: Float64
+) -> Iterator[State]:
+    """The first of drawn numbers, [n, n_drawable], in which the claim seems to fail."""
+    names = [one.name for one in _list_drawable(profile, statement)]
+    planes = dict(zip(names, drawn.T, strict=True))
+    planes |= _at_goal(goal, planes)
+    for row in np.flatnonzero(_seem_broken_states(profile, claim, planes, len(drawn)))[:TRIED]:
+        moved = {name: Fraction(float(values[row])) for name, values in planes.items()}
+        yield with_noise(profile, statement, moved)
+
+
+def _list_ranges(drawable: Sequence[Variable]) -> dict[str, Interval]:
+    return {one.name: one.range for one in drawable}
+
+
+def _bound_all(claim: SystemClaim, drawable: Sequence[Variable]) -> dict[str, Interval]:
+    """The box around all regions of a claim, but for differences."""
+    ranges = _list_ranges(drawable)
+    boxes = [bound_region(region, ranges) for region in claim.regions] or [ranges]
+    return {
+        one.name: (min(each[one.name][0] for each in boxes), max(each[one.name][1] for each in boxes))
+        for one in drawable
+    }
+
+
+def _find_goal_in(profile: PolicyProfile, state: State) -> str | None:
+    """The landmark at which the goal is in a state; None in a game without goal, or where it is at none."""
+    for landmark in profile.world.landmarks:
+        if all(state.get(f"{PLACE}.{axis}") == state[f"{landmark.name}.{axis}"] for axis in "xy"):
+            return landmark.name
+    return None
+
+
+def _at_goal(goal: str | None, at: Mapping[str, Number]) -> dict[str, Number]:
+    """The goal's place, where a landmark is."""
+    return {f"{PLACE}.{axis}": at[f"{goal}.{axis}"] for axis in "xy"} if goal else {}
+
+
+def _seem_broken_states(profile: PolicyProfile, claim: SystemClaim, planes: Mapping[str, Float64], count: int) -> Bool:
+    """In which states the game's own agents seem to break a claim, but for roundings, [batch]."""
+    at = {find_coordinate(name): values for name, values in planes.items()}
+    rows = np.zeros((count, len(profile.world.coordinates())))
+    for place, name in enumerate(profile.world.coordinates()):
+        rows[:, place] = at.get(name, 0.0)
+    actions = {each.agent: act(each, _observe_off(profile, each, rows, planes)) for each in profile.agents}
+    asked = Batch(planes, count)
+    return asked.holds(claim.inside, actions) & ~asked.holds(claim.formula, actions)
+
+
+def _observe_off(profile: PolicyProfile, policy: AgentPolicy, rows: Float64, planes: Mapping[str, Float64]) -> Floats:
+    """Returns an agent's observations where some features are off, but for the last digit, [batch, n_features]."""
+    seen = observe(policy.features, rows, profile.world, policy.numbers)
+    for each in list_observed(policy):
+        if each.error in planes:
+            place = policy.features.index(each.feature)
+            bare = (replace(each.feature, meaning=replace(each.meaning, function="")),)
+            off = observe(bare, rows, profile.world, FLOAT64)[:, 0] + planes[each.error]
+            function = each.meaning.function
+            seen[:, place] = off > 0 if function == "positive" else np.sign(off) if function else off
+    return seen
+
+
+START_SCALES = (None, -4, -8, -12, -16, -20, -24)  # powers of two: how far starts are drawn; None: only the nearest one
+DRAWN_STARTS, STARTS = 256, 4_096  # of a scale, and of the whole region
+
+
+@dataclass(frozen=True)
+class PlayedGame:
+    """A game and the world file about it."""
+
+    origin: PolicyProfile  # as it was given
+    profile: PolicyProfile  # as proofs read it
+    statement: Statement
+    goal: str | None  # the landmark at which it is in all starts; None in a game without goals
+
+    def with_goal(self, at: Mapping[str, Number]) -> dict[str, Number]:
+        """Coordinates with the goal's place, where its landmark is."""
+        return {**at, **({f"{GOAL}.{axis}": at[f"{self.goal}.{axis}"] for axis in "xy"} if self.goal else {})}
+
+
+def iterate_courses_near(game: PlayedGame, claim: SystemClaim, start: State) -> Iterator[Course]:
+    """Episodes of the game that seem to break a claim, from starts beside another one: the nearest first."""
+    names, ends = _list_places(game)
+    rng, near = np.random.default_rng(SEED), np.array([float(start[name]) for name in names])
+    for power in START_SCALES:
+        drawn = near[None] if power is None else near + 2.0**power * rng.uniform(-1.0, 1.0, (DRAWN_STARTS, len(names)))
+        yield from _iterate_broken_courses(game, claim, np.clip(drawn, *ends.T))
+
+
+def iterate_courses(game: PlayedGame, claim: SystemClaim) -> Iterator[Course]:
+    """Episodes of the game that seem to break a claim, of some from anywhere in its start region."""
+    names, ends = _list_places(game)
+    drawn: Float64 = np.random.default_rng(SEED).uniform(ends[:, 0], ends[:, 1], (STARTS, len(names)))
+    yield from _iterate_broken_courses(game, claim, drawn)
+
+
+def _list_places(game: PlayedGame) -> tuple[list[str], Float64]:
+    """The coordinates that a start chooses, and their float64 bounds [n, 2]: places of agents and landmarks."""
+    world = game.origin.world
+    entities = (*world.agents, *world.landmarks)
+    known = {one.name for one in game.statement.system.variables}
+    names = [f"{each.name}.{axis}" for each in entities for axis in "xy" if f"{each.name}.{axis}" in known]
+    bounds = bound_region(game.statement.system.start, {one.name: one.range for one in game.statement.system.variables})
+    ends = [[float(place_in(end, bounds[name], 0)) for end in bounds[name]] for name in names]
+    return names, np.array(ends, np.float64)
+
+
+def _iterate_broken_courses(game: PlayedGame, claim: SystemClaim, drawn: Float64) -> Iterator[Course]:
+    """The episodes from starts, [n, n_places], that seem to break a claim: the first few of them."""
+    names, _ = _list_places(game)
+    episodes = _play(game, claim, dict(zip(names, drawn.T, strict=True)), len(drawn))
+    for row in np.flatnonzero(_seem_broken_courses(claim, episodes, len(drawn)))[:TRIED]:
+        states = [{name: Fraction(float(values[row])) for name, values in planes.items()} for planes in episodes]
+        yield _course(game, states)
+
+
+def _play(game: PlayedGame, claim: SystemClaim, places: Mapping[str, Float64], count: int) -> list[dict[str, Float64]]:
+    """The game's variables after each step, by the names of the file, [batch] each."""
+    names, at = game.origin.world.coordinates(), game.with_goal(places)
+    start = np.stack([at.get(name, np.zeros(count)) for name in names], axis=1)
+    known = {one.name for one in game.statement.system.variables}
+    episodes, _ = play(game.origin, start, claim.steps)
+    return [{name: rows[:, n] for n, name in enumerate(names) if name in known} for rows in episodes]
+
+
+def _seem_broken_courses(claim: SystemClaim, episodes: Sequence[Mapping[str, Float64]], count: int) -> Bool:
+    """Returns True for episodes that seem to break a claim, but for roundings, [batch]."""
+    broken, going = np.zeros(count, np.bool_), np.ones(count, np.bool_)
+    for step, planes in enumerate(episodes):
+        asked = Batch(planes, count)
+        broken |= going & asked.holds(claim.violation_at(step), {})
+        going &= ~broken & ~asked.holds(claim.fulfilment_at(step), {})
+    return broken
+
+
+def _course(game: PlayedGame, states: Sequence[State]) -> Course:
+    """An episode of the game as one of the file: by how much each step, and each observation, was off. AssertionError
+    where that is more than the file allows: a replay would cut it to its bounds, and play another episode.
+    """
+    origin, profile, statement = game.origin, game.profile, game.statement
+    system = statement.system
+    extended: list[State] = []
+    for state in states:
+        ensure_observed(origin, statement, noisy := with_noise(origin, statement, game.with_goal(state)))
+        kept = {one.name: noisy[one.name] for one in system.variables}
+        extended.append(with_roundings(statement, kept))
+    anew = {each.rounding for policy in origin.agents for each in list_observed(policy)}
+    anew |= set(list_roundings(statement))
+    errors: list[dict[str, Fraction]] = []
+    for before, after in pairwise(extended):
+        (piece,) = system.pieces
+        chosen = choose_actions(system, profile, before)
+        joint = {each.agent: each.actions[chosen[each.agent]].name for each in profile.agents}
+        exact = piece.step(before, joint, {})
+        off = {name: after[name] - (0 if name in anew else exact[name]) for name in piece.error}
+        beyond = [name for name, (low, high) in piece.error.items() if not low <= off[name] <= high]
+        assert not beyond, f"the game moves {beyond[0]} otherwise than its world file allows"
+        errors.append(off)
+    return Course(extended[0], errors)
+
+
+class Variables(Enum):
+    """The kinds of variables of a world file."""
+
+    STATED = auto()  # what a user states
+    OBSERVED = auto()  # observations: a counterexample is one of floats
+    COORDINATES = auto()  # of a game: a counterexample is one of its states
+
+
+@dataclass(frozen=True)
+class RealAgents:
+    """The agents of a profile as they compute, and the world file that proofs read of them."""
+
+    profile: PolicyProfile  # as proofs read it
+    origin: PolicyProfile  # as it was given
+    statement: Statement
+    variables: Variables
+    started: Started | None  # of claims about episodes of a game: from where
+
+    def confirm(self, claim: SystemClaim, counterexample: SystemCounterexample) -> SystemCounterexample | None:
+        """A counterexample of the real agents. AssertionError where the reference, asked for what they give in its
+        state, does not break the formula as it was written: that is our bug.
+        """
+        again = self._play_again(claim, counterexample)
+        if again is not None and claim.about_decisions:
+            said = parse_written(claim, self.statement, self.profile)
+            if said is not None and not fails(self.statement, self.profile, said, again.start):
+                raise AssertionError(f"the reference breaks no formula at {dict(again.start)}: {claim.written}")
+        return again
+
+    def look_anywhere(self, claim: SystemClaim) -> SystemCounterexample | None:
+        """A counterexample in the game, anywhere in the claim's regions, or from anywhere in its start."""
+        if not claim.about_decisions:
+            return self._first_played(claim, iterate_courses(self._game, claim))
+        return self._first_broken(claim, iterate_states(self.origin, self.statement, claim))
+
+    def look_drawn(self, claim: SystemClaim) -> SystemCounterexample | None:
+        """A counterexample of the real agents, wherever they break a claim about decisions."""
+        written = parse_written(claim, self.statement, self.profile)
+        drawn = () if written is None else iterate_failing(self.statement, self.profile, claim, written)
+        known = (SystemCounterexample((state,), (), (), (), 0) for state in drawn)
+        return next(filter(None, (self.confirm(claim, each) for each in known)), None)
+
+    def _play_again(self, claim: SystemClaim, known: SystemCounterexample) -> SystemCounterexample | None:
+        """A counterexample of the real agents beside another one. AssertionError where the game shows an agent other
+        numbers than its file: that is our bug.
+        """
+        if self.variables is Variables.COORDINATES and not claim.about_decisions:
+            return self._first_played(claim, iterate_courses_near(self._game, claim, known.start))
+        if self.variables is Variables.COORDINATES:
+            return self._first_broken(claim, iterate_states_near(self.origin, self.statement, claim, known.start))
+        confirmed = observable if self.variables is Variables.OBSERVED else truly
+        return confirmed(self.statement, self.profile, claim, known)
+
+    def _first_broken(self, claim: SystemClaim, states: Iterable[State]) -> SystemCounterexample | None:
+        """The first of some states of the game that breaks a claim."""
+        for state in states:
+            ensure_observed(self.origin, self.statement, state)
+            again = truly(self.statement, self.profile, claim, SystemCounterexample((state,), (), (), (), 0))
+            if again is not None:
+                return again
+        return None
+
+    def _first_played(self, claim: SystemClaim, courses: Iterable[Course]) -> SystemCounterexample | None:
+        """The first of some episodes of the game that breaks a claim."""
+        for course in courses:
+            again = replay_course(self.profile, self.statement.system, claim, course)
+            if again is not None:
+                return again
+        return None
+
+    @property
+    def _game(self) -> PlayedGame:
+        assert self.started is not None
+        return PlayedGame(self.origin, self.profile, self.statement, self.started.goal)
