@@ -9,14 +9,14 @@ Does not: decide verdicts, print or write files.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from math import inf
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, ClassVar
 
 from codegen.deciding import list_decided, sums_in
 from codegen.errors import InputError
@@ -24,14 +24,14 @@ from codegen.ir import PolicyProfile
 from codegen.numbers import nearest_number, neighbour
 from codegen.wording import visible
 from maviper.files import runs
-from maviper.verification import worlds
+from maviper.verification import games, worlds
 from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims, resolve_region
 from maviper.verification.files.places import repeat_options
 from maviper.verification.files.systems import PROPERTY_FILE, counterexample_document
-from maviper.verification.games import RealAgents, Variables
 from maviper.verification.procedures import Procedure
 from maviper.verification.reference import find_by_rules, measure_reference, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
+from maviper.worlds.stated.observing import ensure_observed
 from maviper.worlds.stated.systems import file_of, read
 from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
@@ -45,7 +45,9 @@ from verify.decimals import plain
 from verify.kinds import MACHINE
 from verify.progress import tell
 from verify.question import Question
+from verify.reach.replay import Course, replay_course
 from verify.reach.results import SystemCounterexample
+from verify.reach.rounded import fails, iterate_failing, observable, truly
 from verify.reports import systems as report
 from verify.result import Cost, Result, Verdict
 from verify.subjects import ClosedLoop
@@ -54,8 +56,9 @@ from verify.systems.curves import with_comparisons
 from verify.systems.enclosures import list_curved
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.observing import as_played
-from verify.systems.properties import claims_in, claims_of, find_numbers
+from verify.systems.properties import claims_in, claims_of, find_numbers, parse_written
 from verify.systems.statement import Statement
+from verify.systems.system import State
 from verify.verdicts.systems import BOXES, ENCLOSED, Attempt, SystemEvidence, SystemResult, verify_system
 
 BENT = "the claim holds or fails within what the enclosures of its products and functions leave open"
@@ -68,15 +71,11 @@ ROUNDED = (
 NO_DECISION = "the claim fails within the agents' roundings, but no state that breaks it was found"
 OF_OBSERVATIONS = ("file", "region", "observations", "shared", "verdict_only")  # options
 OF_GAMES = ("names", "file", "region", "team", "parameters", "max_boxes", "verdict_only")  # options
-NOT_FOUND = {
-    Variables.OBSERVED: "the claim fails within the agents' roundings, but no observation that breaks it was found",
-    Variables.COORDINATES: "the claim fails within the agents' roundings, but no state of the game that does was found",
-}
+NO_OBSERVATION = "the claim fails within the agents' roundings, but no observation that breaks it was found"
+NO_STATE = "the claim fails within the agents' roundings, but no state of the game that does was found"
 LOOSER = ("a bound that is looser by a little more than a rounding", "a smaller region")
-ABOUT = {
-    Variables.OBSERVED: "over observations, region {region}: any combination of numbers in the ranges of world.toml",
-    Variables.COORDINATES: "over states of the game, roundings included: world.toml states what agents observe",
-}
+OBSERVED = "over observations, region {region}: any combination of numbers in the ranges of world.toml"
+IN_STATES = "over states of the game, roundings included: world.toml states what agents observe"
 PLAYED = "over episodes of the game, roundings included: world.toml states how it moves and what agents observe"
 NOT_PLAYED = "the claim fails within roundings, but no episode of the game that breaks it was found"
 FINER = ("more `cuts` of the claim: cuts = { x = 40 }", "a smaller region")
@@ -86,6 +85,9 @@ FINER = ("more `cuts` of the claim: cuts = { x = 40 }", "a smaller region")
 class StatedWorld:
     """A world file with the claims that are asked about, and what is measured of the environment it is about."""
 
+    unfound: ClassVar[str] = ""  # why a claim stays open that fails in exact numbers; "": as it is about
+    rounds: ClassVar[bool] = False  # whether what breaks a claim is found again in the agents' own numbers, always
+
     profile: PolicyProfile  # as proofs read it
     origin: PolicyProfile  # as it was given
     statement: Statement  # as proofs read it
@@ -93,10 +95,6 @@ class StatedWorld:
     given: Mapping[str, Path]  # the files that a user gave, by the name that a copy has
     beside: Mapping[str, str]  # their texts, for a report's folder
     options: VerifyOptions
-    variables: Variables = Variables.STATED
-    started: worlds.Started | None = None  # of claims about episodes of a game: from where
-    again: str = ""  # the command that asks once more, where that is not by the world file
-    region: str = ""  # of observations: what their ranges are
 
     @staticmethod
     def of(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -105,7 +103,7 @@ class StatedWorld:
         file = file_of(options.world)
         options = replace(options, world=file)
         given = {WORLD_FILE: file} | ({} if options.file is None else {PROPERTY_FILE: options.file})
-        return StatedWorld._join_parts(profile, read(file), given, _texts(given), options)
+        return _join_parts(profile, read(file), given, _texts(given), options)
 
     @staticmethod
     def of_observations(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -126,8 +124,8 @@ class StatedWorld:
         errors = worlds.errors_in(beside[PROPERTY_FILE], profile, options.file.name)
         world = worlds.state_observations(profile, viewed.view, region, errors)
         beside = {WORLD_FILE: world.source, **beside}
-        made = StatedWorld._join_parts(profile, world.statement, given, beside, options, Variables.OBSERVED)
-        return replace(made, region=region.name or "given")
+        made = _join_parts(profile, world.statement, given, beside, options)
+        return StatedObservations(**vars(made), region=region.name or "given")
 
     @staticmethod
     def of_game(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -140,48 +138,11 @@ class StatedWorld:
         region = resolve_region(profile, None, options.region)
         posed = pose_claims(profile, None, region, options)
         if any(map(worlds.counts_steps, posed)):
-            return StatedWorld._of_episodes(profile, posed, options)
+            return _state_episodes(profile, posed, options)
         world, places = worlds.state_decisions(profile, posed)
-        made = StatedWorld._join_game(profile, world.statement, world.source, options)
+        made = _join_game(profile, world.statement, world.source, options)
         claims = (replace(each, region=f"of {where}") for each, where in zip(made.claims, places, strict=True))
-        return replace(made, claims=tuple(claims))
-
-    @staticmethod
-    def _of_episodes(profile: PolicyProfile, posed: Sequence[Posed], options: VerifyOptions) -> StatedWorld:
-        """Makes the world of claims about episodes, like `of_game`. A file states no empty start, so that of a region
-        without starts at rest is put in afterwards.
-        """
-        started = worlds.start_of(profile, posed)
-        world = stated = worlds.state_episodes(profile, posed, started)
-        if started.nowhere:
-            stated = worlds.state_episodes(profile, posed, started.widened)
-        made = StatedWorld._join_game(profile, stated.statement, world.source, options)
-        if started.nowhere:
-            system = replace(made.statement.system, start=started.states)
-            made = replace(made, statement=replace(made.statement, system=system), again=repeat_options(options))
-        return replace(made, started=started)
-
-    @staticmethod
-    def _join_game(profile: PolicyProfile, statement: Statement, source: str, options: VerifyOptions) -> StatedWorld:
-        beside, options = {WORLD_FILE: source}, replace(options, file=None)
-        return StatedWorld._join_parts(profile, statement, {}, beside, options, Variables.COORDINATES)
-
-    @staticmethod
-    def _join_parts(
-        origin: PolicyProfile,
-        statement: Statement,
-        given: Mapping[str, Path],
-        beside: Mapping[str, str],
-        options: VerifyOptions,
-        variables: Variables = Variables.STATED,
-    ) -> StatedWorld:
-        ensure_plays(origin, statement)
-        statement, profile = as_played(statement, origin)
-        if options.file is None:
-            claims = claims_of(statement, profile, given.get(WORLD_FILE, Path(WORLD_FILE)).name)
-        else:
-            claims = claims_in(beside[PROPERTY_FILE], statement, profile, options.file.name)
-        return StatedWorld(profile, origin, statement, claims, given, beside, options, variables)
+        return StatedStates(**vars(replace(made, claims=tuple(claims))))
 
     @cached_property
     def reference(self) -> Mapping[str, Any]:
@@ -191,14 +152,18 @@ class StatedWorld:
         return {} if self.options.verdict_only else measure_reference(self.statement, self.options.run_reference)
 
     @property
-    def asked(self) -> list[Asked]:
-        """The questions, each with the command that asks them all again, in the folder of the report."""
+    def command(self) -> str:
+        """The command that asks all again, in the folder of the report."""
         options = self.options
         words = ["maviper", "verify", runs.PROFILE_FILE, "--world", WORLD_FILE]
         words += [] if options.file is None else ["--properties", PROPERTY_FILE]
         words += [] if options.max_boxes is None else ["--max-boxes", str(options.max_boxes)]
-        command = self.again or shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
-        return [Asked(question, command, self.about) for question in self._questions]
+        return shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
+
+    @property
+    def asked(self) -> list[Asked]:
+        """The questions, each with the command that asks them all again."""
+        return [Asked(question, self.command, self.about) for question in self._questions]
 
     @property
     def said(self) -> list[tuple[str, str]]:
@@ -206,12 +171,14 @@ class StatedWorld:
         return [("about", self.about), *(("reference", words) for words in self.reference.get("said", []))]
 
     @property
+    def empty(self) -> bool:
+        """True if no state is what the claims are about."""
+        return False
+
+    @property
     def about(self) -> str:
         """The subject of the verdicts."""
-        if self.started is not None:
-            return PLAYED
-        about = ABOUT.get(self.variables)
-        return report.sentence(self.statement.system) if about is None else about.format(region=self.region)
+        return report.sentence(self.statement.system)
 
     @property
     def form(self) -> ModuleType:
@@ -220,36 +187,27 @@ class StatedWorld:
 
     def document(self, results: Sequence[Result[SystemClaim, Any]]) -> dict[str, Any]:
         """The report as plain data."""
-        return report.document(self.origin, self.statement, results, self.reference, self.asked[0].command)
+        return report.document(self.origin, self.statement, results, self.reference, self.command)
 
     def answer(self, question: Question[SystemClaim], beside: bool = True) -> SystemResult:
         """The result of a question. InputError where an enclosure that a proof needs is not shown again."""
         if question.claim.curved is not None:
             return self._by_curves(question, question.claim.curved, beside)
-        if self.started is not None and self.started.nowhere:
-            return Result(
-                question, Verdict.VACUOUS, "the region holds no start at rest", SystemEvidence(), Cost(0, 0, BOXES)
-            )
+        if self.empty:
+            none = "the region holds no start at rest"
+            return Result(question, Verdict.VACUOUS, none, SystemEvidence(), Cost(0, 0, BOXES))
         measured_steps = self.reference.get("steps")  # first, since a wrong statement is not worth a proof
-        bent = not question.claim.about_decisions and any(map(list_curved, self.statement.rules))
-        confirm = partial(find_by_rules, self.statement, self.profile, question.claim) if bent else None
-        if self.statement.acting or self.variables is Variables.COORDINATES:
-            confirm = _unknown if bent else partial(self._agents.confirm, question.claim)
-        attempt: Attempt | None = None
-        known: SystemCounterexample | None = None
-        if self.started is not None:
-            known = self._agents.look_anywhere(question.claim)  # first, as games are quick to play
-        elif self.variables is Variables.COORDINATES:
-            attempt = partial(self._agents.look_anywhere, question.claim)
-        elif self.statement.acting and question.claim.about_decisions:
-            attempt = partial(self._agents.look_drawn, question.claim)
-        result = verify_system(question, confirm, beside, attempt, known)
-        if result.reason == ENCLOSED and (self.statement.acting or self.variables in NOT_FOUND):
-            still = question.claim.about_decisions
-            unfound = NOT_PLAYED if self.started is not None else NO_DECISION if still else ROUNDED
-            result = replace(result, reason=NOT_FOUND.get(self.variables, unfound) if still else unfound)
-            if self.variables in NOT_FOUND or still:
-                result = replace(result, evidence=replace(result.evidence, helps=LOOSER))
+        claim = question.claim
+        bent = not claim.about_decisions and any(map(list_curved, self.statement.rules))
+        confirm = partial(find_by_rules, self.statement, self.profile, claim) if bent else None
+        rounding = self.rounds or bool(self.statement.acting)
+        if rounding:
+            confirm = _unknown if bent else partial(self.confirm, claim)
+        result = verify_system(question, confirm, beside, self._attempt(claim), self._find_first(claim))
+        if result.reason == ENCLOSED and rounding:
+            unfound = self.unfound or (NO_DECISION if claim.about_decisions else ROUNDED)
+            helps = LOOSER if self.unfound or claim.about_decisions else result.evidence.helps
+            result = replace(result, reason=unfound, evidence=replace(result.evidence, helps=helps))
         if result.verdict is Verdict.PROVED:
             _ = self._shown
         said = replay_words(self.statement, self.profile, result) if measured_steps else ""
@@ -265,12 +223,12 @@ class StatedWorld:
         except RejectedError as error:
             where = f"claim {question.claim.shown}: {error}"
             raise InputError("an enclosure was not shown again", where, "cut its ranges into more parts") from None
-        confirm = partial(self._agents.confirm, question.claim) if self.statement.acting else None
+        confirm = partial(self.confirm, question.claim) if self.statement.acting else None
         stronger = verify_system(question, confirm, beside)
         if stronger.verdict in (Verdict.PROVED, Verdict.VACUOUS):
             return stronger
         if self.statement.acting:
-            confirm = partial(self._agents.confirm, curved.weaker)
+            confirm = partial(self.confirm, curved.weaker)
         other = verify_system(replace(question, claim=curved.weaker), confirm, beside)
         if other.verdict is Verdict.VIOLATED:
             return other
@@ -283,10 +241,37 @@ class StatedWorld:
         subject, budgets = ClosedLoop(self.profile, self.statement.system), self.options.budgets(None)
         return [Question(subject, claim, UNBOUNDED, MACHINE, budgets) for claim in self.claims]
 
-    @cached_property
-    def _agents(self) -> RealAgents:
-        """The real agents, who confirm counterexamples."""
-        return RealAgents(self.profile, self.origin, self.statement, self.variables, self.started)
+    # --- the real agents, as they compute
+
+    def confirm(self, claim: SystemClaim, known: SystemCounterexample) -> SystemCounterexample | None:
+        """A counterexample of the real agents beside another one. AssertionError where the reference, asked for what
+        they give in its state, does not break the formula as it was written: that is our bug.
+        """
+        again = self._play_again(claim, known)
+        if again is not None and claim.about_decisions:
+            said = parse_written(claim, self.statement, self.profile)
+            if said is not None and not fails(self.statement, self.profile, said, again.start):
+                raise AssertionError(f"the reference breaks no formula at {dict(again.start)}: {claim.written}")
+        return again
+
+    def _play_again(self, claim: SystemClaim, known: SystemCounterexample) -> SystemCounterexample | None:
+        """A counterexample of the real agents beside another one, not yet asked of the reference."""
+        return truly(self.statement, self.profile, claim, known)
+
+    def _find_first(self, claim: SystemClaim) -> SystemCounterexample | None:
+        """A counterexample that is looked for before anything is proved."""
+        return None
+
+    def _attempt(self, claim: SystemClaim) -> Attempt | None:
+        """Returns what looks for a counterexample where a proof fails; None: nothing does."""
+        return partial(self._look_drawn, claim) if self.statement.acting and claim.about_decisions else None
+
+    def _look_drawn(self, claim: SystemClaim) -> SystemCounterexample | None:
+        """A counterexample of the real agents, wherever they break a claim about decisions."""
+        written = parse_written(claim, self.statement, self.profile)
+        drawn = () if written is None else iterate_failing(self.statement, self.profile, claim, written)
+        known = (SystemCounterexample((state,), (), (), (), 0) for state in drawn)
+        return next(filter(None, (self.confirm(claim, each) for each in known)), None)
 
     @cached_property
     def _shown(self) -> None:
@@ -297,6 +282,129 @@ class StatedWorld:
             where = f"{self.statement.system.name}: {error}"
             advice = "cut the ranges of more variables, or into more parts"
             raise InputError("an enclosure was not shown again", where, advice) from None
+
+
+@dataclass(frozen=True)
+class StatedObservations(StatedWorld):
+    """The observations of a profile: a counterexample is one of floats."""
+
+    unfound = NO_OBSERVATION
+    region: str  # what their ranges are
+
+    @property
+    def about(self) -> str:
+        """The subject of the verdicts."""
+        return OBSERVED.format(region=self.region)
+
+    def _play_again(self, claim: SystemClaim, known: SystemCounterexample) -> SystemCounterexample | None:
+        return observable(self.statement, self.profile, claim, known)
+
+
+@dataclass(frozen=True)
+class StatedStates(StatedWorld):
+    """The states of a game: a counterexample is one of them, with the roundings that the game makes there."""
+
+    unfound, rounds = NO_STATE, True
+
+    @property
+    def about(self) -> str:
+        """The subject of the verdicts."""
+        return IN_STATES
+
+    def _play_again(self, claim: SystemClaim, known: SystemCounterexample) -> SystemCounterexample | None:
+        return self._find_broken(claim, games.iterate_states_near(self.origin, self.statement, claim, known.start))
+
+    def _attempt(self, claim: SystemClaim) -> Attempt:
+        return lambda: self._find_broken(claim, games.iterate_states(self.origin, self.statement, claim))
+
+    def _find_broken(self, claim: SystemClaim, states: Iterable[State]) -> SystemCounterexample | None:
+        """The first of some states that breaks a claim. AssertionError where the game shows an agent other numbers
+        than its file: that is our bug.
+        """
+        for state in states:
+            ensure_observed(self.origin, self.statement, state)
+            again = truly(self.statement, self.profile, claim, SystemCounterexample((state,), (), (), (), 0))
+            if again is not None:
+                return again
+        return None
+
+
+@dataclass(frozen=True)
+class StatedEpisodes(StatedWorld):
+    """The episodes of a game: a counterexample is one that the game plays, in its own float64."""
+
+    unfound, rounds = NOT_PLAYED, True
+    started: worlds.Started  # from where
+    again: str  # the command that asks once more, by the game
+
+    @property
+    def about(self) -> str:
+        """The subject of the verdicts."""
+        return PLAYED
+
+    @property
+    def empty(self) -> bool:
+        """True if the region holds no start at rest."""
+        return self.started.nowhere
+
+    @property
+    def command(self) -> str:
+        """The command that asks all again; a file states no empty start."""
+        return self.again if self.empty else super().command
+
+    @property
+    def _game(self) -> games.PlayedGame:
+        return games.PlayedGame(self.origin, self.profile, self.statement, self.started.goal)
+
+    def _play_again(self, claim: SystemClaim, known: SystemCounterexample) -> SystemCounterexample | None:
+        return self._find_played(claim, games.iterate_courses_near(self._game, claim, known.start))
+
+    def _find_first(self, claim: SystemClaim) -> SystemCounterexample | None:
+        return self._find_played(claim, games.iterate_courses(self._game, claim))  # as games are quick to play
+
+    def _attempt(self, claim: SystemClaim) -> None:
+        return None
+
+    def _find_played(self, claim: SystemClaim, courses: Iterable[Course]) -> SystemCounterexample | None:
+        """The first of some episodes that breaks a claim."""
+        played = (replay_course(self.profile, self.statement.system, claim, course) for course in courses)
+        return next(filter(None, played), None)
+
+
+def _state_episodes(profile: PolicyProfile, posed: Sequence[Posed], options: VerifyOptions) -> StatedEpisodes:
+    """Makes the world of claims about episodes, like `of_game`. A file states no empty start, so that of a region
+    without starts at rest is put in afterwards.
+    """
+    started = worlds.start_of(profile, posed)
+    world = stated = worlds.state_episodes(profile, posed, started)
+    if started.nowhere:
+        stated = worlds.state_episodes(profile, posed, started.widened)
+    joined = _join_game(profile, stated.statement, world.source, options)
+    made = StatedEpisodes(**vars(joined), started=started, again=repeat_options(options))
+    if not made.empty:
+        return made
+    system = replace(made.statement.system, start=started.states)
+    return replace(made, statement=replace(made.statement, system=system))
+
+
+def _join_game(profile: PolicyProfile, statement: Statement, source: str, options: VerifyOptions) -> StatedWorld:
+    return _join_parts(profile, statement, {}, {WORLD_FILE: source}, replace(options, file=None))
+
+
+def _join_parts(
+    origin: PolicyProfile,
+    statement: Statement,
+    given: Mapping[str, Path],
+    beside: Mapping[str, str],
+    options: VerifyOptions,
+) -> StatedWorld:
+    ensure_plays(origin, statement)
+    statement, profile = as_played(statement, origin)
+    if options.file is None:
+        claims = claims_of(statement, profile, given.get(WORLD_FILE, Path(WORLD_FILE)).name)
+    else:
+        claims = claims_in(beside[PROPERTY_FILE], statement, profile, options.file.name)
+    return StatedWorld(profile, origin, statement, claims, given, beside, options)
 
 
 def _texts(given: Mapping[str, Path]) -> dict[str, str]:

@@ -30,7 +30,7 @@ from verify.verdicts.decisions import verify
 from verify.zones import engine
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 ASTRAY = replace(towards(1, 1), action=np.array([-1, LEFT, -1, -1, UP, UP, RIGHT]))  # goes up where it should go down
 
 

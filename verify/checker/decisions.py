@@ -28,7 +28,6 @@ from verify.checker.certificate import (
     Members,
     ensure_about,
     numbers,
-    read_formula,
     stated_as,
 )
 from verify.checker.reading import (
@@ -46,7 +45,7 @@ from verify.checker.reading import (
 from verify.checker.thresholds import NO_ERROR, sides
 from verify.claims.claim import check_range, read_by, verifiable
 from verify.claims.decisions import BY_NAME, KAPPA, PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady, formula
-from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
+from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal, read_formula
 from verify.claims.observed import View, over, view_from
 from verify.claims.region import Region, goal_of, goal_text
 from verify.claims.relations import RELATIONS, alike, ensure_comparable, pair_profiles

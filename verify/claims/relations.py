@@ -1,8 +1,8 @@
 """Claims that compare decisions with one another: of two agents, of one agent in two states, of one in two profiles.
 
 Does: states each as a formula over actions and, of one agent in two states, over a view that holds the agent twice;
-  puts the agents of a second profile beside those of the first under names of their own; refuses profiles that cannot be
-  compared.
+  puts the agents of a second profile beside those of the first under names of their own; refuses profiles that cannot
+  be compared.
 Assumes: checked profiles; as decisions.py; views are those of observed.py.
 Does not: know places or landmarks, or decide.
 """

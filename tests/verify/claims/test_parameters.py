@@ -14,7 +14,7 @@ from verify.claims.catalogue import NAMES as CLAIMS
 from verify.claims.catalogue import ZONES, readable
 from verify.claims.parameters import NAMES, PARAMETERS
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[3]
 
 
 def test_the_table_has_what_claims_read():
