@@ -18,7 +18,7 @@ import numpy.typing as npt
 from codegen.ir import NO_FEATURE, ROOT, Floats, Tree
 from codegen.numbers import neighbour
 from codegen.paths import Box
-from codegen.region import RegionSpec, round_up
+from codegen.world import RegionSpec, round_up
 
 Corners: TypeAlias = tuple[Floats, Floats]  # the ends (low, high] of each feature, [n_features]
 

@@ -37,7 +37,7 @@ from codegen.ir import (
     WorldSpec,
     depth,
 )
-from codegen.legality import illegal_leaves, mask_of
+from codegen.paths import illegal_leaves, mask_of
 from codegen.sums import ARITHMETICS, DOUBLE_SUMS, OBSERVED, choose_numbers
 
 MAX_VIOLATIONS: Final = 20

@@ -22,11 +22,11 @@ import numpy.typing as npt
 
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, factor, observations
-from codegen.region import RegionSpec
 from codegen.sums import CONSTANT as CONSTANT
 from codegen.sums import Sum, among, choose_numbers, clip_values
 from codegen.world import GOAL as GOAL
 from codegen.world import EntitySpec as EntitySpec
+from codegen.world import RegionSpec
 from codegen.world import VariableSpec as VariableSpec
 from codegen.world import WorldSpec as WorldSpec
 

@@ -48,7 +48,7 @@ from codegen.ir import (
     VariableSpec,
     WorldSpec,
 )
-from codegen.region import RegionSpec
+from codegen.world import RegionSpec
 
 SEMANTICS = (
     "float32 observations; left iff x[feature] <= threshold; NaN goes right; a node's id is its place in the list; "

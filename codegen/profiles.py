@@ -22,7 +22,7 @@ from codegen.errors import STEERING, ProfileError, escape_text, suggestion
 from codegen.form import ProfileJson, make_fault, place
 from codegen.ir import AgentPolicy, PolicyProfile, WorldSpec
 from codegen.policy_json import content_hash, decode
-from codegen.region import RegionSpec, round_up
+from codegen.world import RegionSpec, round_up
 
 MAX_BYTES = 256 * 2**20  # a profile beyond this is not one of ours
 RESTORE = "the file is truncated or not a profile; restore it or extract it again"

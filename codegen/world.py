@@ -1,12 +1,15 @@
-"""The world that a profile was learned in: entities, variables, and how they move.
+"""The world that a profile was learned in: entities, variables, and how they move; the states that it is meant for.
 
-Does: frozen data, and the names of all coordinates.
-Assumes: lengths are in the world's own unit.
-Does not: move anything (dynamics.py), or judge numbers (check.py).
+Does: frozen data, and the names of all coordinates; the region of a profile that is not meant for all states.
+Assumes: lengths are in the world's own unit; coordinates of a region are named as in the world's spec.
+Does not: move anything (dynamics.py), judge numbers (check.py), check states (boxes.py), or prove anything about a
+  region (the verifier does).
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from types import MappingProxyType
 from typing import Final
@@ -71,3 +74,19 @@ class WorldSpec:
         position = [f"{name}.{axis}" for name in places for axis in "xy"]
         velocity = [f"{agent.name}.v{axis}" for agent in self.agents for axis in "xy"]
         return (*position, *velocity, *(variable.name for variable in self.variables))
+
+
+@dataclass(frozen=True)
+class RegionSpec:
+    """A region as a file states it: numbers are exact text, decimals or fractions; differences are named `a - b`."""
+
+    goals: tuple[str, ...]  # landmarks that may be the goal; empty: the world has no goal
+    box: Mapping[str, tuple[str, str]]
+    difference: Mapping[str, tuple[str, str]] = field(default_factory=lambda: MappingProxyType({}))
+    apart: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+
+def round_up(value: Fraction) -> float:
+    """The smallest double not below a number."""
+    near = float(value)
+    return near if Fraction(near) >= value else math.nextafter(near, math.inf)

@@ -94,7 +94,7 @@ def test_public_exceptions_stand_in_a_tree():
     classes = [node for path in sources for node in parsed(path).body if isinstance(node, ast.ClassDef)]
     bases = {node.name: set().union(*map(names_in, node.bases)) for node in classes}
     public = {name for name in inheriting(bases, {"Exception"}) - {"Exception"} if not name.startswith("_")}
-    trees = {"MaviperError": "codegen/errors.py", "UnansweredError": "verify/unanswered.py"}
+    trees = {"MaviperError": "codegen/errors.py", "UnansweredError": "verify/spending.py"}
     for root, place in trees.items():
         drawing = ast.get_docstring(ast.parse((ROOT / place).read_text()))
         assert all(re.search(rf"\b{name}\b", drawing) for name in inheriting(bases, {root})), root

@@ -32,9 +32,9 @@ from verify.checker.thresholds import sides
 from verify.claims.decisions import DecisionClaim, DistinctTargets, OwnTarget, engages
 from verify.claims.formula import TRUE, Linear, for_goal, holds
 from verify.claims.region import Interval, Region
-from verify.progress import tell
 from verify.question import DecisionQuestion
 from verify.result import Verdict
+from verify.spending import tell
 from verify.states.state import sample
 from verify.zones import engine
 

@@ -1,20 +1,76 @@
-"""What a search may spend, whatever it tries: one budget, counted in boxes.
+"""What a search may spend, how far it is, and why it ends without its answer.
 
-Does: adds up boxes, symbolic states, linear programs and steps of play; says what is left, and tells progress.
-Assumes: costs that do not depend on the machine.
-Does not: measure time.
+Does: one budget, counted in boxes: adds up boxes, symbolic states, linear programs and steps of play, and says what is
+  left; hands numbers and a few words from inside a search to a listener that the caller set for the time of a call; the
+  roots of the exceptions that searches raise for whoever began them.
+Assumes: costs and counts that do not depend on the machine; listeners that return soon; whoever begins a search catches
+  what it may raise, so no user meets one of these.
+Does not: print, measure time, or change what is searched; cover what a user can mend (codegen/errors.py), or
+  certificates that the checker refuses (`RejectedError`, checker/reading.py, which imports nothing of this).
 
 A box takes about a microsecond. All else counts as the boxes that take as long, measured on small systems. So one limit
 says when a search stops, whatever it was trying, and how far it is.
+
+    UnansweredError
+    |-- SpentError           a budget has ended
+    |   |-- BudgetError         zones: search nodes
+    |   |-- FacesError          zones: faces of a volume
+    |   |-- TooLongError        episodes: answers of a proof
+    |   |-- ReachBudgetError    reach: what a stage is allowed
+    |   `-- BudgetSpentError    all that claims about a stated system may spend
+    `-- BeyondError          what is asked has no answer of this kind
+        |-- BeyondZonesError    zones: a test that bounds no coordinate and no difference of two
+        |-- NoCertificateError  episodes: no proof in any form (LeftOpenError: a start is left open)
+        `-- UndefinedError      systems: an expression without bounds over a box
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 
 from codegen.wording import format_count
-from verify.progress import tell
-from verify.unanswered import SpentError
+
+
+class UnansweredError(Exception):
+    """A search ends without its answer."""
+
+
+class SpentError(UnansweredError):
+    """A budget has ended."""
+
+
+class BeyondError(UnansweredError):
+    """The question asked has no answer of this kind."""
+
+
+def tell_of_goal(goal: str | None, words: str) -> str:
+    """Puts the goal, if there is one, before words."""
+    return words if goal is None else f"goal {goal}: {words}"
+
+
+Listener = Callable[[int, int, str], None]  # done, of at most, in words
+_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
+
+
+@contextmanager
+def listening(listener: Listener) -> Generator[None]:
+    """Everything that is told inside goes to `listener`."""
+    before = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(before)
+
+
+def tell(done: int, most: int, words: str) -> None:
+    """That `done` of at most `most` are done; `words`: what they are, and what else is known."""
+    listener = _listener.get()
+    if listener is not None:
+        listener(done, most, words)
+
 
 OPTION = "--max-boxes"
 FORM, STATE, PROGRAM = 10, 100, 400  # boxes that an affine form, a symbolic state and a linear program take as long as

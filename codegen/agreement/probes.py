@@ -23,7 +23,7 @@ from codegen.deciding import read_by
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS, deciding_double
 from codegen.ir import Float64, Floats, GrownTree, Tree
 from codegen.numbers import at_most, neighbour
-from codegen.region import RegionSpec
+from codegen.world import RegionSpec
 
 BLOCK = 512  # observations that are lists of Python's numbers at the same time
 PART = 1 << 22  # numbers of an array in memory at the same time; twice as many would be fresh memory each time

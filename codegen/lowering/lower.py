@@ -39,9 +39,9 @@ from codegen.lowering.model import (
 from codegen.lowering.names import Names, ensure_distinct, is_reserved, labels_of, of_agent, of_profile
 from codegen.numbers import at_most, decimal_literal, hex_literal
 from codegen.policy_json import content_hash
-from codegen.region import RegionSpec
 from codegen.sums import FLOAT32_STEPS
 from codegen.wording import describe_sum, holds
+from codegen.world import RegionSpec
 
 NESTED, ORDERED, WALK, AUTO = "nested", "ordered", "walk", "auto"
 STYLES = (NESTED, ORDERED, WALK, AUTO)

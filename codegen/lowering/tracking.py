@@ -14,7 +14,7 @@ from codegen.dynamics import accelerations, partners
 from codegen.errors import InputError
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
-from codegen.region import RegionSpec
+from codegen.world import RegionSpec
 
 OFF = 2.0**-40  # by which a number may be off: proofs leave 2^-30 for all that adds up in an episode
 MAX_OFF = (

@@ -20,7 +20,7 @@ from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
 from codegen.lowering.tracking import Edges, Start, Track, track
 from codegen.numbers import decimal_literal
-from codegen.region import RegionSpec
+from codegen.world import RegionSpec
 
 ROUNDED = 1.0 + 2.0**-20  # by which a speed at its limit may be above it: simulators round where they cut it
 LATE = 1.5  # steps; inputs that are older, or checks that come later, are invalid

@@ -341,7 +341,7 @@ def worlds_check(context: click.Context, world: str, run_reference: bool) -> int
     console = console_of(context)
     console.line("checking", world)
     from maviper.worlds.checking import check, usable
-    from verify.progress import listening
+    from verify.spending import listening
 
     with console.following("checking") as listener, listening(listener):
         findings = check(world, run_reference, lambda finding: click.echo(str(finding)))

@@ -85,7 +85,7 @@ def check(
     """
     from maviper.console import say
     from maviper.verification.files.certificates import check_file
-    from verify.progress import listening
+    from verify.spending import listening
 
     with console_of(context).following("checking") as listener, listening(listener):
         proof = check_file(certificate, profile, against, world)
@@ -172,7 +172,7 @@ def repair(
     from maviper.files.profiles import load
     from maviper.page.page import FILE, page_of, unplayable
     from maviper.verification.repair import region_text, repair_profile, request
-    from verify.progress import listening
+    from verify.spending import listening
 
     console = console_of(context)
     asked = request(name, options)
@@ -252,8 +252,8 @@ def diff(
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.verification.diff import AGAINST_FILE, compare_profiles, request
-    from verify.progress import listening
     from verify.reports.differences import as_json as written
+    from verify.spending import listening
 
     console = console_of(context)
     one, other = load(first, sums=True), load(second, sums=True)

@@ -209,7 +209,7 @@ def _decide_claims(
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import pose_questions, verify_questions
     from verify.claims.wording import spell_rounded
-    from verify.progress import listening
+    from verify.spending import listening
 
     asking = VerifyOptions.of(options).ensure_usable()
     if output is not None and asking.verdict_only:

@@ -25,7 +25,7 @@ from codegen.ir import Float64, PolicyProfile
 from codegen.lowering.covering import MAX_GIVEN, Boxes, Cover, Variable
 from codegen.lowering.model import RaisedSum
 from codegen.numbers import nearest_double
-from codegen.region import RegionSpec
+from codegen.world import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
 from maviper.worlds.stated.certified import ensure_accepted, read_certificate, sentence
 from maviper.worlds.stated.observing import PLACE

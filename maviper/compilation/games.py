@@ -14,7 +14,7 @@ from typing import NamedTuple
 from codegen.deciding import only_acts
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
-from codegen.region import RegionSpec
+from codegen.world import RegionSpec
 from maviper.worlds.stated.observing import PLACE, Observed, call_in_file, find_coordinate, find_goal, list_observed
 from verify.claims.formula import And, Formula, Linear, Not, Or
 from verify.claims.region import Interval

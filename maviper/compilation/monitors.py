@@ -21,8 +21,8 @@ from codegen.lowering.model import Model
 from codegen.lowering.tracking import MAX_NOISE, Edges, Start, ensure_followed
 from codegen.lowering.watching import Watch, watch, watch_inputs
 from codegen.numbers import decimal_literal, nearest_double
-from codegen.region import RegionSpec
 from codegen.targets.rendered import emit_monitors
+from codegen.world import RegionSpec
 from maviper.files import kinds, runs
 from verify.checker import certificate as certificates
 from verify.checker import decisions

@@ -25,7 +25,7 @@ import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Float32, Float64
-from codegen.legality import Mask
+from codegen.paths import Mask
 from maviper.episodes.play import in_columns
 from maviper.experts.expert import AS_GIVEN
 from maviper.files import kinds, runs

@@ -16,11 +16,10 @@ from codegen.wording import format_count
 from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
 from maviper.experts.finding import lawful_expert
-from maviper.extraction import baselines, dagger, released
+from maviper.extraction import baselines, dagger, refine, released
 from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running, profile_of
 from maviper.extraction.journal import MEASURING, NOTHING_KEPT, WHOLE, Journal, Part, Underway
-from maviper.extraction.selection import refine
-from maviper.extraction.selection.selection import Selection
+from maviper.extraction.selection import Selection
 from maviper.extraction.settings import (
     AGENT,
     BEST_RESPONSE,

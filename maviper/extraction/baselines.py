@@ -31,13 +31,13 @@ from maviper.episodes.play import Controller, Episodes, rollout
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.expert import Expert
 from maviper.experts.finding import critic_of
+from maviper.extraction.arena import merge_leaves
 from maviper.extraction.dataset import Dataset, Met, collect
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.growth.best_first import BestFirstTree
 from maviper.extraction.growth.joint import BINS, Bins
 from maviper.extraction.growth.weights import ROWS_AT_ONCE, joint_actions, parts
-from maviper.extraction.selection.arena import merge_leaves
-from maviper.extraction.selection.selection import Selection
+from maviper.extraction.selection import Selection
 from maviper.extraction.settings import HISTOGRAM, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int

@@ -21,13 +21,13 @@ from maviper.episodes.measures import likeness
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.finding import critic_of
+from maviper.extraction.arena import merge_leaves
 from maviper.extraction.dataset import Dataset, Met, collect, resample
 from maviper.extraction.extraction import Extraction, counts_of
 from maviper.extraction.growth.growing import Growth, Labelled, Part, lawful, pool_points
 from maviper.extraction.growth.weights import Replies, iviper_weights, maviper_weights
 from maviper.extraction.journal import NOTHING_KEPT, pack_trees, unpack_trees
-from maviper.extraction.selection.arena import merge_leaves
-from maviper.extraction.selection.selection import Selection
+from maviper.extraction.selection import Selection
 from maviper.extraction.settings import (
     AGENT,
     ALL,

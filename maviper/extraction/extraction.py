@@ -27,9 +27,9 @@ from maviper.episodes.trees import among
 from maviper.evaluation.held_out import evaluate_trees
 from maviper.experts.expert import AS_GIVEN, Expert
 from maviper.experts.finding import critic_of, reward_weighed_by
+from maviper.extraction.arena import stack_trees
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.journal import NOTHING_KEPT, WHOLE, Journal, OnProgress, OnUnderway, Part
-from maviper.extraction.selection.arena import stack_trees
 from maviper.extraction.settings import BUNDLES, DESCRIBED, NO_VOTES, PARTS, RELEASED, UNSAID, Settings
 from maviper.files.profiles import version
 from maviper.worlds import Measure, World

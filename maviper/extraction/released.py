@@ -39,7 +39,7 @@ from maviper.extraction.extraction import Extraction, counts_of
 from maviper.extraction.growth.joint import cart
 from maviper.extraction.growth.weights import in_play
 from maviper.extraction.journal import Arrays
-from maviper.extraction.selection.selection import Selection
+from maviper.extraction.selection import Selection
 from maviper.extraction.settings import IVIPER_RESAMPLING, LEAVES, MAVIPER, NO_PREDICTION, RELEASED, RESTARTS, Settings
 from maviper.extraction.settings import WARM_UP as WARMING_UP
 from maviper.worlds import World

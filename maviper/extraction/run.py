@@ -51,7 +51,7 @@ from maviper.extraction.journal import (
     Progress,
     Underway,
 )
-from maviper.extraction.selection.selection import explain_stop
+from maviper.extraction.selection import explain_stop
 from maviper.extraction.settings import STARTING, Settings, part_settings
 from maviper.files import resuming, runs
 from maviper.files.jobs import Scored, best_of, ensure_counts, folder_of, is_resumed, side_by_side

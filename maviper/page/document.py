@@ -25,9 +25,9 @@ from codegen.importers.reading import find_uncompared
 from codegen.ir import Floats
 from codegen.lowering.tracking import Edges, Start
 from codegen.policy_json import content_hash
-from codegen.region import RegionSpec
 from codegen.sums import CONSTANT, Sum
 from codegen.wording import NO_UNIT, describe_sum, format_count
+from codegen.world import RegionSpec
 from maviper.episodes import measures
 from maviper.episodes.play import play, tree_policies
 from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert

@@ -31,9 +31,9 @@ from codegen.lowering.render import render
 from codegen.lowering.tracking import Edges, Start
 from codegen.lowering.watching import WORDS
 from codegen.profiles import ensure
-from codegen.region import RegionSpec
 from codegen.targets.svg import Box, Edge, Picture, picture
 from codegen.wording import format_count
+from codegen.world import RegionSpec
 from maviper.compilation.games import restate_formula
 from maviper.compilation.monitors import Proved, load_proof, spec_of
 from maviper.episodes import measures

@@ -43,13 +43,13 @@ from verify.claims.terms import last_of
 from verify.claims.views import Viewed, select_features
 from verify.decimals import plain
 from verify.kinds import MACHINE
-from verify.progress import tell
 from verify.question import Question
 from verify.reach.replay import Course, replay_course
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import fails, iterate_failing, observable, truly
 from verify.reports import systems as report
 from verify.result import Cost, Result, Verdict
+from verify.spending import tell
 from verify.subjects import ClosedLoop
 from verify.systems.claims import CurvedClaim, SystemClaim, SystemPremise
 from verify.systems.curves import with_comparisons

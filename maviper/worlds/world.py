@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, OutputSpec, WorldSpec
-from codegen.legality import LEGAL, Mask, mask_of
+from codegen.paths import LEGAL, Mask, mask_of
 
 Int = npt.NDArray[np.integer[Any]]
 Options = Mapping[str, int | str]

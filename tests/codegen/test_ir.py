@@ -9,7 +9,7 @@ from hypothesis import given
 from codegen import ir
 from codegen.errors import ProfileError
 from codegen.profiles import check, ensure
-from codegen.region import RegionSpec
+from codegen.world import RegionSpec
 from maviper.verification.files.states import blank
 from maviper.worlds import WORLDS, find
 from tests.support.strategies import WORLD, grown_trees

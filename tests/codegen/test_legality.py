@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from codegen import ir, policy_json, profiles
 from codegen.dynamics import motionless
 from codegen.errors import ProfileError
-from codegen.legality import illegal_leaves, mask_of
 from codegen.lowering.lower import lower
+from codegen.paths import illegal_leaves, mask_of
 from codegen.profiles import check
 from codegen.targets.rendered import emit_c, emit_python
 

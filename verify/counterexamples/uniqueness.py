@@ -22,9 +22,9 @@ from verify.kinds import REAL
 from verify.question import DecisionQuestion
 from verify.solver.encode import Query, elsewhere, there
 from verify.solver.solve import Answer, ask, pin_model
+from verify.spending import tell_of_goal
 from verify.states.real import write_values
 from verify.states.state import State, exact_point, inside, leaves_at, nearest, violates
-from verify.unanswered import tell_of_goal
 
 ONLY_REAL = "a real-valued world state fails in other leaves; no float64 state near it was found that does"
 ONLY_ROUNDED = "rounding within sums may make it fail in other leaves; no float64 state was found in which it does"

@@ -49,10 +49,9 @@ from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import holds
 from verify.claims.region import Region, goal_of
 from verify.episodes.zones import points_of, starts
-from verify.progress import tell
 from verify.question import Budgets, EpisodeQuestion
+from verify.spending import BeyondError, SpentError, tell
 from verify.states.shares import SAMPLE_SEED
-from verify.unanswered import BeyondError, SpentError
 
 CELL = GRID >> 5  # gaps of starts that may touch are told apart so far: each piece has a narrower push
 MAX_CELLS = 1 << 10  # of one gap; beyond it, it stays whole

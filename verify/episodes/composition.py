@@ -43,11 +43,11 @@ from verify.episodes.zones import (
 )
 from verify.question import EpisodeQuestion
 from verify.result import Verdict
+from verify.spending import tell_of_goal
 from verify.states.episodes import at_rest, find_matchings, find_met_ways, first_failing, name_pairs, play, playable
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, sample
 from verify.states.values import has_matching
-from verify.unanswered import tell_of_goal
 from verify.zones.tables import BeyondZonesError
 
 

@@ -40,7 +40,7 @@ from verify.episodes.contacts import (
     split_known,
 )
 from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, SLACK, ZERO, Int8, Int64, Zones, constrain_zones
-from verify.progress import tell
+from verify.spending import tell
 from verify.zones.tables import BeyondZonesError
 
 

@@ -24,9 +24,9 @@ from verify.claims.formula import TRUE
 from verify.claims.region import Interval, Region
 from verify.claims.region_files import everywhere
 from verify.extent.violations import ExactShare, Failing, exact_part, exact_share, violations
-from verify.progress import tell
 from verify.question import DecisionQuestion
 from verify.result import Verdict
+from verify.spending import tell
 from verify.states import shares
 from verify.states.shares import SAMPLE_SEED, SAMPLES, explain_unstated, find_unbounded
 from verify.states.state import batch, contains, sample

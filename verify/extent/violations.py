@@ -23,8 +23,8 @@ from verify.claims.formula import negate
 from verify.claims.region import Region
 from verify.claims.wording import OwnFormula
 from verify.kinds import MACHINE
-from verify.progress import tell
 from verify.question import Budgets, DecisionQuestion
+from verify.spending import tell
 from verify.zones.engine import Tests, ZoneQuery
 from verify.zones.search import Branch
 from verify.zones.tables import EPSILON, Problem

@@ -22,8 +22,8 @@ from verify.checker.covers.boxes import StartBox, halves
 from verify.checker.flows.sweep import FEW as FEW_SETS
 from verify.checker.flows.sweep import FlowSweep, LevelSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
-from verify.progress import tell
 from verify.reach.covering import CutPart
+from verify.spending import tell
 from verify.systems.claims import SystemClaim
 from verify.systems.expressions import Name, affine, names
 from verify.systems.system import System

@@ -22,8 +22,8 @@ import numpy as np
 from codegen.ir import AgentPolicy, Bool, Float64, Int32, Int64, PolicyProfile, act
 from codegen.numbers import nearest_double
 from verify.checker.systems.reading import SystemReading
-from verify.progress import tell
 from verify.reach.replay import Course
+from verify.spending import tell
 from verify.states.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.expressions import Expression

@@ -29,10 +29,9 @@ from verify.checker.systems.proofs import FollowedPart, Hull
 from verify.checker.systems.reading import Branch, Choices, Decision, Row, Split, Terms
 from verify.claims.formula import Linear, atoms
 from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, find_related, floats, multipliers
-from verify.spending import PROGRAM, STATE
+from verify.spending import PROGRAM, STATE, SpentError
 from verify.systems.claims import SystemClaim
 from verify.systems.system import Affine, HalfSpace, Piece, System
-from verify.unanswered import SpentError
 
 POINTS = 64
 MAX_OVER = 2_000  # programs that one symbolic state may take once its stage has none: most end with fewer

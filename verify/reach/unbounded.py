@@ -35,14 +35,13 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import WHOLE, Invariant, InvariantPart, InvariantRegion
 from verify.checker.systems.reading import Branch
 from verify.claims.formula import conjunction, disjunction, holds
-from verify.progress import tell
 from verify.reach.covering import POINTS, CutPart, close_names, estimate_ranges, set_anew
 from verify.reach.programs import inhabitant
 from verify.reach.replay import piece_of
 from verify.reach.results import OpenState, ReachOutcome, about_nothing
 from verify.reach.search import ReachBudgetError, SystemProver, Unfolding
 from verify.result import Verdict
-from verify.spending import Spending
+from verify.spending import Spending, tell
 from verify.systems.claims import SystemClaim, atom
 from verify.systems.observing import choose_actions
 from verify.systems.system import Polytope, System

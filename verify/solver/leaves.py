@@ -21,10 +21,10 @@ from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
 from verify.solver.encode import Query, reaching
 from verify.solver.solve import ask, pin_model
+from verify.spending import tell_of_goal
 from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import State, exact_point, find_leaves, inside, leaf_at, nearest, sample, state_at
 from verify.subjects import Game
-from verify.unanswered import tell_of_goal
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (4, 7, 10, 20, 40))  # room inside the leaf's cell, for a witness
 ONLY_REAL = "only a real-valued world state was found to reach it"

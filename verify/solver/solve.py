@@ -22,8 +22,8 @@ from verify.claims.region import Interval, Region
 from verify.question import Budgets, Case, DecisionQuestion
 from verify.result import Verdict
 from verify.solver.encode import Query, beyond_any, fix_variables, query, region_only
+from verify.spending import tell_of_goal
 from verify.states.real import value_of
-from verify.unanswered import tell_of_goal
 
 
 @dataclass(frozen=True)

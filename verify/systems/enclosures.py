@@ -24,11 +24,10 @@ from typing import NamedTuple
 
 from codegen.errors import InputError
 from verify.decimals import plain
-from verify.progress import tell
+from verify.spending import BeyondError, tell
 from verify.systems.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum, affine, names
 from verify.systems.statement import Rule
 from verify.systems.system import Affine, Box, Interval, Piece, Variable
-from verify.unanswered import BeyondError
 
 POINTS = 48  # at which a function is looked at for an enclosure
 GRID = 10**10  # forms and errors of an enclosure are multiples of 1 / GRID

@@ -21,7 +21,7 @@ from typing import TypeAlias
 from verify.claims.formula import Formula, agents
 from verify.question import DecisionQuestion
 from verify.result import Verdict
-from verify.unanswered import tell_of_goal
+from verify.spending import tell_of_goal
 from verify.zones.search import Branch, BudgetError, CompiledSearch, Resolve, ZoneSearch, affordable, price, search
 from verify.zones.tables import (
     EPSILON,

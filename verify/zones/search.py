@@ -19,8 +19,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
 from verify.certificates.proofs import varint
-from verify.progress import tell
-from verify.unanswered import SpentError
+from verify.spending import SpentError, tell
 from verify.zones.tables import TRUE, Flat, Problem, ZoneTree
 
 Zone: TypeAlias = list[tuple[list[int], list[int]]]  # per component: bounds and first steps, [size * size]

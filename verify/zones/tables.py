@@ -18,7 +18,7 @@ from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
 from verify.checker.thresholds import AT_ONCE, NO_ERROR, sides
 from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, agents
 from verify.claims.region import Region
-from verify.unanswered import BeyondError
+from verify.spending import BeyondError
 
 EPSILON = 1 << 12  # a strict bound is one unit lower, all others are this many units apart: cycles are shorter
 _OF_GOAL = f"{GOAL}."

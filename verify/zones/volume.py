@@ -19,7 +19,7 @@ from itertools import product
 from math import factorial
 from typing import TypeAlias
 
-from verify.unanswered import SpentError
+from verify.spending import SpentError
 from verify.zones.tables import TRUE, Bound, Flat, Table
 
 Disjoint: TypeAlias = Callable[[Flat | None], Flat | None]  # None: false

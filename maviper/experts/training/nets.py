@@ -18,7 +18,7 @@ from torch import Tensor
 from torch.nn.functional import one_hot
 
 from codegen.ir import Float32
-from codegen.legality import LEGAL
+from codegen.paths import LEGAL
 from maviper.experts.network import ACTOR, CRITIC, LAYERS, give_numbers
 from maviper.experts.training.scaling import Scale
 from maviper.worlds import World

@@ -28,9 +28,9 @@ import numpy as np
 
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float32, Float64, GrownTree, OutputSpec
 from codegen.lowering.deploy import SummedTree
+from maviper.extraction.arena import merge_leaves
 from maviper.extraction.growth.joint import Bins, Codes
 from maviper.extraction.journal import count_leaves
-from maviper.extraction.selection.arena import merge_leaves
 from maviper.extraction.settings import CONSTANT, LINEAR
 from maviper.worlds.world import Int, bounds
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, FeatureSpec, Float32, GrownTree
-from codegen.legality import LEGAL, Mask
+from codegen.paths import LEGAL, Mask
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.best_first import KINDS, BestFirstTree, Leaves, gini, grow_tree, testing
 from maviper.extraction.growth.joint import Bins, CartTree, Codes, Growing, HistogramTree, grow_jointly, grow_shared

@@ -18,8 +18,8 @@ import numpy as np
 
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Float64, Floats, GrownTree
 from codegen.lowering.deploy import SummedTree
+from maviper.extraction.arena import merge_leaves
 from maviper.extraction.growth.best_first import Leaves
-from maviper.extraction.selection.arena import merge_leaves
 from maviper.worlds.world import Int
 
 SWEEPS = 4  # at most, from the lowest splits to the root

@@ -33,13 +33,13 @@ from verify.checker.systems.proofs import SystemClaimJson, read_claim
 from verify.exact import read_number
 from verify.flows.episodes import FlowCourse
 from verify.flows.episodes import replay_course as flow_replayed
-from verify.progress import tell
 from verify.question import Question
 from verify.reach.replay import Course, is_start, replay_course
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
 from verify.reports import systems as report
 from verify.reports.courses import counterexample
+from verify.spending import tell
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim

@@ -21,7 +21,7 @@ import numpy as np
 
 from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
-from codegen.legality import Mask
+from codegen.paths import Mask
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.sources import (
     Source,

@@ -27,7 +27,7 @@ from maviper.worlds.outside.playing import steps_alone
 from maviper.worlds.outside.processes import Copy
 from maviper.worlds.outside.sources import GYMNASIUM, fault, is_named_by_user, output_aside, parse_source
 from maviper.worlds.stated.systems import Floats, Moving, MovingRule
-from verify.progress import tell
+from verify.spending import tell
 from verify.systems.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.observing import SINGLE
 from verify.systems.statement import Statement

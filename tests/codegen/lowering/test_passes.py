@@ -15,8 +15,8 @@ from codegen.errors import DisagreementError, ProfileError
 from codegen.lowering import passes
 from codegen.lowering.deploy import deploy_tree
 from codegen.profiles import ensure
-from codegen.region import RegionSpec
 from codegen.targets import USUAL, emit
+from codegen.world import RegionSpec
 from tests.support.strategies import grown_trees
 from tests.support.teams import LEFT, RIGHT, STAY, UP, average_tests, tree
 

@@ -21,8 +21,8 @@ from codegen.boxes import is_inside
 from codegen.floats import below_zero
 from codegen.numbers import neighbour
 from codegen.observe import observe
-from codegen.region import RegionSpec
 from codegen.targets.rendered import harness
+from codegen.world import RegionSpec
 from tests.support.games import random_profile
 
 LARGEST = float(np.finfo(np.float32).max)

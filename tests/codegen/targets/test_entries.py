@@ -13,8 +13,8 @@ import pytest
 from codegen.agreement import readback, selfcheck
 from codegen.errors import InputError
 from codegen.lowering.lower import lower
-from codegen.region import RegionSpec
 from codegen.targets import emit
+from codegen.world import RegionSpec
 from maviper.worlds import find
 from tests.support.chains import renamed
 from tests.support.games import NAMES, random_profile

@@ -11,7 +11,7 @@ from codegen.errors import InputError
 from codegen.ir import act
 from codegen.lowering.lower import lower
 from codegen.observe import observe
-from codegen.region import RegionSpec
+from codegen.world import RegionSpec
 from maviper.compilation.games import find_game, region_of, restate_formula
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.page.page import play_claim

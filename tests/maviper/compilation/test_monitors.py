@@ -15,8 +15,8 @@ from codegen.errors import InputError, RefusedError
 from codegen.lowering.covering import Cover
 from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch
-from codegen.region import RegionSpec
 from codegen.targets import emit, rendered
+from codegen.world import RegionSpec
 from maviper import load, manual
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.compilation.run import compile_and_prove, split_targets

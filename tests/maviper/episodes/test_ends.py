@@ -12,17 +12,16 @@ from maviper.episodes import measures
 from maviper.episodes.play import Policies, points, rollout, tree_policies
 from maviper.evaluation import held_out, run
 from maviper.experts.expert import AS_GIVEN, labels
-from maviper.extraction import baselines, released
+from maviper.extraction import baselines, refine, released
 from maviper.extraction import released as released_grow
 from maviper.extraction.algorithms import extract
+from maviper.extraction.arena import Arena
 from maviper.extraction.dagger import weights
 from maviper.extraction.dataset import Dataset, collect, resample
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.growth.growing import Growth
 from maviper.extraction.growth.joint import grow_jointly
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
-from maviper.extraction.selection import refine
-from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import ALGORITHMS, FITTED_Q, HISTOGRAM, PRESETS, VIPER, Settings
 from tests.support.ends import LEFT, OVER, PLACE, Expert, world_of
 from tests.support.growing import train_joint_trees

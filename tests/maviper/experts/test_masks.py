@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from codegen.legality import illegal_leaves
+from codegen.paths import illegal_leaves
 from maviper.cli import main
 from maviper.episodes.play import rollout
 from maviper.evaluation import held_out

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from codegen.legality import LEGAL
+from codegen.paths import LEGAL
 from maviper.experts import network
 from maviper.experts.network import ACTOR
 from maviper.worlds import find

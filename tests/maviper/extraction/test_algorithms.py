@@ -26,7 +26,7 @@ from maviper.extraction.growth.joint import (
 )
 from maviper.extraction.growth.weights import SAMPLED_JOINT, iviper_weights, joint_actions, maviper_weights
 from maviper.extraction.journal import Journal, unpack_trees
-from maviper.extraction.selection.selection import KINDS
+from maviper.extraction.selection import KINDS
 from maviper.extraction.settings import (
     ALGORITHMS,
     EXACT,

@@ -13,11 +13,11 @@ from maviper.episodes.play import points, rollout
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
+from maviper.extraction.arena import MATCHED, halving_by_member
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth import weights
 from maviper.extraction.growth.weights import LEAST_GAIN, Replies
 from maviper.extraction.journal import Journal
-from maviper.extraction.selection.arena import MATCHED, halving_by_member
 from maviper.extraction.settings import BEST_RESPONSE, OUR_RUNGS, PARTS, Settings
 from tests.support.optimum import optimum, rules_of, worth
 

@@ -12,13 +12,13 @@ from codegen.lowering.deploy import SummedTree, deploy_tree
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
+from maviper.extraction import refine
 from maviper.extraction.algorithms import extract
+from maviper.extraction.arena import Arena, SummedStack, reaching
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.growth.sums import with_own_sums
 from maviper.extraction.journal import Journal
-from maviper.extraction.selection import refine
-from maviper.extraction.selection.arena import Arena, SummedStack, reaching
-from maviper.extraction.selection.refine import Moves
+from maviper.extraction.refine import Moves
 from maviper.extraction.settings import Settings
 from tests.support.braking import write_trees
 

@@ -31,7 +31,7 @@ from maviper.extraction.extraction import Running, joint_ratio
 from maviper.extraction.growth import joint
 from maviper.extraction.growth.weights import maviper_weights
 from maviper.extraction.journal import Underway
-from maviper.extraction.selection.selection import Selection, explain_stop
+from maviper.extraction.selection import Selection, explain_stop
 from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, WorldState, find
 from tests.support.growing import train_joint_trees

@@ -7,20 +7,20 @@ from hypothesis import strategies as st
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.legality import illegal_leaves
 from codegen.lowering.deploy import deploy_tree
+from codegen.paths import illegal_leaves
 from maviper.episodes.play import rollout
 from maviper.episodes.trees import agent_policies, among
 from maviper.evaluation import held_out
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts.finding import Unweighted, lawful_expert
+from maviper.extraction import refine
 from maviper.extraction.algorithms import extract
+from maviper.extraction.arena import Arena
 from maviper.extraction.extraction import Running
 from maviper.extraction.growth.growing import Labelled, lawful
 from maviper.extraction.growth.weights import iviper_weights
 from maviper.extraction.journal import REFINING
-from maviper.extraction.selection import refine
-from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from maviper.worlds.world import legal_in

@@ -17,12 +17,9 @@ from maviper.episodes.play import tree_policies
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
-from maviper.extraction import released
+from maviper.extraction import arena, refine, released
 from maviper.extraction.algorithms import extract
-from maviper.extraction.extraction import QUIETLY, Extraction, Running
-from maviper.extraction.journal import Journal
-from maviper.extraction.selection import arena, refine
-from maviper.extraction.selection.arena import (
+from maviper.extraction.arena import (
     Arena,
     Stack,
     halving,
@@ -32,7 +29,9 @@ from maviper.extraction.selection.arena import (
     with_new_split,
     with_split,
 )
-from maviper.extraction.selection.selection import Selection
+from maviper.extraction.extraction import QUIETLY, Extraction, Running
+from maviper.extraction.journal import Journal
+from maviper.extraction.selection import Selection
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from tests.support.strategies import grown_trees

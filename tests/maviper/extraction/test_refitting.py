@@ -15,12 +15,11 @@ from maviper import load
 from maviper.cli import main
 from maviper.console import Console
 from maviper.episodes import measures
-from maviper.extraction import extraction, refitting, released
+from maviper.extraction import extraction, refine, refitting, released
 from maviper.extraction.algorithms import extract
+from maviper.extraction.arena import Arena
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.extraction import Examples, Running, lesson_of
-from maviper.extraction.selection import refine
-from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import Settings
 from maviper.verification.ask import Asked
 from maviper.verification.bench import state_of, states_of

@@ -17,7 +17,7 @@ from maviper.extraction import released
 from maviper.extraction.algorithms import extract
 from maviper.extraction.extraction import QUIETLY, Extraction
 from maviper.extraction.released import _Growing, best_split, grow_team
-from maviper.extraction.selection.selection import ByReturn, Selection
+from maviper.extraction.selection import ByReturn, Selection
 from maviper.extraction.settings import FITTED_Q, IVIPER_RESAMPLING, Settings
 from maviper.worlds import Measure, find
 

@@ -14,10 +14,10 @@ from codegen.profiles import check
 from maviper.episodes.trees import reopen_tree
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
+from maviper.extraction import refine
 from maviper.extraction.algorithms import extract
+from maviper.extraction.arena import merge_leaves, with_leaf
 from maviper.extraction.growth.sums import DIGITS, TERMS, as_summed, columns_of, tilt_tests, with_sum
-from maviper.extraction.selection import refine
-from maviper.extraction.selection.arena import merge_leaves, with_leaf
 from maviper.extraction.settings import Settings
 
 N = 5  # features

@@ -34,12 +34,12 @@ from verify.extent import violations
 from verify.extent.largest import GRID, obstacles
 from verify.extent.violations import union
 from verify.kinds import MACHINE, REAL
-from verify.progress import listening
 from verify.question import Budgets, Question
 from verify.reports import report
 from verify.reports import where as where_report
 from verify.result import Verdict
 from verify.solver.solve import decide
+from verify.spending import listening
 from verify.states import shares
 from verify.subjects import Game
 from verify.verdicts import decisions

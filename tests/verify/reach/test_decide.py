@@ -36,7 +36,6 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import from_json
 from verify.claims.formula import FALSE, Acts, Not, Or, holds, negate
 from verify.claims.region import UNBOUNDED
-from verify.progress import listening
 from verify.question import Budgets, Question
 from verify.reach import decide as deciding
 from verify.reach import replay
@@ -45,6 +44,7 @@ from verify.reach.replay import Course, replay_course
 from verify.reports.systems import facts, lines
 from verify.result import Verdict
 from verify.solver import unrolled
+from verify.spending import listening
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.documents import content_hash

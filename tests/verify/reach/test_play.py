@@ -6,12 +6,11 @@ import numpy as np
 
 from tests.support.system_cases import decided, double_integrator, form, stays, switching
 from tests.verify.reach import random_systems
-from verify.progress import listening
 from verify.question import Budgets
 from verify.reach import play
 from verify.reach.play import Boxes
 from verify.result import Verdict
-from verify.spending import PROGRAM
+from verify.spending import PROGRAM, listening
 from verify.systems.system import Piece, System, Variable
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from codegen.errors import InputError
 from tests.support.systems import CURVED, MOUNTAIN
-from verify.progress import listening
+from verify.spending import listening
 from verify.systems.enclosures import Enclosing
 from verify.systems.files import statement_of
 from verify.systems.observing import function

@@ -9,7 +9,7 @@ import pytest
 
 from codegen.errors import InputError
 from tests.support.systems import CART
-from verify.progress import listening
+from verify.spending import listening
 from verify.systems import enclosures
 from verify.systems.files import statement_of
 from verify.systems.system import Variable

@@ -21,7 +21,6 @@ from maviper.episodes.play import Policies, rollout
 from maviper.evaluation import held_out
 from maviper.experts.expert import AS_GIVEN
 from maviper.extraction.algorithms import extract
-from maviper.extraction.selection import refine
 from maviper.extraction.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import find, find_built_in
 from maviper.worlds.checking import Mark, check, usable

@@ -27,15 +27,11 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import NO_FEATURE, Float32, Float64, GrownTree
-from codegen.legality import Mask
 from codegen.lowering.deploy import SummedTree
+from codegen.paths import Mask
 from maviper.episodes import measures
 from maviper.episodes.measures import estimate, score
-from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running
-from maviper.extraction.growth.growing import Labelled, lawful
-from maviper.extraction.growth.sums import as_summed, columns_of, tilt_tests, with_own_sums
-from maviper.extraction.journal import REFINING, Arrays, OnProgress, Progress, count_leaves, pack_trees, unpack_trees
-from maviper.extraction.selection.arena import (
+from maviper.extraction.arena import (
     Arena,
     Candidate,
     merge_leaves,
@@ -44,6 +40,10 @@ from maviper.extraction.selection.arena import (
     with_new_split,
     with_split,
 )
+from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running
+from maviper.extraction.growth.growing import Labelled, lawful
+from maviper.extraction.growth.sums import as_summed, columns_of, tilt_tests, with_own_sums
+from maviper.extraction.journal import REFINING, Arrays, OnProgress, Progress, count_leaves, pack_trees, unpack_trees
 from maviper.extraction.settings import SUMS, Settings
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World

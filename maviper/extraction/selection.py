@@ -19,9 +19,9 @@ from maviper.episodes import measures
 from maviper.episodes.measures import Estimate, score
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
+from maviper.extraction.arena import Arena, halving, halving_by_member
 from maviper.extraction.extraction import Extraction, Running, joint_ratio
 from maviper.extraction.journal import EXPERT_STEP, EXTRACTING, SELECTING, Arrays, Progress, Underway, count_leaves
-from maviper.extraction.selection.arena import Arena, halving, halving_by_member
 from maviper.extraction.settings import AGENT, MEMBER, RACE, RETURN, TEAM, UNIFORM, Settings, group_agents
 from maviper.worlds import Measure
 from maviper.worlds.world import Int

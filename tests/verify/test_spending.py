@@ -5,8 +5,8 @@ from fractions import Fraction
 from tests.support.episode_cases import arriving
 from tests.support.teams import team
 from verify.claims.episodes import Reaches
-from verify.progress import listening, tell
 from verify.question import from_start
+from verify.spending import listening, tell
 from verify.verdicts.episodes import verdict
 
 
