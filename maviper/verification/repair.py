@@ -1,6 +1,6 @@
 """Repair: guard leaves until a claim is proved, and measure what that costs.
 
-Does: hands `verify.repair` the states that the team meets, has both engines decide about the result, measures
+Does: hands verify/repair.py the states that the team meets, has both engines decide about the result, measures
   the team before and after in the same held-out episodes, renders profile, certificate, report and costs.
 Assumes: the profile's world is one of ours; otherwise play is not measured, and said so.
 Does not: choose guards, decide verdicts, print or write files.

@@ -3,7 +3,7 @@
 Does: the quantitative value of a formula, a formula with slack, and evaluation over batches in float64; decides, for a
   batch of relations, whether the team can be matched one-to-one to the landmarks, and whether a batch of choices can
   prevent any matching.
-Assumes: formula.py; at most about a dozen agents in a matching (the work doubles with each).
+Assumes: verify/claims/formula.py; at most about a dozen agents in a matching (the work doubles with each).
 Does not: belong to what proofs rest on, which name every matching.
 """
 
