@@ -20,6 +20,7 @@ from maviper.episodes import measures
 from maviper.episodes.play import Policies, rollout
 from maviper.evaluation import held_out
 from maviper.experts.expert import AS_GIVEN
+from maviper.extraction import refine
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import find, find_built_in
