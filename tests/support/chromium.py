@@ -53,11 +53,11 @@ class Chromium:
         self._user.cleanup()
 
     def evaluated(self, address, expression):
-        """What an expression is in a page once it is loaded, as JSON would say it."""
+        """What an expression, or what it promises, is in a page once it is loaded, as JSON would say it."""
         self._ask("Storage.clearDataForOrigin", self._tab, origin="file://", storageTypes="all")
         self._ask("Page.navigate", self._tab, url=address)
         self._wait(lambda told: told.get("method") == "Page.loadEventFired" and told.get("sessionId") == self._tab)
-        found = self._ask("Runtime.evaluate", self._tab, expression=expression, returnByValue=True)
+        found = self._ask("Runtime.evaluate", self._tab, expression=expression, returnByValue=True, awaitPromise=True)
         self._ask("Page.navigate", self._tab, url="about:blank")  # a page goes on drawing
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"]["value"]

@@ -7,9 +7,11 @@ Does not: judge what comes back.
 
 import functools
 import json
+import os
 import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -74,6 +76,17 @@ def overhang(files, folder, width):
         pytest.skip("chromium is not installed")
     wider = "inside.documentElement.scrollWidth - inside.documentElement.clientWidth"
     return [int(text) for text in _framed(files, width, wider, folder)]
+
+
+def violations(file, folder):
+    """The rules of axe-core that a page breaks; the variable AXE_CORE names its axe.min.js."""
+    axe = os.environ.get("AXE_CORE")
+    if COMMAND is None or not axe:
+        pytest.skip("chromium or axe-core is not installed: AXE_CORE names its axe.min.js")
+    page = folder / "axe.html"
+    scripts = f"<script>{Path(axe).read_text(encoding='utf-8')}</script></body>"
+    page.write_text(file.read_text(encoding="utf-8").replace("</body>", scripts), encoding="utf-8")
+    return _browser().evaluated(page.as_uri(), "axe.run().then((all) => all.violations.map((one) => one.id))")
 
 
 def _framed(files, width, expression, folder):

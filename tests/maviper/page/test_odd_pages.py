@@ -15,7 +15,7 @@ from codegen.profiles import ensure
 from maviper.files.profiles import load
 from maviper.page.document import Contents, Recorded, Shown, Stored, about, bound_sliders, document, usual_claims
 from maviper.page.page import MAX_RULES, contents_of, page
-from tests.maviper.page.browsers import in_chromium, in_node, overhang
+from tests.maviper.page.browsers import in_chromium, in_node, overhang, violations
 from tests.support.odd_pages import with_trees
 from tests.support.pages import GENERATED, committed
 
@@ -337,3 +337,13 @@ def test_claims_of_six_agents_share_their_parts_and_are_judged():
     judged = {claim["name"]: claim for claim in claims if claim["formula"]}
     assert {"distinct_targets", "own_target", "no_double", "aligned", "steady"} == set(judged)
     assert all(len(json.dumps(claim)) < 100_000 for claim in claims)
+
+
+PAGES = ("physical_deception/report", "physical_deception/play", "physical_deception/extracted/report")
+PAGES += ("physical_deception/extracted/play", "worlds/quadrotor/report", "reproduction/mappo/report")
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", PAGES)
+def test_axe_finds_no_violation(name, tmp_path):
+    assert violations(GENERATED / f"{name}.html", tmp_path) == []
