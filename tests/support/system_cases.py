@@ -148,29 +148,6 @@ def collision(near=F(2, 5)):
     return tuple(HalfSpace(gap) for gap in gaps)
 
 
-def queue(start=F(6), steps=20):
-    """Two queues at a crossing: each grows by 0 to 1 car a step, a green light lets 3 of them leave; none below 0."""
-    variables = (Variable("north", "cars", (F(0), F(40))), Variable("east", "cars", (F(0), F(40))))
-    pieces = []
-    for north in ((F(0), F(3)), (F(3), F(40))):
-        for east in ((F(0), F(3)), (F(3), F(40))):
-            leave = {"north": north, "east": east}
-            effect = {
-                ("light", f"green_{name}"): {name: form(-3) if low else form(**{name: -1})}
-                for name, (low, _) in leave.items()
-            }
-            move = {"north": form(north=1), "east": form(east=1)}
-            pieces.append(Piece(leave, move, effect, dict.fromkeys(move, (F(0), F(1)))))
-    features = {"light": {"longer": Feature(form(north=1, east=-1)), "north": Feature(form(north=1))}}
-    at = box(north=(0, start), east=(0, start))
-    return System("crossing", variables, features, at, tuple(pieces), steps)
-
-
-def serving():
-    """Green for the longer queue."""
-    return team(policy("light", ["longer"], ["green_north", "green_east"], ((0, 0.0), 1, 0)))
-
-
 def decided(profile, system, claims, budgets=None):
     """What the search says of claims, in order; by symbolic states alone, unless budgets say otherwise."""
     budgets = budgets or Budgets(covers=False)

@@ -3,17 +3,15 @@
 from dataclasses import replace
 from fractions import Fraction
 
-import numpy as np
 import pytest
 
-from codegen import ir
 from codegen.errors import InputError
 from tests.support import contact_readings as faults
 from tests.support.altered import altered, read_game
 from tests.support.contact_teams import HALF, HOMING, LANES, SPREAD, TAG, going
 from tests.support.contacts import around
 from tests.support.episode_certificates import certified, failures, stands
-from tests.support.strategies import with_trees
+from tests.support.episode_mutations import judge_mutations
 from tests.support.teams import LEFT, RIGHT, STAY
 from verify.certificates.games import to_json
 from verify.checker.certificate import numbers
@@ -95,111 +93,11 @@ def test_opponents_as_in_the_profile_are_followed_in_the_proof():
 # --- mutations
 
 
-def other_world(rng, profile):
-    """Other contacts, sizes, forces, damping or time."""
-    world = profile.world
-    kind = int(rng.integers(4))
-    if kind == 0:
-        factor = float(rng.choice([0.0, 0.25, 0.5, 3.0]))
-        return replace(profile, world=replace(world, contact_force=world.contact_force * factor))
-    if kind == 1:
-        changes = [{"contact_margin": 0.02}, {"contact_margin": 1e-4}, {"damping": 0.1}, {"damping": 0.4}, {"dt": 0.12}]
-        return replace(profile, world=replace(world, **changes[int(rng.integers(len(changes)))]))
-    size = {"size": float(rng.choice([0.02, 0.3]))} if kind == 2 else {"force": float(rng.choice([1.0, 8.0]))}
-    return replace(profile, world=replace(world, agents=tuple(replace(one, **size) for one in world.agents)))
-
-
-def other_tree(rng, profile):
-    agents = [policy.agent for policy in profile.agents]
-    agent = agents[int(rng.integers(len(agents)))]
-    grown = profile.policy(agent).tree
-    place = int(rng.integers(len(grown.feature)))
-    if grown.feature[place] == ir.NO_FEATURE:
-        action = grown.action.copy()
-        action[place] = rng.integers(5)
-        return with_trees({agent: replace(grown, action=action)}, profile)
-    threshold = grown.threshold.copy()
-    threshold[place] += np.float32(rng.choice([-0.4, -0.05, 0.05, 0.4]))
-    return with_trees({agent: replace(grown, threshold=threshold)}, profile)
-
-
-def other_claim(rng, certificate):
-    claim = certificate.claim
-    if rng.random() < 0.5:
-        return altered(certificate, claim=replace(claim, steps=max(0, claim.steps + int(rng.choice([-2, -1, 1, 2])))))
-    factor = Fraction(int(rng.integers(21, 60)), 20) if claim.apart else Fraction(int(rng.integers(5, 20)), 20)
-    return altered(certificate, claim=replace(claim, radius=claim.radius * factor))
-
-
-def wider(rng, certificate):
-    region = certificate.header.region
-    name = str(rng.choice([name for name in region.box if not name.endswith(("vx", "vy"))]))
-    low, high = region.box[name]
-    ends = low - Fraction(int(rng.integers(4)), 10), high + Fraction(int(rng.integers(4)), 10)
-    return altered(certificate, region=Region({**region.box, name: ends}, region.goals))
-
-
-def other_names(rng, certificate):
-    """A part about another pair, other followed agents, or none of them; or another claim of the same proof."""
-    parts, claim = list(certificate.proof.parts), certificate.claim
-    place, kind = int(rng.integers(len(parts))), int(rng.integers(5))
-    part = parts[place]
-    if kind == 0:
-        parts[place] = altered(part, followed=part.followed[:-1] or ("agent_1",))
-    elif kind == 1:
-        parts[place] = altered(part, followed=(*part.followed, "agent_0", "agent_1"))
-    elif kind == 2:
-        parts.remove(part)
-    elif kind == 3:
-        parts[place] = altered(part, agent="", landmark="")
-    elif claim.apart:
-        claim = replace(claim, others=("obstacle_0", "landmark_0", "agent_0")[int(rng.integers(3)) :][:1])
-    else:
-        claim = replace(claim, landmarks=claim.landmarks[::-1])
-    return altered(certificate, parts=tuple(parts), claim=claim)
-
-
-def other_proof(rng, certificate):
-    """Bytes of a proof that are others, more or fewer; the proof of another part; or none."""
-    parts = list(certificate.proof.parts)
-    place, kind = int(rng.integers(len(parts))), int(rng.integers(5))
-    proof = bytearray(parts[place].proof)
-    at = int(rng.integers(len(proof)))
-    if kind == 0:
-        proof = bytearray(int(rng.integers(4)))
-    elif kind == 1:
-        proof = bytearray(parts[int(rng.integers(len(parts)))].proof)
-    else:
-        proof[at : at + int(rng.integers(1, 3))] = bytes(rng.integers(0, 12, rng.integers(3)).tolist())
-    parts[place] = altered(parts[place], proof=bytes(proof))
-    return altered(certificate, parts=tuple(parts))
-
-
-def mutated(rng, profile, certificate):
-    """(profile, certificate), one of them changed at random."""
-    kind = int(rng.integers(7))
-    if kind in (0, 1):
-        return (other_world if kind else other_tree)(rng, profile), certificate
-    change = (other_claim, wider, other_names, other_proof, other_proof)[kind - 2]
-    return profile, change(rng, certificate)
-
-
 def test_no_mutation_makes_a_false_claim_accepted(cases):
     """150 mutations with hashes made to fit: what is accepted holds from all sampled starts."""
-    rng = np.random.default_rng(11)
-    wrong = kept = refused = 0
-    for _ in range(150):
-        profile, certificate = mutated(rng, *cases[rng.integers(len(cases))])
-        stood = stands(certificate, profile)
-        kept, refused = kept + stood, refused + (not stood)
-        try:
-            false = failures(profile, certificate.claim, certificate.header.region, 100, seed=3) > 0
-        except (InputError, LookupError, ValueError):  # about what the profile does not have
-            assert not stood
-            continue
-        wrong += false
-        assert not (stood and false), (certificate.claim, certificate.header.region)
-    assert wrong > 20 and kept > 10 and refused > 75
+    found = list(judge_mutations(cases, seed=11, count=150, starts=100))
+    assert sum(each.false for each in found) > 20
+    assert sum(each.stood for each in found) > 10 and sum(not each.stood for each in found) > 75
 
 
 def test_each_changed_byte_of_a_proof_is_refused_or_as_good(cases):

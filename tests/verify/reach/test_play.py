@@ -42,25 +42,6 @@ def test_states_lie_in_the_first_piece_whose_box_holds_them():
             assert held.holding(planes, len(x)).tolist() == [first_holding(system, state) for state in states]
 
 
-def test_what_is_played_in_one_piece_does_not_depend_on_pieces_that_hold_nothing():
-    """The numbers that an empty piece would draw are passed over, not drawn by the next one."""
-    pieces = tuple(Piece({}, {"x": form(), "y": form()}) for _ in range(3))
-    system = System("s", (), {}, (), pieces)
-    for number in range(4):
-        random, other = np.random.default_rng(5), np.random.default_rng(5)
-        draws = play._Draws(random, system.pieces, 350)
-        draws.ahead_to(number)
-        other.random(number * 2 * 350)
-        assert random.random(4).tolist() == other.random(4).tolist()
-    random, other = np.random.default_rng(5), np.random.default_rng(5)
-    draws = play._Draws(random, system.pieces, 350)
-    draws.ahead_to(1)
-    assert random.random(700).tolist() == other.random(1_400)[700:].tolist()
-    draws.ahead_to(3)
-    other.random(700)
-    assert random.random() == other.random()
-
-
 def test_random_play_says_how_far_it_is():
     system, profile, claim = random_systems.case(np.random.default_rng(0))
     told = []

@@ -180,41 +180,6 @@ def interval(low, high):
 NEAR, FAR = interval(-1, 1), interval(5, 6)
 
 
-def breaks(claim, step, x):
-    return holds(claim.violation_at(step), {"x": F(x)}, {})
-
-
-def test_stays_in_asks_every_state():
-    claim = SystemClaim(Pattern.STAYS_IN, (NEAR, FAR), 3)
-    for step in range(4):
-        assert [breaks(claim, step, x) for x in (-2, -1, 1, 2, 5, 6, 7)] == [
-            True,
-            False,
-            False,
-            True,
-            False,
-            False,
-            True,
-        ]
-        assert claim.fulfilment_at(step) == FALSE
-
-
-def test_avoids_is_broken_in_any_region():
-    claim = SystemClaim(Pattern.AVOIDS, (NEAR, FAR), 3)
-    assert [breaks(claim, 2, x) for x in (-2, -1, 1, 2, 5, 6, 7)] == [False, True, True, False, True, True, False]
-
-
-def test_reaches_is_broken_at_the_last_state_only():
-    claim = SystemClaim(Pattern.REACHES, (NEAR,), 3)
-    assert claim.violation_at(2) == FALSE and breaks(claim, 3, 2) and not breaks(claim, 3, 0)
-    assert holds(claim.fulfilment_at(2), {"x": F(0)}, {}) and claim.fulfilment_at(3) == FALSE
-
-
-def test_reaches_and_stays_asks_from_a_step_on():
-    claim = SystemClaim(Pattern.REACHES_AND_STAYS, (NEAR,), 3, by=2)
-    assert claim.violation_at(1) == FALSE and breaks(claim, 2, 2) and breaks(claim, 3, 2)
-
-
 @pytest.mark.parametrize(
     ("steps", "by", "regions"), [(-1, 0, (NEAR,)), (2, 3, (NEAR,)), (1_001, 0, (NEAR,)), (2, 0, ())]
 )
