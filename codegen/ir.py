@@ -46,6 +46,7 @@ MAX_DEPTH: Final = 64  # nested code beyond it meets the limits of compilers; a 
 MAX_NODES: Final = 1 << 20
 MAX_LENGTH: Final = 1e9  # of ranges, start regions, sizes: beyond it float64 positions are coarser than any world
 PHYSICS: Final = "physics"  # the option of a world that says by whose code it moves
+COUNTED: Final = "counts actions from"  # after an agent, in a provenance: its environment's number of the first one
 FORK: Final = "released"  # its value where that is the code of the paper's authors
 WEIGHTS: Final = tuple(2.0**power for power in range(-6, 7))  # of terms, with either sign
 FUNCTIONS: Final = ("sign", "positive", "zero")  # of a sum: -1, 0 or 1; 1 where it is above 0; 1 where it is 0
@@ -185,8 +186,9 @@ class AgentPolicy:
         return self.tree.numbers
 
     def act(self, rows: npt.ArrayLike) -> Int64 | Float64:
-        """What it does for each row of features, `rows` [n, n_features]: actions [n] int64, counted as its environment
-        counts them, or the numbers that it gives, [n, n_outputs] float64. InputError for rows of another length.
+        """What it does for each row of features, `rows` [n, n_features]: actions [n] int64, by their labels where these
+        are whole numbers, else by their places; or the numbers that it gives, [n, n_outputs] float64. InputError for
+        rows of another length.
         """
         if self.outputs:
             return outputs(self, rows).astype(np.float64)

@@ -14,11 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from codegen import ir
+from codegen import ir, policy_json
 from codegen.deciding import decide
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.wording import format_count
+from maviper.evaluation.show import tell_rules
+from maviper.files import runs
+from maviper.importing.edits import change_threshold
+from maviper.page.latex import draw_forest
 from maviper.worlds.outside.sources import is_mapping, legal_names, space
 from maviper.worlds.outside.spaces import MASK, taking
 
@@ -131,22 +135,20 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
         (chosen,) = decide(policy, row[None])
         if self._env is not None:
             return taking(space(self._env, "action", agent))(chosen)
-        return np.array(chosen) if policy.outputs else policy.actions[int(chosen)].known_as(int(chosen))
+        if policy.outputs:
+            return np.array(chosen)
+        first = int(self.provenance.training.get(f"{policy.agent} {ir.COUNTED}", 0))
+        return first + int(chosen) if first else policy.actions[int(chosen)].known_as(int(chosen))
 
     def save(self, path: str | Path) -> Path:
         """Writes the profile, which `maviper.load` reads again; equal teams give equal bytes. Returns the path.
 
         OutputError where it cannot be written.
         """
-        from codegen import policy_json
-        from maviper.files import runs
-
         return runs.write(Path(path), policy_json.dumps(self))
 
     def to_text(self) -> str:
         """The trees as rules, one line for each leaf."""
-        from maviper.evaluation.show import tell_rules
-
         return "\n".join(tell_rules(self, self.agents))
 
     def to_svg(self) -> str:
@@ -160,8 +162,6 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
 
         InputError for trees of thousands of nodes.
         """
-        from maviper.page.latex import draw_forest
-
         return draw_forest(self)
 
     def with_threshold(self, agent: str, node: int, value: float) -> "Team":
@@ -172,8 +172,6 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
 
         InputError for a node that tests nothing, or no finite number.
         """
-        from maviper.importing.edits import change_threshold
-
         return Team.of(change_threshold(self, self[agent], node, value))
 
 

@@ -303,13 +303,15 @@ def profile_of(
     for name in ("seed", "preset", "algorithm", "held_out", *unsaid):
         del training[name]
     reached, visited = evaluate_trees(world, agents, expert, settings.count_held_out(world))
+    starts = zip(world.agents, world.counted_from, strict=False)
+    numbered = {f"{agent} {ir.COUNTED}": first for agent, first in starts if first}
     provenance = ir.Provenance(
         algorithm=settings.algorithm,
         preset=settings.preset,
         seed=settings.seed,
         expert=expert.hash,
         tool=f"maviper {version()}",
-        training=MappingProxyType(training),
+        training=MappingProxyType({**training, **numbered}),
         evaluation=MappingProxyType(reached),
     )
     return ensure(ir.PolicyProfile(world.spec, visited, provenance))

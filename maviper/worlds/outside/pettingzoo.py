@@ -359,9 +359,7 @@ def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
     if len(legal) != len(names):
         what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
         raise InputError(what, source.text, 'name one for each action, "" where it is always legal')
-    first = first_action(space(env, "action", agent))  # its own numbers are kept where they are not ours
-    numbered = enumerate(zip(names, legal, strict=True), first)
-    return tuple(ActionSpec(name, None, flag, number if first else None) for number, (name, flag) in numbered)
+    return tuple(ActionSpec(name, None, feature) for name, feature in zip(names, legal, strict=True))
 
 
 def _within(bounds: Any) -> list[float]:
