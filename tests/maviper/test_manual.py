@@ -418,7 +418,7 @@ def steps(text):
         elif fence is not None:
             block.append(line)
         else:
-            if match := re.match(r" {4}(?:\$ )?((?:maviper|cc|python) .*)", line):
+            if match := re.match(r" {4}(?:\$ )?((?:maviper|cc|python) \S.*)", line):
                 yield "run", match[1]
             before = line or before
 
