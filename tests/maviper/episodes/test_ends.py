@@ -228,7 +228,7 @@ def by_cart(observations, wanted, counts, alive):
 
 
 def by_histogram(observations, wanted, counts, alive):
-    world = SimpleNamespace(actions=[range(4)] * len(counts), outputs=())
+    world = SimpleNamespace(actions=[range(4)] * len(counts), outputs=(), continuous=False)
     data = Dataset(tuple(observations), wanted, np.ones(wanted.shape), alive)
     members = list(range(len(counts)))
     growth = Growth(world, Settings(splits=HISTOGRAM, max_depth=3))

@@ -173,7 +173,7 @@ def test_chunks_change_nothing(name, monkeypatch):
 
 def test_there_is_no_script_for_other_worlds():
     with pytest.raises(InputError, match="no scripted expert") as error:
-        build_script(SimpleNamespace(name="tennis", outputs=()))
+        build_script(SimpleNamespace(name="tennis", continuous=False))
     assert "tennis" in str(error.value)
 
 

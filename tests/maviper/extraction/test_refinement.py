@@ -361,7 +361,7 @@ def test_budgets_that_cannot_be(world, expert):
 
 
 def test_a_users_environment_is_not_refined_unasked():
-    slow = type("Slow", (), {"games": 2, "outputs": ()})()
+    slow = type("Slow", (), {"games": 2, "outputs": (), "continuous": False})()
     assert Settings.of({}, slow).refinement == 0 and Settings.of({"refinement": 50_000}, slow).refinement == 50_000
     assert Settings.of({}, find("physical-deception")).refinement > 0
 

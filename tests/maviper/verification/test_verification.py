@@ -10,7 +10,7 @@ import pytest
 import maviper
 from codegen import policy_json
 from codegen.errors import ExitCode, ProfileError
-from maviper.verification.files.places import FOUND
+from maviper.files.outputs import FOUND
 from maviper.verification.run import report_files, verify_claims
 from maviper.verification.starters import starter
 from maviper.worlds import WORLDS, find
