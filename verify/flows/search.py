@@ -20,7 +20,7 @@ import numpy as np
 from codegen.ir import NO_FEATURE, Float64, PolicyProfile
 from verify.checker.covers.boxes import StartBox, halves
 from verify.checker.flows.sweep import FEW as FEW_SETS
-from verify.checker.flows.sweep import FlowSweep, LevelSweep, Plan, SeenStep
+from verify.checker.flows.sweep import PARTS, FlowSweep, LevelSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
 from verify.reach.covering import CutPart
 from verify.spending import tell
@@ -180,8 +180,8 @@ class PlanSearch:
 
     @property
     def _once(self) -> int:
-        """The number of sets that following a part once may take."""
-        return MANY * self._steps * self.how[1]
+        """The number of sets that following a part once may take, with steps that are made again in parts."""
+        return (MANY + PARTS) * self._steps * self.how[1]
 
     @property
     def _left(self) -> int:
@@ -189,8 +189,8 @@ class PlanSearch:
 
     def _find_open(self, parts: Sequence[StartBox], plan: Plan, allowed: int) -> list[int] | None:
         """The parts that are left open, by their places; None where that took too many sets."""
-        self.sweep.most = self.spent + min(allowed, self._left)
         self.sweep.spent += len(parts)  # what is left open at once counts too, so that a search ends
+        self.sweep.most = self.spent + min(allowed, self._left)
         try:
             self.sweep.follow(parts, plan)
         except RejectedError as error:

@@ -10,7 +10,7 @@ from codegen.errors import InputError
 from tests.support.flows import BRAKING, CASES, LOWERED, NEAR, PENDULUM, SIDES, TURNING, case, rate
 from tests.support.system_cases import box, policy, team
 from verify.checker.accept import accept
-from verify.checker.flows.sweep import NOT_SHOWN, FlowSweep, Plan
+from verify.checker.flows.sweep import FEW, NOT_SHOWN, FlowSweep, Plan
 from verify.claims.region import UNBOUNDED
 from verify.flows import decide as flows
 from verify.flows.decide import find_undefined
@@ -112,6 +112,13 @@ def test_play_reads_derivatives_as_the_tests_do():
     for expression in system.flow.rates.values():
         again = rate(expression, {**known, "number": float, "library": np})
         assert np.allclose(function(expression, ARRAYS)(known), again, rtol=1e-13)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_start_that_needs_no_cut_is_followed_once(name):
+    system, profile, claim = case(*CASES[name])
+    search = PlanSearch(profile, system, claim, 100_000)
+    assert next(search.plans()).plan.cuts == (0,) and search.spent < 2 * FEW * claim.steps
 
 
 def test_a_search_stops_at_its_budget():
