@@ -29,10 +29,10 @@ def one_run(name, depth, iterations, refinement=0):
     chosen = {"max_depth": depth, "iterations": iterations, "patience": 1000, "refinement": refinement}
     code = (
         "import os; os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')\n"
-        "from maviper.experts import store\n"
+        "from maviper.experts import network\n"
         "from maviper.extraction.algorithms import extract\n"
         "from maviper.extraction.settings import Settings\n"
-        f"expert, world = store.load({name!r})\n"
+        f"expert, world = network.load({name!r})\n"
         f"extract(world, expert, Settings.of({chosen}))\n"
     )
     started = time.perf_counter()
