@@ -28,7 +28,7 @@ from maviper import siblings as siblings  # it says what is in the way of the im
 from codegen import process
 from maviper import claims, options
 from maviper import errors as errors
-from maviper.importing import verbs as importing
+from maviper.importing.verbs import from_file, from_onnx, from_sklearn
 from maviper.options.verbs import TARGETS
 
 if TYPE_CHECKING:
@@ -118,6 +118,7 @@ def _returns_team(verb: Callable[..., Any]) -> Callable[..., Team]:
     """The function, with the profile that it returns as a team."""
     from functools import wraps
 
+    @process.defaults
     @wraps(verb)
     def run(*given: Any, **named: Any) -> Team:
         return _team(verb(*given, **named))
@@ -125,9 +126,7 @@ def _returns_team(verb: Callable[..., Any]) -> Callable[..., Team]:
     return run
 
 
-from_file, from_onnx, from_sklearn = map(
-    _returns_team, (importing.from_file, importing.from_onnx, importing.from_sklearn)
-)
+from_file, from_onnx, from_sklearn = map(_returns_team, (from_file, from_onnx, from_sklearn))
 
 
 @process.defaults

@@ -35,6 +35,7 @@ OTHERS = {
     "check",
     "diff",
     "demo",
+    "edit",
     "evaluate",
     "extract",
     "guide",

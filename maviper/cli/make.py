@@ -211,11 +211,11 @@ def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output
     from maviper.files.profiles import load
     from maviper.importing.edits import change_threshold, parse_change
 
-    edited = load(profile, sums=True)
+    file, edited = runs.target(output or profile), load(profile, sums=True)
     for text in changes:
         agent, node, value = parse_change(text, edited)
         edited = change_threshold(edited, agent, node, value)
-    written = runs.write(runs.target(output or profile), policy_json.dumps(edited))
+    written = runs.write(file, policy_json.dumps(edited))
     console_of(context).line("wrote", f"{written}  id {policy_json.content_hash(edited)[:16]}")
     return ExitCode.DONE
 

@@ -60,7 +60,7 @@ def test_small_trees_are_shuffled_in_every_other_way():
         assert all(sorted(each) == sorted(nodes.action.tolist()) for each in actions)
     large = blind(dict.fromkeys("ab", branches))
     found = list_shuffled(large, "")
-    assert len(found) == len({str(one.agents) for one in found}) == SAMPLED
+    assert len(found) == len({tuple(each.tree.action.tobytes() for each in one.agents) for one in found}) == SAMPLED
     assert list_shuffled(large, "nobody") == []
 
 

@@ -30,6 +30,7 @@ FOLDERS = {  # command -> its work, its arguments, and files that another may ha
     "verify": ("maviper.verification.run.verify_questions", "cart.json --properties claim", ("report.json",)),
 }
 FILES = {  # command -> its work, its arguments
+    "edit": ("maviper.importing.edits.change_threshold", "cart.json cart/0=0.25"),
     "import": ("maviper.importing.trees.import_trees", "policy.py"),
     "play": ("maviper.page.document.usual_claims", "game.json"),
     "properties new": ("maviper.verification.starters.starter", "physical-deception"),

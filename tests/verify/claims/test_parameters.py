@@ -73,5 +73,5 @@ def test_a_new_parameter_is_one_line_of_the_table(tmp_path):
     assert process.stdout.splitlines() == [
         "no_double has no parameter slack",
         "not a number: 'much'",
-        "none of these properties has the parameter slack at --slack",
+        "none of these properties has the parameter slack at slack",
     ], process.stderr
