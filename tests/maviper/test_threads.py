@@ -1,5 +1,6 @@
 """Every public verb in four threads at once gives what it gives alone."""
 
+import dataclasses
 import functools
 import re
 import sys
@@ -12,6 +13,7 @@ import pytest
 
 import maviper
 from codegen import policy_json
+from codegen.ir import PolicyProfile
 
 ROOT = Path(__file__).parents[2] / "generated"
 PROVED, VERDICTS, WORLDS = ROOT / "proved_defenders", ROOT / "verdicts" / "physical_deception", ROOT / "worlds"
@@ -79,7 +81,18 @@ def test_each_public_verb_is_here(verbs):
 
 def answer(call):
     """What a verb gives, as a text without the places of objects in memory."""
-    return re.sub(r" at 0x[0-9a-f]+", "", repr(call()))
+    return re.sub(r" at 0x[0-9a-f]+", "", str(_spell_out(call())))
+
+
+def _spell_out(found):
+    """All parts of an answer, which its repr shortens."""
+    if isinstance(found, PolicyProfile):
+        return policy_json.dumps(found)
+    if dataclasses.is_dataclass(found):
+        return {each.name: _spell_out(getattr(found, each.name)) for each in dataclasses.fields(found)}
+    if isinstance(found, list | tuple):
+        return [_spell_out(each) for each in found]
+    return {key: _spell_out(each) for key, each in found.items()} if isinstance(found, dict) else repr(found)
 
 
 @pytest.fixture(scope="module")
