@@ -40,19 +40,23 @@ class Shown:
         return "\n".join(lines)[:LONGEST]
 
     def to_csv(self, path: str | Path | None = None) -> str:
-        """The rows as CSV text, which is also written where a path is given."""
-        names = list(dict.fromkeys(name for row in self.rows for name in row))
-        text = io.StringIO()
-        table = csv.DictWriter(text, names, lineterminator="\n")
+        """The rows as CSV text, which is also written where a path is given, whole or not at all.
+
+        OSError where it cannot be written.
+        """
+        rows, text = self.rows, io.StringIO()
+        table = csv.DictWriter(text, _columns(rows), lineterminator="\n")
         table.writeheader()
-        table.writerows(self.rows)
+        table.writerows(rows)
         if path is not None:
-            Path(path).write_text(text.getvalue(), encoding="utf-8")
+            part = Path(path).with_name(f".{Path(path).name}.part")
+            part.write_text(text.getvalue(), encoding="utf-8")
+            part.replace(path)
         return text.getvalue()
 
     def _repr_html_(self) -> str:
         rows = self.rows
-        names = list(dict.fromkeys(name for row in rows for name in row))
+        names = _columns(rows)
         head = "".join(f"<th>{escape(name)}</th>" for name in names)
         body = "".join(f"<tr>{_cells(row, names)}</tr>" for row in rows[:DRAWN])
         more = f"<p>and {len(rows) - DRAWN} more rows</p>" if len(rows) > DRAWN else ""
@@ -67,6 +71,11 @@ class CalledRows(list[dict[str, Any]]):
         """The rows themselves."""
         warnings.warn("`rows` is no method any more: write `.rows`", DeprecationWarning, stacklevel=2)
         return self
+
+
+def _columns(rows: list[dict[str, Any]]) -> list[str]:
+    """The names of all rows, in the order in which they come."""
+    return list(dict.fromkeys(name for row in rows for name in row))
 
 
 def _cells(row: Mapping[str, Any], names: list[str]) -> str:

@@ -100,7 +100,8 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
         if len(self) == 1 and not self._names_agents(observations):
             (only,) = self._seats
             return self._decide(only, observations, given)
-        acting: list[Any] = [agent for agent in observations if agents is None or agent in set(agents)]
+        among: set[Any] = set(observations if agents is None else agents)
+        acting: list[Any] = [agent for agent in observations if agent in among]
         return {agent: self._decide(agent, observations[agent], given.get(agent, {})) for agent in acting}
 
     def _names_agents(self, observations: Any) -> bool:
