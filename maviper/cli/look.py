@@ -21,6 +21,7 @@ from maviper.options.verbs import HOW_MEASURING, MEASURED
 
 if TYPE_CHECKING:
     from codegen.ir import AgentPolicy, PolicyProfile
+    from codegen.world import EntitySpec, WorldSpec
 
 
 TEXT, SVG, HTML = "text", "svg", "html"
@@ -280,11 +281,11 @@ def worlds_list() -> int:
 def worlds_show(world: str, features_file: Path | None) -> int:
     """Print the agents of WORLD, their features and actions.
 
-    Each feature is shown with its unit, range and meaning.
+    Each feature is shown with its unit, range and meaning; entities of a game with places, with how they move.
     """
     from codegen.ir import FORK, PHYSICS
     from maviper.worlds import find
-    from maviper.worlds.games.particle import FORK_MOTION
+    from maviper.worlds.games.particle import FORK_MOTION, ParticleWorld
     from maviper.worlds.matching import with_names
 
     game = find(world, giving=True)
@@ -293,6 +294,8 @@ def worlds_show(world: str, features_file: Path | None) -> int:
     click.echo(f"{game.name}, after {game.spec.reference}, {format_count(game.spec.episode_steps, 'step')}{pace}")
     if game.spec.options.get(PHYSICS) == FORK:
         click.echo(f"{PHYSICS}={FORK}: {FORK_MOTION}; the verifier covers mpe2's motion only")
+    for entity in (*game.spec.agents, *game.spec.landmarks) if isinstance(game, ParticleWorld) else ():
+        click.echo(f"  {entity.name:<16} {_body(entity, game.spec)}")
     everything = zip(game.agents, game.features, game.actions, game.given, strict=True)
     for agent, features, actions, outputs in everything:
         click.echo(f"\n{agent}, team {game.team_of(agent)}")
@@ -304,6 +307,15 @@ def worlds_show(world: str, features_file: Path | None) -> int:
         if actions:
             click.echo(f"  actions: {', '.join(action.name for action in actions)}")
     return ExitCode.DONE
+
+
+def _body(entity: "EntitySpec", spec: "WorldSpec") -> str:
+    """Says how large an entity is, how it moves and where it starts."""
+    low, high = entity.start or (spec.start_low, spec.start_high)
+    moves = f"acceleration {entity.force:g}" if entity.force else "fixed"
+    speed = "" if entity.max_speed is None else f", top speed {entity.max_speed:g}"
+    collides = "collides" if entity.collides else "passes through"
+    return f"radius {entity.size:g}, {moves}{speed}, {collides}, starts within {low:g} to {high:g}"
 
 
 @worlds.command("new", cls=Verb, example="maviper worlds new cart.toml")

@@ -99,40 +99,12 @@ def test_the_manual_loads_nothing_heavy():
 # --- the games
 
 
-def entities(world):
-    movers = [(entity, True) for entity in world.spec.agents] + [(entity, False) for entity in world.spec.landmarks]
-    rows = []
-    for entity, moves in movers:
-        low, high = entity.start or (world.spec.start_low, world.spec.start_high)
-        speed = "fixed" if not moves else "none" if entity.max_speed is None else f"{entity.max_speed:g}"
-        row = [entity.name, f"{entity.size:g}", f"{entity.force:g}" if moves else "fixed", speed]
-        rows.append([*row, "yes" if entity.collides else "no", f"{low:g} to {high:g}"])
-    return rows
-
-
 PLACES = [game for game in WORLDS if isinstance(find(game), ParticleWorld)]
-ENTITIES = ["entity", "radius", "acceleration", "top speed", "collides", "starts within"]
 
 
-def game_tables():
-    """Heading of games.md -> its table, from the worlds."""
+def test_the_games_actions_are_those_of_the_worlds():
     actions = [(k, a.name, "({:g}, {:g})".format(*a.effect)) for k, a in enumerate(find("predator-prey").actions[0])]
-    tables = {"### Actions": padded(["index", "action", "direction (x, y)"], actions)}
-    for game in PLACES:
-        tables[f"### Entities of {game}"] = padded(ENTITIES, entities(find(game)))
-    return tables
-
-
-def test_the_games_tables_are_those_of_the_worlds(golden, request):
-    page = manual.page("games")
-    for heading, table in game_tables().items():
-        found = table_under(page, heading)
-        if request.config.getoption("--update-golden"):
-            before, after = page.split(f"\n{heading}\n")
-            page = f"{before}\n{heading}\n{after.replace(chr(10).join(found), chr(10).join(table), 1)}"
-        else:
-            assert found == table, heading
-    golden(FOLDER, {"games.md": page})
+    assert table_under(manual.page("games"), "### Actions") == padded(["index", "action", "direction (x, y)"], actions)
 
 
 def test_every_action_is_the_same_in_every_game():

@@ -5,6 +5,7 @@ import os
 import sys
 
 import pytest
+from mpe2.simple_tag_v3 import parallel_env
 
 from codegen import policy_json
 from codegen.errors import ExitCode
@@ -171,6 +172,14 @@ def test_worlds_list_and_show(capsys):
     assert code == 0 and "physical-deception@1" in out and "observation=paper" in out
     code, out, _ = run(capsys, "worlds", "show", "physical-deception")
     assert code == 0 and "goal.x - agent_0.x" in out
+    code, out, _ = run(capsys, "worlds", "show", "predator-prey")
+    world = parallel_env(num_good=2, num_adversaries=2, num_obstacles=2).unwrapped.world
+    for entity in (*world.agents, *world.landmarks):
+        name = entity.name.replace("landmark ", "obstacle_")
+        line = next(line for line in out.splitlines() if line.split()[:1] == [name])
+        speed = f", top speed {entity.max_speed:g}" if entity.max_speed else ""
+        assert f"radius {entity.size:g}, " in line and f"{speed}, {'collides' if entity.collide else 'passes'}" in line
+        assert not entity.movable or f"acceleration {entity.accel:g}" in line
 
 
 def test_schema_is_json(capsys):
