@@ -28,7 +28,7 @@ KINDS = {
         "systems",
     ),
     "Look up": ("python", "verdicts", "games", "files", "reproduce"),
-    "Contribute": ("architecture", "developing"),
+    "Contribute": ("architecture",),
 }
 TOPICS = tuple(topic for topics_of_kind in KINDS.values() for topic in topics_of_kind)
 

@@ -19,7 +19,7 @@ from codegen.targets import TARGETS, emit
 from maviper import manual
 from maviper.cli import main
 from maviper.experts import network
-from maviper.extraction.settings import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
+from maviper.extraction.settings import BUNDLES, KNOWN, PARTS
 from maviper.options.extraction import option_of
 from maviper.verification.starters import list_properties
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
@@ -38,12 +38,13 @@ ROOT = Path(__file__).parents[2]
 FOLDER = "maviper/manual"
 README = ROOT / "README.md"
 PAGES = [*manual.TOPICS]
+TOP = ("README", "CONTRIBUTING")  # at the top of the repository
 TEAM = ROOT / "generated" / "physical_deception"  # what `maviper demo -o demo` writes
 MAX_COLUMNS, MAX_TABLE_COLUMNS, MAX_README_LINES = 100, 120, 110
 
 
 def text_of(name):
-    return README.read_text() if name == "README" else manual.page(name)
+    return (ROOT / f"{name}.md").read_text() if name in TOP else manual.page(name)
 
 
 def padded(header, rows):
@@ -174,17 +175,6 @@ def test_the_ladder_is_the_one_of_the_code():
     page = manual.page("extraction")
     names = [f"`{option_of(name)}`" for name in PARTS]
     assert [row[0] for row in rows_of(table_under(page, "## The ladder from IVIPER to MAVIPER"))] == names
-    rungs = rows_of(table_under(page, "setting:"))
-    said = {row[0].strip("`"): row[1].strip("`") for row in rungs}
-    assert said == {
-        rung: " ".join(f"{option_of(name)} {value}" for name, value in given.items()) for rung, given in RUNGS.items()
-    }
-    assert list(said) == list(RUNGS)
-    ours = rows_of(table_under(page, "From `joint-selection` two rungs lead to ours, with rounds chosen by races:"))
-    assert {row[0].strip("`"): row[1].strip("`") for row in ours} == {
-        rung: " ".join(f"{option_of(name)} {value}" for name, value in given.items())
-        for rung, given in list(OUR_RUNGS.items())[1:]
-    }
     for row in rows_of(table_under(page, "What the names stand for:")):
         for algorithm in row[0].replace("`", "").split(", "):
             mine = dict(zip(PARTS, (cell.strip("`") for cell in row[1:]), strict=True))
@@ -320,7 +310,7 @@ def command_of(words):
     return command, words
 
 
-@pytest.mark.parametrize("name", ["README", *PAGES])
+@pytest.mark.parametrize("name", [*TOP, *PAGES])
 def test_every_command_of_a_page_parses(name):
     for line in commands_of(name):
         command, rest = command_of(words_of(line))
@@ -335,7 +325,7 @@ def test_a_command_that_does_not_parse_would_be_found():
             command.make_context("maviper", rest)
 
 
-@pytest.mark.parametrize("name", ["README", *PAGES])
+@pytest.mark.parametrize("name", [*TOP, *PAGES])
 def test_commands_and_options_in_the_text_exist(name):
     known = {option for _, command in every_command() for each in command.params for option in each.opts} | {"--help"}
     for code in re.findall(r"`([^`\n]+)`", text_of(name)):
@@ -572,7 +562,7 @@ BANNED = (
 )
 
 
-@pytest.mark.parametrize("name", ["README", *PAGES])
+@pytest.mark.parametrize("name", [*TOP, *PAGES])
 def test_the_text_is_plain_and_fits(name):
     inside, lines = False, []
     for line in text_of(name).splitlines():
@@ -587,9 +577,9 @@ def test_the_text_is_plain_and_fits(name):
     assert text.isascii()
 
 
-@pytest.mark.parametrize("name", ["README", *PAGES])
+@pytest.mark.parametrize("name", [*TOP, *PAGES])
 def test_links_and_paths_lead_somewhere(name):
-    here = ROOT if name == "README" else ROOT / FOLDER
+    here = ROOT if name in TOP else ROOT / FOLDER
     text = text_of(name)
     for target in re.findall(r"\]\(([^)#]+)\)", text):
         assert target.startswith("https://") or (here / target).exists(), target
@@ -599,11 +589,11 @@ def test_links_and_paths_lead_somewhere(name):
         assert (ROOT / module.replace(".", "/")).with_suffix(".py").exists(), module
 
 
-@pytest.mark.parametrize("name", [name for name in PAGES if name != "developing"])
+@pytest.mark.parametrize("name", PAGES)
 def test_pages_for_users_name_no_script_that_an_installation_lacks(name):
     assert not re.search(r"\btests[./]\w", text_of(name))
 
 
 def test_the_benchmarks_page_names_every_one():
-    named = set(re.findall(r"`(\w+\.py)`", manual.page("developing")))
+    named = set(re.findall(r"`(\w+\.py)`", text_of("CONTRIBUTING")))
     assert {path.name for path in (ROOT / "tests/benchmarks").glob("*.py")} - named == set()

@@ -1,4 +1,4 @@
-"""The manual's section on a new target, done as it says, in a copy of the sources."""
+"""CONTRIBUTING's section on a new target, done as it says, in a copy of the sources."""
 
 import re
 import shutil
@@ -46,7 +46,7 @@ def registered(path, before, added):
 
 def blocks():
     """The indented blocks of the section, in order."""
-    section = (ROOT / "maviper" / "manual" / "compiling.md").read_text().split("## A new target\n")[1].split("\n## ")[0]
+    section = (ROOT / "CONTRIBUTING.md").read_text().split("## A new target\n")[1].split("\n## ")[0]
     assert len(section.splitlines()) <= 30
     found = [textwrap.dedent(block) for block in re.findall(r"(?:^    .*\n|^\n(?=(?:\n)*    ))+", section, flags=re.M)]
     return [block.strip("\n") + "\n" for block in found]
