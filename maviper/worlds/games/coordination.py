@@ -2,7 +2,8 @@
 
 Does: starts, decides and pays a batch of games; says exactly how likely readings are, so that nothing need be sampled.
 Assumes: signals are independent and uniform; agents' readings are independent once the hidden state is given.
-Does not: solve the games (tests/support/optimum.py); have places, time or landmarks, so claims about them are refused.
+Does not: solve the games (tests/support/coordination.py); have places, time or landmarks, so claims about them are
+  refused.
 
 A hidden state is one level for each signal. A table says which convention it demands. An agent's *role* is how far the
 convention that it chooses lies beyond the one demanded, so that role 0 is right. Climbing and penalty are the games of

@@ -19,7 +19,7 @@ from maviper.extraction.growth import weights
 from maviper.extraction.growth.weights import LEAST_GAIN, Replies
 from maviper.extraction.journal import Journal
 from maviper.extraction.settings import BEST_RESPONSE, OUR_RUNGS, PARTS, Settings
-from tests.support.optimum import optimum, rules_of, worth
+from tests.support.coordination import best_of_three, worth
 
 SMALL = {"iterations": 3, "rollouts": 12, "selection_episodes": 40, "max_depth": 2, "refinement": 0, "patience": 9}
 
@@ -141,7 +141,7 @@ def test_replies_close_the_gap_that_joint_rollouts_leave_in_one_shot_games():
         expert, world = find_expert(f"coordination,kinds=2,agents=3,payoff=100,table={table}")
         settings = settings_of(world, iterations=5, rollouts=60, selection_episodes=100, seed=table, **OUR_RUNGS[rung])
         profile = extract(world, expert, settings)
-        gaps[rung] += (optimum(world, 2).worth - worth(world, rules_of(world, profile.agents))) / 4
+        gaps[rung] += (best_of_three(world, 2) - worth(world, profile.agents)) / 4
     assert gaps["best-response"] < 0.7 * gaps["joint-selection"]
 
 
