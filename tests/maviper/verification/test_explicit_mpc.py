@@ -3,17 +3,15 @@ quadratic programs; it is proved to come near the origin and to stay there.
 """
 
 import json
-from fractions import Fraction
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
 
 from codegen import ir
 from codegen.policy_json import dumps
 from maviper.cli import main
 from maviper.verification.files.certificates import check_file
-from tests.support.explicit_mpc import WORLD, Problem, controller, prove_lasting
+from tests.support.explicit_mpc import WORLD, controller, prove_lasting, solved
 
 CLAIMS = """[[property]]
 label = "within its bounds"
@@ -31,44 +29,18 @@ region = { box = { x = [-0.001, 0.001], v = [-0.002, 0.002] } }
 """
 
 
-def test_the_forms_are_those_of_the_quadratic_program():
-    """The gradient of the whole cost, by differences of exact costs."""
-    problem = Problem(3)
-    h, f = problem.quadratic()
-
-    def cost(state, controls):
-        (x, v), total = state, Fraction(0)
-        for step, push in enumerate(controls, 1):
-            x, v = x + problem.dt * v + problem.dt**2 / 2 * push, v + problem.dt * push
-            weight = problem.last if step == problem.horizon else 1
-            total += problem.effort * push**2 + weight * (x**2 + problem.speed * v**2)
-        return total
-
-    state, controls = (Fraction(3, 7), Fraction(-2, 5)), [Fraction(1, 3), Fraction(-1, 4), Fraction(2, 9)]
-    for at in range(3):
-        ends = [cost(state, [push + sign * (other == at) for other, push in enumerate(controls)]) for sign in (1, -1)]
-        slope = (ends[0] - ends[1]) / 2  # exact, of a quadratic function
-        rows = sum(h[at][other] * push for other, push in enumerate(controls))
-        assert slope == rows + sum(f[part][at] * state[part] for part in range(2))
-
-
-@pytest.mark.parametrize(("horizon", "leaves"), [(2, 10), (3, 27)])
-def test_the_tree_is_the_controller(horizon, leaves):
+def test_the_tree_is_the_controller():
     """What the tree gives is the first control of the quadratic program, by a solver that shares nothing with it."""
-    problem, profile = controller(horizon)
-    (policy,) = profile.agents
-    assert len(ir.leaves(policy.tree)) == leaves
-    h, f = (np.array(each, float) for each in problem.quadratic())
-    root = np.linalg.cholesky(h)
+    (policy,) = controller().agents
+    assert len(ir.leaves(policy.tree)) == 10
     rows = np.random.default_rng(0).uniform((-4, -3), (4, 3), (200, 2))
     for row, push in zip(rows, ir.outputs(policy, rows)[:, 0].tolist(), strict=True):
-        found = lsq_linear(root.T, -np.linalg.solve(root, row @ f), (-1, 1), method="bvls", tol=1e-14)
-        assert push == pytest.approx(found.x[0], abs=1e-9)
+        assert push == pytest.approx(solved(row), abs=1e-9)
 
 
 @pytest.mark.slow
 def test_it_is_proved_to_come_near_and_stay(tmp_path):
-    profile = controller(2)[1]
+    profile = controller()
     (tmp_path / "cart.json").write_text(dumps(profile))
     (tmp_path / "world.toml").write_text(WORLD + CLAIMS)
     asked = ["verify", str(tmp_path / "cart.json"), "--world", str(tmp_path / "world.toml")]
