@@ -12,9 +12,12 @@ import ast
 import re
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+import click
+
+from maviper.cli.main import cli
 from tests.support.sources import functions_of, nodes_of, parsed
 
 ROOT = Path(__file__).parent.parent
@@ -55,6 +58,7 @@ def measure() -> dict[str, int]:
     pages = [path for path in (ROOT / "templates").rglob("*") if path.is_file()]
     docstrings = [text for path in MODULES for text in docstrings_of(path)]
     manual = (ROOT / "maviper" / "manual").glob("*.md")
+    commands = [command for chapter in cli.chapters.values() for command in walk(chapter)]
     return {
         "lines of Python in codegen, maviper and verify": count_lines(MODULES),
         "modules": len(MODULES),
@@ -67,7 +71,21 @@ def measure() -> dict[str, int]:
             bool(NO_SENTENCE.match(text)) for text in docstrings
         ),
         "words of the manual": sum(len(path.read_text().split()) for path in manual),
+        "commands on the first screen": sum(map(len, cli.chapters.values())),
+        "options of the command line, deprecated ones apart": sum(map(count_options, (cli, *commands))),
     }
+
+
+def walk(names: Iterable[str], group: click.Group = cli) -> Iterator[click.Command]:
+    """The named commands of a group, and those below them."""
+    for command in map(group.commands.__getitem__, names):
+        yield command
+        yield from walk(command.commands, command) if isinstance(command, click.Group) else ()
+
+
+def count_options(command: click.Command) -> int:
+    """The options that the help of a command shows, --help apart."""
+    return sum(isinstance(each, click.Option) and not each.hidden for each in command.params)
 
 
 def docstrings_of(path: Path) -> Iterator[str]:

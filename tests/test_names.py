@@ -153,13 +153,13 @@ def place(tmp_path_factory):
         folder = found / name
         folder.mkdir()
         (folder / "profile.json").write_text(dumps(team(small_profile(), *pair)))
-        asked = ["verify", str(folder / "profile.json"), "--property", "distinct_targets", "--property", "covers"]
+        asked = ["verify", str(folder / "profile.json"), "--claim", "distinct_targets", "--claim", "covers"]
         assert main.run(["-q", *asked, "-o", str(folder)]) == 1
     arrivers, small = team(small_profile(), arriving(0), arriving(1)), found / "small.toml"
     small.write_text("default = [-0.02, 0.02]\n")
     (found / "arrivers").mkdir()
     (found / "arrivers" / "profile.json").write_text(dumps(arrivers))
-    asked = ["verify", str(found / "arrivers" / "profile.json"), "--property", "reaches", "--region", str(small)]
+    asked = ["verify", str(found / "arrivers" / "profile.json"), "--claim", "reaches", "--region", str(small)]
     assert main.run(["-q", *asked, "-o", str(found / "arrivers")]) == 0
     return found
 

@@ -300,7 +300,7 @@ class Repair:
 
 def refuse_repair(claim: str) -> InputError:
     """The error about a claim that is beyond this method."""
-    return InputError(f"{claim} cannot be repaired", "--property", f"only {' and '.join(REPAIRABLE)} can")
+    return InputError(f"{claim} cannot be repaired", "--claim", f"only {' and '.join(REPAIRABLE)} can")
 
 
 def repair(question: DecisionQuestion, visited: Float64 | None = None, max_depth: int | None = None) -> Repair:

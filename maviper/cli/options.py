@@ -34,12 +34,17 @@ class Option(click.Option):
 
 
 class Verb(click.Command):
-    """A command with an example, sections of options, and options that had another name before."""
+    """A command with an example, sections of options, and options that were written otherwise before: `renamed` has the
+    new words of each. One that the command still reads is hidden; any other one is the new option by another name.
+    """
 
     def __init__(self, *names: Any, example: str = "", renamed: Mapping[str, str] | None = None, **more: Any) -> None:
         # of each command, not of the group: click keeps the help option of whoever asks first, with or without a parent
         super().__init__(*names, **{"context_settings": {"help_option_names": ["-h", "--help"]}, **more})
         self.example, self.renamed = example, dict(renamed or {})
+        for parameter in self.params:
+            if isinstance(parameter, click.Option) and not self.renamed.keys().isdisjoint(parameter.opts):
+                parameter.hidden = True
 
     @property
     def one_line(self) -> str:
@@ -48,7 +53,7 @@ class Verb(click.Command):
         return " ".join(paragraph.split()).split(". ")[0].split(": ")[0].rstrip(".")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As click's, with the old names of options, each of which is answered by its new name in a line. A word that
+        """As click's, with the old names of options, each of which is answered by the new words in a line. A word that
         holds what nobody sees, such as the end of a line, is refused: errors, reports and commands show it.
         """
         for word in args:
@@ -63,7 +68,8 @@ class Verb(click.Command):
             return word
         if not (ctx.obj and ctx.obj["quiet"]):
             click.echo(f"{name} is now {self.renamed[name]}", err=True)
-        return f"{self.renamed[name]}{separator}{value}"
+        known = any(name in parameter.opts for parameter in self.params)
+        return word if known else f"{self.renamed[name]}{separator}{value}"
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options under their headings, in the order in which headings first appear; --help is the last one."""

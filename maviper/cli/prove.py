@@ -134,36 +134,40 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None, w
     return ExitCode.VIOLATED if outcome.violated else ExitCode.DONE
 
 
-@click.command(cls=Verb, example="maviper repair demo/profile.json --max-depth 8 -o repaired")
+@click.command(
+    cls=Verb,
+    renamed={f"--{each}": f'--claim "own_target({each}=...)"' for each in ("team", "margin", "radius", "landmarks")}
+    | {"--property": "--claim"},
+    example="maviper repair demo/profile.json --max-depth 8 -o repaired",
+)
 @PROFILE
 @option(
-    "--property",
-    "name",
+    "--claim",
     default="distinct_targets",
     show_default=True,
-    metavar="NAME",
+    metavar="CLAIM",
     section=QUESTION,
-    help="distinct_targets or own_target.",
+    help='distinct_targets or own_target, with parameters if you like: "own_target(radius=0.2)".',
 )
 @REGION
 @options_of(RepairOptions)
 @output("The folder for the repaired profile.")
 @click.pass_context
 def repair(
-    context: click.Context, profile: Path, name: str, region: str, output: Path, **options: Unpack[RepairOptions]
+    context: click.Context, profile: Path, claim: str, region: str, output: Path, **options: Unpack[RepairOptions]
 ) -> int:
-    """Change the leaves that violate a property until it is proved.
+    """Change the leaves that violate a claim until it is proved.
 
     Each agent of the team is assigned its own landmark. If a counterexample ends in a leaf of PROFILE, that leaf
     becomes a small tree that tests the agent's offset to its landmark: a guard. It keeps the agent engaged with the
     landmark: closing on it, or at it. Where trees would get deeper than --max-depth, the guard replaces a split above
-    the leaf. All other leaves decide as before. Both engines must prove the property in the region.
+    the leaf. All other leaves decide as before. Both engines must prove the claim in the region.
 
     The command reports how many actions change, and the team's measures before and after, in the same episodes. It
     writes the repaired profile, its certificate, the report, a page that plays it and the costs (repair.json).
 
     \b
-    Exits with 0 if the property is proved within --max-depth, with 1 if the
+    Exits with 0 if the claim is proved within --max-depth, with 1 if the
     trees are deeper, and with 3 if no repair was found. Then nothing is written.
     """
     from codegen.policy_json import content_hash, dumps
@@ -171,11 +175,11 @@ def repair(
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.page.page import FILE, page_of, unplayable
-    from maviper.verification.repair import region_text, repair_profile, request
+    from maviper.verification.repair import region_text, repair_profile, request_call
     from verify.spending import listening
 
     console = console_of(context)
-    asked = request(name, options)
+    name, asked = request_call(claim, options)
     before = load(profile)
     runs.room(output)
     outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)

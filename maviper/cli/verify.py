@@ -18,6 +18,7 @@ from codegen.wording import format_count
 from maviper import options as tables
 from maviper.cli.options import FOLDER, PATH, PROFILE, REGION, RESULTS, Verb, Verbs, console_of, option, options_of
 from maviper.options.verbs import QUESTION
+from verify.claims.parameters import NAMES as PARAMETERS
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
@@ -70,7 +71,6 @@ def properties_new(subject: str, output: Path | None) -> int:
 def print_properties(as_json: bool) -> int:
     """Prints the built-in properties, for people or as JSON."""
     from codegen.policy_json import layout
-    from maviper.verification.ask import option_of
     from maviper.verification.starters import list_properties
 
     if as_json:
@@ -79,7 +79,7 @@ def print_properties(as_json: bool) -> int:
     for entry in list_properties():
         click.echo(f"{entry['name']}: {entry['sentence']}")
         for name, default in entry["parameters"].items():
-            click.echo(f"  {option_of(name)} (default: {default or _of_the_world(entry['name'], name)})")
+            click.echo(f"  {name} (default: {default or _of_the_world(entry['name'], name)})")
     return ExitCode.DONE
 
 
@@ -103,13 +103,14 @@ def _list_properties(context: click.Context, _parameter: click.Parameter, asked:
 
 QUESTION_OPTIONS = (
     option(
-        "--property",
-        "names",
+        "--claim",
+        "claims",
         multiple=True,
-        metavar="NAME",
+        metavar="CLAIM",
         section=QUESTION,
-        help="A built-in property (repeatable; default: distinct_targets).",
+        help='A built-in claim, such as "reaches(steps=25)" (repeatable; default: distinct_targets).',
     ),
+    option("--property", "names", multiple=True, metavar="NAME"),
     option("--properties", "file", type=PATH, default=None, section=QUESTION, help="A property file (TOML)."),
     option(
         "--list",
@@ -132,6 +133,16 @@ QUESTION_OPTIONS = (
 )
 
 
+CALL = '--claim "{}"'
+OLD_OPTIONS = {
+    **{f"--{each}": CALL.format(f"NAME({each}=...)") for each in (*PARAMETERS, "team")},
+    "--property": CALL.format("NAME"),
+    "--zones": "--max-zones",
+    "--budget": "--solver-units",
+    "--where-zones": "--max-cells",
+}
+
+
 def add_verify_options(command: Any) -> Any:
     """Adds all of them to a command."""
     of_systems = options_of(tables.SystemOptions, "max_boxes")
@@ -142,9 +153,9 @@ def add_verify_options(command: Any) -> Any:
 
 @click.command(
     cls=Verb,
-    renamed={"--zones": "--max-zones", "--budget": "--solver-units", "--where-zones": "--max-cells"},
+    renamed=OLD_OPTIONS,
     example="maviper verify demo/profile.json --region near.toml\n"
-    "maviper verify demo/profile.json --property reaches --steps 25 -o report",
+    'maviper verify demo/profile.json --claim "reaches(steps=25)" -o report',
 )
 @PROFILE
 @add_verify_options

@@ -26,9 +26,10 @@ from maviper.options import SystemOptions, complete_options, table_of
 from maviper.options import VerifyOptions as Options
 from verify.checker.thresholds import sides
 from verify.claims import parameters
-from verify.claims.catalogue import ZONES, Claim, check_zones, find_claim, names_reading, readable, select_stated
+from verify.claims.calls import spell_call, write_call
+from verify.claims.catalogue import ZONES, Claim, check_zones, find_claim, names_reading, readable
 from verify.claims.claim import Parameter
-from verify.claims.files import Reading, Stated, read_properties
+from verify.claims.files import Reading, Stated, read_claim, read_properties
 from verify.claims.formula import Formula
 from verify.claims.observed import View
 from verify.claims.parameters import Form
@@ -81,21 +82,21 @@ def resolve_region(about: PolicyProfile, viewed: Viewed | None, name: str) -> Re
 
 MAX_FILE_BYTES = 2**20
 DEFAULT, DEFAULT_OBSERVED = "distinct_targets", "alive_leaves"
-PARAMETERS = (*parameters.NAMES, ZONES)
 OF_SYSTEMS = table_of(SystemOptions)  # options that claims about stated systems read
 MAX_CELLS = 1_000_000  # a cell takes about 2 KB
 
 
 def option_of(parameter: str) -> str:
     """The option by which a user gives a parameter of a claim."""
-    return "--max-zones" if parameter == ZONES else f"--{parameter}"
+    return f"--{parameter}"
 
 
 @dataclass(frozen=True)
 class VerifyOptions:
     """The question about a profile, as options; None: as usual."""
 
-    names: tuple[str, ...] = ()  # built-in properties
+    claims: tuple[str, ...] = ()  # built-in claims, as calls
+    names: tuple[str, ...] = ()  # built-in claims, by name
     file: Path | None = None  # a property file, whose claims come first
     region: str = "start"
     team: str | None = None
@@ -136,6 +137,9 @@ class VerifyOptions:
         self._check_world()
         if not 0 < self.units < 2**32:
             raise InputError("the solver units must be between 1 and 2**32", "--solver-units", "leave it out")
+        if self.max_zones is not None:
+            with with_option_names():
+                check_zones(self.max_zones)
         if self.max_cells is not None and not self.where:
             raise InputError("--max-cells has no effect without --where", "--max-cells", "add --where")
         if self.max_cells is not None and not 0 < self.max_cells <= MAX_CELLS:
@@ -163,18 +167,18 @@ class VerifyOptions:
     def unusual(self) -> dict[str, str]:
         """The options that a user gave, by name, each as it is written on the command line."""
         given = [one.name for one in fields(self) if getattr(self, one.name) != getattr(VerifyOptions(), one.name)]
-        called = {"names": "property", "file": "properties", "parameters": next(iter(self.parameters), "")}
+        called = {
+            "claims": "claim",
+            "names": "claim",
+            "file": "properties",
+            "parameters": next(iter(self.parameters), ""),
+        }
         return {name: "--" + called.get(name, name).replace("_", "-") for name in given}
 
     @property
     def units(self) -> int:
         """Solver resource units for a query."""
         return Budgets().solver_units if self.solver_units is None else self.solver_units
-
-    @property
-    def given(self) -> dict[str, Any]:
-        """The parameters of claims that a user gave."""
-        return {**self.parameters, **({} if self.max_zones is None else {ZONES: self.max_zones})}
 
     @property
     def cells(self) -> int | None:
@@ -188,7 +192,7 @@ class VerifyOptions:
             solver_units=self.units,
             max_nodes=max(usual.max_nodes, self.units // UNITS_A_NODE),
             max_cells=self.cells or usual.max_cells,
-            max_zones=max_zones or usual.max_zones,
+            max_zones=max_zones or self.max_zones or usual.max_zones,
             max_boxes=self.max_boxes or usual.max_boxes,
         )
 
@@ -271,23 +275,24 @@ def pose_claims(
     `aside`: as for `questions`.
     """
     posed: list[Posed] = []
+    reading = None if viewed is None else as_compared(about, options.semantics)
+    named = partial(resolve_region, about, viewed)
     if options.file is not None:
-        reading = None if viewed is None else as_compared(about, options.semantics)
         try:
-            asked = from_file(options.file, about, region, reading, partial(resolve_region, about, viewed))
+            asked = from_file(options.file, about, region, reading, named)
         except PartlyReadError as error:
             if aside is None:
                 raise
             aside(error)
             asked = cast("tuple[Stated, ...]", error.read)
         posed = [Posed(*each, by_file=True) for each in asked]
+    for written in options.claims:
+        posed.append(Posed(*read_claim(written, about, "--claim", named, region, reading), by_file=False))
     names = options.names or (() if posed else (DEFAULT if viewed is None else DEFAULT_OBSERVED,))
     for name, given in zip(names, _match_parameters(names, options), strict=True):
         with with_option_names():
-            zones = given.pop(ZONES, None)
             claim = find_claim(name, about, options.team, **given)
-            zones = None if zones is None else check_zones(zones)
-        posed.append(Posed(claim, region, zones, by_file=False))
+        posed.append(Posed(claim, region, None, by_file=False))
     return posed
 
 
@@ -329,7 +334,8 @@ def with_option_names() -> Generator[None]:
     try:
         yield
     except InputError as error:
-        error.where = option_of(error.where) if error.where in PARAMETERS else error.where
+        known = (*parameters.NAMES, ZONES)
+        error.where = option_of(error.where) if error.where in known else error.where
         raise
 
 
@@ -342,11 +348,13 @@ def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
     read = {limit for claim in claims for limit in claim.limits}
     if "solver_units" not in read:
         if options.solver_units is not None:
-            what = "none of these properties is decided by the solver"
+            what = "none of these claims is decided by the solver"
             raise InputError(what, "--solver-units", "to limit claims about episodes, use --max-zones")
         if options.smt is not None:
-            what = "none of these properties gives a query to the solver"
+            what = "none of these claims gives a query to the solver"
             raise InputError(what, "--smt", f"{', '.join(names_reading(ZONES))} are decided by zones")
+    if "max_zones" not in read and options.max_zones is not None:
+        raise InputError("none of these claims is decided by zones", "--max-zones", "leave it out")
     if "max_cells" not in read and options.where:
         what = f"--where is about single decisions; {', '.join(names_reading(ZONES))} are about episodes"
         raise InputError(what, "--where", "leave it out: the report has the share of sampled starts that fail")
@@ -354,9 +362,9 @@ def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
 
 def _match_parameters(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]:
     """For each property the parameters that a user gave and that it reads. InputError for one that none reads."""
-    given = options.given
+    given = options.parameters
     if options.team is not None and not names:
-        raise InputError("--team does not apply to a property file", "--team", "name the team in the file")
+        raise InputError("--team does not apply to claims that are written", "--team", "write team=NAME into the claim")
     by_property: list[dict[str, Any]] = []
     used = set[str]()
     for name in names:
@@ -368,10 +376,9 @@ def _match_parameters(names: Sequence[str], options: VerifyOptions) -> list[dict
         used |= set(by_property[-1])
     for key in given:
         if key not in used:
-            what = f"none of these properties has the parameter {key}"
-            raise InputError(
-                what, option_of(key), "see `maviper properties list`; parameters of a property file go into the file"
-            )
+            has = [f"{name} has {', '.join(readable(name)) or 'none'}" for name in names]
+            what = f"none of these claims has the parameter {key}"
+            raise InputError(what, option_of(key), "; ".join([*has, f"{key} is of {', '.join(names_reading(key))}"]))
     return by_property
 
 
@@ -402,13 +409,9 @@ def from_file(
 def command(profile: str, question: Question[Claim]) -> str:
     """The command line that asks about a built-in property again, run beside `profile` and the region file."""
     claim, zones = question.claim, question.budgets.max_zones
-    words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team]
-    words += ["--region", question.region.name]
-    for key, value in select_stated(claim).items():
-        words += [option_of(key), format_parameter(value)]
-    if "max_zones" in claim.limits and zones != Budgets().max_zones:
-        words += [option_of(ZONES), str(zones)]
-    return _line(words, question)
+    limited = "max_zones" in claim.limits and zones != Budgets().max_zones
+    call = write_call(claim, zones if limited else None)
+    return _line(["maviper", "verify", profile, "--claim", call, "--region", question.region.name], question)
 
 
 def _line(words: Sequence[str], question: Question[Claim]) -> str:
@@ -422,8 +425,15 @@ def _line(words: Sequence[str], question: Question[Claim]) -> str:
     return shlex.join(word.encode(errors="replace").decode() for word in words)
 
 
+def list_calls(options: VerifyOptions) -> list[str]:
+    """The built-in claims of options as calls, each with the parameters that it reads."""
+    team = {} if options.team is None else {"team": options.team}
+    named = zip(options.names, _match_parameters(options.names, options), strict=True)
+    return [*options.claims, *(spell_call(name, team | given) for name, given in named)]
+
+
 def format_parameter(value: Parameter) -> str:
-    """A parameter as an option is written."""
+    """A parameter as tables show it."""
     if isinstance(value, Fraction):
         return plain(value)
     if isinstance(value, int):

@@ -44,7 +44,7 @@ CERTIFICATE_FILE, REPORT_FILE = "certificate.json", "difference.json"
 MAX_NODES = 10**12
 ONE_TEAM = (  # the way out for trees that know no places
     "import both as one team, `maviper import --agents a=FILE,b=FILE`, and compare them over observations: "
-    "`maviper verify TEAM --property agree --agents a,b --shared all`"
+    "`maviper verify TEAM --claim agree(agents=[a,b]) --shared all`"
 )
 
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from codegen import ir, policy_json
 from codegen.deciding import VERIFIER, ensure_plain
@@ -35,6 +35,7 @@ from maviper.verification.diff import collect_states
 from maviper.verification.run import certificate_files, digests, report_files, verify_claims
 from maviper.worlds import ParticleWorld
 from maviper.worlds.matching import UNREPAIRED, ensure_places, matching_places
+from verify.claims.calls import read_call
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DecisionClaim
 from verify.claims.episodes import EPISODE_CLAIMS
@@ -65,6 +66,19 @@ def request(claim: str | Claim, given: RepairOptions) -> Any:
     if most is not None and not 1 <= most <= ir.MAX_DEPTH:
         raise InputError(f"the depth must be from 1 to {ir.MAX_DEPTH}, not {most}", "--max-depth")
     return asked
+
+
+def request_call(written: str, given: RepairOptions) -> tuple[str, Any]:
+    """The name of the claim of a call such as `own_target(radius=0.2)`, and the options of its repair."""
+    call = read_call(written)
+    name = call.pop("name")
+    for key in call:
+        if key not in (*PARAMETERS, "team"):
+            raise InputError(
+                f"a repair reads no {key} of a claim", "--claim", f"leave it out; {name} is repaired alone"
+            )
+    said = {key: value for key, value in given.items() if value is not None}
+    return name, request(name, cast("RepairOptions", said | call))
 
 
 @dataclass(frozen=True, repr=False)

@@ -70,7 +70,7 @@ ROUNDED = (
 )
 NO_DECISION = "the claim fails within the agents' roundings, but no state that breaks it was found"
 OF_OBSERVATIONS = ("file", "region", "observations", "shared", "verdict_only")  # options
-OF_GAMES = ("names", "file", "region", "team", "parameters", "max_boxes", "verdict_only")  # options
+OF_GAMES = ("claims", "names", "file", "region", "team", "parameters", "max_boxes", "verdict_only")  # options
 NO_OBSERVATION = "the claim fails within the agents' roundings, but no observation that breaks it was found"
 NO_STATE = "the claim fails within the agents' roundings, but no state of the game that does was found"
 LOOSER = ("a bound that is looser by a little more than a rounding", "a smaller region")

@@ -273,7 +273,7 @@ def _ensure_decided(posed: Posed) -> DecisionClaim:
     """The claim, as one about single decisions."""
     if not posed.claim.per_state:
         what = f"{posed.claim.name} is not about single states, so it is not decided of teams that test sums"
-        raise InputError(what, "--property", "ask one of distinct_targets, own_target, no_double, aligned, assignment")
+        raise InputError(what, "--claim", "ask one of distinct_targets, own_target, no_double, aligned, assignment")
     return cast("DecisionClaim", posed.claim)
 
 
@@ -449,7 +449,7 @@ def _ensure_in_steps(posed: Posed) -> EpisodeClaim:
     """The claim, as one about so many steps."""
     if not counts_steps(posed):
         what = f"{posed.claim.name} is about single decisions, and stands beside claims about episodes"
-        raise InputError(what, "--property", "ask about decisions and episodes one after the other")
+        raise InputError(what, "--claim", "ask about decisions and episodes one after the other")
     claim = cast("EpisodeClaim", posed.claim)
     if claim.ever:
         what = f"{claim.name} for ever is not decided of teams that test sums"

@@ -27,7 +27,7 @@ CASES = {
     "evaluate": ["evaluate", str(PROVED), "--episodes", "20000"],
     "compile 12 agents": ["compile", "{out}/twelve.json", "-o", "{out}/code"],
     "verify a system": ["verify", str(WORLDS / "crossing.json"), "--world", str(WORLDS / "crossing.toml")],
-    "verify episodes": ["verify", str(PROVED), "--property", "reaches"],
+    "verify episodes": ["verify", str(PROVED), "--claim", "reaches"],
 }
 LEAST, TENTH, LAST = 1.0, 0.1, 0.5
 CHILD = """

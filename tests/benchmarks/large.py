@@ -125,7 +125,7 @@ def command(name: str, expert: str = "") -> Ended:
             runs = [spent("verify", PROFILE, "-o", f"{folder}/answers", limit=LIMIT) for _ in range(RUNS)]
             return min(runs[1:], key=lambda run: run.seconds)
         if name == REFUSED:
-            return asked(COMPILED[MANY](), "verify", "--property", "distinct_targets")
+            return asked(COMPILED[MANY](), "verify", "--claim", "distinct_targets")
         if name in COMPILED:
             return asked(COMPILED[name](), "compile", "--target", "c,python,json", "-o", f"{folder}/code")
         if name in EXTRACTIONS:
@@ -188,7 +188,7 @@ def main() -> None:
             found[name] = command(name, options.expert)
         else:
             made, claim = CASES[name]
-            found[name] = asked(made(), "verify", "--property", claim)
+            found[name] = asked(made(), "verify", "--claim", claim)
         if not options.json:
             print(f"{name}: {answer_of(name, found[name]) or 'NO ANSWER'}", flush=True)
     questions = [one for name, one in found.items() if name in CASES]

@@ -318,7 +318,7 @@ def whole_commands(rounds):
                 took = ask().seconds
                 times[name] += [took] if turn else []
         report, profile = Path(folder) / "report", GENERATED / "proved_defenders" / "profile.json"
-        episodes = spent("verify", profile, "--property", "reaches", "--steps", "28", "-o", report)
+        episodes = spent("verify", profile, "--claim", "reaches(steps=28)", "-o", report)
         certificates = [len(path.read_bytes()) for path in report.glob("certificate-*.json")]
     cpu = {name: statistics.median(each) for name, each in times.items()}
     values = {

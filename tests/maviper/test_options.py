@@ -68,7 +68,7 @@ OWN = {
     "evaluate": {"as_json"},
     "exploit": {"as_json"},
     "import": {"agents"},
-    "repair": {"name", "region"},
+    "repair": {"claim", "region"},
 }
 REQUESTS = {
     ReproduceOptions: reproduction.Request,

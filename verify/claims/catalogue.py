@@ -259,7 +259,7 @@ def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool
     if any_size and len(known) == 1:
         return known[0]
     if any_size and not wanted:
-        raise InputError(f"{name} is about one team", "", f"name it with --team: {', '.join(known)}")
+        raise InputError(f"{name} is about one team", "", f"name it, team=NAME: {', '.join(known)}")
     ensure_landmarks(name, profile)
     fitting = [candidate for candidate in known if len(profile.team(candidate)) == wanted]
     if len(fitting) != 1:

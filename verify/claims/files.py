@@ -12,8 +12,9 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar, cast
 
-from codegen.errors import InputError, PartlyReadError, UnknownNameError
+from codegen.errors import InputError, PartlyReadError, UnknownNameError, escape_text
 from codegen.ir import GOAL, PolicyProfile
+from verify.claims.calls import read_call
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, check_zones, find_claim, readable
 from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, ensure_askable
 from verify.claims.formula import Formula, agents
@@ -63,6 +64,19 @@ def read_properties(
             raise UnknownNameError("key", key, ("property",), file / key)
     tables = properties(document, file)
     return read_each(tables, lambda table, place: _Table(table, profile, place, reading).question(find_region, default))
+
+
+def read_claim(
+    written: str,
+    profile: PolicyProfile,
+    where: str,
+    find_region: FindRegion,
+    default: Region | None = None,
+    reading: Reading | None = None,
+) -> Stated:
+    """The claim of a call such as `reaches(radius=0.4, steps=25)`, as if a file had it. `where`: what errors name."""
+    table = read_call(written)
+    return _Table(table, profile, Place(f"{where} {escape_text(written)}", ""), reading).question(find_region, default)
 
 
 class _Table:

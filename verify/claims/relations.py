@@ -47,7 +47,7 @@ class Agree(DecisionClaim):
             if agent not in members:
                 raise UnknownNameError("agent", agent, members, "agents")
         if len(set(self.agents)) != 2 or len(self.agents) != 2:
-            raise InputError(f"{self.of} is about two agents", "agents", "write two names: --agents A,B")
+            raise InputError(f"{self.of} is about two agents", "agents", "write two names: agents=[A, B]")
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class _Moving(DecisionClaim):
         """InputError unless agent and feature are the profile's."""
         super().ensure(profile)
         if profile.world.variables and not (self.agent and self.feature):
-            raise InputError(f"{self.of} is about one feature of one agent", "", "name them: --agent A --feature F")
+            raise InputError(f"{self.of} is about one feature of one agent", "", "name them: agent=A, feature=F")
         features = [feature.name for feature in _one_of(self, self.agent, profile).features]
         if self.feature not in features:
             raise UnknownNameError("feature", self.feature, features, "feature")
@@ -200,7 +200,7 @@ def _one_of(claim: DecisionClaim, agent: str, profile: PolicyProfile) -> AgentPo
         raise InputError(f"{claim.of} is about observations", "", "ask with --observations")
     policies = {policy.agent: policy for policy in profile.team(claim.team)}
     if not agent:
-        raise InputError(f"{claim.of} is about one agent", "", "name it: --agent A")
+        raise InputError(f"{claim.of} is about one agent", "", "name it: agent=A")
     if agent not in policies:
         raise UnknownNameError("agent", agent, list(policies), "agent")
     return policies[agent]

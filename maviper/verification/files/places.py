@@ -16,7 +16,8 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from maviper.files import outputs, runs
-from maviper.verification.ask import MAX_FILE_BYTES, Asked, VerifyOptions, format_parameter, option_of
+from maviper.verification.ask import MAX_FILE_BYTES, Asked, VerifyOptions, list_calls
+from verify.claims.calls import read_call
 from verify.claims.files import properties
 from verify.claims.region_files import region_toml
 from verify.question import AnyClaim, Budgets
@@ -36,9 +37,7 @@ def repeat_options(options: VerifyOptions) -> str:
     """The command line that asks the claims of options again, run beside `profile.json`, region and property file."""
     words = ["maviper", "verify", runs.PROFILE_FILE, "--region", Path(options.region).name]
     words += [] if options.file is None else ["--properties", options.file.name]
-    words += [word for name in options.names for word in ("--property", name)]
-    words += [] if options.team is None else ["--team", options.team]
-    words += [word for name, value in options.given.items() for word in (option_of(name), format_parameter(value))]
+    words += [word for call in list_calls(options) for word in ("--claim", call)]
     return shlex.join(words)
 
 
@@ -77,7 +76,8 @@ def list_given(options: VerifyOptions) -> list[Path]:
         text = runs.read(options.file, MAX_FILE_BYTES).decode()
         named = [table.get("region") for table, _ in properties(*parse(text, options.file.name, "not readable", ""))]
         given += [options.file, *(options.file.parent / each for each in named if isinstance(each, str))]
-    return [*map(runs.ensure_visible, given)]
+    asked = [read_call(written).get("region", "") for written in options.claims]
+    return [*map(runs.ensure_visible, (*given, *(Path(each) for each in asked if each)))]
 
 
 def ensure_free(output: Path, asked: Sequence[Asked], options: VerifyOptions) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import sys
 
 import pytest
@@ -34,14 +35,14 @@ def test_help_states_the_exit_codes(capsys):
         (["compile", "{profile}", "--prefix", "9", "-o", "{out}"], "not a usable prefix"),
         (["verify", "{profile}", "--region", "nowhere.toml"], "cannot read the file"),
         (["verify", "{profile}", "--margin", "-1"], "margin must be between 0 and"),
-        (["verify", "{profile}", "--steps", "3"], "none of these properties has the parameter steps"),
-        (["verify", "{profile}", "--property", "reaches", "--steps", "-1"], "steps must be between"),
+        (["verify", "{profile}", "--steps", "3"], "none of these claims has the parameter steps"),
+        (["verify", "{profile}", "--claim", "reaches(steps=-1)"], "steps must be between"),
         (
-            ["verify", "{profile}", "--property", "reaches", "--margin", "1/40"],
-            "none of these properties has the parameter margin",
+            ["verify", "{profile}", "--claim", "reaches(margin=1/40)"],
+            "reaches has no parameter margin",
         ),
-        (["verify", "{profile}", "--property", "reaches", "--landmarks", "landmark_2"], "unknown landmark"),
-        (["verify", "{profile}", "--property", "covers", "--max-zones", "0"], "zones must be between"),
+        (["verify", "{profile}", "--claim", "reaches(landmarks=[landmark_2])"], "unknown landmark"),
+        (["verify", "{profile}", "--claim", "covers", "--max-zones", "0"], "zones must be between"),
         (["verify", "none.json"], "cannot read the file"),
         (["demo", "-o", "/proc/nowhere"], "cannot make the output folder"),
     ],
@@ -125,11 +126,14 @@ def test_verify_answers_on_stdout_and_by_exit_code(capsys, profile_file, tmp_pat
 
 @pytest.mark.solver
 def test_claims_about_episodes_in_a_report(capsys, profile_file, tmp_path):
-    asked = ["--property", "reaches", "--property", "distinct_targets", "--radius", "2/5"]
+    asked = ["--claim", "reaches(radius=2/5)", "--claim", "distinct_targets"]
     code, out, err = run(capsys, "verify", profile_file, *asked, "--json", "-o", tmp_path / "report")
     facts = json.loads(out)
     result = facts["results"][0]
-    assert code == ExitCode.VIOLATED and [each["property"] for each in facts["results"]] == asked[1:4:2]
+    assert code == ExitCode.VIOLATED and [each["property"] for each in facts["results"]] == [
+        "reaches",
+        "distinct_targets",
+    ]
     assert {"simulator", "mpe2.simple_adversary_v3"} <= set(result["counterexample"]["replayed_by"])
     assert result["steps"] == 25 and result["violating"]["samples"] == 20_000
     assert all(len(agent["places"]) == 26 for agent in result["counterexample"]["agents"])
@@ -138,7 +142,7 @@ def test_claims_about_episodes_in_a_report(capsys, profile_file, tmp_path):
     assert "<polyline" in page and "conflict share" in page and "idle share" in page
     assert "fulfil it without moving" in text and "whatever" not in text
     assert len(facts["limits"]) == 4 and any("start at rest" in limit for limit in facts["limits"])
-    again = result["command"].split()[2:]
+    again = shlex.split(result["command"])[2:]
     repeated = run(capsys, "-q", "verify", profile_file, *again[1:], "--json")[1]
     assert json.loads(repeated)["results"][0] == result
 

@@ -161,5 +161,5 @@ def test_trees_without_places_are_told_the_way_out_and_it_works(tmp_path, capsys
     assert "import both as one team" in capsys.readouterr().err
     files = ",".join(f"{name}={tmp_path / name}.py" for name in "ab")
     assert command(["import", "--agents", files, "-o", str(tmp_path / "team.json")]) == 0
-    asked = ["--property", "agree", "--agents", "a,b", "--shared", "all"]
+    asked = ["--claim", "agree(agents=[a,b])", "--shared", "all"]
     assert command(["verify", str(tmp_path / "team.json"), *asked]) == ExitCode.VIOLATED

@@ -65,7 +65,7 @@ def test_long_helps_have_headings(name, capsys):
     sections = {
         getattr(each, "section", "Options")
         for each in main.cli.commands[name].params
-        if each.param_type_name == "option"
+        if each.param_type_name == "option" and not each.hidden
     }
     assert len(sections) > 2 - (name == "evaluate") and all(f"\n{section}:\n" in text for section in sections)
 

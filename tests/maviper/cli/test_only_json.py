@@ -28,7 +28,7 @@ def place(tmp_path_factory):
     [
         "verify cart.json --world cart.toml --json",
         "verify cart.json --world cart.toml --json --verdict-only",
-        "verify a.json --observations --property alive_leaves --json",
+        "verify a.json --observations --claim alive_leaves --json",
         "diff a.json b.json --json",
         "robust a.json seen.csv --json",
     ],

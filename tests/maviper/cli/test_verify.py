@@ -10,7 +10,7 @@ from codegen.policy_json import dumps
 from maviper.cli.main import run as command
 from verify.verdicts import decisions
 
-TWO = ("--property", "distinct_targets", "--property", "no_double")
+TWO = ("--claim", "distinct_targets", "--claim", "no_double")
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_verdicts_alone_make_no_header_where_no_contact_asks_for_a_replay(capsys
     made = []
     header = compiled.emit_model
     monkeypatch.setattr(compiled, "emit_model", lambda *asked: made.append(asked) or header(*asked))
-    episodes = ("--property", "reaches", "--property", "covers", "--steps", "2")
+    episodes = ("--claim", "reaches", "--claim", "covers(steps=2)")
     command(["verify", profile_file, *episodes, *TWO, "--verdict-only"])
     assert capsys.readouterr().out.count("\n") == 4 and not made
 

@@ -132,14 +132,14 @@ def test_states_files_keep_region_errors_and_command(profile, tmp_path, world):
     # the verdict on the claim without errors, which is quicker, stands for the one with them
     (result,) = verify_claims([Question(Game(same), find_property("own_target", same), region)])
     assert isinstance(result, Result)
-    asked = [Asked(Question(Game(same), claim, region), "maviper verify team.json --property steady --region n.toml")]
+    asked = [Asked(Question(Game(same), claim, region), "maviper verify team.json --claim steady --region n.toml")]
     files = states_files(same, asked, [replace(result, question=result.question.about(claim))])
     assert list(files) == ["states-1-steady.json"]
     (tmp_path / "s.json").write_text(files["states-1-steady.json"])
     (found,), _ = read_failing([tmp_path / "s.json"], world)
     assert found.region == region and found.region.name == "n.toml" and found.claim.eps == claim.eps
     assert list(found.states) == failures(Question(Game(same), claim, region))
-    assert found.command == "maviper verify profile.json --property steady --region n.toml"
+    assert found.command == "maviper verify profile.json --claim steady --region n.toml"
     assert found.before() is None
 
 

@@ -77,7 +77,7 @@ def test_a_writer_killed_at_each_of_its_calls(tmp_path, old):
 SMALL = ("--iterations", "3", "--rollouts", "20", "--selection-episodes", "20", "--refinement-episodes", "0")
 COMMANDS = {  # command, and what it ends with
     "compile": (["compile", PROFILE, "--target", "c,python,json"], ExitCode.DONE),
-    "verify": (["verify", PROFILE, "--property", "distinct_targets"], ExitCode.DONE),
+    "verify": (["verify", PROFILE, "--claim", "distinct_targets"], ExitCode.DONE),
     "repair": (["repair", PROFILE, "--episodes", "5"], ExitCode.DONE),
     "extract": (["extract", "physical-deception", *SMALL], ExitCode.DONE),
     "extract file": (["extract", "physical-deception", *SMALL], ExitCode.DONE),

@@ -125,9 +125,9 @@ def test_a_proof_is_checked_and_an_episode_replayed(answered, capsys):
 @pytest.mark.parametrize(
     ("asked_for", "message"),
     [
-        (["--property", "reaches"], "one goal, and region start has several"),
-        (["--property", "stays_in", "--region", "{folder}/region.toml"], "stays_in for ever is not decided"),
-        (["--property", "reaches", "--property", "own_target"], "own_target is about single decisions"),
+        (["--claim", "reaches"], "one goal, and region start has several"),
+        (["--claim", "stays_in", "--region", "{folder}/region.toml"], "stays_in for ever is not decided"),
+        (["--claim", "reaches", "--claim", "own_target"], "own_target is about single decisions"),
     ],
 )
 def test_what_is_not_decided_is_refused(answered, asked_for, message, capsys):
@@ -203,7 +203,7 @@ def test_the_command_of_a_report_about_no_start_answers_so_again(tmp_path, monke
     (tmp_path / "profile.json").write_text(dumps(profile))
     (tmp_path / "nowhere.toml").write_text(nowhere)
     monkeypatch.chdir(tmp_path)
-    words = ["verify", "profile.json", "--property", "stays_in", "--region", "nowhere.toml", "--steps", "3"]
+    words = ["verify", "profile.json", "--claim", "stays_in(steps=3)", "--region", "nowhere.toml"]
     assert main.run([*words, "-o", "out"]) == 3
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     command = shlex.split(report["command"])

@@ -107,7 +107,7 @@ def proof(tmp_path_factory):
     profile, region = team(5), draw_region(team(5), 5)
     (folder / "team.json").write_text(dumps(profile))
     (folder / "region.toml").write_text(region_toml(region))
-    words = ["verify", str(folder / "team.json"), "--property", "no_double", "--property", "own_target"]
+    words = ["verify", str(folder / "team.json"), "--claim", "no_double", "--claim", "own_target"]
     code = main.run([*words, "--region", str(folder / "region.toml"), "-o", str(folder / "out")])
     assert code == 1
     return folder
@@ -188,7 +188,7 @@ def test_a_file_that_forgets_roundings_shows_another_number(monkeypatch):
 @pytest.mark.parametrize(
     ("asked_for", "message"),
     [
-        (["--property", "alive_leaves"], "alive_leaves is not about single states"),
+        (["--claim", "alive_leaves"], "alive_leaves is not about single states"),
         (["--where"], "--where has no effect"),
         (["--semantics", "real"], "--semantics has no effect"),
         (["--region", "{folder}/apart.toml"], "keeps pairs apart"),

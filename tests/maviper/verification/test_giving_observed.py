@@ -181,7 +181,7 @@ def test_what_cannot_be_claimed_is_refused_with_its_place(claim, says, tmp_path)
     ("options", "says"),
     [
         ([], "write a property with formula = "),
-        (["--property", "alive_leaves"], "--property has no effect"),
+        (["--claim", "alive_leaves"], "--claim has no effect"),
         (["--properties", "claims.toml", "--semantics", "real"], "--semantics has no effect"),
         (["--properties", "claims.toml", "--region", "apart.toml"], "bounds of single variables"),
     ],

@@ -110,7 +110,7 @@ def test_a_kind_of_claim_takes_an_entry_in_each_table(registered):
     done = verify_questions(profile, asked, options, told.append, stated)
     (result,) = done.results
     assert told == [result] and result.verdict is Verdict.PROVED
-    assert asked[0].command.endswith(f"--property short_names --team {team} --region start --steps 9")
+    assert asked[0].command.endswith(f"""--claim 'short_names(team="{team}", steps=9)' --region start""")
     assert done.document["results"][0]["longest"] == len("agent_0")
     assert "Names are no deeds." in done.document["limits"]
     assert "longest    7" in done.reports["report.txt"] and "<th>longest</th><td>7</td>" in done.reports["report.html"]
@@ -122,8 +122,9 @@ def test_a_kind_of_claim_takes_an_entry_in_each_table(registered):
 def test_a_kind_of_claim_on_the_command_line(registered, tmp_path):
     path = tmp_path / "profile.json"
     path.write_text(dumps(small_profile()))
-    words = ["verify", str(path), "--property", "short_names", "--team", small_profile().agents[1].team]
-    for more, ends in (([], 0), (["--steps", "3"], 1), (["--verdict-only", "--steps", "3"], 1)):
+    words = ["verify", str(path), "--claim"]
+    of = f"short_names(team={small_profile().agents[1].team}"
+    for more, ends in (([f"{of})"], 0), ([f"{of}, steps=3)"], 1), ([f"{of}, steps=3)", "--verdict-only"], 1)):
         ran = CliRunner().invoke(cli, [*words, *more], standalone_mode=False)
         assert (ran.return_value if ran.exception is None else ran.exception) == ends, ran.output
     file = tmp_path / "asked.toml"

@@ -201,31 +201,31 @@ def run_two(tmp_path, *arguments, teams=None, spans=None):
 
 @pytest.mark.parametrize(("shared", "code"), [(["--shared", "angle"], 0), (["--shared", "all"], 0), ([], 1)])
 def test_two_agents_agree_where_they_see_the_same(shared, code, tmp_path, capsys):
-    assert run_two(tmp_path, "--property", "agree", "--agents", "a,b", "--observations", *shared) == code
+    assert run_two(tmp_path, "--claim", "agree(agents=[a,b])", "--observations", *shared) == code
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--property", "agree", "--agents", "a,b", "--shared", "angel"], "unknown feature 'angel'"),
-        (["--property", "agree", "--agents", "a,c"], "unknown agent 'c'"),
-        (["--property", "agree", "--agents", "a"], "two agents"),
-        (["--property", "agree"], "agree"),
-        (["--property", "monotone", "--agent", "a", "--feature", "tilt"], "unknown feature 'tilt'"),
-        (["--property", "monotone", "--agent", "q", "--feature", "spin"], "unknown agent 'q'"),
-        (["--property", "monotone", "--agent", "a"], "name them: --agent A --feature F"),
-        (["--property", "monotone", "--feature", "spin"], "name them: --agent A --feature F"),
+        (["--claim", "agree(agents=[a,b])", "--shared", "angel"], "unknown feature 'angel'"),
+        (["--claim", "agree(agents=[a,c])"], "unknown agent 'c'"),
+        (["--claim", "agree(agents=[a])"], "two agents"),
+        (["--claim", "agree"], "agree"),
+        (["--claim", "monotone(agent=a, feature=tilt)"], "unknown feature 'tilt'"),
+        (["--claim", "monotone(agent=q, feature=spin)"], "unknown agent 'q'"),
+        (["--claim", "monotone(agent=a)"], "name them: agent=A, feature=F"),
+        (["--claim", "monotone(feature=spin)"], "name them: agent=A, feature=F"),
         (
-            ["--property", "monotone", "--agent", "a", "--feature", "spin", "--direction", "up"],
+            ["--claim", "monotone(agent=a, feature=spin, direction=up)"],
             "unknown direction 'up'",
         ),
-        (["--property", "monotone", "--agent", "a", "--feature", "spin", "--order", "left,stay"], "every action once"),
-        (["--property", "ignores", "--agent", "a"], "ignores is about one feature"),
-        (["--property", "ignores", "--agent", "a", "--feature", "tilt"], "unknown feature 'tilt'"),
-        (["--property", "ignores", "--agent", "a", "--feature", "spin", "--actions", "up"], "unknown action 'up'"),
-        (["--property", "reaches"], "landmark|episodes"),
-        (["--property", "distinct_targets"], "landmark for each agent"),
-        (["--feature", "spin", "--property", "alive_leaves"], "has the parameter feature"),
+        (["--claim", "monotone(agent=a, feature=spin, order=[left,stay])"], "every action once"),
+        (["--claim", "ignores(agent=a)"], "ignores is about one feature"),
+        (["--claim", "ignores(agent=a, feature=tilt)"], "unknown feature 'tilt'"),
+        (["--claim", "ignores(agent=a, feature=spin, actions=[up])"], "unknown action 'up'"),
+        (["--claim", "reaches"], "landmark|episodes"),
+        (["--claim", "distinct_targets"], "landmark for each agent"),
+        (["--feature", "spin", "--claim", "alive_leaves"], "has the parameter feature"),
     ],
 )
 def test_bad_input_is_told(arguments, said, tmp_path, capsys):
@@ -234,18 +234,18 @@ def test_bad_input_is_told(arguments, said, tmp_path, capsys):
 
 
 def test_unlike_ranges_are_not_shared(tmp_path, capsys):
-    assert run_two(tmp_path, "--property", "agree", "--agents", "a,b", "--shared", "angle", spans=1.5) == 2
+    assert run_two(tmp_path, "--claim", "agree(agents=[a,b])", "--shared", "angle", spans=1.5) == 2
     assert "unlike ranges" in capsys.readouterr().err
 
 
 def test_agents_of_two_teams_do_not_agree(tmp_path, capsys):
-    assert run_two(tmp_path, "--property", "agree", "--agents", "a,b", teams={"a": "red", "b": "blue"}) == 2
+    assert run_two(tmp_path, "--claim", "agree(agents=[a,b])", teams={"a": "red", "b": "blue"}) == 2
     assert "unknown agent 'b'" in capsys.readouterr().err
 
 
 def test_a_particle_game_is_asked_about_observations_on_demand(tmp_path, capsys):
     (tmp_path / "profile.json").write_text(policy_json.dumps(small_profile()))
-    arguments = ["verify", str(tmp_path / "profile.json"), "--property", "alive_leaves", "--team", "defenders"]
+    arguments = ["verify", str(tmp_path / "profile.json"), "--claim", "alive_leaves(team=defenders)"]
     assert main.run([*arguments, "--shared", "all"]) == 2
     assert "add --observations" in capsys.readouterr().err
     assert main.run([*arguments, "--observations", "--json"]) in (0, 1)

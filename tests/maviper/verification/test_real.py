@@ -178,7 +178,7 @@ def test_a_file_of_the_deployed_arithmetic_holds_no_fractions(folder, tmp_path):
 def test_errors_of_features_are_rational_too(folder, tmp_path, capsys):
     """Everything settled at thirds, and errors that must be exact."""
     out = tmp_path / "steady"
-    options = ["--property", "steady", "--eps", "1/4", "--of", "own_target", "--semantics", "real"]
+    options = ["--claim", "steady(eps=1/4, of=own_target)", "--semantics", "real"]
     assert run(capsys, "verify", folder / "roles.json", *options, "--region", folder / "third.toml", "-o", out)[0] == 1
     name = "counterexample-1-steady.json"
     found = maviper.replay(out / name, folder / "roles.json")
@@ -188,7 +188,7 @@ def test_errors_of_features_are_rational_too(folder, tmp_path, capsys):
 
 
 def test_leaves_are_asked_about_in_real_arithmetic(folder, tmp_path, capsys):
-    asked = ["verify", folder / "paper.json", "--property", "alive_leaves", "--region", folder / "sliver.toml"]
+    asked = ["verify", folder / "paper.json", "--claim", "alive_leaves", "--region", folder / "sliver.toml"]
     for semantics, dead in (("machine", "agent_0 leaf 2"), ("real", "agent_0 leaf 1")):
         code, _, err = run(
             capsys, *asked, "--semantics", semantics, "--smt", tmp_path / semantics, "-o", tmp_path / "out"

@@ -109,8 +109,8 @@ def test_a_world_that_cannot_be_played_is_repaired_without_measures(before, tmp_
     [
         (["--episodes", "0"], "the number of episodes"),
         (["--max-depth", "0"], "the depth must be"),
-        (["--property", "no_double"], "no_double cannot be repaired"),
-        (["--property", "distinct_target"], "distinct_targets"),
+        (["--claim", "no_double"], "no_double cannot be repaired"),
+        (["--claim", "distinct_target"], "distinct_targets"),
         (["--landmarks", "landmark_0,landmark_1"], "--landmarks"),
     ],
 )

@@ -168,7 +168,7 @@ def test_a_counterexample_that_asks_for_more_is_refused(cart, capsys, change, sa
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (["--property", "reaches"], "--property has no effect with --world"),
+        (["--claim", "reaches"], "--claim has no effect with --world"),
         (["--region", "near.toml"], "--region has no effect with --world"),
         (["--steps", "3"], "--steps has no effect with --world"),
         (["--where"], "--where has no effect with --world"),

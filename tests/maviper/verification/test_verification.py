@@ -1,6 +1,7 @@
 """`maviper verify` and `maviper properties` as users call them."""
 
 import json
+import shlex
 import sys
 from dataclasses import replace
 from fractions import Fraction
@@ -115,29 +116,28 @@ def test_the_list_of_properties(capsys):
 
 @pytest.mark.solver
 def test_options_reach_the_properties_that_read_them(capsys, place):
-    swapped = ("--property", "own_target", "--landmarks", "landmark_1,landmark_0", "--property", "no_double")
-    code, out, _ = run(
-        capsys, "-q", "verify", "roles.json", *swapped, "--team", "defenders", "--margin", "1/40", "--json"
-    )
+    old = ("--property", "own_target", "--landmarks", "landmark_1,landmark_0", "--property", "no_double")
+    code, out, _ = run(capsys, "-q", "verify", "roles.json", *old, "--team", "defenders", "--margin", "1/40", "--json")
     own, double = results(out)
     assert code == ExitCode.VIOLATED and own["verdict"] == "VIOLATED"
     assert own["parameters"] == {"margin": "0.025", "radius": "0.1", "landmarks": "landmark_1, landmark_0"}
     assert double["parameters"] == {"margin": "0.025"}
-    again = own["command"].split()[1:]
+    again = shlex.split(own["command"])[1:]
+    assert "own_target(" in again[3] and "landmarks=" in again[3]
     assert results(run(capsys, "-q", *again, "--json")[1])[0] == own
-    code, out, _ = run(capsys, "-q", "verify", "roles.json", "--property", "aligned", "--kappa", "0", "--json")
+    code, out, _ = run(capsys, "-q", "verify", "roles.json", "--claim", "aligned(kappa=0)", "--json")
     assert results(out)[0]["parameters"]["kappa"] == "0" and results(out)[0]["verdict"] == "PROVED"
 
 
 @pytest.mark.solver
 def test_steady_and_its_command(capsys, place):
-    options = ("--property", "steady", "--of", "own_target", "--eps", "1/4")
+    options = ("--claim", "steady(of=own_target, eps=1/4)")
     code, out, err = run(capsys, "verify", "roles.json", *options, "--json")
     (found,) = results(out)
     assert code == ExitCode.VIOLATED and found["changing"]["hits"] > 0 and "measures wrongly" in err
     assert any(agent["errors"] for agent in found["counterexample"]["agents"])
-    assert found["command"].endswith("--eps 0.25 --of own_target")
-    assert results(run(capsys, "-q", *found["command"].split()[1:], "--json")[1])[0] == found
+    assert found["command"].endswith(""" 'steady(team="defenders", eps=0.25, of="own_target")' --region start""")
+    assert results(run(capsys, "-q", *shlex.split(found["command"])[1:], "--json")[1])[0] == found
     _, text, _ = run(capsys, "-q", "verify", "-v", "roles.json", *options)
     assert "off by" in text and "changing " in text
 
@@ -146,7 +146,7 @@ def test_steady_and_its_command(capsys, place):
 def test_dead_leaves_are_printed(capsys, place, profile):
     dead = tree((2, 0.5, 1, 2), STAY, (4, 0.5, 3, 4), UP, (0, -0.5, 5, 6), STAY, UP)
     (place / "dead.json").write_text(policy_json.dumps(team(profile, dead, tree(UP))))
-    code, out, err = run(capsys, "verify", "dead.json", "--property", "alive_leaves", "-o", "report")
+    code, out, err = run(capsys, "verify", "dead.json", "--claim", "alive_leaves", "-o", "report")
     assert code == ExitCode.VIOLATED and "dead: agent_0 leaf 5" in err and out == ""
     (found,) = json.loads((place / "report" / "report.json").read_text())["results"]
     assert [(leaf["agent"], leaf["leaf"]) for leaf in found["leaves"] if leaf["verdict"] == "VIOLATED"] == [
@@ -154,15 +154,15 @@ def test_dead_leaves_are_printed(capsys, place, profile):
     ]
     assert "agent_0 leaf 5" in (place / "report" / "report.html").read_text()
     assert "agent_0 leaf 5" in (place / "report" / "report.txt").read_text()
-    assert run(capsys, "-q", "verify", "still.json", "--property", "alive_leaves")[0] == ExitCode.DONE
-    asked = run(capsys, "-q", "verify", "dead.json", "--property", "alive_leaves", "--solver-units", "1")
+    assert run(capsys, "-q", "verify", "still.json", "--claim", "alive_leaves")[0] == ExitCode.DONE
+    asked = run(capsys, "-q", "verify", "dead.json", "--claim", "alive_leaves", "--solver-units", "1")
     assert asked[0] == ExitCode.INCONCLUSIVE
 
 
 @pytest.mark.solver
 def test_questions_are_exported_and_repeat(capsys, place):
     (place / "p.toml").write_text('[[property]]\nlabel = "; \\"é"\nformula = "true"\nassume = "agent_0.x > 0"\n')
-    asked = ("--property", "no_double", "--property", "alive_leaves", "--properties", "p.toml")
+    asked = ("--claim", "no_double", "--claim", "alive_leaves", "--properties", "p.toml")
     for folder in ("one", "two"):
         assert run(capsys, "-q", "verify", "still.json", *asked, "--smt", folder)[0] == ExitCode.DONE
     files = {path.name: path.read_bytes() for path in (place / "one").iterdir()}
@@ -207,7 +207,7 @@ EPISODES = (
 def test_a_property_file_with_both_kinds_of_claims(capsys, place):
     """Every result in its form, solver questions of the one kind only, certificates with the report's numbers."""
     (place / "p.toml").write_text(EPISODES)
-    more = ("--property", "reaches", "--radius", "5/2", "--max-zones", "9000", "--solver-units", "9999999")
+    more = ("--claim", "reaches(radius=5/2)", "--max-zones", "9000", "--solver-units", "9999999")
     asked = ("--properties", "p.toml", *more)
     code, out, err = run(capsys, "verify", "roles.json", *asked, "-o", "report", "--smt", "smt", "--json")
     arrive, double, cover, named = results(out)
@@ -217,8 +217,8 @@ def test_a_property_file_with_both_kinds_of_claims(capsys, place):
     assert arrive["parameters"] == {"steps": "4", "radius": "2.5", "landmarks": "landmark_0, landmark_1"}
     assert cover["parameters"]["landmarks"] == "any matching" and cover["region_name"] == "of property 3"
     assert arrive["command"] == cover["command"] == "maviper verify roles.json --properties p.toml"
-    assert double["command"].endswith("--solver-units 9999999") and named["command"].endswith("--max-zones 9000")
-    assert results(run(capsys, "-q", *named["command"].split()[1:], "--json")[1])[0] == named
+    assert double["command"].endswith("--solver-units 9999999") and "zones=9000)" in named["command"]
+    assert results(run(capsys, "-q", *shlex.split(named["command"])[1:], "--json")[1])[0] == named
     names = [path.name for path in (place / "smt").iterdir()]
     assert names and all(name.startswith("02-no_double") for name in names)
     assert "not exported: all <arrive>," in err and "not exported: covers," in err
@@ -232,27 +232,27 @@ def test_a_property_file_with_both_kinds_of_claims(capsys, place):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--property", "reaches", "--semantics", "real"], "reaches is decided for the deployed arithmetic only"),
+        (["--claim", "reaches", "--semantics", "real"], "reaches is decided for the deployed arithmetic only"),
         (["--properties", "episodes.toml", "--semantics", "real"], "deployed arithmetic only"),
-        (["--property", "covers", "--smt", "smt"], "none of these properties gives a query to the solver"),
-        (["--property", "covers", "--solver-units", "5"], "none of these properties is decided by the solver"),
-        (["--property", "no_double", "--max-zones", "5"], "none of these properties has the parameter zones"),
-        (["--properties", "episodes.toml", "--steps", "5"], "none of these properties has the parameter steps"),
-        (["--property", "covers", "--kappa", "1"], "none of these properties has the parameter kappa"),
-        (["--property", "cover"], "did you mean 'covers'"),
-        (["--property", "reaches", "--landmarks", "landmark_0"], "--landmarks"),
-        (["--property", "steady", "--of", "reaches"], "unknown property 'reaches'"),
-        (["--kappa", "1"], "none of these properties has the parameter kappa"),
-        (["--property", "no_double", "--radius", "1"], "parameter radius"),
-        (["--property", "own_target", "--landmarks", "landmark_0"], "different landmark"),
-        (["--property", "own_target", "--landmarks", "landmark_0,landmrk_1"], "did you mean 'landmark_1'"),
-        (["--property", "steady", "--eps", "0"], "eps above 0"),
-        (["--property", "stedy"], "did you mean 'steady'"),
+        (["--claim", "covers", "--smt", "smt"], "none of these claims gives a query to the solver"),
+        (["--claim", "covers", "--solver-units", "5"], "none of these claims is decided by the solver"),
+        (["--claim", "no_double", "--max-zones", "5"], "none of these claims is decided by zones"),
+        (["--properties", "episodes.toml", "--steps", "5"], "none of these claims has the parameter steps"),
+        (["--claim", "covers(kappa=1)"], "covers has no parameter kappa"),
+        (["--claim", "cover"], "did you mean 'covers'"),
+        (["--claim", "reaches(landmarks=[landmark_0])"], "(landmarks=[landmark_0]): landmarks"),
+        (["--claim", "steady(of=reaches)"], "unknown property 'reaches'"),
+        (["--kappa", "1"], "none of these claims has the parameter kappa"),
+        (["--claim", "no_double(radius=1)"], "parameter radius"),
+        (["--claim", "own_target(landmarks=[landmark_0])"], "different landmark"),
+        (["--claim", "own_target(landmarks=[landmark_0,landmrk_1])"], "did you mean 'landmark_1'"),
+        (["--claim", "steady(eps=0)"], "eps above 0"),
+        (["--claim", "stedy"], "did you mean 'steady'"),
         (["--semantics", "reel"], "machine or real"),
         (["--properties", "none.toml"], "cannot read the file"),
         (["--properties", "bad.toml"], "not a readable property file"),
         (["--properties", "bytes.toml"], "not UTF-8"),
-        (["--properties", "good.toml", "--team", "defenders"], "does not apply to a property file"),
+        (["--properties", "good.toml", "--team", "defenders"], "does not apply to claims that are written"),
         (["--properties", "good.toml", "--margin", "1"], "parameter margin"),
         (["--properties", "far.toml"], "far.toml, line 3: property 1, region"),
         (["--smt", "roles.json"], "roles.json"),
@@ -272,7 +272,7 @@ def test_what_cannot_be_asked_is_told(capsys, place, arguments, message):
 def test_a_subnormal_threshold_is_refused_before_anything_is_written(capsys, place, profile):
     (place / "tiny.json").write_text(policy_json.dumps(team(profile, tree((0, 1e-40, 1, 2), STAY, UP), tree(UP))))
     for name in ("distinct_targets", "steady", "alive_leaves"):
-        code, _, err = run(capsys, "-q", "verify", "tiny.json", "--property", name, "-o", "report")
+        code, _, err = run(capsys, "-q", "verify", "tiny.json", "--claim", name, "-o", "report")
         assert code == ExitCode.INPUT and "subnormal" in err
     assert not list((place / "report").glob("*"))
 
@@ -322,7 +322,7 @@ def test_where_with_bounds_of_a_thousand_digits(capsys, place):
 
 @pytest.mark.solver
 def test_where_says_what_it_does_not_know(capsys, place):
-    asked = ("--property", "distinct_targets", "--property", "alive_leaves", "--where", "-o", "report")
+    asked = ("--claim", "distinct_targets", "--claim", "alive_leaves", "--where", "-o", "report")
     code, _, err = run(capsys, "verify", "roles.json", *asked)
     assert code == ExitCode.DONE and "holds everywhere in the region" in err and "about leaves" in err
     assert not list((place / "report").glob("zones*")) and not list((place / "report").glob("region*"))
@@ -332,12 +332,12 @@ def test_where_says_what_it_does_not_know(capsys, place):
     told = results(out)[0]["where"]
     assert told["zones"] == 7 and not told["complete"] and told["exact"] is None
     assert "not all violating zones are known" in told["exact_reason"] and told["exact_reason"] in err
-    _, out, _ = run(capsys, "-q", "verify", "-v", "same.json", "--property", "aligned", "--where")
+    _, out, _ = run(capsys, "-q", "verify", "-v", "same.json", "--claim", "aligned", "--where")
     assert "only a solver can decide it" in out
 
 
 def test_the_number_of_cells_is_checked(capsys, place):
-    code, _, err = run(capsys, "verify", "same.json", "--property", "covers", "--where", "--max-cells", "7")
+    code, _, err = run(capsys, "verify", "same.json", "--claim", "covers", "--where", "--max-cells", "7")
     assert code == ExitCode.INPUT and "--where is about single decisions" in err
     code, _, err = run(capsys, "verify", "same.json", "--max-cells", "7")
     assert code == ExitCode.INPUT and "add --where" in err

@@ -191,7 +191,7 @@ def test_no_property_file_is_about_nobody(place):
 def test_no_counterexample_is_about_nobody(place):
     same = team(PAIR, towards(0, 0), towards(0, 1))
     (place / "profile.json").write_text(dumps(same))
-    asked = ["verify", str(place / "profile.json"), "--property", "distinct_targets", "--property", "covers"]
+    asked = ["verify", str(place / "profile.json"), "--claim", "distinct_targets", "--claim", "covers"]
     assert main.run(["-q", *asked, "-o", str(place)]) == 1
     for file in sorted(place.glob("counterexample-*.json")):
         document = json.loads(file.read_text())

@@ -57,7 +57,7 @@ def test_the_gate_is_asked_where_nothing_is_run():
 def test_every_word_about_a_profile_says_that_nothing_was_compared(tmp_path, capsys):
     file, made, page = (tmp_path / name for name in ("act.py", "act.json", "page.html"))
     file.write_text(PLAIN)
-    claim = ["--observations", "--property", "ignores", "--agent", "act", "--feature", "x0", "--json"]
+    claim = ["--observations", "--claim", "ignores(agent=act, feature=x0)", "--json"]
     for options, told in (([], False), (["--no-run"], True)):
         assert main.run(["import", str(file), "-o", str(made), *options]) == 0
         assert ("compared    none, nobody" in capsys.readouterr().err) == told

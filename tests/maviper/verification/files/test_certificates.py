@@ -28,7 +28,7 @@ def proved(tmp_path_factory):
     place = tmp_path_factory.mktemp("claim")
     roles = team(small_profile(), towards(0, 0), towards(1, 1))
     (place / "profile.json").write_text(policy_json.dumps(roles))
-    arguments = ["verify", str(place / "profile.json"), "--property", "distinct_targets", "--property", "own_target"]
+    arguments = ["verify", str(place / "profile.json"), "--claim", "distinct_targets", "--claim", "own_target"]
     assert main.run([*arguments, "-o", str(place)]) == 0
     return place
 
@@ -86,7 +86,7 @@ def arrived(tmp_path_factory):
     """A folder with a profile that arrives, and what `maviper verify -o` wrote about its episodes."""
     place = tmp_path_factory.mktemp("episodes")
     (place / "profile.json").write_text(policy_json.dumps(team(small_profile(), arriving(0), arriving(1))))
-    arguments = ["verify", str(place / "profile.json"), "--property", "own_target", "--property", "reaches"]
+    arguments = ["verify", str(place / "profile.json"), "--claim", "own_target", "--claim", "reaches"]
     assert main.run([*arguments, "-o", str(place)]) == 1  # own_target fails
     return place
 
@@ -120,7 +120,7 @@ def test_a_forged_proof_about_episodes_is_refused(arrived, tmp_path, capsys):
 
 def test_a_proof_without_a_certificate_says_so(arrived, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("verify.episodes.certificates.build_certificate.__defaults__", (100,))
-    arguments = ["verify", str(arrived / "profile.json"), "--property", "reaches", "-o", str(tmp_path)]
+    arguments = ["verify", str(arrived / "profile.json"), "--claim", "reaches", "-o", str(tmp_path)]
     assert main.run(arguments) == 0
     assert not list(tmp_path.glob("certificate*"))
     said = "one reading, no certificate: its proof takes more than"

@@ -81,7 +81,7 @@ def test_every_value_of_a_profile_is_under_the_certificate(game, tmp_path):
     text = policy_json.dumps(profile)
     (tmp_path / "profile.json").write_text(text)
     (tmp_path / "q.toml").write_text(CLAIM.format("1/4").replace('region = "near.toml"\n', ""))
-    asked = ["--property", "distinct_targets"] if game else ["--properties", tmp_path / "q.toml"]
+    asked = ["--claim", "distinct_targets"] if game else ["--properties", tmp_path / "q.toml"]
     assert run("verify", tmp_path / "profile.json", *asked, "-o", tmp_path / "out") == 0
     (certificate,) = (tmp_path / "out").glob("certificate-1-*.json")
     check_file(certificate, tmp_path / "profile.json")

@@ -26,8 +26,8 @@ def folder(tmp_path_factory, profile):
     (found / "same.json").write_text(dumps(same))
     (found / "arriving.json").write_text(dumps(team(profile, arriving(0), arriving(1))))
     (found / "roles.json").write_text(dumps(team(profile, towards(0, 0), towards(1, 1))))
-    words = ["verify", str(found / "same.json"), *(["--property", "distinct_targets", "--property", "steady"])]
-    words += ["--property", "reaches", "--property", "covers", "--steps", "20"]
+    words = ["verify", str(found / "same.json"), *(["--claim", "distinct_targets", "--claim", "steady"])]
+    words += ["--claim", "reaches(steps=20)", "--claim", "covers(steps=20)"]
     ran = CliRunner().invoke(cli, [*words, "-o", str(found)], standalone_mode=False)
     assert ran.return_value == 1, ran.output
     return found

@@ -87,7 +87,7 @@ def test_claims_over_observations_name_what_there_is(every, tmp_path):
     """An unknown feature ended as a bug of ours."""
     profile = blind({"a": tree((0, 0.5, 1, 2), 0, 1)}, {"a": ["angle", "spin"]})
     (tmp_path / "profile.json").write_text(dumps(profile))
-    asked = ["--observations", "--property", "ignores", "--agent", "a", "--feature", "spin"]
+    asked = ["--observations", "--claim", "ignores(agent=a, feature=spin)"]
     assert run(["verify", str(tmp_path / "profile.json"), *asked, "-o", str(tmp_path / "out")]) == 0
     document = json.loads((tmp_path / "out" / "certificate-1-ignores.json").read_text())
     assert refuse_all(document, tmp_path, profile, every) > 5
