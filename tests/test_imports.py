@@ -24,9 +24,11 @@ VERBS = (
 EXTRAS = {  # asked for where they are missing
     "dask",
     "distributed",
+    "docutils",
     "matplotlib",
     "onnx",
     "onnxruntime",
+    "sphinx",
     "torch",
     "vmas",
 }
