@@ -14,7 +14,6 @@ from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
 from maviper.evaluation.players import find_shipped
 from maviper.experts import cards, network
-from maviper.experts.demand import demand
 from maviper.experts.expert import AS_GIVEN, GAMMA, Measured
 from maviper.experts.finding import find_expert
 from maviper.experts.network import ACTOR, VALUE, NetworkExpert
@@ -102,16 +101,6 @@ def test_no_landmark_is_one_defenders_own_where_landmarks_are_shuffled():
     found = json.loads(place.read_text())["demand"]["roles"][DEFENDERS]
     assert max(found["shares"].values()) <= 0.6
     assert found["from the start state"] >= found["always the most frequent"] + 0.1
-
-
-@pytest.mark.parametrize("world", network.LEARNED)
-def test_cards_say_what_the_team_must_agree_on(world):
-    stem, seeds, best = network.LEARNED[world]
-    experts = {seed: network.load(f"{world}@{seed}")[0] for seed in seeds}
-    card = json.loads((resources.files("maviper.experts.shipped") / f"{stem}.{best}.json").read_text())["demand"]
-    first, episodes = card["first_episode_seed"], card["episodes"]
-    assert episodes == 4_000
-    assert card == demand(find(world), experts, best, range(first, first + episodes))
 
 
 @pytest.mark.parametrize(
