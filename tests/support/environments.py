@@ -1,4 +1,4 @@
-"""Environments as users write them, sound and unsound: `tests.support.environments:NAME`."""
+"""Environments as users write them, sound and unsound: `tests.support.environments:NAME`, which calls NAME."""
 
 import os
 
@@ -55,7 +55,7 @@ class Line(ParallelEnv):
         return observations, rewards, ended, cut, infos
 
 
-class _Disturbing(Line):
+class disturbing(Line):
     """Everybody is shaken at every step, by the one generator that all copies in a process share."""
 
     def reset(self, seed=None, options=None):
@@ -66,10 +66,6 @@ class _Disturbing(Line):
         for agent in self.agents:
             self.place[agent] += np.random.uniform(-1, 1)  # noqa: NPY002
         return super().step(actions)
-
-
-def disturbing():
-    return _Disturbing()
 
 
 def spread(**options):
@@ -94,10 +90,10 @@ def in_turns():
     return simple_spread_v3.env()
 
 
-class _Shared(Line):
+class shared(Line):
     """Three agents, of whom all, two or none are paid the same."""
 
-    def __init__(self, rewards):
+    def __init__(self, rewards="all"):
         super().__init__()
         self.possible_agents, self.max_cycles, self.paid = ["left", "right", "third_0"], 8, rewards
 
@@ -115,10 +111,6 @@ class _Shared(Line):
         return observations, paid[self.paid], *others
 
 
-def shared(rewards="all"):
-    return _Shared(rewards)
-
-
 def solitary(says):
     env = described()
     env.alone = True if says == "True" else says
@@ -133,7 +125,7 @@ def short(length: int):
     return Line(length=length)
 
 
-class _Vanishing(Line):
+class vanishing(Line):
     """All are done after three steps, of themselves."""
 
     def step(self, actions):
@@ -141,10 +133,6 @@ class _Vanishing(Line):
         over = dict.fromkeys(actions, self.time >= 3)
         self.agents = [] if self.time >= 3 else self.agents
         return observations, rewards, over, dict.fromkeys(actions, False), infos
-
-
-def vanishing():
-    return _Vanishing()
 
 
 def small_space():
@@ -155,7 +143,7 @@ def nothing():
     return "no environment"
 
 
-class _Continuous(Line):
+class continuous(Line):
     def action_space(self, agent):
         return Box(0, 1, (2,)) if agent == "runner_1" else Discrete(3, start=1)
 
@@ -163,76 +151,48 @@ class _Continuous(Line):
         return Discrete(4) if agent == "runner_1" else Box(0, 255, (2, 2), np.float32)
 
 
-def continuous():
-    return _Continuous()
-
-
-class _Raising(Line):
+class raising(Line):
     def step(self, actions):
         if self.time == 2:
             raise ArithmeticError("the line is broken")
         return super().step(actions)
 
 
-def raising():
-    return _Raising()
+class dying(Line):
+    max_cycles = 5
 
-
-class _Dying(Line):
     def step(self, actions):
         os._exit(9)
 
 
-def dying():
-    env = _Dying()
-    env.max_cycles = 5
-    return env
-
-
-class _Random(Line):
+class nondeterministic(Line):
     def reset(self, seed=None, options=None):
         return super().reset()
 
 
-def nondeterministic():
-    return _Random()
+class small_seeds(Line):
+    max_cycles = 5
 
-
-class _SmallSeeds(Line):
     def reset(self, seed=None, options=None):
         return super().reset(np.random.RandomState(seed).randint(9))
 
 
-def small_seeds():
-    env = _SmallSeeds()
-    env.max_cycles = 5
-    return env
-
-
-class _TinySeeds(Line):
+class tiny_seeds(Line):
     def reset(self, seed=None, options=None):
         assert seed < 2**16, "the seed is too large"
         return super().reset(seed)
 
 
-def tiny_seeds():
-    return _TinySeeds()
+class late(Line):
+    max_cycles = 5
 
-
-class _Late(Line):
     def reset(self, seed=None, options=None):
         observations, infos = super().reset(seed)
         self.agents = ["left runner"]
         return {"left runner": observations["left runner"]}, infos
 
 
-def late():
-    env = _Late()
-    env.max_cycles = 5
-    return env
-
-
-class _Dropping(Line):
+class dropping(Line):
     """Without a flag, runner_1 is not in `agents` after two steps, and is there again after the third."""
 
     def step(self, actions):
@@ -243,17 +203,9 @@ class _Dropping(Line):
         return outcome
 
 
-def dropping():
-    return _Dropping()
-
-
-class _NotANumber(Line):
+class not_a_number(Line):
     def observations(self):
         return {agent: np.full(3, np.nan) for agent in self.agents}
-
-
-def not_a_number():
-    return _NotANumber()
 
 
 def described():
@@ -393,7 +345,7 @@ def cart_pole():
     return Single("CartPole-v1", 200)
 
 
-class Alone(gymnasium.Env):
+class walker(gymnasium.Env):
     """One walker, as Gymnasium has it: actions -1, 0 and 1, an observation of the kind that is asked for."""
 
     def __init__(self, shows="grid"):
@@ -426,10 +378,6 @@ class Alone(gymnasium.Env):
         assert self.action_space.contains(np.int64(action)), action
         self.place, self.time = min(4, max(0, self.place + int(action))), self.time + 1
         return self.seen(), float(self.place), self.place == 0, self.time == 6, {}
-
-
-def walker(shows="grid"):
-    return Alone(shows)
 
 
 class Walking:
