@@ -1,4 +1,6 @@
-"""Sweeps in two tiers: `.ci/run` asks a small form of them, as slow tests, and every case is asked nightly."""
+"""Tiers of cases: of some the README's line asks the first ones alone; of sweeps `.ci/run` asks a small form, as slow
+tests, and every case is asked nightly.
+"""
 
 from collections.abc import Iterable
 from typing import Any
@@ -15,3 +17,9 @@ def sweep(cases: Iterable[Any], every: int = EVERY) -> list[Any]:
         pytest.param(*case.values, id=case.id, marks=pytest.mark.nightly if number % every else pytest.mark.slow)
         for number, case in enumerate(given)
     ]
+
+
+def first_of(count: int, cases: Iterable[Any]) -> list[Any]:
+    """The cases for `parametrize`: the README's line asks so many, and all others are slow tests."""
+    given = [case if isinstance(case, tuple) else (case,) for case in cases]
+    return [pytest.param(*case, marks=[pytest.mark.slow] * (at >= count)) for at, case in enumerate(given)]

@@ -14,6 +14,7 @@ from codegen.lowering.lower import lower
 from codegen.targets import emit
 from maviper.compilation.compile import compile_profile
 from tests.support import machines, summed, summed_c
+from tests.support.tiers import first_of
 
 KINDS = summed.every(1, levels=3)
 SMALL = summed.every(2, levels=2)
@@ -52,7 +53,7 @@ def rows_of(profile, few):
 
 
 @pytest.mark.compile
-@pytest.mark.parametrize("flags", FUSING)
+@pytest.mark.parametrize("flags", first_of(1, FUSING))
 def test_fused_multiply_adds_change_nothing(flags, tmp_path):
     command = flags.split()
     if shutil.which(command[0]) is None:

@@ -26,6 +26,7 @@ from codegen.targets import TARGETS, USUAL, emit, emit_model
 from tests.support.chains import chain
 from tests.support.games import NAMES, random_profile
 from tests.support.strategies import profiles
+from tests.support.tiers import first_of
 
 TEXTS = [target for target in TARGETS if not target.startswith("onnx")]
 FEW = 1_000  # random observations; the boundary ones are what counts
@@ -71,8 +72,9 @@ def test_every_style_agrees(style, profile):
 
 
 @pytest.mark.compile
-@pytest.mark.parametrize("style", ["ordered", "walk"])  # nested: every game agrees everywhere
-@pytest.mark.parametrize("name", NAMES[::2])
+@pytest.mark.parametrize(  # nested: every game agrees everywhere
+    ("name", "style"), first_of(2, itertools.product(NAMES[::2], ("ordered", "walk")))
+)
 @pytest.mark.usefixtures("unoptimised", "few_completions")
 def test_every_game_decides_from_world_states(name, style):
     profile = random_profile(name)
@@ -115,7 +117,7 @@ def test_a_chain_of_three_hundred_splits_walks(profile):
 
 
 @pytest.mark.compile
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", first_of(2, [*NAMES[::6], *NAMES[1:6]]))
 def test_every_game_agrees_everywhere(name, request):
     """Signs, 0 or 1, and features that are always 0 are numbers like any other; their meanings stand in the text."""
     if name != NAMES[0]:  # one game is enough for an optimiser, and for all completions
@@ -140,6 +142,7 @@ def test_a_profile_of_single_leaves_compiles(profile):
     selfcheck.check_files(alone, emit(alone), random=FEW).ensure()
 
 
+@pytest.mark.slow
 @pytest.mark.compile
 def test_the_deepest_trees_compile(profile):
     tree = chain(ir.MAX_DEPTH)

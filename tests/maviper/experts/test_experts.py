@@ -21,6 +21,7 @@ from maviper.experts.scripted import build_script
 from maviper.worlds import find, find_built_in
 from maviper.worlds.games.physical_deception import ADVERSARIES, DEFENDERS
 from maviper.worlds.games.predator_prey import PREDATORS, PREY
+from tests.support.tiers import first_of
 
 ROOT = Path(__file__).parents[3]
 FILES = {file: name for name, file in network.SHIPPED.items()}
@@ -107,7 +108,7 @@ def test_no_landmark_is_one_defenders_own_where_landmarks_are_shuffled():
 
 @pytest.mark.parametrize(
     "name",
-    [name if name == "physical-deception@2" else pytest.param(name, marks=pytest.mark.slow) for name in FILES.values()],
+    first_of(1, sorted(FILES.values(), key=lambda name: name != "physical-deception@2")),
 )
 def test_cards_say_what_made_them_and_what_was_measured(name):
     expert, world = network.load(name)
