@@ -29,7 +29,8 @@ STYLE = """for tree={draw, font=\\small, inner sep=3pt, l sep=16pt, s sep=5pt, e
 
 def draw_forest(profile: ir.PolicyProfile) -> str:
     """The trees of all agents. InputError for a tree of thousands of nodes."""
-    return "\n".join(["% \\usepackage{forest}", *map(_draw_tree, lower(profile).agents)]) + "\n"
+    trees = map(_draw_tree, lower(profile).agents)
+    return "\n\n".join(["% \\usepackage{forest}", *trees]) + "\n"  # a paragraph each: on one line they overlap
 
 
 def _draw_tree(agent: Agent) -> str:
