@@ -1,7 +1,8 @@
-"""The table of the page importing: every row is tried, and the page has the rows that are tried."""
+"""What the page importing says comes in, or is refused: all of it is tried, and the page says what is tried."""
 
 import json
 import re
+import textwrap
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from tests.support.importing_page import EXACT, PAGE, REFUSED, ROOT
 
 HEADER = ROOT / "generated/physical_deception/physical_deception.h"
 HEADING = "## What can come in"
-COLUMNS = ("from", "what", "what happens")
+ENDS = (EXACT, REFUSED)
 X = np.random.default_rng(0).normal(size=(300, 3)).astype(np.float32)
 Y = (X[:, 0] > 0.1).astype(int) + (X[:, 1] > 0)
 SCIKIT = "scikit-learn object"
@@ -129,7 +130,7 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
      lambda: python("if x[0] > x[1]: return 1")),
     ("if/else Python", "sums of weighted features, with `--arrays`", EXACT,
      lambda: python("if 0.1 * x[0] + 0.3 * x[1] > 0.5: return 1")),
-    ("if/else Python", "the same without it, where roundings depend on it", REFUSED,
+    ("if/else Python", "such sums without it, where roundings depend on it", REFUSED,
      lambda: python("if 0.1 * x[0] + 0.3 * x[1] > 0.5: return 1")),
     ("if/else Python", "returned lists, tuples and arrays of numbers and sums", EXACT,
      lambda: python("if x[0] < 0.1: return [x[1], -x[2]]", "return (1, x[0])")),
@@ -189,7 +190,7 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
     ("treelite", "forests, categories, other links", REFUSED, lambda: treelite(2)),
     ("dtControl", "`default.json` with axis-aligned and linear splits", EXACT, lambda: dtcontrol("left")),
     ("dtControl", "leaves that permit several actions, with `--prefer`", EXACT, lambda: dtcontrol("left", "up")),
-    ("dtControl", "the same without it, categories, other predicates", REFUSED, lambda: dtcontrol("left", "up")),
+    ("dtControl", "several actions without it, categories, other predicates", REFUSED, lambda: dtcontrol("left", "up")),
     (SCIKIT, "a `DecisionTreeClassifier`", EXACT, lambda: DecisionTreeClassifier(max_depth=3).fit(X, Y)),
     (SCIKIT, "a `GridSearchCV`; a forest, as one tree of at most 4,096 leaves", EXACT,
      lambda: GridSearchCV(RandomForestClassifier(3, random_state=0), {"max_depth": [2, 3]}).fit(X, Y)),
@@ -209,23 +210,23 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
 ]  # fmt: skip
 
 
-def table(rows):
-    """Rows as Markdown."""
-    widths = [max(len(row[column]) for row in [COLUMNS, *rows]) for column in range(3)]
-    lines = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in [COLUMNS, *rows]]
-    ruled = [["-" * width for width in widths]]
-    text = [f"| {' | '.join(line)} |" for line in lines]
-    return [text[0], f"|-{'-|-'.join(ruled[0])}-|", *text[1:]]
+def stated(cases):
+    """What comes in, and what is refused: an item of Markdown for each kind."""
+    lines = []
+    for kind in dict.fromkeys(case[0] for case in cases):
+        said = {end: "; ".join(what for k, what, outcome, _ in cases if (k, outcome) == (kind, end)) for end in ENDS}
+        text = f"- **{kind}**: {said[EXACT]}. Refused: {said[REFUSED]}." if said[EXACT] else f"- **{kind}**: refused."
+        lines += textwrap.wrap(text, 100, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+    return "\n".join(lines) + "\n"
 
 
-def test_the_page_has_the_rows_that_are_tried(request):
+def test_the_page_says_what_is_tried(request):
     text = (ROOT / PAGE).read_text()
-    found = re.search(rf"{HEADING}\n\n((?:\|.*\n)+)", text)
-    wanted = "\n".join(table([case[:3] for case in CASES])) + "\n"
+    found = re.search(rf"{HEADING}\n\n.*?\n\n((?:- |  )(?:[^\n]+\n)+)", text, re.DOTALL)
     if request.config.getoption("--update-golden"):
-        (ROOT / PAGE).write_text(text.replace(found[1], wanted))
+        (ROOT / PAGE).write_text(text.replace(found[1], stated(CASES)))
         return
-    assert found[1] == wanted
+    assert found[1] == stated(CASES)
 
 
 def test_every_kind_has_an_exact_row_and_a_refused_one():
