@@ -1,40 +1,33 @@
 """A reproduction by name: plan, make what is missing, write table and report.
 
-Does: joins plan, cells, processes and console; goes on where an earlier call or another process stands.
+Does: joins plan, cells, console and report; what is missing is made by the grid, where an earlier call or another
+  process stands.
 Assumes: options as a user gives them.
 Does not: know what a cell is made of, or judge claims.
 """
 
 import re
-import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from codegen.errors import ExitCode, InputError, UnknownNameError
+from codegen.errors import ExitCode, InputError
 from codegen.rows import Shown
 from codegen.wording import format_count
-from maviper.console import Console, LiveLine, duration
-from maviper.files import jobs as processes
-from maviper.files import runs
-from maviper.files.jobs import ensure_counts
+from maviper.console import Console, duration
 from maviper.options import ReproduceOptions, complete_options
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells import table
-from maviper.reproduction.cells.cell import DONE, KINDS, Made, Task, estimate, is_guessed
-from maviper.reproduction.cells.making import make_cell
+from maviper.reproduction.cells.cell import KINDS, estimate, is_guessed
 from maviper.reproduction.cells.plan import Asked, Plan
 from maviper.reproduction.cells.table import Store
+from maviper.reproduction.grid import Making, ensure_own, ensure_spread, make_cells
 
-LOCAL, DASK = "local", "dask"
-BACKENDS = (LOCAL, DASK)
-POLL = 1.0  # seconds between looks at cells that another process is making
 MAX_SHARDS = 10_000
-MAX_SHOWN = 20  # failed cells, at the end
 _SHARD = re.compile(r"(?P<number>\d{1,5})/(?P<of>\d{1,5})")
 
 
@@ -61,14 +54,7 @@ class Request:
         """The same; InputError or UnknownNameError for what cannot be used."""
         if self.quick and self.full:
             raise InputError("--quick and --full exclude each other", "--quick, --full", "give one of them")
-        ensure_counts(1 if self.seeds is None else self.seeds, self.jobs)
-        if self.backend not in BACKENDS:
-            raise UnknownNameError("backend", self.backend, BACKENDS, "--backend")
-        if self.backend == DASK and self.jobs != 1:
-            raise InputError("with Dask the workers say how many jobs there are", "--jobs", "leave --jobs out")
-        for depth in self.depths or ():
-            if not 1 <= depth <= 64:
-                raise InputError(f"a depth must be from 1 to 64, not {depth}", "--depths")
+        ensure_spread(self, 1 if self.seeds is None else self.seeds, self.depths or ())
         _ = self.asked.ensure_known(), self.part
         return self
 
@@ -102,9 +88,18 @@ class Reproduced(Shown):
     """What a call did: its plan, what was made, what failed, and the lines of the report."""
 
     plan: Plan
-    made: int = 0  # by this call
-    failed: dict[str, str] = field(default_factory=dict[str, str])  # cell, in words -> message
+    making: Making = field(default_factory=Making)
     lines: list[str] = field(default_factory=list[str])
+
+    @property
+    def made(self) -> int:
+        """How many cells this call made."""
+        return self.making.made
+
+    @property
+    def failed(self) -> dict[str, str]:
+        """The cells that failed, in words, with their messages."""
+        return self.making.failed
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -119,7 +114,7 @@ class Reproduced(Shown):
     @property
     def code(self) -> ExitCode:
         """As an exit code."""
-        return ExitCode.VIOLATED if self.failed else ExitCode.DONE
+        return self.making.code
 
 
 def reproduce_paper(folder: str | Path, options: Request, console: Console | None = None) -> Reproduced:
@@ -134,25 +129,14 @@ def reproduce_paper(folder: str | Path, options: Request, console: Console | Non
     if options.plan:
         done.lines = describe_plan(mine, store)
         return done
-    _ensure_own(store)
-    if not options.report_only:
-        with store:
-            _make(store, options, done, console)
-    _write_report(store, plan, register, done, console)
-    return done
-
-
-def _ensure_own(store: Store) -> None:
-    """InputError, before any cell is made, for a folder that cannot be written, and where table, report or figures
-    would be written over what no reproduction wrote.
-    """
-    runs.room(store.folder)
     report = _piece("report")
     names = () if report is None else (*report.FILES, report.FIGURES)
-    there = [name for name in (table.TABLE_FILE, *names) if (store.folder / name).exists()]
-    if there and not store.cells.is_dir():
-        what = f"the folder holds another {there[0]}, which no reproduction wrote there"
-        raise InputError(what, str(store.folder / there[0]), "choose another folder with -o")
+    ensure_own(store, (table.TABLE_FILE, *names), "reproduction")
+    if not options.report_only:
+        with store:
+            make_cells(store, mine.tasks, options, done.making, console)
+    _write_report(store, plan, register, done, console)
+    return done
 
 
 def _register() -> str:
@@ -165,82 +149,6 @@ def _piece(name: str) -> Any:
     """A module of this package, or None in a version that has none of that name."""
     full = f"{__package__}.{name}"
     return import_module(full) if find_spec(full) else None
-
-
-# --- making
-
-
-def _make(store: Store, options: Request, done: Reproduced, console: Console) -> None:
-    """All cells, those that need others after these. What another process makes is waited for."""
-    tasks = done.plan.tasks
-    missing = {task.id: estimate(task) for task in tasks if not store.is_done(task.id)}
-    for task in tasks:
-        if task.id not in missing:
-            store.drop_claims(task.id)
-    finished = len(tasks) - len(missing)
-    if finished:
-        console.line("found", f"{finished} of {format_count(len(tasks), 'cell')} finished")
-    with console.live("cells", len(tasks), finished) as live:
-        shown = _Shown(live, console, finished, missing)
-        for stage in (
-            [task for task in tasks if not task.of],
-            [task for task in tasks if task.of],
-        ):
-            waiting = False
-            while left := [task for task in stage if not store.is_done(task.id) and task.cell.said not in done.failed]:
-                ready = [task for task in left if all(store.is_done(id_) for id_ in task.of.values())]
-                if not ready:
-                    needed = "a cell that it needs has failed"
-                    done.failed |= {task.cell.said: needed for task in left}
-                    break
-                before = done.made + len(done.failed)
-                for result in _results(store, ready, options):
-                    store.write(result)
-                    shown.one(result, done)
-                if done.made + len(done.failed) == before:
-                    if not waiting:
-                        console.line(
-                            "waiting", f"for {format_count(len(ready), 'cell')} that another process is making"
-                        )
-                    waiting = True
-                    time.sleep(POLL)
-
-
-def _results(store: Store, tasks: Sequence[Task], options: Request) -> Iterator[Made]:
-    """The cells that this process could claim, as they come; the most expensive first, so that none is late."""
-
-    def claim_tasks() -> Iterable[tuple[Task, dict[str, bytes]]]:
-        for task in sorted(tasks, key=lambda task: -estimate(task)):
-            if store.claim(task.id):
-                yield task, {name: store.profile(id_) for name, id_ in task.of.items()}
-
-    if options.backend == DASK:
-        return processes.on_dask(make_cell, claim_tasks(), options.scheduler)
-    return processes.as_they_come(make_cell, claim_tasks(), options.jobs)
-
-
-@dataclass
-class _Shown:
-    """The progress that a person sees."""
-
-    live: LiveLine
-    console: Console
-    finished: int
-    missing: dict[str, float]  # hash of a cell -> its estimated cost
-    worked: float = 0.0  # the estimated cost of what was made
-
-    def one(self, result: Made, done: Reproduced) -> None:
-        """One more cell."""
-        document = result.document
-        self.finished += 1
-        if document.outcome == DONE:
-            done.made += 1
-        else:
-            done.failed[document.cell.said] = document.message
-            self.console.line("failed", f"{document.cell.said}: {document.message}")
-        self.worked += self.missing.pop(result.id, 0.0)
-        left = sum(self.missing.values()) / self.worked * self.live.elapsed if self.worked else None
-        self.live.update(self.finished, document.cell.said, left)
 
 
 # --- what is told
@@ -260,10 +168,7 @@ def _write_report(store: Store, plan: Plan, register: str, done: Reproduced, con
     console.line("wrote", f"{place}  {format_count(len(finished.cells), 'cell')}, {done.made} of them made now")
     report = _piece("report")
     done.lines = [] if report is None else list(report.write_report(store.folder))
-    shown = list(done.failed.items())[:MAX_SHOWN]
-    done.lines += [f"failed  {what}: {why}" for what, why in shown]
-    if done.failed:
-        done.lines.append(f"{format_count(len(done.failed), 'cell')} failed; run the command again to try again")
+    done.lines += done.making.lines
 
 
 def describe_plan(plan: Plan, store: Store) -> list[str]:

@@ -24,7 +24,7 @@ FOLDERS = {  # command -> its work, its arguments, and files that another may ha
     "diff": ("maviper.verification.diff.compare_profiles", "cart.json other.json", ("difference.json", "against.json")),
     "extract": ("maviper.extraction.run._find", "physical-deception", ("profile.json",)),
     "repair": ("maviper.verification.repair.repair_profile", "game.json", ("repair.json", "profile.json")),
-    "reproduce": ("maviper.reproduction.run._make", "--quick", ("report.html", "cells.csv", "figures")),
+    "reproduce": ("maviper.reproduction.run.make_cells", "--quick", ("report.html", "cells.csv", "figures")),
     "robust": ("maviper.verification.robust.robust", "cart.json rows.csv", ("radii.csv",)),
     "train": ("maviper.experts.training.train.train", "physical-deception", ("expert.safetensors", "config.json")),
     "verify": ("maviper.verification.run.verify_questions", "cart.json --properties claim", ("report.json",)),

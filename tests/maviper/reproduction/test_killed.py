@@ -1,6 +1,6 @@
 """A reproduction killed at any instant: finished cells stay, and the same call again ends as if nothing was."""
 
-from maviper.reproduction import run
+from maviper.reproduction import grid
 from maviper.reproduction.cells import table
 from maviper.reproduction.cells.table import CELL_FILE, Store
 from tests.maviper.reproduction.small import cheap, contents, reproduced
@@ -12,7 +12,7 @@ OTHERS = 12  # instants between the first and the last call
 
 @needs_fork
 def test_a_reproduction_killed_at_many_of_its_calls(tmp_path, monkeypatch):
-    for module, name, value in ((run, "make_cell", cheap()), (run, "POLL", 0.02), (table, "NAMELESS", 0.05)):
+    for module, name, value in ((grid, "make_cell", cheap()), (grid, "POLL", 0.02), (table, "NAMELESS", 0.05)):
         monkeypatch.setattr(module, name, value)
     reproduced(tmp_path / "whole", **TINY)  # which also imports what a process imports once
     cut, total = killed_at(0, lambda: reproduced(tmp_path / "counted", **TINY))

@@ -16,7 +16,7 @@ import maviper
 from codegen.errors import ExitCode, InputError, MissingToolError, UnknownNameError
 from maviper.cli import main
 from maviper.files import jobs
-from maviper.reproduction import run
+from maviper.reproduction import grid, run
 from maviper.reproduction.cells import cell as cells
 from maviper.reproduction.cells import making
 from maviper.reproduction.cells.cell import CROSSPLAY, FAILED
@@ -30,7 +30,7 @@ GAME = {"games": ("physical-deception",), "depths": (4,), "seeds": 2}
 def calls(monkeypatch):
     """The cells that are made, in words; none costs anything."""
     found = []
-    monkeypatch.setattr(run, "make_cell", cheap(found))
+    monkeypatch.setattr(grid, "make_cell", cheap(found))
     return found
 
 
@@ -74,7 +74,7 @@ def test_a_cell_that_fails_is_told_the_rest_goes_on_and_it_is_tried_again(tmp_pa
             return cells.Made(task.id, document, {"error.txt": b"why"})
         return good(task, profiles)
 
-    monkeypatch.setattr(run, "make_cell", made)
+    monkeypatch.setattr(grid, "make_cell", made)
     asked = ["--games", "physical-deception", "--depths", "4", "--seeds", "1", "-o", str(tmp_path)]
     assert main.run(["reproduce", *asked]) == ExitCode.VIOLATED
     told = capsys.readouterr()
@@ -83,7 +83,7 @@ def test_a_cell_that_fails_is_told_the_rest_goes_on_and_it_is_tried_again(tmp_pa
     names = {row["algorithm"] for row in rows(tmp_path)}
     assert {"maviper", "imitation"} <= names and "iviper" not in names
     assert not [row for row in rows(tmp_path) if row["kind"] == CROSSPLAY]
-    monkeypatch.setattr(run, "make_cell", good)
+    monkeypatch.setattr(grid, "make_cell", good)
     assert main.run(["reproduce", *asked]) == ExitCode.DONE
     assert {"iviper", ""} <= {row["algorithm"] for row in rows(tmp_path)}
     assert not list(tmp_path.rglob("error.txt"))
@@ -114,7 +114,7 @@ def test_cells_of_another_version_are_ignored_with_a_note(tmp_path, calls, monke
     assert main.run(["reproduce", *asked]) == ExitCode.DONE
     old = {row["cell"] for row in rows(tmp_path)}
     monkeypatch.undo()
-    monkeypatch.setattr(run, "make_cell", cheap())
+    monkeypatch.setattr(grid, "make_cell", cheap())
     assert main.run(["reproduce", *asked]) == ExitCode.DONE
     assert f"{len(old)} cells of another version of maviper" in capsys.readouterr().err
     assert not old & {row["cell"] for row in rows(tmp_path)}
@@ -150,7 +150,7 @@ def test_shards_make_the_same_folder_as_one_run(tmp_path, calls):
 def test_a_cell_of_another_process_is_waited_for(tmp_path, calls, monkeypatch):
     from maviper.reproduction.cells.table import Store
 
-    monkeypatch.setattr(run, "POLL", 0.05)
+    monkeypatch.setattr(grid, "POLL", 0.05)
     task = plan_cells(run.request(GAME).asked, run._register()).tasks[1]
     with Store(tmp_path) as other:
         assert other.claim(task.id)
@@ -160,7 +160,7 @@ def test_a_cell_of_another_process_is_waited_for(tmp_path, calls, monkeypatch):
             looks.append(seconds)
             other.write(cheap()(task, {}))
 
-        monkeypatch.setattr(run.time, "sleep", finish)
+        monkeypatch.setattr(grid.time, "sleep", finish)
         done = reproduced(tmp_path, **GAME)
     assert looks == [0.05] and task.cell.said not in calls
     assert done.made == len(done.plan.tasks) - 1 == len(calls)
@@ -183,7 +183,7 @@ def test_a_full_disk_ends_the_run_with_5_and_keeps_whole_files(tmp_path, calls, 
     assert not list(tmp_path.rglob("claim-*")) and not list(tmp_path.rglob("*.part"))
     count = len(calls)
     monkeypatch.undo()
-    monkeypatch.setattr(run, "make_cell", cheap(calls))
+    monkeypatch.setattr(grid, "make_cell", cheap(calls))
     assert main.run(["reproduce", *asked]) == ExitCode.DONE
     assert len(calls) == len(rows(tmp_path)) + 1 and count == 3  # the third could not be written
 
