@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from maviper.compilation.compile import Compiled
     from maviper.evaluation.exploitability import Exploitability
     from maviper.evaluation.run import Evaluation
+    from maviper.reproduction.compared import AlgorithmsCompared
     from maviper.reproduction.run import Reproduced
     from maviper.team import Team
     from maviper.verification.compared import OutputsCompared
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "check",
+    "compare",
     "compile",
     "diff",
     "evaluate",
@@ -446,6 +448,33 @@ def verify_system(
     file = None if properties is None else Path(properties)
     about = VerifyOptions(world=Path(world), file=file, **options.complete_options(options.SystemOptions, asked))
     return verify_world(ensure(_team(profile)), about)
+
+
+@process.defaults
+@options.spell_out(options.CompareOptions)
+def compare(
+    expert: str | Path | Callable[..., Any],
+    output: str | Path | None = None,
+    **asked: Unpack[options.CompareOptions],
+) -> AlgorithmsCompared:
+    """Algorithms, depths and seeds compared on an expert, at equal numbers of episodes.
+
+        table = maviper.compare(act, world=make_env, algorithms=["maviper", "imitation"], depths=[2, 3], seeds=5)
+        table.best.save("best.json")
+
+    `expert` and `experts`: as for `extract`. `output`: a folder, in which an interrupted call goes on when it is
+    repeated; None: nothing is kept. `rows`, `to_csv()` and `to_latex()` of what is returned are the table, `best` is a
+    team. InputError for what cannot be used.
+    """
+    from pathlib import Path
+
+    from maviper.reproduction.compare import compare_algorithms, request
+    from maviper.team import Team
+
+    named = str(expert) if isinstance(expert, Path) else expert
+    found = compare_algorithms(named, output, request(asked))
+    found.best = Team.of(found.best, _played(asked.get("world")))
+    return found
 
 
 @process.defaults

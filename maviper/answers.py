@@ -9,6 +9,7 @@ from maviper.compilation.compile import Compiled as Compiled
 from maviper.evaluation.exploitability import Exploitability as Exploitability
 from maviper.evaluation.run import Evaluation as Evaluation
 from maviper.evaluation.run import Reached as Reached
+from maviper.reproduction.compared import AlgorithmsCompared as AlgorithmsCompared
 from maviper.reproduction.run import Reproduced as Reproduced
 from maviper.team import Team as Team
 from maviper.verification.compared import OutputsCompared as OutputsCompared

@@ -29,10 +29,11 @@ GIVEN = {
     "robust": [["rows.csv"]],
     "properties": [[]],
 }
-# replay and check find the profile beside another file; extract and properties take experts and worlds; diff, evaluate,
-# play, show and verify take sums
+# replay and check find the profile beside another file; compare, extract and properties take experts and worlds; diff,
+# evaluate, play, show and verify take sums
 OTHERS = {
     "check",
+    "compare",
     "diff",
     "demo",
     "edit",

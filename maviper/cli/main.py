@@ -8,6 +8,7 @@ Does not: turn exceptions into exit codes (exits.py) or lay out help texts (opti
 import click
 
 from maviper.cli import exits
+from maviper.cli.compare import compare
 from maviper.cli.look import evaluate, exploit, play, show, worlds
 from maviper.cli.make import compile_verb, edit, extract, import_verb, train
 from maviper.cli.options import Verbs
@@ -19,7 +20,7 @@ CHAPTERS = {
     "Start here": (demo, guide),
     "Worlds and experts": (worlds, train),
     "Extract": (extract, import_verb, edit, show, play),
-    "Measure": (evaluate, exploit, reproduce),
+    "Measure": (evaluate, exploit, compare, reproduce),
     "Compile": (compile_verb, schema),
     "Verify": (verify, robust, properties, check, replay, repair, diff),
 }

@@ -210,8 +210,8 @@ def _option_of(asked: Table) -> Callable[[Any], Any]:
         return option(
             asked.flag, asked.name, is_flag=True, flag_value=not asked.default, default=asked.default, **about
         )
-    default = (",".join(asked.default or ()) or None) if asked.commas else asked.default or None
-    default = asked.default if asked.base in (int, float) else default
+    default = (",".join(map(str, asked.default or ())) or None) if asked.commas else asked.default or None
+    default = asked.default if asked.base in (int, float) and not asked.commas else default
     exact = asked.base is Fraction
     kind = PATH if asked.base is Path else str if asked.commas or exact else asked.base
     kind = click.Choice(asked.choices) if asked.choices else str if asked.words else kind

@@ -5,6 +5,7 @@ Assumes: all agents that are still in play act at once.
 Does not: score episodes (measures.py) or learn from them.
 """
 
+import threading
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
@@ -36,8 +37,8 @@ class Controller(Protocol):
 
 
 @dataclass
-class Tally:
-    """The episodes that were played in this process, and how long they took."""
+class Tally(threading.local):
+    """The episodes that were played in this thread, and how long they took."""
 
     episodes: int = 0
     seconds: float = 0.0

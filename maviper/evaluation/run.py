@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Unpack
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from codegen.rows import Shown
-from codegen.wording import format_count
+from codegen.wording import align_columns, format_count
 from maviper.console import LABEL_WIDTH
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, counting_played, points
@@ -299,15 +299,15 @@ def lines(asked: Request, answer: Evaluation) -> list[str]:
         said += [
             "",
             *([f"against {opponents}"] if len(asked.world.teams) > 1 else []),
-            *_align_columns(_standings(rows)),
+            *align_columns(_standings(rows)),
         ]
         said += _ratios(rows) if asked.expert else []
     for name, rows in answer.why.items():
         opponents = f"against {asked.against.get(name, 'itself')}, " if len(asked.world.teams) > 1 else ""
         said += ["", f"why, {opponents}gap = individual + shift + interaction; positive: worse than the expert"]
-        said += _align_columns(_causes(rows))
+        said += align_columns(_causes(rows))
     if answer.trees:
-        said += ["", *_align_columns(_trees(answer.trees))]
+        said += ["", *align_columns(_trees(answer.trees))]
     return said
 
 
@@ -370,11 +370,6 @@ def _trees(facts: Mapping[str, TreeFacts]) -> list[list[str]]:
 
 def _or(estimate: Interval | None, otherwise: str) -> str:
     return otherwise if estimate is None else str(estimate)
-
-
-def _align_columns(table: Sequence[Sequence[str]]) -> list[str]:
-    widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))]
-    return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
 
 
 def document(asked: Request, answer: Evaluation) -> dict[str, Any]:

@@ -37,7 +37,7 @@ ZONES = Kind("a list of failing cells", "no command takes it; it is for you to r
 REPORT = Kind("a report", "no command takes it; it is for you to read")
 DIFFERENCE = Kind("a comparison of two profiles", "no command takes it; it is for you to read")
 CONFIG = Kind("the configuration of a run", "`maviper extract --resume` takes its folder")
-CELL = Kind("a cell of a reproduction", "`maviper reproduce -o` takes the folder of all cells")
+CELL = Kind("a cell of a comparison", "`maviper compare -o` or `reproduce -o` takes the folder of all cells")
 PROPERTIES = Kind("a property file", "`maviper verify --properties` takes it")
 REGION = Kind("a region file", "`--region` takes it")
 

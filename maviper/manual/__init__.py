@@ -18,6 +18,7 @@ KINDS = {
         "own",
         "importing",
         "measuring",
+        "compare",
         "claims",
         "repair",
         "diff",

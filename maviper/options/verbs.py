@@ -343,6 +343,40 @@ class TrainOptions(TypedDict, total=False):
     resume: Annotated[bool, Option(False, HOW_TRAINING, "Continue the run in the folder.")]
 
 
+WHAT_COMPARING, HOW_COMPARING = "What is compared", "How it runs"
+
+
+class CompareOptions(TypedDict, total=False):
+    """What a comparison is asked for."""
+
+    world: Annotated[
+        str | Callable[..., Any] | None,
+        Option(None, WHAT_COMPARING, "The experts' world, where they cannot say it.", "WORLD"),
+    ]
+    experts: Annotated[
+        Sequence[str | object],
+        Option((), WHAT_COMPARING, "Further experts; then they are the units, not seeds.", "NAMES", commas=True),
+    ]
+    algorithms: Annotated[
+        Sequence[str],
+        Option(
+            ("maviper", "iviper", "imitation"),
+            WHAT_COMPARING,
+            "As for `maviper extract`; the first is compared with each other one.",
+            "NAMES",
+            commas=True,
+        ),
+    ]
+    depths: Annotated[Sequence[int], Option((2, 3, 4), WHAT_COMPARING, "Depths of trees.", "NUMBERS", commas=True)]
+    seeds: Annotated[int, Option(10, WHAT_COMPARING, "Extraction seeds.")]
+    max_episodes: Annotated[int, Option(1_000, WHAT_COMPARING, "Of each extraction, as for `maviper extract`.")]
+    jobs: Annotated[int, Option(1, HOW_COMPARING, "Cells at the same time.")]
+    backend: Annotated[str, Option("local", HOW_COMPARING, "local or dask (maviper[scale]).", "NAME")]
+    scheduler: Annotated[
+        str | None, Option(None, HOW_COMPARING, "Of the Dask scheduler (default: DASK_SCHEDULER_ADDRESS).", "ADDRESS")
+    ]
+
+
 WHAT_REPRODUCING, HOW_REPRODUCING = "What is reproduced", "How it runs"
 
 

@@ -39,9 +39,9 @@ def _draw_tree(agent: Agent) -> str:
 
     def write(box: Box, indent: str, branch: str) -> None:
         if not box.split:
-            lines.append(f"{indent}[{{{_escape(box.words)}}}, leaf{branch}]")
+            lines.append(f"{indent}[{{{escape(box.words)}}}, leaf{branch}]")
             return
-        lines.append(f"{indent}[{{{_escape(f'{box.words} {box.test}')}}}{branch}")
+        lines.append(f"{indent}[{{{escape(f'{box.words} {box.test}')}}}{branch}")
         write(drawn.boxes[box.node.left], indent + "  ", ", yes")
         write(drawn.boxes[box.node.right], indent + "  ", ", no")
         lines.append(f"{indent}]")
@@ -51,6 +51,6 @@ def _draw_tree(agent: Agent) -> str:
     return f"% {drawn.title}\n\\begin{{forest}}\n{STYLE}\n{body}\n\\end{{forest}}"
 
 
-def _escape(text: str) -> str:
+def escape(text: str) -> str:
     """A text as LaTeX prints it."""
     return re.sub(r"<=|>=|[\\~^…&%$#_{}<>]", lambda found: SIGNS.get(found[0]) or SPECIAL[found[0]], text)

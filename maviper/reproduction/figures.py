@@ -13,7 +13,7 @@ from typing import Any
 from codegen.lowering.render import render
 
 WIDTH, LEFT, RIGHT, TOP, PLOT = 400, 44, 388, 30, 190
-ROW, SIDE = 24, 30
+ROW, SIDE, INSET = 24, 30, 12
 LEGEND_COLUMNS, LEGEND_ROW = 2, 18
 APART = 7.0  # between the series at one x, so that intervals can be told apart
 MAX_TICKS = 6
@@ -96,24 +96,31 @@ def lines(
     series: Mapping[str, list[Point]],
     reference: float | None = 1.0,
     looks: Mapping[str, Mark] = MARKS,
+    to_scale: bool = False,
 ) -> str:
     """Series by algorithm over a few values of x; a dashed line at `reference`, where the expert is. `looks`: of series
-    that are no algorithms.
+    that are no algorithms. `to_scale`: both axes are, and need not begin at 0.
     """
     shown = {name: [point for point in points if point.finite] for name, points in series.items()}
     shown = {name: points for name, points in shown.items() if points}
     xs = sorted({point.x for points in shown.values() for point in points})
     bottom = TOP + PLOT
-    low, high, steps = _scale([*_reach(shown), *([] if reference is None else [reference])])
+    low, high, steps = _scale([*_reach(shown), *([] if reference is None else [reference])], not to_scale)
     rows = -(-len(shown) // LEGEND_COLUMNS)
+    first, last, ticks = _scale(xs or [0.0, 1.0], False) if to_scale else (0.0, 1.0, _some(xs))
 
     def down(value: float) -> float:
         return round(bottom - PLOT * (min(max(value, low), high) - low) / (high - low), 2)
 
+    def across(x: float) -> float:
+        room = RIGHT - LEFT - 2 * INSET
+        return LEFT + INSET + room * (x - first) / (last - first) if to_scale else _across(x, xs)
+
     drawn: list[dict[str, Any]] = []
     for place, (name, points) in enumerate(shown.items()):
-        apart = APART * (place - (len(shown) - 1) / 2) if len(xs) <= MAX_TICKS else 0.0
-        at = [round(_across(point.x, xs) + apart, 2) for point in points]
+        apart = APART * (place - (len(shown) - 1) / 2) if len(xs) <= MAX_TICKS or to_scale else 0.0
+        apart /= 2 if to_scale else 1
+        at = [round(across(point.x) + apart, 2) for point in points]
         ends = [[down(end) for end in point.ends] or [None, None] for point in points]
         placed = [
             {
@@ -137,7 +144,7 @@ def lines(
         "top": TOP,
         "bottom": bottom,
         "y_ticks": [{"at": down(step), "text": f"{step:g}"} for step in steps],
-        "x_ticks": [{"at": round(_across(x, xs), 2), "text": f"{x:g}"} for x in _some(xs)],
+        "x_ticks": [{"at": round(across(x), 2), "text": f"{x:g}"} for x in ticks],
         "reference": None if reference is None else down(reference),
         "series": drawn,
         "legend": [_place_legend(name, k, bottom, looks) for k, name in enumerate(shown)],
@@ -213,9 +220,10 @@ def _reach(series: dict[str, list[Point]]) -> list[float]:
     return [*values, *(min(max(end, min(values) - room), max(values) + room) for end in ends)]
 
 
-def _scale(values: Sequence[float]) -> tuple[float, float, list[float]]:
-    """The ends of an axis that holds 0 and all values, and its ticks."""
-    low, high = min(0.0, *values), max(0.0, *values)
+def _scale(values: Sequence[float], from_zero: bool = True) -> tuple[float, float, list[float]]:
+    """The ends of an axis that holds all values, `from_zero` also 0, and its ticks."""
+    held = [*values, 0.0] if from_zero else values
+    low, high = min(held), max(held)
     step = _step((high - low) or 1.0)
     first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
     last = max(last, first + 1)

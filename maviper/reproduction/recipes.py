@@ -219,7 +219,7 @@ class Finder:
         cells = [row.cell for row in rows if row.seed <= seed < row.seed + BLOCKS]
         if not cells:
             raise KeyError("no cell of the expert")
-        return cells[0]
+        return cells[-1]  # in a comparison every seed has one
 
     def sources(
         self, place: Place, algorithm: str, lineup: str, seeds: Sequence[int], kind: str = EXTRACTION

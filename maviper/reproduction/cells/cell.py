@@ -84,13 +84,24 @@ class Cell:
         return range(first, first + EPISODES * (BLOCKS if self.kind == EXPERT else 1))
 
 
+@dataclass(frozen=True, eq=False)
+class Named:
+    """An expert and its world as a user named them, by texts or as objects. Each is like itself alone."""
+
+    expert: Any
+    world: Any = None  # None: as the expert says
+
+
 @dataclass(frozen=True)
 class Source:
-    """Where an expert comes from: a name, or the bytes of a file, so that it can be had on any machine."""
+    """Where an expert comes from: a name, or the bytes of a file, so that it can be had on any machine; or what a user
+    named.
+    """
 
     text: str
     data: bytes = b""
     world: str = ""  # the name of the world that it plays
+    named: Named | None = None
 
     def read(self) -> tuple[Expert, World]:
         """The expert and its world."""
@@ -99,6 +110,8 @@ class Source:
 
 @lru_cache(maxsize=16)
 def _read(source: Source) -> tuple[Expert, World]:
+    if source.named is not None:
+        return find_expert(source.named.expert, world=source.named.world, giving=True)
     if not source.data:
         return find_expert(source.text)
     world = find(source.world)
@@ -115,6 +128,28 @@ def settings_of(cell: Cell, world: World) -> Settings:
 
 
 @dataclass(frozen=True)
+class Budget:
+    """The episodes that a cell of a comparison may play. Its trees are measured as teams among experts; beside that are
+    told their sizes, how like the expert they act, and what they played.
+    """
+
+    extraction: int  # episodes
+    held_out: int  # episodes of one seed, for every line-up
+
+    def deal(self, cell: Cell, world: World) -> Settings:
+        """The settings of an extraction cell, resolved. VIPER's, of each agent alone, share the episodes."""
+        agent = {"agent": world.agents[0]} if cell.algorithm == VIPER else {}
+        share = self.extraction // (len(world.agents) if agent else 1)
+        about = {"algorithm": cell.algorithm, "max_depth": cell.depth, "seed": cell.seed, "budget": share}
+        return Settings.of({**about, **agent}, world).complete().deal_budget(world)
+
+    def episodes(self, cell: Cell) -> range:
+        """The held-out episode seeds that it plays, which are the expert's of that seed, too."""
+        first = measures.MEASUREMENT_SEEDS + self.held_out * cell.seed
+        return range(first, first + self.held_out)
+
+
+@dataclass(frozen=True)
 class Task:
     """A cell with all that making it takes."""
 
@@ -124,17 +159,27 @@ class Task:
     register: str  # hash of the claims that were written before
     of: Mapping[str, str] = field(default_factory=dict[str, str])  # algorithm -> id of the cell whose profile it needs
     effort: Mapping[str, int] = field(default_factory=dict[str, int])  # what is spent on responders
+    budget: Budget | None = None  # of a comparison; None: as the paper's protocol says
+
+    @property
+    def episodes(self) -> range:
+        """The held-out episode seeds that it plays."""
+        return self.budget.episodes(self.cell) if self.budget else self.cell.episodes
+
+    def settings(self, world: World) -> Settings:
+        """The settings of an extraction, resolved."""
+        return self.budget.deal(self.cell, world) if self.budget else settings_of(self.cell, world)
 
     @cached_property
     def identity(self) -> dict[str, Any]:
         """The facts that decide its results."""
         settings = {}
         if self.cell.kind == EXTRACTION:
-            world = find(self.source.world)
-            settings = asdict(settings_of(self.cell, world))
+            world = self.source.read()[1] if self.budget else find(self.source.world)
+            settings = asdict(self.settings(world))
         same = {"kind": self.cell.kind, "world": self.source.world, "expert": self.expert_hash}
         about = {"algorithm": self.cell.algorithm, "leaves": self.cell.leaves, "seed": self.cell.seed}
-        episodes = [self.cell.episodes.start, self.cell.episodes.stop]
+        episodes = [self.episodes.start, self.episodes.stop]
         made_by = {"tool": tool(), "register": self.register, "format": FORMAT}
         return {
             **same,

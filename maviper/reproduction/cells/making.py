@@ -26,15 +26,16 @@ from codegen.floats import observations as rounded
 from codegen.ir import NO_FEATURE, Float32, Float64, PolicyProfile, Tree
 from codegen.profiles import loads
 from maviper.episodes import measures
-from maviper.episodes.play import Controller, play, points
+from maviper.episodes.play import TALLY, Controller, Episodes, play, points
 from maviper.episodes.trees import among
+from maviper.evaluation.crossplay import Stage, decisions
 from maviper.evaluation.exploitability import CHOSEN_ON as CHOICE
 from maviper.evaluation.exploitability import exploitability
 from maviper.experts.expert import Expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.exploiting import Effort, Frozen, Learning, responders
 from maviper.extraction.extraction import Running, profile_of
-from maviper.extraction.journal import Progress
+from maviper.extraction.journal import MEASURING, Progress
 from maviper.extraction.settings import VIPER
 from maviper.files import runs
 from maviper.reproduction.cells.cell import (
@@ -50,7 +51,6 @@ from maviper.reproduction.cells.cell import (
     Document,
     Made,
     Task,
-    settings_of,
     tool,
 )
 from maviper.verification.ask import VerifyOptions, questions
@@ -130,16 +130,20 @@ def of_profile(
 ) -> dict[str, Any]:
     """Everything that is told of a profile."""
     episodes = int(profile.provenance.training["rollouts"])
-    trees = {
-        policy.agent: {"leaves": len(ir.leaves(policy.tree)), "depth": int(ir.depth(policy.tree).max())}
-        for policy in profile.agents
-    }
-    facts: dict[str, Any] = {"trees": trees, "training": dict(profile.provenance.training)}
+    facts: dict[str, Any] = {"trees": _sizes(profile), "training": dict(profile.provenance.training)}
     facts["importances"] = _importances(world, expert, profile)
     facts["curve"] = _curve(curve, episodes)
     if cell.game in CLAIMED:
         facts[CLAIM] = _violating(profile, CLAIMED[cell.game])
     return facts
+
+
+def _sizes(profile: PolicyProfile) -> dict[str, Any]:
+    """Agent -> the number of leaves of its tree, and its depth."""
+    return {
+        policy.agent: {"leaves": len(ir.leaves(policy.tree)), "depth": int(ir.depth(policy.tree).max())}
+        for policy in profile.agents
+    }
 
 
 def _curve(curve: Sequence[Progress], episodes: int) -> list[dict[str, Any]]:
@@ -298,13 +302,15 @@ def lower_is_better(task: Task) -> list[str]:
 def _files(task: Task, profiles: Mapping[str, PolicyProfile]) -> Files:
     expert, world = task.source.read()
     if task.cell.kind == EXPERT:
-        rows = play_lineups(world, task.cell, {"expert": ([expert] * len(world.agents), tuple(world.teams))})
+        rows = play_lineups(world, task.episodes, {"expert": ([expert] * len(world.agents), tuple(world.teams))})
         return {EPISODES_FILE: rows, FACTS_FILE: runs.as_json(of_expert(expert, world))}
+    if task.budget is not None:
+        return _compare_cell(task, world, expert)
     if task.cell.kind == EXTRACTION:
-        return _extract_cell(task.cell, world, expert, profiles.get(task.cell.algorithm))
+        return _extract_cell(task, world, expert, profiles.get(task.cell.algorithm))
     if task.cell.kind == CROSSPLAY:
         lineups = crossplay(world, expert, profiles)
-        return {EPISODES_FILE: play_lineups(world, task.cell, lineups), FACTS_FILE: runs.as_json({})}
+        return {EPISODES_FILE: play_lineups(world, task.episodes, lineups), FACTS_FILE: runs.as_json({})}
     assert task.cell.kind == EXPLOITABILITY, task.cell
     lines, told = exploit_teams(Asked(task.cell, world, expert, profiles, task.effort))
     return {EPISODES_FILE: HEAD + "".join(lines), FACTS_FILE: runs.as_json(told)}
@@ -312,21 +318,22 @@ def _files(task: Task, profiles: Mapping[str, PolicyProfile]) -> Files:
 
 # --- line-ups
 
+JOINT = "joint:{}"  # the line-up in which a team's trees play among experts
 Lineups = dict[str, tuple[Sequence[Controller], tuple[str, ...]]]  # name -> who plays, whose measures are kept
 
 
-def play_lineups(world: World, cell: Cell, lineups: Lineups) -> str:
-    """Every line-up over the cell's episodes, as CSV: the measures and returns of the teams that are asked for."""
+def play_lineups(world: World, episodes: range, lineups: Lineups) -> str:
+    """Every line-up over some episodes, as CSV: the measures and returns of the teams that are asked for."""
     per_lineup: dict[tuple[int, ...], dict[Measure, Float64]] = {}
     lines = [HEAD]
     for name, (controllers, teams) in lineups.items():
         key = tuple(map(id, controllers))  # a line-up that has two names is played once
         if key not in per_lineup:
-            per_lineup[key] = measures.values(world, controllers, cell.episodes)
+            per_lineup[key] = measures.values(world, controllers, episodes)
         for measure, values in per_lineup[key].items():
             if measure.team in teams:
                 start = f"{name},{measure.label},"
-                pairs = zip(cell.episodes, values.tolist(), strict=True)
+                pairs = zip(episodes, values.tolist(), strict=True)
                 lines += [f"{start}{episode},{value!r}\n" for episode, value in pairs]
     return "".join(lines)
 
@@ -339,7 +346,7 @@ def replacing(world: World, expert: Expert, profile: PolicyProfile) -> Lineups:
     for team in world.teams:
         members = world.members(team)
         mixed = [ours[agent] if agent in members else expert for agent in range(len(ours))]
-        lineups[f"joint:{team}"] = mixed, (team,)
+        lineups[JOINT.format(team)] = mixed, (team,)
     for place, agent in enumerate(world.agents):
         alone = [*experts[:place], ours[place], *experts[place + 1 :]]
         lineups[f"individual:{agent}"] = alone, (world.team_of(agent),)
@@ -363,12 +370,12 @@ def crossplay(world: World, expert: Expert, profiles: Mapping[str, PolicyProfile
 # --- extraction
 
 
-def _extract_cell(cell: Cell, world: World, expert: Expert, profile: PolicyProfile | None) -> Files:
+def _extract_cell(task: Task, world: World, expert: Expert, profile: PolicyProfile | None) -> Files:
     """An extraction, or what is there of it already under another name."""
     curve: list[Progress] = []
-    profile = profile or _profile(cell, world, expert, Running(curve.append))
-    told = of_profile(cell, world, expert, profile, curve)
-    rows = play_lineups(world, cell, replacing(world, expert, profile))
+    profile = profile or _profile(task, world, expert, Running(curve.append))
+    told = of_profile(task.cell, world, expert, profile, curve)
+    rows = play_lineups(world, task.episodes, replacing(world, expert, profile))
     return {
         runs.PROFILE_FILE: policy_json.dumps(profile),
         EPISODES_FILE: rows,
@@ -376,9 +383,46 @@ def _extract_cell(cell: Cell, world: World, expert: Expert, profile: PolicyProfi
     }
 
 
-def _profile(cell: Cell, world: World, expert: Expert, running: Running) -> PolicyProfile:
-    settings = settings_of(cell, world)
-    if cell.algorithm != VIPER:
+def _compare_cell(task: Task, world: World, expert: Expert) -> Files:
+    """An extraction whose teams play among experts, with what a comparison tells beside that."""
+    settings, begun = task.settings(world), TALLY.episodes
+    profile = _profile(task, world, expert, Running())
+    played = TALLY.episodes - begun
+    if world.games is None:  # held-out episodes are no part of the budget there
+        profiles = 1 + len(world.agents) * (settings.algorithm == VIPER)  # VIPER's of each agent, too
+        played -= profiles * settings.plan(world)[MEASURING]
+    rows, fidelity = _measure_teams(world, expert, profile, task.episodes)
+    facts = {"trees": _sizes(profile), "fidelity": fidelity, "played": played}
+    return {runs.PROFILE_FILE: policy_json.dumps(profile), EPISODES_FILE: rows, FACTS_FILE: runs.as_json(facts)}
+
+
+def _measure_teams(world: World, expert: Expert, profile: PolicyProfile, seeds: range) -> tuple[str, dict[str, float]]:
+    """Each team's trees among experts, as `play_lineups` writes it; and for each agent how like the expert its tree
+    acts in the states of these episodes, from 0 to 1.
+    """
+    stage, lines, fidelity = Stage(world, seeds), [HEAD], dict[str, float]()
+    trees = {world.agents.index(policy.agent): policy for policy in profile.agents}
+
+    def ask(met: Episodes) -> Int:
+        return expert.act(range(len(world.agents)), *points(met)).reshape(met.actions.shape)
+
+    lineups = replacing(world, expert, profile)
+    for team in world.teams:
+        name = JOINT.format(team)
+        controllers, ours = lineups[name][0], {agent: trees[agent] for agent in world.members(team)}
+        seen = stage.play(tuple(controllers), lambda met, ours=ours: decisions(ours, met, ask(met)))
+        means: list[float] = np.nanmean(seen[1], axis=1).tolist()
+        fidelity |= dict(zip((world.agents[agent] for agent in ours), means, strict=True))
+        for measure in measures.list_measures(world):
+            if measure.team == team:
+                pairs = zip(seeds, stage.values(tuple(controllers), measure).tolist(), strict=True)
+                lines += [f"{name},{measure.label},{episode},{value!r}\n" for episode, value in pairs]
+    return "".join(lines), fidelity
+
+
+def _profile(task: Task, world: World, expert: Expert, running: Running) -> PolicyProfile:
+    settings = task.settings(world)
+    if task.cell.algorithm != VIPER:
         return extract(world, expert, settings, running)
     alone = [extract(world, expert, replace(settings, agent=agent), running) for agent in world.agents]
     trees = [each.agents[0] for each in alone]

@@ -115,7 +115,7 @@ class Plan:
 # --- experts
 
 
-def _rejoin_names(texts: Sequence[str]) -> list[str]:
+def rejoin_names(texts: Sequence[str]) -> list[str]:
     """Names of experts; an option of the world before it belongs to that one, though a comma stands in between."""
     names: list[str] = []
     for text in texts:
@@ -133,7 +133,7 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
     games = asked.games or (GAMES if asked.tier != QUICK else (DECEPTION,))
     known: list[Known] = []
     missing: list[tuple[str, str]] = []
-    for text in _rejoin_names(asked.experts):
+    for text in rejoin_names(asked.experts):
         if text in (MAPPO, MADDPG):
             for game in games:
                 name = game if text == MAPPO else f"{game}@{MADDPG}"
@@ -154,7 +154,7 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
     if not known:
         reasons = "; ".join(f"{what}: {why}" for what, why in missing)
         raise InputError("there is no expert to reproduce with", "--experts", reasons)
-    return _tell_apart(known), missing
+    return tell_apart(known), missing
 
 
 def further(experts: Sequence[Known]) -> list[Known]:
@@ -188,7 +188,7 @@ def _resolve_expert(label: str, text: str) -> Known:
     return Known(label, world.name, Source(text if not data else place.name, data, world.name), expert.hash or text)
 
 
-def _tell_apart(experts: Iterable[Known]) -> list[Known]:
+def tell_apart(experts: Iterable[Known]) -> list[Known]:
     """Experts of one label and one game get numbers; one that is named twice is one."""
     seen: dict[tuple[str, str], int] = {}
     told: list[Known] = []

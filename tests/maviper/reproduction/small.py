@@ -37,9 +37,10 @@ def contents(folder):
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
         if path.name in ("summary.txt", "report.html"):
-            found[name] = re.sub(r"[0-9.]+ CPU hours|(?<=CPU hours</th><td>)[0-9.]+", "", path.read_text())
-        elif path.is_file() and path.name not in ("cell.json", "cells.csv"):
+            cost = r"[0-9.]+ CPU hours|(?<=CPU hours</th><td>)[0-9.]+|(?m: +[0-9.]+$)"  # the last: a column of compare
+            found[name] = re.sub(cost, "", path.read_text())
+        elif path.is_file() and path.name not in ("cell.json", "cells.csv", "table.csv"):
             found[name] = path.read_bytes()
-        elif path.name == "cells.csv":
+        elif path.name in ("cells.csv", "table.csv"):
             found[name] = [line.rpartition(",")[0] for line in path.read_text().splitlines()]
     return found

@@ -1,4 +1,6 @@
-"""Dask for real: a scheduler and two workers on the loopback, of which one is killed, and then the scheduler."""
+"""Dask for real, under reproduce and compare: a scheduler and two workers on the loopback, of which one is killed, and
+then the scheduler.
+"""
 
 import os
 import signal
@@ -15,8 +17,12 @@ from tests.maviper.reproduction.small import contents
 
 pytest.importorskip("distributed", reason="the extra maviper[scale] is not installed")
 pytestmark = pytest.mark.slow
-ASKED = ["--games", "physical-deception", "--depths", "1", "--algorithms", "maviper-iviper-resampling", "--seeds", "10"]
-CELLS = 11  # enough of them that some are open when two are finished
+GRID = ["--depths", "1", "--algorithms", "maviper-iviper-resampling", "--seeds", "10"]
+ASKED = {
+    "reproduce": ["reproduce", "--games", "physical-deception", *GRID],
+    "compare": ["compare", "physical-deception", "--max-episodes", "2000", *GRID],
+}
+CELLS = {"reproduce": 11, "compare": 20}  # enough of them that some are open when two are finished
 PATIENCE = 300.0  # seconds, on a busy machine
 
 
@@ -67,19 +73,20 @@ def cluster(tmp_path):
     found.stop()
 
 
-@pytest.fixture(scope="module")
-def local(tmp_path_factory):
+@pytest.fixture(scope="module", params=ASKED)
+def local(request, tmp_path_factory):
+    """A verb, and what it writes on this machine alone."""
     folder = tmp_path_factory.mktemp("local")
-    assert subprocess.run([*command(folder), "--jobs", "2"], check=False).returncode == ExitCode.DONE
-    return contents(folder)
+    assert subprocess.run([*command(request.param, folder), "--jobs", "2"], check=False).returncode == ExitCode.DONE
+    return request.param, contents(folder)
 
 
-def command(folder):
-    return [sys.executable, "-m", "maviper", "reproduce", *ASKED, "-o", str(folder)]
+def command(verb, folder):
+    return [sys.executable, "-m", "maviper", *ASKED[verb], "-o", str(folder)]
 
 
-def started(folder, cluster):
-    asked = [*command(folder), "--backend", "dask"]
+def started(verb, folder, cluster):
+    asked = [*command(verb, folder), "--backend", "dask"]
     variables = {**os.environ, "DASK_SCHEDULER_ADDRESS": cluster.address}
     process = subprocess.Popen(asked, stderr=subprocess.PIPE, text=True, env=variables)
     until(lambda: len(finished(folder)) > 1 or process.poll() is not None)
@@ -91,27 +98,27 @@ def finished(folder):
 
 
 def test_a_lost_worker_changes_nothing(cluster, local, tmp_path):
-    folder = tmp_path / "out"
-    process = started(folder, cluster)
+    folder, (verb, whole) = tmp_path / "out", local
+    process = started(verb, folder, cluster)
     before = finished(folder)
     cluster.workers[0].kill()
     told = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == ExitCode.DONE, told
-    assert 1 < len(before) < CELLS and before.items() <= finished(folder).items()
-    assert contents(folder) == local
+    assert 1 < len(before) < CELLS[verb] and before.items() <= finished(folder).items()
+    assert contents(folder) == whole
 
 
 def test_a_lost_scheduler_ends_the_run_and_another_run_finishes_it(cluster, local, tmp_path):
-    folder = tmp_path / "out"
-    process = started(folder, cluster)
+    folder, (verb, whole) = tmp_path / "out", local
+    process = started(verb, folder, cluster)
     cluster.scheduler.kill()
     told = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == ExitCode.MISSING, told
     assert "error: the connection to the Dask scheduler is lost" in told and "Traceback" not in told
     before = finished(folder)
-    assert 1 < len(before) < CELLS and not list(folder.rglob("claim-*"))
-    assert subprocess.run(command(folder), check=False).returncode == ExitCode.DONE
-    assert before.items() <= finished(folder).items() and contents(folder) == local
+    assert 1 < len(before) < CELLS[verb] and not list(folder.rglob("claim-*"))
+    assert subprocess.run(command(verb, folder), check=False).returncode == ExitCode.DONE
+    assert before.items() <= finished(folder).items() and contents(folder) == whole
 
 
 def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):

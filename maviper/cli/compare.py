@@ -1,0 +1,48 @@
+"""The command compare.
+
+Does: has algorithms, depths and seeds compared on an expert, and prints what came out.
+Assumes: `maviper.reproduction.compare` plans, makes and writes.
+Does not: compute anything.
+"""
+
+from pathlib import Path
+from typing import Unpack
+
+import click
+
+from maviper.cli.options import RESULTS, Verb, console_of, option, options_of, output
+from maviper.options import CompareOptions
+
+
+@click.command(
+    cls=Verb,
+    example="maviper compare cooperative-navigation --max-episodes 400 -o compared\n"
+    "maviper compare mygame:act --world mygame:make --depths 2,3 -o mine",
+)
+@click.argument("expert")
+@options_of(CompareOptions)
+@output("The folder of the comparison.")
+@option("--json", "as_json", is_flag=True, section=RESULTS, help="Print one JSON object.")
+@click.pass_context
+def compare(context: click.Context, expert: str, output: Path, as_json: bool, **options: Unpack[CompareOptions]) -> int:
+    """Compare algorithms and depths on an expert, over seeds.
+
+    EXPERT is named as for `maviper extract`. Each algorithm is given the same number of episodes at every depth and
+    seed, and its trees are measured in held-out episodes that the expert plays, too. The output has means with 95 %
+    intervals, ratios to the expert, leaves, fidelity, episodes and CPU time, and words for differences.
+
+    The folder gets this table as CSV and LaTeX, a figure and the best trees. An interrupted call goes on when it is
+    repeated, and several calls may work on one folder at the same time.
+    """
+    console = console_of(context)
+    console.line("comparing", expert)
+    from codegen.policy_json import layout
+    from maviper.console import say
+    from maviper.reproduction.compare import compare_algorithms, request
+
+    found = compare_algorithms(expert, output, request(options), console)
+    if as_json:
+        click.echo(layout(found.document))
+    else:
+        say("\n".join(found.lines))
+    return found.code

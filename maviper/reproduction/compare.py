@@ -1,0 +1,183 @@
+"""A comparison of algorithms, depths and seeds on a user's own expert: plan, make what is missing, write what came out.
+
+Does: makes a cell of each expert, algorithm, depth and seed, and of what the expert does in the episodes of each seed;
+  writes table, figures, LaTeX and the best trees.
+Assumes: options as a user gives them; experts that play one world. An expert without a hash, or in a user's own world,
+  is known again by how it acts in its first episodes.
+Does not: know what a cell is made of, or compute a number of the table (compared.py).
+"""
+
+import hashlib
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.wording import format_count
+from maviper.console import Console
+from maviper.episodes import measures
+from maviper.episodes.play import rollout
+from maviper.experts.expert import Expert
+from maviper.extraction import refitting
+from maviper.extraction.algorithms import check
+from maviper.extraction.settings import KNOWN as ALGORITHMS
+from maviper.files import runs
+from maviper.options import CompareOptions, complete_options
+from maviper.reproduction import compared
+from maviper.reproduction.cells import table
+from maviper.reproduction.cells.cell import EXPERT, EXTRACTION, Budget, Cell, Named, Source, Task
+from maviper.reproduction.cells.plan import Known, rejoin_names, tell_apart
+from maviper.reproduction.cells.table import Store
+from maviper.reproduction.compared import AlgorithmsCompared, Asked
+from maviper.reproduction.grid import Making, ensure_own, ensure_spread, make_cells
+from maviper.worlds import World
+from maviper.worlds.outside import sources
+from maviper.worlds.outside.sources import is_named_by_user
+
+EPISODES, OUTSIDE = 200, 50  # held-out ones of each seed and line-up, in our games and in those of others
+FIRST = 4  # episodes by which an expert, and its world, are known again
+
+
+@dataclass(frozen=True)
+class Request:
+    """The options of a comparison."""
+
+    world: str | Callable[..., Any] | None
+    experts: tuple[Any, ...]  # further ones
+    algorithms: tuple[str, ...]
+    depths: tuple[int, ...]
+    seeds: int
+    max_episodes: int
+    jobs: int
+    backend: str
+    scheduler: str | None
+
+
+def request(options: Mapping[str, Any]) -> Request:
+    """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
+    cannot have.
+    """
+    asked = Request(**complete_options(CompareOptions, options))
+    asked = replace(asked, algorithms=_once(asked.algorithms), depths=_once(sorted(asked.depths)))
+    ensure_spread(asked, asked.seeds, asked.depths)
+    for name, given in (("algorithms", asked.algorithms), ("depths", asked.depths)):
+        if not given:
+            raise InputError(f"{name} is empty", f"--{name}", "leave it out for the usual ones")
+    for algorithm in asked.algorithms:
+        if algorithm not in ALGORITHMS:
+            raise UnknownNameError("algorithm", algorithm, ALGORITHMS, "--algorithms")
+    return asked
+
+
+def _once(given: Sequence[Any]) -> tuple[Any, ...]:
+    return tuple(dict.fromkeys(given))
+
+
+def compare_algorithms(
+    expert: Any, output: str | Path | None, options: Request, console: Console | None = None
+) -> AlgorithmsCompared:
+    """Makes the cells that are missing, writes table, figures and the best trees, and returns them. `output`: the
+    folder; None: nothing is kept. `console`: None says nothing.
+    """
+    console = console or Console(quiet=True)
+    with ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory()) if output is None else output
+        store, done = Store(Path(folder)), Making()
+        ensure_own(store, (table.TABLE_FILE, *compared.FILES), "comparison")
+        experts, world = _find_experts([expert, *_rejoin(options.experts)], options)
+        stack.callback(_close, [one.source for one in experts])
+        tasks = list_tasks(experts, world, options)
+        held = tasks[0].budget.held_out if tasks[0].budget else 0
+        console.line("plan", _say_plan(tasks, options, held))
+        with store:
+            make_cells(store, tasks, options, done, console)
+        kept = table.find_finished(store, {task.id for task in tasks}, "").cells
+        wanted = {task.id: kept[task.id] for task in tasks if task.id in kept}
+        if not any(document.cell.kind == EXTRACTION for document in wanted.values()):
+            raise InputError("no extraction was finished", str(store.folder), "; ".join(list(done.failed.values())[:1]))
+        table.write(store, wanted)
+        asked = Asked(world, tuple(one.label for one in experts), options.algorithms, held, options.max_episodes)
+        found = compared.read(store.folder, asked, done)
+        runs.write_all(store.folder, found.files)
+        if output is not None:
+            console.line("wrote", f"{store.folder}: {', '.join(name for name in found.files)}")
+    return found
+
+
+def _say_plan(tasks: Sequence[Task], options: Request, held: int) -> str:
+    extractions = sum(task.cell.kind == EXTRACTION for task in tasks)
+    each = f"of up to {options.max_episodes:,} episodes each, measured in {held} more that are the expert's, too"
+    return f"{format_count(extractions, 'extraction')} {each}"
+
+
+# --- experts
+
+
+def _rejoin(given: Sequence[Any]) -> Sequence[Any]:
+    """Names of experts, whose options may have been cut off at commas; objects as they are."""
+    return rejoin_names(given) if all(isinstance(one, str) for one in given) else given
+
+
+def _find_experts(given: Sequence[Any], options: Request) -> tuple[list[Known], World]:
+    """All experts, under labels of their own, and their world."""
+    found: list[Known] = []
+    worlds: dict[str, World] = {}
+    for one in given:
+        source = Source(_name(one), named=Named(one, options.world))
+        expert, world = source.read()
+        worlds.setdefault(world.name, world)
+        label = Path(source.text).name or source.text
+        known = expert.hash if expert.hash and not is_named_by_user(world.name) else fingerprint(expert, world)
+        found.append(Known(label, world.name, replace(source, world=world.name), known))
+    if len(worlds) > 1:
+        advice = "compare experts of one world, or say it with --world"
+        raise InputError("the experts play different worlds", f"--experts: {', '.join(worlds)}", advice)
+    return tell_apart(found), next(iter(worlds.values()))
+
+
+def _name(expert: Any) -> str:
+    return expert if isinstance(expert, str) else sources.Source.of(expert).text
+
+
+def fingerprint(expert: Expert, world: World) -> str:
+    """The hash of what happens in the expert's first held-out episodes: another expert or world has another one."""
+    seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + FIRST)
+    said = hashlib.sha256()
+    for played in rollout(world, [expert] * len(world.agents), seeds):
+        for part in (*played.observations, played.actions, played.returns, played.values):
+            said.update(np.ascontiguousarray(part).tobytes())
+    return said.hexdigest()
+
+
+def _close(used: Sequence[Source]) -> None:
+    """Ends the copies of users' environments."""
+    for source in used:
+        close = getattr(source.read()[1], "close", None)
+        if callable(close):
+            close()
+
+
+# --- cells
+
+
+def list_tasks(experts: Sequence[Known], world: World, options: Request) -> list[Task]:
+    """All cells, seed by seed, so that what an interrupted call leaves has whole seeds."""
+    held = EPISODES if world.games is None else OUTSIDE
+    budget = Budget(options.max_episodes, held)
+    tasks: dict[str, Task] = {}
+    for seed, one in product(range(options.seeds), experts):
+        cells = [Cell(EXPERT, world.name, one.label, seed=seed)]
+        for algorithm, depth in product(options.algorithms, options.depths):
+            cells.append(Cell(EXTRACTION, world.name, one.label, "", algorithm, depth, seed=seed))
+        for cell in cells:
+            task = Task(cell, one.source, one.hash, "", budget=budget)
+            if cell.kind == EXTRACTION and not seed:
+                check(world, task.settings(world), refitting.NOTHING.examples)
+            tasks.setdefault(task.id, task)
+    return list(tasks.values())

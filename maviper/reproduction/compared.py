@@ -1,0 +1,438 @@
+"""What a comparison shows: a table of means with intervals, words for differences, figures, LaTeX and the best trees.
+
+Does: reads the cells of a comparison; computes each number over seeds or, of several experts, over these; chooses the
+  best trees by RULE.
+Assumes: cells of one world, in which trees and expert of a seed played the same episodes.
+Does not: play, or write files.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from codegen.errors import ExitCode
+from codegen.ir import PolicyProfile
+from codegen.profiles import loads
+from codegen.rows import Shown, spell
+from codegen.wording import align_columns, format_count
+from maviper.episodes import measures
+from maviper.files import runs
+from maviper.page.latex import escape
+from maviper.reproduction import figures, register
+from maviper.reproduction.cells.cell import EXTRACTION
+from maviper.reproduction.cells.making import JOINT
+from maviper.reproduction.cells.table import CELLS, Row, read_table
+from maviper.reproduction.figures import MARKS, Mark, Point, name_algorithm
+from maviper.reproduction.grid import Making
+from maviper.reproduction.recipes import Finder, Number, Part, Place, estimate_parts, less, times
+from maviper.reproduction.register import Claim
+from maviper.reproduction.statistics import MODES, Estimate, interquartile, of_differences
+from maviper.reproduction.verdicts import OPEN, comparison, decide_family
+from maviper.worlds import Measure, World
+
+TABLE, LATEX, SUMMARY, BEST, FIGURE = "table.csv", "table.tex", "summary.txt", "best.json", "figure.svg"
+FILES = (TABLE, LATEX, SUMMARY, BEST, FIGURE)
+NONE = "-"
+Rows = Sequence[Mapping[str, Any]]
+RULE = (
+    "chosen: of all settings whose ratio lies within one standard error of the highest, the one with the fewest",
+    "leaves; of its teams the one with the highest ratio, which is too high for that: expect the setting's mean",
+)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is compared. `experts`: their labels; episodes: of one seed and line-up, and of an extraction at most."""
+
+    world: World
+    experts: tuple[str, ...]
+    algorithms: tuple[str, ...]
+    held_out: int
+    budget: int
+
+
+class Setting(NamedTuple):
+    """An algorithm at a depth."""
+
+    algorithm: str
+    depth: int
+
+    def __str__(self) -> str:
+        return f"{self.algorithm}, depth {self.depth}"
+
+
+@dataclass(repr=False)
+class AlgorithmsCompared(Shown):
+    """What a comparison found: `rows` for each measure and setting, words for `differences`, and the `best` trees."""
+
+    world: str
+    experts: tuple[str, ...]
+    table: list[dict[str, Any]]
+    differences: list[dict[str, Any]]  # of ratios: the first algorithm less each other one, depth by depth
+    best: PolicyProfile
+    chosen: dict[str, Any]  # of which setting, expert and seed the best is
+    pictures: dict[str, str]  # file name -> SVG
+    latex: str
+    lines: list[str]  # everything, for people
+    making: Making
+    files: dict[str, str] = field(default_factory=dict[str, str])
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each measure of each team, algorithm and depth; those that teams are judged by come first."""
+        return self.table
+
+    @property
+    def failed(self) -> dict[str, str]:
+        """The cells that failed, in words, with their messages."""
+        return self.making.failed
+
+    @property
+    def code(self) -> ExitCode:
+        """As an exit code."""
+        return self.making.code
+
+    @property
+    def told(self) -> list[str]:
+        """How much was compared, and the best."""
+        settings = len({(row["algorithm"], row["depth"]) for row in self.table})
+        best = ", ".join(f"{name} {spell(value)}" for name, value in self.chosen.items())
+        words = [each["said"] for each in self.differences]
+        return [
+            f"AlgorithmsCompared in {self.world[:40]}: {format_count(settings, 'setting')}, "
+            f"{format_count(self.table[0]['seeds'], 'seed')}, {format_count(len(self.experts), 'expert')}",
+            f"best: {best}",
+            *words[:2],
+        ]
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """Everything as plain data."""
+        told = {"world": self.world, "experts": list(self.experts), "rows": self.table}
+        return told | {"differences": self.differences, "best": self.chosen, "failed": self.failed}
+
+    def to_latex(self) -> str:
+        r"""A table for a paper, by the package booktabs: `\\usepackage{booktabs}`, then the text as it is."""
+        return self.latex
+
+    def _repr_html_(self) -> str:
+        return super()._repr_html_() + "".join(self.pictures.values())
+
+
+def read(folder: Path, asked: Asked, making: Making) -> AlgorithmsCompared:
+    """Computes everything from the cells in a folder."""
+    cells = _Cells(folder, asked)
+    rows = [cells.row(measure, setting) for measure in cells.measures for setting in cells.settings]
+    differences = cells.differences()
+    setting, row = cells.choose()
+    data = runs.read(folder / CELLS / row.cell / runs.PROFILE_FILE, 2**26)
+    chosen = {"algorithm": setting.algorithm, "depth": setting.depth, "expert": row.expert, "seed": row.seed}
+    pictures = cells.pictures(rows)
+    lines = _lines(cells, rows, differences, f"{setting}, seed {row.seed}, expert {row.expert}", making)
+    latex = _latex(cells, rows)
+    found = AlgorithmsCompared(
+        asked.world.name, asked.experts, rows, differences, loads(data, BEST), chosen, pictures, latex, lines, making
+    )
+    texts = {TABLE: found.to_csv(), LATEX: latex, SUMMARY: "\n".join(lines) + "\n", BEST: data.decode()}
+    return replace(found, files=texts | pictures)
+
+
+# --- numbers
+
+
+class _Cells:
+    """The cells of a comparison, and the numbers that they make."""
+
+    def __init__(self, folder: Path, asked: Asked) -> None:
+        self.asked, self.results = asked, read_table(folder)
+        self.finder, self.game = Finder(self.results), asked.world.name.partition(",")[0]
+        self.main = [asked.world.primary(team) for team in asked.world.teams]
+        self.measures = list(dict.fromkeys([*self.main, *measures.list_measures(asked.world)]))
+        there = {Setting(row.algorithm, row.depth) for row in self.results.cells(kind=EXTRACTION)}
+        self.settings = sorted(there, key=lambda each: (asked.algorithms.index(each.algorithm), each.depth))
+
+    @property
+    def several(self) -> bool:
+        """True where experts are the units."""
+        return len(self.asked.experts) > 1
+
+    def place(self, expert: str, depth: int, measure: Measure) -> Place:
+        """Cells of one expert and depth."""
+        return Place(self.game, expert, "", depth, measure.label)
+
+    def number(self, name: str, of: Callable[[str], list[Part]]) -> Number:
+        """A number over seeds; of several experts over these, those left out whose cells failed."""
+        known: list[tuple[list[Part], Estimate, int, int]] = []
+        for expert in self.asked.experts:
+            try:
+                parts = of(expert)
+                known.append((parts, *estimate_parts(self.results, parts)))
+            except KeyError:
+                continue
+        if not known:
+            return Number(name, [], Estimate(np.nan, np.nan, 0), 0, 0)
+        parts, estimate, seeds, episodes = known[0]
+        if not self.several:
+            return Number(name, parts, estimate, seeds, episodes)
+        every = [part for parts, *_ in known for part in parts]
+        return Number(name, every, of_differences([each.value for _, each, *_ in known]), len(known), episodes)
+
+    def ratio(self, expert: str, setting: Setting, measure: Measure, seeds: Sequence[int] | None = None) -> list[Part]:
+        """The ratio to the expert. KeyError where there are no cells."""
+        place = self.place(expert, setting.depth, measure)
+        seeds = self.finder.seeds(place, [setting.algorithm]) if seeds is None else seeds
+        return self.finder.ratio(place, setting.algorithm, [JOINT.format(measure.team)], seeds)
+
+    def value(self, expert: str, setting: Setting, measure: Measure) -> list[Part]:
+        """The measure itself. KeyError where there are no cells."""
+        parts = self.ratio(expert, setting, measure)
+        return [Part(part.weight, part.ours) for part in parts]
+
+    def theirs(self, expert: str, setting: Setting, measure: Measure) -> list[Part]:
+        """The expert's measure in the same episodes. KeyError where there are no cells."""
+        parts = self.ratio(expert, setting, measure)
+        return [Part(part.weight, part.theirs) for part in parts if part.theirs is not None]
+
+    def cells(self, setting: Setting) -> list[Row]:
+        """The cells of a setting, of all experts and seeds."""
+        return self.results.cells(kind=EXTRACTION, algorithm=setting.algorithm, depth=setting.depth)
+
+    def by_seed(self, expert: str, setting: Setting, measure: Measure) -> dict[int, float]:
+        """Seed -> the ratio of its trees to the expert. {} where there are no cells."""
+        place, values = self.place(expert, setting.depth, measure), dict[int, float]()
+        for seed in self.finder.rows(place, setting.algorithm):
+            try:
+                (part,) = self.ratio(expert, setting, measure, [seed])
+                ((_, ours),), ((_, theirs),) = part.ours.rows(self.results), _rows(part, self)
+            except KeyError:
+                continue
+            with np.errstate(divide="ignore", invalid="ignore"):
+                values[seed] = float(MODES[part.mode](ours.mean(), theirs.mean(), np.abs(theirs).mean()))
+        return values
+
+    def row(self, measure: Measure, setting: Setting) -> dict[str, Any]:
+        """The row of the table."""
+        value, ratio, theirs = (
+            self.number("", lambda expert, of=of: of(expert, setting, measure))
+            for of in (self.value, self.ratio, self.theirs)
+        )
+        scores = [list(self.by_seed(expert, setting, measure).values()) for expert in self.asked.experts]
+        middle = interquartile([np.array(each) for each in scores if each])
+        cells, members = self.cells(setting), self.asked.world.teams[measure.team]
+        facts = [self.results.facts(cell.cell) for cell in cells]
+        return {
+            "measure": measure.label,
+            "better": "lower" if measure.lower_is_better else "higher",
+            "algorithm": setting.algorithm,
+            "depth": setting.depth,
+            "experts": len({cell.expert for cell in cells}),
+            "seeds": len({cell.seed for cell in cells}),
+            **_three("value", value.value, *value.estimate.interval()),
+            "expert": _plain(theirs.value),
+            **_three("ratio", ratio.value, *ratio.estimate.interval()),
+            **_three("iqm", *middle),
+            "leaves": _mean([sum(told["trees"][agent]["leaves"] for agent in members) for told in facts]),
+            "fidelity": _mean([np.mean([told["fidelity"][agent] for agent in members]) for told in facts]),
+            "episodes": _mean([told["played"] for told in facts]),
+            "cpu_seconds": _mean([cell.cpu_seconds for cell in cells]),
+        }
+
+    # --- words
+
+    def differences(self) -> list[dict[str, Any]]:
+        """The first algorithm less each other one at each depth, by the measure that teams are judged by; all words are
+        corrected together.
+        """
+        pairs = [
+            (measure, one, other)
+            for measure, one, other in product(self.main, self.settings, self.settings)
+            if one.depth == other.depth
+            and one.algorithm == self.asked.algorithms[0]
+            and other.algorithm != one.algorithm
+        ]
+        compared = [
+            comparison(_claim(one, other), "", self.number("", lambda expert, pair=pair: self._less(expert, *pair)))
+            for pair in pairs
+            for _, one, other in [pair]
+        ]
+        rows: list[dict[str, Any]] = []
+        for (measure, one, other), each in zip(pairs, decide_family(compared, register.read()), strict=True):
+            assert each.number is not None
+            label = f"{name_algorithm(one.algorithm)} less {name_algorithm(other.algorithm)}"
+            numbers = _three("difference", each.number.value, *each.number.estimate.interval())
+            seen = _plain(each.visible)
+            said = f"{_shown(numbers, 'difference')} {each.word}"
+            said += f"; {seen:.3g} would have been detected" if each.word == OPEN and seen is not None else ""
+            about = {"measure": measure.label, "depth": one.depth, "first": one.algorithm, "second": other.algorithm}
+            told = f"{label}, {measure.label}, depth {one.depth}: {said}"
+            rows.append(about | numbers | {"word": each.word, "visible": seen, "said": told})
+        return rows
+
+    def _less(self, expert: str, measure: Measure, one: Setting, other: Setting) -> list[Part]:
+        place = self.place(expert, one.depth, measure)
+        seeds = self.finder.seeds(place, [one.algorithm, other.algorithm])
+        return less(*(self.ratio(expert, each, measure, seeds) for each in (one, other)))
+
+    # --- the best
+
+    def choose(self) -> tuple[Setting, Row]:
+        """The setting and the cell that RULE chooses."""
+        teams = len(self.main)
+
+        def parts(expert: str, setting: Setting) -> list[Part]:
+            return [part for each in self.main for part in times(1 / teams, self.ratio(expert, setting, each))]
+
+        numbers = {
+            each: self.number("", lambda expert, each=each: parts(expert, each)).estimate for each in self.settings
+        }
+        worth = {each: _worth(number.value) for each, number in numbers.items()}
+        best = max(worth, key=worth.__getitem__)
+        error = numbers[best].error if np.isfinite(numbers[best].error) else 0.0
+        near = [each for each in self.settings if worth[each] >= worth[best] - error]
+        setting = min(near, key=lambda each: (self.leaves(each), -worth[each]))
+        by_seed = {
+            (expert, measure): self.by_seed(expert, setting, measure)
+            for expert, measure in product(self.asked.experts, self.main)
+        }
+
+        def reached(cell: Row) -> float:
+            return _worth(float(np.mean([by_seed[cell.expert, each].get(cell.seed, np.nan) for each in self.main])))
+
+        return setting, max(self.cells(setting), key=reached)
+
+    def leaves(self, setting: Setting) -> float:
+        """The leaves of all agents' trees, in the mean."""
+        trees = [self.results.facts(cell.cell)["trees"] for cell in self.cells(setting)]
+        return float(np.mean([sum(tree["leaves"] for tree in told.values()) for told in trees]))
+
+    # --- pictures
+
+    def pictures(self, rows: Rows) -> dict[str, str]:
+        """A figure for each team, by file name."""
+        return {
+            FIGURE if len(self.main) == 1 else f"figure-{measure.team}.svg": self._picture(measure, rows)
+            for measure in self.main
+        }
+
+    def _picture(self, measure: Measure, rows: Rows) -> str:
+        shown, name = [row for row in rows if row["measure"] == measure.label], "ratio" if self.several else "value"
+        series: dict[str, list[Point]] = {}
+        for row in sorted(shown, key=lambda row: row["leaves"]):
+            number, low, high = (np.nan if row[each] is None else row[each] for each in _names(name))
+            series.setdefault(row["algorithm"], []).append(Point(number, low, high, row["leaves"]))
+        known = [row["expert"] for row in shown if row["expert"] is not None]
+        expert = 1.0 if self.several else float(np.mean(known)) if known else None
+        what = f"{measure.label}{', ratio to the expert' if self.several else ''}"
+        lower = ", lower is better" if measure.lower_is_better and not self.several else ""
+        title = f"{what}{lower}, over leaves"
+        ordered = {name: series[name] for name in self.asked.algorithms if name in series}
+        return figures.lines(title, "leaves of the team", ordered, expert, _looks(ordered), to_scale=True)
+
+
+def _rows(part: Part, cells: _Cells) -> Any:
+    assert part.theirs is not None
+    return part.theirs.rows(cells.results)
+
+
+def _looks(names: Mapping[str, Any]) -> dict[str, Mark]:
+    """A mark for each algorithm, its own where it has one, else one that no other has, while there are any."""
+    own = {name: MARKS[name] for name in names if name in MARKS}
+    free: Iterator[Mark] = (mark for mark in MARKS.values() if mark not in own.values())
+    return {name: own.get(name) or next(free, MARKS[""]) for name in names}
+
+
+def _claim(one: Setting, other: Setting) -> Claim:
+    return Claim(
+        id="compared",
+        place="",
+        says="",
+        family="compared",
+        statistic=register.JOINT,
+        test=register.GREATER,
+        first=[one.algorithm],
+        second=[other.algorithm],
+        cells={},
+    )
+
+
+def _worth(number: float) -> float:
+    return number if np.isfinite(number) else -np.inf
+
+
+def _mean(values: Sequence[Any]) -> float:
+    return float(np.mean(values))
+
+
+def _plain(number: float) -> float | None:
+    return float(number) if np.isfinite(number) else None
+
+
+def _names(name: str) -> tuple[str, str, str]:
+    return (name, "low", "high") if name == "value" else (name, f"{name} low", f"{name} high")
+
+
+def _three(name: str, *numbers: float) -> dict[str, float | None]:
+    """A number and the ends of its interval, under three names; None for what is not finite."""
+    return dict(zip(_names(name), map(_plain, numbers), strict=True))
+
+
+# --- what people read
+
+
+def _shown(row: Mapping[str, Any], name: str, digits: int = 3) -> str:
+    """A number with its interval."""
+    number, low, high = (row[each] for each in _names(name))
+    if number is None:
+        return NONE
+    interval = "" if low is None or high is None else f" [{low:z.{digits}f}, {high:z.{digits}f}]"
+    return f"{number:z.{digits}f}{interval}"
+
+
+HEAD = ("algorithm", "depth", "mean", "ratio", "leaves", "fidelity", "episodes", "CPU s")
+
+
+def _lines(cells: _Cells, rows: Rows, differences: Rows, best: str, making: Making) -> list[str]:
+    asked = cells.asked
+    units = format_count(len(asked.experts), "expert") if cells.several else format_count(rows[0]["seeds"], "seed")
+    lines = [
+        f"{asked.world.name}: {', '.join(asked.experts)}",
+        f"means with 95 % intervals over {units}; {asked.held_out} held-out episodes of each seed, the expert's too;",
+        f"equal budgets: at most {asked.budget:,} episodes for each extraction, which used so many as `episodes` says",
+    ]
+    for measure in cells.main:
+        shown = [row for row in rows if row["measure"] == measure.label]
+        lower = ", lower is better" if measure.lower_is_better else ""
+        lines += ["", f"{measure.label}{lower}; the expert's is {spell(shown[0]['expert'])}"]
+        lines += align_columns([HEAD, *map(_row, shown)])
+    if differences:
+        least = register.read().least_seeds
+        few = f"; fewer than {least} {units.split()[1].removesuffix('s')}s decide nothing"
+        lines += ["", f"differences of ratios; the chance that a word is false is at most 5 % for all together{few}"]
+        lines += [each["said"] for each in differences]
+    return [*lines, "", f"{BEST}: {best}", *RULE, *making.lines]
+
+
+def _row(row: Mapping[str, Any]) -> list[str]:
+    sizes = [f"{row['leaves']:.1f}", f"{row['fidelity']:.3f}", f"{row['episodes']:,.0f}", f"{row['cpu_seconds']:.1f}"]
+    return [row["algorithm"], str(row["depth"]), _shown(row, "value"), _shown(row, "ratio", 2), *sizes]
+
+
+def _latex(cells: _Cells, rows: Rows) -> str:
+    """A tabular by booktabs, with a part for each team."""
+    head = ["Algorithm", "Depth", "Mean", "Ratio", "IQM of ratios", "Leaves", "Fidelity", "Episodes"]
+    lines = ["% \\usepackage{booktabs}", "\\begin{tabular}{lrllllrr}", "\\toprule", f"{' & '.join(head)} \\\\"]
+    for measure in cells.main:
+        shown = [row for row in rows if row["measure"] == measure.label]
+        lower = ", lower is better" if measure.lower_is_better else ""
+        title = escape(f"{measure.label}{lower}; expert {spell(shown[0]['expert'])}")
+        lines += ["\\midrule", f"\\multicolumn{{{len(head)}}}{{l}}{{{title}}} \\\\"]
+        for row in shown:
+            numbers = [_shown(row, "value"), _shown(row, "ratio", 2), _shown(row, "iqm", 2)]
+            sizes = [f"{row['leaves']:.1f}", f"{row['fidelity']:.2f}", f"{row['episodes']:.0f}"]
+            words = [escape(name_algorithm(row["algorithm"])), str(row["depth"])]
+            lines.append(f"{' & '.join([*words, *numbers, *sizes])} \\\\")
+    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
