@@ -371,7 +371,7 @@ def test_options_of_claims_about_episodes(document, place, name, option, value):
 
 EXTRACT = [
     ["--seed", "-1"], ["--seed", "9" * 30], ["--max-depth", "65"], ["--max-depth", "0"], ["--rollouts", "0"],
-    ["--iterations", "1000000"], ["--selection-episodes", "-5"], ["--selection-episodes", "100001"],
+    ["--iterations", "1000000"], ["--set", "selection_episodes=-5"], ["--set", "selection_episodes=100001"],
     ["--preset", ""], ["--algorithm", "viper"],
 ]  # fmt: skip
 

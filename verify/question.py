@@ -75,6 +75,10 @@ About = TypeVar("About", bound=AnyClaim, covariant=True)
 Asked = TypeVar("Asked", bound=AnyClaim)
 
 
+LIMITS = ("solver_units", "max_nodes", "max_cells", "max_zones", "max_boxes")
+EFFORTS = {"low": Fraction(1, 10), "normal": Fraction(1), "high": Fraction(10)}  # times the usual limits
+
+
 @dataclass(frozen=True)
 class Budgets:
     """The limits on what is spent on a question, in units that do not depend on the machine."""
@@ -86,7 +90,14 @@ class Budgets:
     max_boxes: int = 60_000_000  # spent on claims about a stated system, whatever is tried; about a million a second
     covers: bool = True  # whether boxes are tried; tests of what comes after them leave them out
     samples: int = 4_096  # episodes of a stated system that are played in search of a counterexample
-    option: str = "--solver-units"  # that sets the limits on units and nodes; "" where none does
+    option: str = "--effort"  # that sets the limits on units and nodes; "" where none does
+
+    @staticmethod
+    def of_effort(effort: str) -> "Budgets":
+        """Returns the limits of an effort, one of EFFORTS."""
+        usual, times = Budgets(), EFFORTS[effort]
+        limits = {name: int(getattr(usual, name) * times) for name in LIMITS}
+        return replace(usual, **limits)
 
     def hint(self, what: str = "may answer") -> str:
         """Returns advice for where a limit on units or nodes ended a search."""

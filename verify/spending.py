@@ -72,7 +72,7 @@ def tell(done: int, most: int, words: str) -> None:
         listener(done, most, words)
 
 
-OPTION = "--max-boxes"
+OPTION = "--effort"
 FORM, STATE, PROGRAM = 10, 100, 400  # boxes that an affine form, a symbolic state and a linear program take as long as
 
 

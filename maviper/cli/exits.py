@@ -14,7 +14,7 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from typing import Any
 
 from codegen.errors import ExitCode, MaviperError
@@ -49,6 +49,31 @@ def _interrupt_again(unraisable: Any) -> None:
         threading.Timer(0.01, _thread.interrupt_main).start()
     else:
         sys.__unraisablehook__(unraisable)
+
+
+@contextlib.contextmanager
+def limit_seconds(seconds: float | None) -> Generator[Callable[[], bool]]:
+    """Interrupts what runs inside after so many seconds, as Ctrl-C does, which solvers listen to. None: never. Gives a
+    function that says whether it did.
+    """
+    over, lock = threading.Event(), threading.Lock()
+
+    def end() -> None:
+        with lock:
+            over.set()
+            os.kill(os.getpid(), signal.SIGINT)
+
+    timer = None if seconds is None else threading.Timer(seconds, end)
+    try:
+        if timer is not None:
+            timer.start()
+        yield over.is_set
+    finally:
+        if timer is not None:
+            with lock:
+                timer.cancel()
+        if over.is_set():
+            _interrupts.clear()  # nobody asked for an end of the command
 
 
 def keep_output() -> None:

@@ -15,8 +15,9 @@ import click
 
 from codegen.errors import ExitCode
 from codegen.wording import format_count
-from maviper.cli.options import PATH, PROFILE, FolderPath, Verb, console_of, names, option, options_of, output
+from maviper.cli.options import PATH, PROFILE, SETTING, FolderPath, Verb, console_of, names, option, options_of, output
 from maviper.options import CompileOptions, ExtractOptions, ImportOptions, TrainOptions
+from maviper.options.extraction import SETTINGS
 from maviper.options.verbs import IMPORTED, TARGETS, WRITTEN
 
 if TYPE_CHECKING:
@@ -29,11 +30,13 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
 @click.command(
     cls=Verb,
     renamed=RENAMED,
+    settings=SETTINGS,
     example="maviper extract physical-deception -o small.json --max-episodes 500\n"
     "maviper extract physical-deception -o run --max-depth 5 --seeds 4",
 )
 @click.argument("expert")
 @options_of(ExtractOptions)
+@SETTING
 @output("The profile's JSON file, or a run folder.", FolderPath(".json"))
 @click.pass_context
 def extract(context: click.Context, expert: str, output: Path, **options: Unpack[ExtractOptions]) -> int:
@@ -61,7 +64,7 @@ def extract(context: click.Context, expert: str, output: Path, **options: Unpack
 def _command(context: click.Context, expert: str, options: Mapping[str, object]) -> str:
     """The command line that asks for the same, without what only says how it runs on."""
     said = [
-        f"--{name.replace('_', '-')} {value}"
+        f"--set {name}={value}" if name in SETTINGS else f"--{name.replace('_', '-')} {value}"
         for name, values in sorted(options.items())
         if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
         for value in (cast("tuple[object, ...]", values) if isinstance(values, tuple) else (values,))
@@ -221,7 +224,10 @@ def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output
 
 
 @click.command(
-    "compile", cls=Verb, renamed={"--budget": "--solver-units"}, example="maviper compile demo/profile.json -o code"
+    "compile",
+    cls=Verb,
+    renamed=dict.fromkeys(("--budget", "--solver-units"), "--effort low|normal|high"),
+    example="maviper compile demo/profile.json -o code",
 )
 @PROFILE
 @option(

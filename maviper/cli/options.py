@@ -9,7 +9,7 @@ Does not: know any command, or import anything heavy before a command needs it.
 
 import inspect
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -17,7 +17,7 @@ from typing import Any, cast
 
 import click
 
-from codegen.errors import InputError, escape_text, steers, suggestion
+from codegen.errors import InputError, UnknownNameError, escape_text, steers, suggestion
 from maviper.options.table import Option as Table
 from maviper.options.table import table_of
 from maviper.options.verbs import QUESTION
@@ -38,10 +38,18 @@ class Verb(click.Command):
     new words of each. One that the command still reads is hidden; any other one is the new option by another name.
     """
 
-    def __init__(self, *names: Any, example: str = "", renamed: Mapping[str, str] | None = None, **more: Any) -> None:
+    def __init__(
+        self,
+        *names: Any,
+        example: str = "",
+        renamed: Mapping[str, str] | None = None,
+        settings: Sequence[str] = (),
+        **more: Any,
+    ) -> None:
         # of each command, not of the group: click keeps the help option of whoever asks first, with or without a parent
         super().__init__(*names, **{"context_settings": {"help_option_names": ["-h", "--help"]}, **more})
-        self.example, self.renamed = example, dict(renamed or {})
+        self.example, self.settings = example, {name: f"--{name.replace('_', '-')}" for name in settings}
+        self.renamed = {flag: f"--set {name}=..." for name, flag in self.settings.items()} | dict(renamed or {})
         for parameter in self.params:
             if isinstance(parameter, click.Option) and not self.renamed.keys().isdisjoint(parameter.opts):
                 parameter.hidden = True
@@ -60,7 +68,34 @@ class Verb(click.Command):
             if steers(word):
                 ctx.fail(f"an argument holds an invisible character: {escape_text(word)}")
         end = args.index("--") if "--" in args else len(args)
-        return super().parse_args(ctx, [self._today(ctx, word) for word in args[:end]] + args[end:])
+        today = [self._today(ctx, word) for word in args[:end]]
+        return super().parse_args(ctx, [*self._spread_settings(ctx, today), *args[end:]])
+
+    def _spread_settings(self, ctx: click.Context, words: Iterable[str]) -> Iterator[str]:
+        """The words, each `--set NAME=VALUE` as the hidden option of that name. `--set help` lists them, and ends."""
+        words = iter(words)
+        for word in words:
+            flag, equals, value = word.partition("=")
+            if flag != "--set" or not self.settings:
+                yield word
+                continue
+            name, _, value = (value if equals else next(words, "")).partition("=")
+            if name == "help":
+                self._list_settings()
+                ctx.exit()
+            if name not in self.settings:
+                raise UnknownNameError("setting", escape_text(name), list(self.settings), "--set")
+            if not value:
+                raise InputError(f"{name} has no value", f"--set {name}", f"write --set {name}=VALUE")
+            yield from (self.settings[name], value)
+
+    def _list_settings(self) -> None:
+        """Prints the name, range, default and text of each setting."""
+        known = {each.name: each for each in self.params if isinstance(each, click.Option)}
+        for name in self.settings:
+            usual = known[name].default or "the algorithm's"
+            told = "" if "(default" in (known[name].help or "") else f" (default: {usual})"
+            click.echo(f"{name:<20}{known[name].metavar}\n    {known[name].help}{told}")
 
     def _today(self, ctx: click.Context, word: str) -> str:
         name, separator, value = word.partition("=")
@@ -219,6 +254,16 @@ def _option_of(asked: Table) -> Callable[[Any], Any]:
     reader = partial(_number_or_word, asked.words) if asked.words else reader
     about |= {"type": kind, "multiple": asked.several and not asked.commas, "callback": reader}
     return option(asked.flag, asked.name, default=default, show_default=default is not None, **about)
+
+
+SETTING = option(
+    "--set",
+    multiple=True,
+    expose_value=False,
+    metavar="NAME=VALUE",
+    section="How it runs",
+    help="A rarer setting (repeatable; --set help lists them).",
+)
 
 
 def output(text: str, kind: click.Path = FOLDER) -> Callable[[Any], Any]:

@@ -39,7 +39,11 @@ if TYPE_CHECKING:
     from maviper.verification.robust import Changes, Radii
 
 
-@click.command(cls=Verb, example="maviper check generated/proved_defenders/certificate-1-distinct_targets.json")
+@click.command(
+    cls=Verb,
+    renamed={"--world": "--system"},
+    example="maviper check generated/proved_defenders/certificate-1-distinct_targets.json",
+)
 @click.argument("certificate", type=PATH)
 @option(
     "--profile",
@@ -54,7 +58,8 @@ if TYPE_CHECKING:
     help="The second profile of a certificate by `maviper diff` (default: against.json beside it).",
 )
 @option(
-    "--world",
+    "--system",
+    "world",
     type=PATH,
     default=None,
     help="The world file of a certificate about a stated system (default: world.toml beside it).",
@@ -71,7 +76,7 @@ def check(
 
     `maviper diff -o` writes a CERTIFICATE if agents act alike in two profiles. Both are needed to check it.
 
-    `maviper verify --world -o` writes a CERTIFICATE about a stated system. The world file is needed to check it; what
+    `maviper verify --system -o` writes a CERTIFICATE about a stated system. The world file is needed to check it; what
     that says of dynamics that are not affine is shown again first.
 
     A CERTIFICATE may be packed with xz (`.json.xz`).
@@ -94,13 +99,16 @@ def check(
     return ExitCode.DONE
 
 
-@click.command(cls=Verb, example="maviper replay report/counterexample-1-distinct_targets.json")
+@click.command(
+    cls=Verb, renamed={"--world": "--system"}, example="maviper replay report/counterexample-1-distinct_targets.json"
+)
 @click.argument("counterexample", type=PATH)
 @option(
     "--profile", type=PATH, default=None, help="The profile to replay it with (default: profile.json beside the file)."
 )
 @option(
-    "--world",
+    "--system",
+    "world",
     type=PATH,
     default=None,
     help="The world file of a counterexample in a stated system (default: world.toml beside it).",
@@ -220,7 +228,11 @@ def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], co
         console.line("removed", f"the files of an earlier repair in {output}")
 
 
-@click.command(cls=Verb, example="maviper diff demo/extracted/profile.json demo/profile.json -o changed")
+@click.command(
+    cls=Verb,
+    renamed=dict.fromkeys(("--max-nodes", "--max-cells"), "--effort low|normal|high"),
+    example="maviper diff demo/extracted/profile.json demo/profile.json -o changed",
+)
 @click.argument("first", type=PATH)
 @click.argument("second", type=PATH)
 @REGION

@@ -17,7 +17,7 @@ from codegen.errors import ExitCode, InputError
 from codegen.wording import format_count
 from maviper import options as tables
 from maviper.cli.options import FOLDER, PATH, PROFILE, REGION, RESULTS, Verb, Verbs, console_of, option, options_of
-from maviper.options.verbs import QUESTION
+from maviper.options.verbs import BUDGETS, QUESTION
 from verify.claims.parameters import NAMES as PARAMETERS
 
 if TYPE_CHECKING:
@@ -122,7 +122,8 @@ QUESTION_OPTIONS = (
         help="List the built-in properties.",
     ),
     option(
-        "--world",
+        "--system",
+        "world",
         type=PATH,
         default=None,
         section=QUESTION,
@@ -133,20 +134,25 @@ QUESTION_OPTIONS = (
 )
 
 
+MAX_SECONDS = option(
+    "--max-seconds",
+    type=click.FloatRange(0, min_open=True),
+    section=BUDGETS,
+    help="End after so many seconds; claims without an answer by then are UNKNOWN.",
+)
 CALL = '--claim "{}"'
 OLD_OPTIONS = {
     **{f"--{each}": CALL.format(f"NAME({each}=...)") for each in (*PARAMETERS, "team")},
     "--property": CALL.format("NAME"),
-    "--zones": "--max-zones",
-    "--budget": "--solver-units",
-    "--where-zones": "--max-cells",
+    **dict.fromkeys(("--solver-units", "--max-zones", "--max-boxes", "--max-cells"), "--effort low|normal|high"),
+    "--world": "--system",
 }
 
 
 def add_verify_options(command: Any) -> Any:
     """Adds all of them to a command."""
     of_systems = options_of(tables.SystemOptions, "max_boxes")
-    for each in reversed((*QUESTION_OPTIONS, options_of(tables.VerifyOptions), of_systems)):
+    for each in reversed((*QUESTION_OPTIONS, options_of(tables.VerifyOptions), of_systems, MAX_SECONDS)):
         command = each(command)
     return command
 
@@ -189,7 +195,7 @@ def verify(
     the exact share of the region that these cells cover, and the largest region found in which the claim is proved
     although it could fail. With -o, this region is written as a file that --region reads.
 
-    With --world, claims are about the system that a world file defines: stays_in, avoids, reaches and
+    With --system, claims are about the system that a world file defines: stays_in, avoids, reaches and
     reaches_and_stays with regions of its variables, and formulas over single decisions. Verdicts are then of the stated
     dynamics, with the error that the file states; if it names an environment, 100,000 steps of that are compared with
     the statement.
@@ -214,14 +220,17 @@ def _decide_claims(
     profile: Path, options: dict[str, Any], output: Path | None, as_json: bool, full: bool, console: "Console"
 ) -> int:
     """Decides, prints and writes; the exit code."""
+    from maviper.cli.exits import limit_seconds
     from maviper.cli.results import exit_code, say_results
     from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import pose_questions, verify_questions
     from verify.claims.wording import spell_rounded
+    from verify.result import Verdict
     from verify.spending import listening
 
+    seconds = options.pop("max_seconds")
     asking = VerifyOptions.of(options).ensure_usable()
     if output is not None and asking.verdict_only:
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
@@ -242,13 +251,20 @@ def _decide_claims(
         said = stated.said if stated else []
     for about, words in said:
         console.line(about, words)
-    with console.following("deciding") as listener, listening(listener):
-        done = verify_questions(loaded, asked, asking, lambda result: say_results(loaded, [result], console), stated)
-    if output is not None:
+    with console.following("deciding") as listener, listening(listener), limit_seconds(seconds) as is_over:
+        done = verify_questions(
+            loaded, asked, asking, lambda result: say_results(loaded, [result], console), stated, is_over
+        )
+    if output is not None and done.results:
         _write(output, done, given, asking, console)
     if as_json or full:
         click.echo(done.printed(as_json), nl=False)
-    if len(done.results) < len(asked):
+    open_claims = [one for one in asked if one not in done.asked]
+    if open_claims and is_over():
+        for one in open_claims:
+            console.line(Verdict.UNKNOWN.value, f"{one.words}: no answer within {seconds:g} s (--max-seconds)")
+        return _end_with(exit_code([*(result.verdict for result in done.results), Verdict.UNKNOWN]), unread)
+    if open_claims:
         console.line("interrupted", f"{len(done.results)} of {format_count(len(asked), 'claim')} decided")
         raise KeyboardInterrupt
     return _end_with(exit_code([result.verdict for result in done.results]), unread)

@@ -196,7 +196,7 @@ def _ensure_watchable(certificate: SystemCertificate, where: str) -> None:
     match certificate.proof:
         case Walks():
             if not certificate.claim.about_decisions:
-                raise InputError(SYMBOLIC, where, f"{ADVICE}: verify with a larger --max-boxes")
+                raise InputError(SYMBOLIC, where, f"{ADVICE}: verify with a larger --effort")
             ensure_wide(_list_regions(certificate), where)
         case CoverProof(sets="forms"):
             raise InputError(FORMS, where, ADVICE)

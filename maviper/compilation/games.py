@@ -25,7 +25,7 @@ from verify.systems.system import Affine, Feature, HalfSpace, Measure, Polytope,
 
 MEASURES = {"": Measure.VALUE, "sign": Measure.SIGN, "positive": Measure.POSITIVE, "zero": Measure.EQUALS}
 NONE: Interval = (Fraction(0), Fraction(0))
-AGAIN = "verify the claim again, by its name and without --world"
+AGAIN = "verify the claim again, by its name and without --system"
 ONE = "ask about one region after the other"
 
 

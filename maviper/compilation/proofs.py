@@ -68,7 +68,7 @@ def ensure_askable(targets: Sequence[str], budget: int | None) -> None:
         raise InputError(f"the solver units must be positive, not {budget}", "--solver-units", "leave it out")
 
 
-def prove(build: Build, budget: int | None = None) -> Proofs:
+def prove(build: Build, budget: int | None = None, effort: str = "normal") -> Proofs:
     """Asks whether the C and the Python of a build decide as the trees for every observation.
 
     DisagreementError, with the observation, when they do not.
@@ -93,7 +93,9 @@ def prove(build: Build, budget: int | None = None) -> Proofs:
         except Unreadable as error:
             skipped.append(f"{target}: {error}")
     return Proofs(
-        tuple(_answer_question(profile, question, budget or Budgets().solver_units) for question in asked),
+        tuple(
+            _answer_question(profile, question, budget or Budgets.of_effort(effort).solver_units) for question in asked
+        ),
         tuple(skipped),
     )
 

@@ -63,7 +63,7 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
     if asked.prove:
         from maviper.compilation import proofs
 
-        proved = proofs.prove(code.build, asked.solver_units)
+        proved = proofs.prove(code.build, asked.solver_units, asked.effort)
         more = {**more, **proofs.files_of(proved, code.build.model)}
     if asked.contracts or asked.frama_c:
         contracts = contracts_of(code.build.profile, code.build.model)

@@ -124,9 +124,9 @@ def _check_outputs(world: World, settings: Settings) -> None:
     unfit = {
         "--algorithm": (settings.algorithm in (FITTED_Q, RGMDT, BEST_RESPONSE), "it compares numbered actions"),
         "--preset released": (settings.preset == RELEASED, "the authors' code has numbered actions alone"),
-        "--labels": (settings.labels == RESPONSE, "a best reply is one of numbered actions"),
-        "--weights": (settings.weights != EQUAL, "a weight compares the Q of numbered actions"),
-        "--least-right": (settings.least_right != NO_VOTES, "votes count equal actions"),
+        "--set labels": (settings.labels == RESPONSE, "a best reply is one of numbered actions"),
+        "--set weights": (settings.weights != EQUAL, "a weight compares the Q of numbered actions"),
+        "--set least_right": (settings.least_right != NO_VOTES, "votes count equal actions"),
     }
     for option, (wrong, why) in unfit.items():
         if wrong:

@@ -48,7 +48,7 @@ FIGURES = "figures"
 # of each team: how much of its data the votes kept, in what share of the points in which all its members act all of
 # them do right, and what that share would be if their errors had nothing to do with each other
 FIGURE_NAMES = ("kept", "joint accuracy", "product of accuracies")
-WITH_Q = "choose --critic learned or measured, or --labels expert"
+WITH_Q = "choose --critic learned or measured, or --set labels=expert"
 EVERYBODY = -1  # whose the points of examples are
 WEIGHING = 0.9  # of a round's work, where it takes long enough to be told of
 

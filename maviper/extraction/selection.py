@@ -238,8 +238,8 @@ def explain_stop(told: Mapping[str, str | int | float]) -> str:
     if "max_seconds" in told:
         patience = f"{told['max_seconds']:g} s are over (--max-seconds), or {patience}"
     if "enough" in told:
-        return f"a ratio of {told['enough']} to the expert is reached (--enough), or {patience} (--patience)"
-    return f"{patience} (--patience)"
+        return f"a ratio of {told['enough']} to the expert is reached (--set enough), or {patience} (--set patience)"
+    return f"{patience} (--set patience)"
 
 
 class Selection:

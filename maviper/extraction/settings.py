@@ -393,11 +393,11 @@ class Settings:
                 raise InputError(what, option_of(name))
         if not VOTES.fullmatch(self.least_right):
             what = f"'{self.least_right[:40]}' is no number of right predictions"
-            raise InputError(what, "--least-right", "write N, N-1, 2, or a share such as 0.5")
+            raise InputError(what, "--set least_right", "write N, N-1, 2, or a share such as 0.5")
         if not 0 <= self.explore <= 1:
-            raise InputError("explore is a share from 0 to 1", "--explore", "leave it out")
+            raise InputError("explore is a share from 0 to 1", "--set explore", "leave it out")
         if not 0 <= self.enough <= MAX_RATIO:
-            raise InputError(f"enough is a ratio from 0 to {MAX_RATIO}", "--enough", "leave it out")
+            raise InputError(f"enough is a ratio from 0 to {MAX_RATIO}", "--set enough", "leave it out")
         if not 0 <= self.max_seconds < math.inf:
             raise InputError("max_seconds is a number of seconds, from 0", "--max-seconds", "leave it out")
         if self.max_leaves and not 2 <= self.max_leaves <= MAX_NUMBER:
@@ -406,13 +406,13 @@ class Settings:
         for name in self.undo.split("+") if self.undo else ():
             if name not in ACCIDENTS[self.algorithm]:
                 what = f"accident of the released {self.algorithm}"
-                raise UnknownNameError(what, name, ACCIDENTS[self.algorithm], "--undo")
+                raise UnknownNameError(what, name, ACCIDENTS[self.algorithm], "--set undo")
         if self.max_depth > ir.MAX_DEPTH:
             raise InputError(f"max_depth must be at most {ir.MAX_DEPTH}", "--max-depth")
         if not 0 <= self.seed < 2**32:
             raise InputError("the seed must be from 0 to 4294967295", "--seed")
         if max(self.iterations * self.rollouts, self.selection_episodes) > EPISODES_PER_SEED:
-            where = "--iterations times --rollouts, --selection-episodes"
+            where = "--iterations times --rollouts, --set selection_episodes"
             raise InputError(f"more than {EPISODES_PER_SEED} episodes in all", where)
         return self
 

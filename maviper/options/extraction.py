@@ -21,7 +21,7 @@ PAPERS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, vip
 ALGORITHMS = f"{PAPERS}, best-response, rgmdt"
 FEATURES = "velocity, goal, differences, signs, ahead, coasting (several with +)"
 WHAT, EPISODES, LEARNS, HOW = "What is extracted", "Episodes", "What it learns from", "How it runs"
-PARTS = "What the algorithm's name sets"
+PARTS, TUNING = "What the algorithm's name sets", "How rounds are chosen and ended"  # given by --set
 
 
 class ExtractOptions(TypedDict, total=False):
@@ -64,12 +64,17 @@ class ExtractOptions(TypedDict, total=False):
             None,
             PARTS,
             "What trees are taught: expert (its actions) or response (the best reply to the mates' trees).",
-            "NAME",
+            "expert|response",
         ),
     ]
     rollouts_by: Annotated[
         str | None,
-        Option(None, PARTS, "Whose trees play together among experts: agent, team or all; or experts alone.", "NAME"),
+        Option(
+            None,
+            PARTS,
+            "Whose trees play together among experts: agent, team or all; or experts alone.",
+            "agent|team|all|experts",
+        ),
     ]
     weights: Annotated[
         str | None,
@@ -77,7 +82,7 @@ class ExtractOptions(TypedDict, total=False):
             None,
             PARTS,
             "What states weigh: own, averaged (over what others could do) or equal.",
-            "NAME",
+            "own|averaged|equal",
         ),
     ]
     least_right: Annotated[
@@ -86,11 +91,12 @@ class ExtractOptions(TypedDict, total=False):
             None,
             PARTS,
             "Members that must be predicted right, of a team of N: N, N-1, 2, or a share such as 0.5; 0: no votes.",
-            "VOTES",
+            "N|N-1|NUMBER|SHARE",
         ),
     ]
     selection_by: Annotated[
-        str | None, Option(None, PARTS, "For whom one round is chosen: agent, member, team or all.", "NAME")
+        str | None,
+        Option(None, PARTS, "For whom one round is chosen: agent, member, team or all.", "agent|member|team|all"),
     ]
     undo: Annotated[
         str,
@@ -98,7 +104,7 @@ class ExtractOptions(TypedDict, total=False):
             "",
             PARTS,
             "Accidents of preset released to leave out: leaves, restarts, warm-up (several with +).",
-            "NAMES",
+            "leaves+restarts+warm-up",
         ),
     ]
     features: Annotated[str, Option("", WHAT, f"Additional features: {FEATURES}, or auto.", "NAMES")]
@@ -126,10 +132,18 @@ class ExtractOptions(TypedDict, total=False):
     rollouts: Annotated[int | None, Option(None, EPISODES, "Episodes per round (default: the paper's).")]
     patience: Annotated[
         int | None,
-        Option(None, EPISODES, "Stop after so many rounds without a gain (default: 10; in paper and released: never)."),
+        Option(
+            None,
+            TUNING,
+            "Stop after so many rounds without a gain (default: 10; in paper and released: never).",
+            "1 to 1000000",
+        ),
     ]
     enough: Annotated[
-        float, Option(0.0, EPISODES, "Stop at this ratio to the expert, by the lower end of its interval; 0: never.")
+        float,
+        Option(
+            0.0, TUNING, "Stop at this ratio to the expert, by the lower end of its interval; 0: never.", "0 to 100"
+        ),
     ]
     max_seconds: Annotated[
         float,
@@ -139,8 +153,12 @@ class ExtractOptions(TypedDict, total=False):
             "After so many seconds end with the best trees so far; what is measured comes on top; 0: no limit.",
         ),
     ]
-    selection: Annotated[str | None, Option(None, EPISODES, "uniform, return or race (default: the preset's).", "NAME")]
-    selection_episodes: Annotated[int | None, Option(None, EPISODES, "Episodes per candidate and team (default: 100).")]
+    selection: Annotated[
+        str | None, Option(None, TUNING, "uniform, return or race (default: the preset's).", "uniform|return|race")
+    ]
+    selection_episodes: Annotated[
+        int | None, Option(None, TUNING, "Episodes per candidate and team (default: 100).", "1 to 1000000")
+    ]
     refinement_episodes: Annotated[
         int | None,
         Option(
@@ -154,16 +172,16 @@ class ExtractOptions(TypedDict, total=False):
         str | None,
         Option(
             None,
-            EPISODES,
+            TUNING,
             "The measure that teams are judged by (default: the world's first; preset paper: the paper's).",
             "NAME",
         ),
     ]
-    explore: Annotated[float, Option(0.0, LEARNS, "fitted-q: share of uniform actions while it collects.")]
+    explore: Annotated[float, Option(0.0, TUNING, "fitted-q: share of uniform actions while it collects.", "0 to 1")]
     critic: Annotated[str, Option("learned", LEARNS, "The Q that weights the states: learned, measured or none.")]
     max_samples: Annotated[
         int | None,
-        Option(None, LEARNS, "Points drawn by weight for each tree, at most (default: 300000)."),
+        Option(None, TUNING, "Points drawn by weight for each tree, at most (default: 300000).", "1 to 1000000"),
     ]
     world: Annotated[
         str | Callable[..., Any] | None, Option(None, LEARNS, "The expert's world, where its file cannot say it.")
@@ -215,6 +233,7 @@ class Refusal(NamedTuple):
 
 
 UNDO = "undo"
+SETTINGS = tuple(name for name, option in table_of(ExtractOptions).items() if option.section in (PARTS, TUNING))
 PART_NAMES = tuple(
     name for name, option in table_of(ExtractOptions).items() if option.section == PARTS and name != UNDO
 )
@@ -252,36 +271,36 @@ REFUSALS = (
     Refusal(
         ("selection_by",),
         {"selection": ("return", "race")},
-        "--selection return and race compare the iterates of one agent or of one team",
-        "choose team or agent, or --selection uniform",
+        "--set selection=return and race compare the iterates of one agent or of one team",
+        "choose team or agent, or --set selection=uniform",
         ("all",),
     ),
     Refusal(
         ("selection_by",),
         {"selection": ("uniform", "return")},
         "rounds of single members are raced",
-        "choose --selection race, or --selection-by team",
+        "choose --set selection=race, or --set selection_by=team",
         ("member",),
     ),
     Refusal(
         ("least_right",),
         {"labels": (RESPONSE,)},
         "votes count predictions of the expert's actions, and replies are others",
-        "choose --least-right 0 or --labels expert",
+        "choose --set least_right=0 or --set labels=expert",
         VOTES,
     ),
     Refusal(
         ("rollouts_by",),
         {"labels": (RESPONSE,)},
         "a reply is to mates that are extracted in the same rounds",
-        "choose --rollouts-by team or all",
+        "choose --set rollouts_by=team or all",
         ("agent",),
     ),
     Refusal(
         ("weights",),
         {"labels": (RESPONSE,)},
         "a reply is to what mates do, so it is not averaged over what others could do",
-        "choose --weights own or equal",
+        "choose --set weights=own or equal",
         ("averaged",),
     ),
     Refusal(("explore",), {"algorithm": AllBut([FITTED_Q])}, "only fitted-q explores", "leave it out"),
@@ -322,7 +341,7 @@ REFUSALS = (
         ("max_leaves",),
         {"least_right": VOTES},
         "a team whose members vote grows level by level, so its trees have a depth and no budget of leaves",
-        "choose --least-right 0, --algorithm viper or iviper, or --max-depth",
+        "choose --set least_right=0, --algorithm viper or iviper, or --max-depth",
     ),
     Refusal(
         ("share",),
@@ -350,7 +369,7 @@ REFUSALS = (
 def option_of(setting: str) -> str:
     """The option by which a user gives a setting of an extraction."""
     flags = {option.setting: option.flag for option in table_of(ExtractOptions).values()}
-    return flags.get(setting, f"--{setting.replace('_', '-')}")
+    return f"--set {setting}" if setting in SETTINGS else flags.get(setting, f"--{setting.replace('_', '-')}")
 
 
 def ensure_together(said: Mapping[str, Any], changed: Collection[str]) -> None:
@@ -362,5 +381,6 @@ def ensure_together(said: Mapping[str, Any], changed: Collection[str]) -> None:
         if asked:
             who = AUTHORS if said["preset"] in refusal.beside.get("preset", ()) else said["algorithm"]
             one = refusal.values and not isinstance(refusal.values, AllBut)
-            where = [f"{option_of(name)} {said[name]}" if one else option_of(name) for name in asked]
+            given = [(option_of(name), said[name]) for name in asked]
+            where = [f"{name}{' ='[' ' in name]}{value}" if one else name for name, value in given]
             raise InputError(refusal.reason.format(who=who), ", ".join(where), refusal.advice)

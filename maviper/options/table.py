@@ -177,6 +177,8 @@ def spell_out(options: type) -> Callable[[Verb], Verb]:
 
 
 FLAG = re.compile(r"(?<![\w-])--([a-z][a-z-]*)(?:[ =]([A-Za-z0-9_.:/+-]*[A-Za-z0-9_]))?")
+SET = re.compile(r"--set (\w+)(?:=(\S*\w))?")  # an option that the command takes by --set
+CALLED_IN_PYTHON = {"system": "world"}
 LISTED = "`maviper properties list`"
 
 
@@ -187,7 +189,7 @@ def speak_python(verb: Verb, table: Mapping[str, Option] = MappingProxyType({}))
     def spell(found: re.Match[str]) -> str:
         flag, value = found.groups()
         option = known.get(flag)
-        name = option.name if option else flag.replace("-", "_")
+        name = option.name if option else CALLED_IN_PYTHON.get(flag, flag.replace("-", "_"))
         if found[0] == found.string:
             return name
         if option and option.default is True and flag.startswith("no-"):
@@ -208,6 +210,7 @@ def speak_python(verb: Verb, table: Mapping[str, Option] = MappingProxyType({}))
         except MaviperError as error:
             for part in ("what", "where", "next_step"):
                 text = getattr(error, part).replace(LISTED, "maviper.claims")
+                text = SET.sub(lambda one: f"--{one[1].replace('_', '-')} {one[2] or ''}".strip(), text)
                 setattr(error, part, FLAG.sub(spell, text))
             error.args = (error.what,)
             raise

@@ -16,6 +16,10 @@ from verify.claims.parameters import Names, Number, Parameters
 QUESTION, EXTENT, BUDGETS = "What is asked", "Where a claim holds", "Budgets"
 
 
+EFFORT = "How much is tried before the answer is UNKNOWN: low, normal or high, each ten times the one before."
+Effort = Annotated[Literal["low", "normal", "high"], Option("normal", BUDGETS, EFFORT)]
+
+
 class TeamOptions(TypedDict, total=False):
     """Whose decisions a claim is about."""
 
@@ -60,6 +64,7 @@ class LimitOptions(TypedDict, total=False):
     """Where a claim holds, and what may be spent on that."""
 
     where: Annotated[bool, Option(False, EXTENT, "Find where claims about single decisions hold and fail.")]
+    effort: Effort
     max_cells: Annotated[int | None, Option(None, EXTENT, "Limit on failing cells to find (default: 50000).")]
     solver_units: Annotated[
         int | None,
@@ -91,16 +96,17 @@ class SystemOptions(TypedDict, total=False):
         Option(
             False,
             QUESTION,
-            "With --world: also run user code (an environment) that the file names, to measure the statement.",
+            "With --system: also run user code (an environment) that the file names, to measure the statement.",
             needs="world",
         ),
     ]
+    effort: Effort
     max_boxes: Annotated[
         int | None,
         Option(
             None,
             BUDGETS,
-            "With --world, and for episodes of teams that test sums: limit on what each claim may spend, in"
+            "With --system, and for episodes of teams that test sums: limit on what each claim may spend, in"
             " boxes, about a million a second (default: 60000000).",
         ),
     ]
@@ -205,6 +211,9 @@ class CompileOptions(TypedDict, total=False):
     prove: Annotated[
         bool, Option(False, CHECKS, "Prove with Z3 that C and Python equal the trees for all observations.")
     ]
+    effort: Annotated[
+        Literal["low", "normal", "high"], Option("normal", CHECKS, "With --prove: low, normal or high, as of verify.")
+    ]
     solver_units: Annotated[
         int | None, Option(None, CHECKS, "Limit per proof, in Z3's resource units (default: 200000000).")
     ]
@@ -255,6 +264,7 @@ class DiffOptions(TypedDict, total=False):
     semantics: Annotated[
         str, Option("machine", QUESTION, "machine: as deployed; real: exact arithmetic, for comparison.", "NAME")
     ]
+    effort: Effort
     max_nodes: Annotated[int | None, Option(None, BUDGETS, "Limit on nodes of each search (default: 4000000).")]
     max_cells: Annotated[int | None, Option(None, BUDGETS, "Limit on zones per agent (default: 50000).")]
 

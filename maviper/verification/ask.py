@@ -49,7 +49,7 @@ from verify.claims.views import (
 )
 from verify.decimals import exact, plain
 from verify.kinds import MACHINE, SEMANTICS
-from verify.question import UNITS_A_NODE, AnyClaim, Budgets, Question
+from verify.question import EFFORTS, UNITS_A_NODE, AnyClaim, Budgets, Question
 from verify.subjects import Game
 
 
@@ -105,6 +105,7 @@ class VerifyOptions:
     observations: bool = False  # claims speak of observations, not of world states
     shared: tuple[str, ...] | None = None  # features that agents observe alike; ("all",): all that several have
     where: bool = False  # also where claims about single decisions hold
+    effort: str = "normal"
     max_cells: int | None = None
     max_zones: int | None = None
     solver_units: int | None = None
@@ -155,7 +156,7 @@ class VerifyOptions:
                 raise make_world_error(option)
             if self.world is not None and name not in (*OF_SYSTEMS, "world", "file", "verdict_only"):
                 advice = "leave it out; the file states claims and regions"
-                raise InputError(f"{option} has no effect with --world", option, advice)
+                raise InputError(f"{option} has no effect with --system", option, advice)
         if self.verdict_only and self.run_reference:
             what = "--run-reference has no effect with --verdict-only"
             raise InputError(what, "--run-reference", "leave one of them out")
@@ -170,24 +171,30 @@ class VerifyOptions:
         called = {
             "claims": "claim",
             "names": "claim",
+            "world": "system",
             "file": "properties",
             "parameters": next(iter(self.parameters), ""),
         }
         return {name: "--" + called.get(name, name).replace("_", "-") for name in given}
 
     @property
+    def usual(self) -> Budgets:
+        """The limits where none is given by itself."""
+        return Budgets.of_effort(self.effort)
+
+    @property
     def units(self) -> int:
         """Solver resource units for a query."""
-        return Budgets().solver_units if self.solver_units is None else self.solver_units
+        return self.usual.solver_units if self.solver_units is None else self.solver_units
 
     @property
     def cells(self) -> int | None:
         """The maximum number of failing cells to look for; None where nothing asks."""
-        return (self.max_cells or Budgets().max_cells) if self.where else None
+        return min(self.max_cells or self.usual.max_cells, MAX_CELLS) if self.where else None
 
     def budgets(self, max_zones: int | None) -> Budgets:
         """Returns what may be spent on a question, with a limit on zones that is its own; None: as usual."""
-        usual = Budgets()
+        usual = self.usual
         return Budgets(
             solver_units=self.units,
             max_nodes=max(usual.max_nodes, self.units // UNITS_A_NODE),
@@ -226,7 +233,7 @@ class Asked:
 
 def make_world_error(option: str) -> InputError:
     """Returns the error for an option that is about stated systems."""
-    return InputError(f"{option} has no effect without --world", option, "add --world FILE")
+    return InputError(f"{option} has no effect without --system", option, "add --system FILE")
 
 
 class Posed(NamedTuple):
@@ -349,7 +356,7 @@ def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
     if "solver_units" not in read:
         if options.solver_units is not None:
             what = "none of these claims is decided by the solver"
-            raise InputError(what, "--solver-units", "to limit claims about episodes, use --max-zones")
+            raise InputError(what, "--solver-units", "leave it out")
         if options.smt is not None:
             what = "none of these claims gives a query to the solver"
             raise InputError(what, "--smt", f"{', '.join(names_reading(ZONES))} are decided by zones")
@@ -406,10 +413,20 @@ def from_file(
     return read_properties(source, profile, path.name, region, default, reading)
 
 
+def find_effort(budgets: Budgets) -> str:
+    """The effort of which a question has the solver units; "" for none."""
+    return next((each for each in EFFORTS if Budgets.of_effort(each).solver_units == budgets.solver_units), "")
+
+
+def usual_of(budgets: Budgets) -> Budgets:
+    """The limits of the effort of a question."""
+    return Budgets.of_effort(find_effort(budgets) or "normal")
+
+
 def command(profile: str, question: Question[Claim]) -> str:
     """The command line that asks about a built-in property again, run beside `profile` and the region file."""
     claim, zones = question.claim, question.budgets.max_zones
-    limited = "max_zones" in claim.limits and zones != Budgets().max_zones
+    limited = "max_zones" in claim.limits and zones != usual_of(question.budgets).max_zones
     call = write_call(claim, zones if limited else None)
     return _line(["maviper", "verify", profile, "--claim", call, "--region", question.region.name], question)
 
@@ -420,7 +437,9 @@ def _line(words: Sequence[str], question: Question[Claim]) -> str:
         shared = question.viewed.view.shared
         words = [*words, "--observations", *(["--shared", ",".join(shared)] if shared else [])]
     words = [*words, *(["--semantics", semantics] if semantics != MACHINE else [])]
-    if "solver_units" in question.claim.limits and units != Budgets().solver_units:
+    effort = find_effort(question.budgets)
+    words = [*words, *(["--effort", effort] if effort not in ("normal", "") else [])]
+    if "solver_units" in question.claim.limits and not effort:
         words += ["--solver-units", str(units)]
     return shlex.join(word.encode(errors="replace").decode() for word in words)
 

@@ -418,7 +418,7 @@ def _agent(first: ir.PolicyProfile, second: ir.PolicyProfile, agent: str, max_ce
         return Agent(agent, comparison, Verdict.PROVED, "")
     why = "linear programs found no difference, which is no proof"
     if not comparison.complete:
-        why = f"no difference in {max_cells:,} pairs of leaves, and there are more; a larger --max-cells may find one"
+        why = f"no difference in {max_cells:,} pairs of leaves, and there are more; a larger --effort may find one"
     return Agent(agent, comparison, Verdict.UNKNOWN, why)
 
 

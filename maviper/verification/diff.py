@@ -63,10 +63,10 @@ def request(**options: Unpack[DiffOptions]) -> Any:
 
 def _budgets(asked: Any) -> Budgets:
     """Returns what may be spent; Z3 gets as much as it does where it decides beside the zones."""
-    usual = Budgets()
+    usual = Budgets.of_effort(asked.effort)
     nodes = usual.max_nodes if asked.max_nodes is None else asked.max_nodes
-    cells = usual.max_cells if asked.max_cells is None else asked.max_cells
-    return Budgets(min(nodes * UNITS_A_NODE, 2**32 - 1), nodes, cells, option="--max-nodes")
+    cells = min(usual.max_cells, MAX_CELLS) if asked.max_cells is None else asked.max_cells
+    return Budgets(min(nodes * UNITS_A_NODE, 2**32 - 1), nodes, cells, option="--effort")
 
 
 @dataclass(frozen=True, repr=False)

@@ -274,10 +274,12 @@ def verify_questions(
     options: VerifyOptions,
     told: Callable[[AnyResult], None] | None = None,
     stated: StatedWorld | None = None,
+    is_over: Callable[[], bool] = lambda: False,
 ) -> Verified:
     """The results of questions, see `maviper.verification.ask.questions`. `told` gets each as soon as it is known.
 
-    Interrupted after the first result, it gives those that are known, and so fewer than were asked for.
+    Interrupted after the first result, or because the time is over, it gives those that are known, and so fewer than
+    were asked for.
     """
     outcomes: dict[int, AnyResult] = {}
     order = list(range(len(asked)))
@@ -291,7 +293,7 @@ def verify_questions(
             if told is not None:
                 told(result)
     except KeyboardInterrupt:
-        if not outcomes:
+        if not outcomes and not is_over():
             raise
     known = sorted(outcomes)
     answers = tuple(outcomes[number] for number in known)

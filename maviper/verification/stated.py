@@ -69,8 +69,8 @@ ROUNDED = (
     "sums was found"
 )
 NO_DECISION = "the claim fails within the agents' roundings, but no state that breaks it was found"
-OF_OBSERVATIONS = ("file", "region", "observations", "shared", "verdict_only")  # options
-OF_GAMES = ("claims", "names", "file", "region", "team", "parameters", "max_boxes", "verdict_only")  # options
+OF_OBSERVATIONS = ("effort", "file", "region", "observations", "shared", "verdict_only")  # options
+OF_GAMES = ("claims", "names", "file", "region", "team", "parameters", "effort", "max_boxes", "verdict_only")  # options
 NO_OBSERVATION = "the claim fails within the agents' roundings, but no observation that breaks it was found"
 NO_STATE = "the claim fails within the agents' roundings, but no state of the game that does was found"
 LOOSER = ("a bound that is looser by a little more than a rounding", "a smaller region")
@@ -155,8 +155,9 @@ class StatedWorld:
     def command(self) -> str:
         """The command that asks all again, in the folder of the report."""
         options = self.options
-        words = ["maviper", "verify", runs.PROFILE_FILE, "--world", WORLD_FILE]
+        words = ["maviper", "verify", runs.PROFILE_FILE, "--system", WORLD_FILE]
         words += [] if options.file is None else ["--properties", PROPERTY_FILE]
+        words += [] if options.effort == "normal" else ["--effort", options.effort]
         words += [] if options.max_boxes is None else ["--max-boxes", str(options.max_boxes)]
         return shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
 

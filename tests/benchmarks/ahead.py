@@ -26,7 +26,7 @@ CASES = {
     "extract own game": ["extract", WALKING, "--critic", "none", "--max-episodes", "20000", "-o", "{out}/a.json"],
     "evaluate": ["evaluate", str(PROVED), "--episodes", "20000"],
     "compile 12 agents": ["compile", "{out}/twelve.json", "-o", "{out}/code"],
-    "verify a system": ["verify", str(WORLDS / "crossing.json"), "--world", str(WORLDS / "crossing.toml")],
+    "verify a system": ["verify", str(WORLDS / "crossing.json"), "--system", str(WORLDS / "crossing.toml")],
     "verify episodes": ["verify", str(PROVED), "--claim", "reaches"],
 }
 LEAST, TENTH, LAST = 1.0, 0.1, 0.5

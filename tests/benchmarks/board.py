@@ -29,9 +29,9 @@ TARGETS = {
 
 def verified(profile, world, folder):
     """Seconds to verify and to check all certificates, and the set of verdicts."""
-    proving = spent("verify", profile, "--world", world, "-o", folder)
+    proving = spent("verify", profile, "--system", world, "-o", folder)
     report = folder / "report.json"
-    assert proving.code in (ExitCode.DONE, ExitCode.VIOLATED), f"maviper verify {profile} --world {world}"
+    assert proving.code in (ExitCode.DONE, ExitCode.VIOLATED), f"maviper verify {profile} --system {world}"
     verdicts = {each["verdict"] for each in json.loads(report.read_text())["results"]}
     checks = [spent("check", path) for path in sorted(folder.glob("certificate-*.json"))]
     assert not any(check.code for check in checks), f"maviper check {folder}"

@@ -20,7 +20,6 @@ from maviper import manual
 from maviper.cli import main
 from maviper.experts import network
 from maviper.extraction.settings import BUNDLES, KNOWN, PARTS
-from maviper.options.extraction import option_of
 from maviper.verification.starters import list_properties
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
 from maviper.worlds.games.coordination import RULES
@@ -31,7 +30,7 @@ from tests.benchmarks import compact, trusted
 from tests.support import pictures
 from verify.claims import decisions
 from verify.claims.formula import holds
-from verify.question import Budgets
+from verify.question import EFFORTS, LIMITS, Budgets
 from verify.result import Verdict
 
 ROOT = Path(__file__).parents[2]
@@ -173,7 +172,7 @@ def test_algorithms_features_targets_and_verdicts_are_all_there():
 
 def test_the_ladder_is_the_one_of_the_code():
     page = manual.page("extraction")
-    names = [f"`{option_of(name)}`" for name in PARTS]
+    names = [f"`{name}`" for name in PARTS]
     assert [row[0] for row in rows_of(table_under(page, "## The ladder from IVIPER to MAVIPER"))] == names
     for row in rows_of(table_under(page, "What the names stand for:")):
         for algorithm in row[0].replace("`", "").split(", "):
@@ -206,13 +205,10 @@ def test_every_claim_has_its_parameters_and_defaults():
 
 
 def test_the_limits_are_the_defaults():
-    rows = {
-        row[0].strip("`"): row[2]
-        for row in rows_of(table_under(manual.page("verdicts"), "## When the answer is UNKNOWN"))
-    }
-    usual = Budgets()
-    limits = {"--solver-units": usual.solver_units, "--max-zones": usual.max_zones, "--max-cells": usual.max_cells}
-    assert rows == {name: f"{value:,}" for name, value in limits.items()}
+    rows = rows_of(table_under(manual.page("verdicts"), "`--effort` says how much is tried:"))
+    spent = [Budgets.of_effort(effort) for effort in EFFORTS]
+    assert [row[1:] for row in rows] == [[f"{getattr(one, name):,}" for one in spent] for name in LIMITS]
+    assert Budgets.of_effort("normal") == Budgets()
 
 
 def pictured():

@@ -85,7 +85,7 @@ def test_a_command_has_the_options_of_the_table_and_no_other(name):
     if name == "verify":  # whose command asks several claims, of files and of stated systems too, and prints
         assert list(table) == [key for key in command if key in table]
     else:
-        assert list(table) == [key for key in command if key not in OWN.get(name, set()) | {"output"}]
+        assert list(table) == [key for key in command if key not in OWN.get(name, set()) | {"output", "set"}]
     for key, option in table.items():
         assert command[key].opts == [option.flag] and (command[key].section, command[key].help) == (
             option.section,

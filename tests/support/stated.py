@@ -45,4 +45,4 @@ def profile(own):
 
 
 def verify(folder, *more, world="cart.toml"):
-    return command(["verify", str(folder / "profile.json"), "--world", str(folder / world), *more])
+    return command(["verify", str(folder / "profile.json"), "--system", str(folder / world), *more])

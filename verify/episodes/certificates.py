@@ -375,7 +375,7 @@ def _prove_parts(
         parts += [msgspec.structs.replace(part, proof=proof)] if proof is not None else []
         left -= looked
     if len(parts) < len(needed):
-        raise NoCertificateError(f"its proof takes more than {most:,} answers; a larger --max-zones allows more")
+        raise NoCertificateError(f"its proof takes more than {most:,} answers; a larger --effort allows more")
     return tuple(parts)
 
 

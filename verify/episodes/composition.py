@@ -137,7 +137,7 @@ MATCHING_SAMPLES = 2_000
 PLAUSIBLE = 0.9  # of the sampled episodes; a matching that fits fewer is not tried agent by agent
 TRIED_ZONES, TRIED_POINTS = 32, 4  # of a batch of failing zones, and of each of them
 MAX_ROUNDS = 20  # batches of failing zones of a group in which real starts are looked for
-SPENT = "more than the budget of {:,} zones is needed ({:,} were visited); a larger --max-zones may answer"
+SPENT = "more than the budget of {:,} zones is needed ({:,} were visited); a larger --effort may answer"
 UNDECIDED = (
     "{:,} zones are undecided: the claim may fail there for other opponents, or at starts that are not float64{}; no "
     "start from which this profile fails was found; fewer --steps or a smaller region may be decided"

@@ -31,7 +31,7 @@ from verify.zones.tables import BeyondZonesError
 
 FARTHEST_EDGE = Fraction(64)
 GRID = 64  # parts of a length unit to whose multiples edges are moved
-SPENT = "more than the budget of {:,} zones is needed ({:,} were visited); a larger --max-zones may answer"
+SPENT = "more than the budget of {:,} zones is needed ({:,} were visited); a larger --effort may answer"
 OVERLAP = "agents stay within edges for ever, but these do not show the claim: {}; {}"
 
 

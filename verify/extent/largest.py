@@ -423,7 +423,7 @@ def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
     spent = next((one.limit for one in failing if not one.complete and one.nodes > one.limit), 0)
     if spent:
         return f"the search ended after {spent:,} nodes; {question.budgets.hint('goes on')}"
-    return f"there are more than {question.budgets.max_cells:,}; a larger --max-cells lists more"
+    return f"there are more than {question.budgets.max_cells:,}; a larger --effort lists more"
 
 
 def _part(question: DecisionQuestion, part: Region) -> ProvedPart:

@@ -42,7 +42,7 @@ MAX_DEPTH = 20  # of cuts of the start
 NARROW = 1e-200
 FEW = 8  # parts that are looked at for what would help
 AT_ONCE = 128  # parts that are swept together
-SMALLER = "a start region in smaller parts: a larger --max-boxes"
+SMALLER = "a start region in smaller parts: a larger --effort"
 
 
 class FoundPlan(NamedTuple):

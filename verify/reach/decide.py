@@ -372,8 +372,8 @@ class ClaimSearch:
         start = start_of(self.system, self.claim) if self._open is None else None
         left = open_state(start) if start is not None else self._open
         spent, most = self.spending, self.spending.most
-        said = f"stopped after {spent.words} without a proof: {OPTION} is {most:,}"
-        more = f"a larger {OPTION} than {most:,}"
+        said = f"stopped after {spent.words} without a proof: the budget is {most:,} boxes"
+        more = f"a larger {OPTION}"
         return ReachOutcome(Verdict.UNKNOWN, said, left, helping(self.system, self.claim, more))
 
 

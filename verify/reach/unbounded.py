@@ -446,7 +446,7 @@ IN_A_ROW = (1, 2, 4, 8)  # states in regions, from which another one is to follo
 FEW, LATER = 4_096, 8  # boxes of the first question about a claim's own regions; the part of all boxes of later ones
 HELPS = ("a larger region, or a smaller start region", "another region that episodes stay in, as `invariant`")
 CHANGED = ("another invariant, or none, so that one is looked for",)
-SPENT = "a larger --max-boxes than {most:,}"
+SPENT = "a larger --effort"
 
 
 class InvariantSearch:
@@ -587,7 +587,7 @@ def _unknown(search: InvariantSearch, most: int) -> ReachOutcome:
         return search.add_spending(about_nothing(search.claim, Verdict.VACUOUS))
     left = search.given or search.left
     helps = (*(CHANGED if search.given else ()), *HELPS)
-    helps = (*helps, SPENT.format(most=most)) if search.spent >= most else helps
+    helps = (*helps, SPENT) if search.spent >= most else helps
     said = f"no invariant was found after {replace(search.walking, boxes=search.boxes).words}"
     if left is None:
         return search.add_spending(ReachOutcome(Verdict.UNKNOWN, said, None, helps))

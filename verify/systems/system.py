@@ -32,7 +32,7 @@ from types import MappingProxyType
 from codegen.errors import InputError
 from verify.systems.expressions import Affine, Box, Expression, Interval, State
 
-IN_STEPS = "state steps by [dynamics.next], or use `maviper verify --world`, `maviper check` and `worlds check`"
+IN_STEPS = "state steps by [dynamics.next], or use `maviper verify --system`, `maviper check` and `worlds check`"
 
 
 @dataclass(frozen=True)

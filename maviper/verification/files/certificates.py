@@ -124,7 +124,7 @@ def check_file(
 
         return Checked(*systems.check_certificate(path, profile, world))
     if world is not None:
-        raise InputError("the certificate is not about a stated system", "--world", "leave it out")
+        raise InputError("the certificate is not about a stated system", "--system", "leave it out")
     try:
         kinds.ensure(text, str(path), kinds.CERTIFICATE.called, kinds.CERTIFICATE, kinds.EPISODE_CERTIFICATE)
         if kinds.kind_of(text) is kinds.EPISODE_CERTIFICATE:

@@ -16,11 +16,11 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from maviper.files import outputs, runs
-from maviper.verification.ask import MAX_FILE_BYTES, Asked, VerifyOptions, list_calls
+from maviper.verification.ask import MAX_FILE_BYTES, Asked, VerifyOptions, list_calls, usual_of
 from verify.claims.calls import read_call
 from verify.claims.files import properties
 from verify.claims.region_files import region_toml
-from verify.question import AnyClaim, Budgets
+from verify.question import AnyClaim
 from verify.toml_places import parse
 from verify.verdicts.decisions import DecisionResult
 
@@ -29,7 +29,7 @@ def repeat_command(asked: Asked, wanted: int | None) -> str:
     """The command line that repeats a question."""
     if wanted is None:
         return asked.command
-    limited = "max_cells" in asked.claim.limits and wanted != Budgets().max_cells
+    limited = "max_cells" in asked.claim.limits and wanted != usual_of(asked.question.budgets).max_cells
     return f"{asked.command} --where" + (f" --max-cells {wanted}" if limited else "")
 
 

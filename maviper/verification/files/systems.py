@@ -68,7 +68,7 @@ def tell_shown(done: int, most: int) -> None:
 
 PROPERTY_FILE = "properties.toml"  # beside certificates, where claims were asked from a file of their own
 FORM = "maviper-system-counterexample-1"
-ADVICE = "make it again with `maviper verify --world -o`"
+ADVICE = "make it again with `maviper verify --system -o`"
 
 
 def counterexample_document(question: Question[SystemClaim], episode: SystemCounterexample) -> dict[str, Any]:

@@ -20,7 +20,18 @@ from tests.support.small import small_profile
 from tests.support.teams import team, towards
 
 PROVED = Path(__file__).parents[3] / "generated" / "proved_defenders" / "profile.json"
-QUICK = ["--iterations", "2", "--rollouts", "4", "--selection-episodes", "4", "--refinement", "0", "--max-depth", "2"]
+QUICK = [
+    "--iterations",
+    "2",
+    "--rollouts",
+    "4",
+    "--set",
+    "selection_episodes=4",
+    "--refinement",
+    "0",
+    "--max-depth",
+    "2",
+]
 
 
 @pytest.fixture(autouse=True)

@@ -1,6 +1,7 @@
 """Help: one whole line a command, headings for options, an example that parses; options that had another name."""
 
 import shlex
+from pathlib import Path
 
 import click
 import pytest
@@ -9,6 +10,7 @@ from codegen.errors import ExitCode
 from maviper import manual
 from maviper.cli import main
 from maviper.cli.options import Verb, Verbs
+from maviper.options.extraction import SETTINGS
 
 WIDTH = 80
 
@@ -71,10 +73,11 @@ def test_long_helps_have_headings(name, capsys):
 
 
 OLD = [
-    ("verify", ["p.json", "--zones", "7"], "max_zones", 7, "--zones is now --max-zones"),
-    ("verify", ["p.json", "--budget=7"], "solver_units", 7, "--budget is now --solver-units"),
-    ("verify", ["p.json", "--where-zones", "7"], "max_cells", 7, "--where-zones is now --max-cells"),
-    ("compile", ["p.json", "-o", "x", "--budget", "7"], "solver_units", 7, "--budget is now --solver-units"),
+    ("verify", ["p.json", "--max-zones", "7"], "max_zones", 7, "--max-zones is now --effort low|normal|high"),
+    ("verify", ["p.json", "--world=w.toml"], "world", Path("w.toml"), "--world is now --system"),
+    ("verify", ["p.json", "--steps", "7"], "steps", 7, '--steps is now --claim "NAME(steps=...)"'),
+    ("repair", ["p.json", "-o", "x", "--property", "no_double"], "claim", "no_double", "--property is now --claim"),
+    ("extract", ["e", "-o", "x", "--patience", "7"], "patience", 7, "--patience is now --set patience=..."),
     ("extract", ["e", "-o", "x", "--budget", "7"], "max_episodes", 7, "--budget is now --max-episodes"),
     (
         "extract",
@@ -96,16 +99,33 @@ def test_old_names_of_options_are_read_and_said(capsys, name, words, parameter, 
 
 
 def test_quiet_keeps_the_new_name_back(capsys):
-    assert main.run(["-q", "verify", "none.json", "--zones", "7"]) == ExitCode.INPUT
+    assert main.run(["-q", "verify", "none.json", "--property", "7"]) == ExitCode.INPUT
     assert "is now" not in capsys.readouterr().err
-    assert main.run(["verify", "none.json", "--zones", "7"]) == ExitCode.INPUT
-    assert capsys.readouterr().err.startswith("--zones is now --max-zones\n")
+    assert main.run(["verify", "none.json", "--property", "7"]) == ExitCode.INPUT
+    assert capsys.readouterr().err.startswith('--property is now --claim "NAME"\n')
 
 
 def test_a_word_that_is_no_option_keeps_its_name(capsys):
     with pytest.raises(click.UsageError):
-        main.cli.commands["verify"].make_context("verify", ["p.json", "--", "--zones"])
+        main.cli.commands["verify"].make_context("verify", ["p.json", "--", "--property"])
     assert "is now" not in capsys.readouterr().err
+
+
+def test_settings_are_listed_read_and_refused(capsys):
+    assert main.run(["extract", "--set", "help"]) == 0
+    listed = [line.split()[0] for line in capsys.readouterr().out.splitlines() if not line.startswith(" ")]
+    assert tuple(listed) == SETTINGS and len(listed) <= 25
+    given = ["e", "-o", "x", "--set", "patience=7", "--set=weights=own"]
+    context = main.cli.commands["extract"].make_context("extract", given)
+    assert (context.params["patience"], context.params["weights"]) == (7, "own")
+    assert capsys.readouterr().err == ""
+    for words, told in (
+        (["patiense=7"], "did you mean 'patience'?"),
+        (["patience"], "patience has no value"),
+        ([], ""),
+    ):
+        assert main.run(["extract", "e", "-o", "x", "--set", *words]) == ExitCode.INPUT
+        assert told in capsys.readouterr().err
 
 
 def test_the_guide_lists_topics_and_prints_pages(capsys):

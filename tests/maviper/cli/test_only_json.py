@@ -26,8 +26,8 @@ def place(tmp_path_factory):
 @pytest.mark.parametrize(
     "asked",
     [
-        "verify cart.json --world cart.toml --json",
-        "verify cart.json --world cart.toml --json --verdict-only",
+        "verify cart.json --system cart.toml --json",
+        "verify cart.json --system cart.toml --json --verdict-only",
         "verify a.json --observations --claim alive_leaves --json",
         "diff a.json b.json --json",
         "robust a.json seen.csv --json",

@@ -68,7 +68,7 @@ def proved(folder, source, acts, more):
     (folder / "world.toml").write_text(integrator("0.1", acts) + CLAIMS)
     given = ["import", "--agents", f"cart={folder / 'cart.py'}", "--arrays", "float64", *more]
     assert main.run([*given, "-o", str(folder / "cart.json")]) == 0
-    asked = ["verify", str(folder / "cart.json"), "--world", str(folder / "world.toml"), "-o", str(folder / "out")]
+    asked = ["verify", str(folder / "cart.json"), "--system", str(folder / "world.toml"), "-o", str(folder / "out")]
     assert main.run(asked) == 0
     return folder
 

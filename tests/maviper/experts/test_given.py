@@ -48,7 +48,7 @@ def extract(tmp_path, monkeypatch, capsys):
     def run(*options, into="p.json", **parts):
         sys.modules.pop("somebody", None)
         (tmp_path / "somebody.py").write_text(EXPERT.format(**{**GOOD, **parts}))
-        small = ("--iterations", "1", "--rollouts", "3", "--selection-episodes", "3", "--refinement-episodes", "0")
+        small = ("--iterations", "1", "--rollouts", "3", "--set", "selection_episodes=3", "--refinement-episodes", "0")
         code = main.run(["-q", "extract", "somebody:make", *small, *options, "-o", into])
         assert Path(into if into.endswith(".json") else f"{into}/profile.json").exists() == (code == ExitCode.DONE)
         said = capsys.readouterr()

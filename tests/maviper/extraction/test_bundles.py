@@ -202,8 +202,8 @@ def test_a_run_folder_says_all_of_it_and_goes_on_only_with_the_same(tmp_path, ca
     assert main.run([*asked, "-o", str(run)]) == 0
     config = json.loads((run / "config.json").read_text())["settings"]
     assert {name: config[name] for name in PARTS} == bundle("maviper", "uniform")
-    assert main.run([*asked, "-o", str(run), "--resume", "--selection-by", "all"]) == 0, "as it was"
-    assert main.run([*asked, "-o", str(run), "--resume", "--weights", "own"]) == 2
+    assert main.run([*asked, "-o", str(run), "--resume", "--set", "selection_by=all"]) == 0, "as it was"
+    assert main.run([*asked, "-o", str(run), "--resume", "--set", "weights=own"]) == 2
     assert "weights differ" in capsys.readouterr().err
 
 

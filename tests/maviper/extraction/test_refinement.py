@@ -276,7 +276,7 @@ def test_jobs_change_nothing(world, expert):
 
 def test_run_folders_are_the_runs_own(quick, tmp_path, capsys):
     asked = ["extract", "physical-deception", "--iterations", "1", "--max-depth", "1", "--refinement-episodes", "0"]
-    asked += ["--rollouts", "4", "--selection-episodes", "4", "-o"]
+    asked += ["--rollouts", "4", "--set", "selection_episodes=4", "-o"]
     folder = tmp_path / "run"
 
     def refused(*arguments):
@@ -360,7 +360,7 @@ def test_a_users_environment_is_not_refined_unasked():
 @pytest.mark.usefixtures("few_observations")
 def test_further_features_are_played_compiled_and_verified(groups, quick, tmp_path, capsys):
     profile = tmp_path / "profile.json"
-    asked = ["--iterations", "2", "--refinement-episodes", "0", "--selection-episodes", "10", "-o", str(profile)]
+    asked = ["--iterations", "2", "--refinement-episodes", "0", "--set", "selection_episodes=10", "-o", str(profile)]
     assert main.run(["extract", "physical-deception", "--features", groups, *asked]) == 0
     found = profiles.loads(profile.read_bytes(), "profile")
     assert found.world.options == {"features": groups}
@@ -451,7 +451,7 @@ def test_points_without_weight_and_actions_that_are_never_used(world, preset, su
 def test_several_seeds_side_by_side(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 1_000)  # as in the processes of --jobs
     asked = ["extract", "physical-deception", "--iterations", "1", "--max-depth", "2", "--refinement-episodes", "0"]
-    asked += ["--rollouts", "20", "--selection-episodes", "4", "--seed", "5", "-o", str(tmp_path / "run")]
+    asked += ["--rollouts", "20", "--set", "selection_episodes=4", "--seed", "5", "-o", str(tmp_path / "run")]
     assert main.run([*asked, "--seeds", "2", "--jobs", "2"]) == 0
     assert main.run([*asked[:-1], str(tmp_path / "beside"), "--seeds", "2", "--preset", "paper"]) == 0
     said = capsys.readouterr().err
@@ -472,13 +472,13 @@ def test_several_seeds_side_by_side(tmp_path, capsys, monkeypatch):
 
 
 def test_an_extraction_that_stops_early_says_so(tmp_path, capsys):
-    small = ["--preset", "paper", "--rollouts", "1", "--selection-episodes", "4", "--max-depth", "1"]
+    small = ["--preset", "paper", "--rollouts", "1", "--set", "selection_episodes=4", "--max-depth", "1"]
     asked = ["extract", "physical-deception", *small, "-o", str(tmp_path / "p.json"), "--iterations", "9"]
-    assert main.run([*asked, "--patience", "1"]) == 0
+    assert main.run([*asked, "--set", "patience=1"]) == 0
     rounds = json.loads((tmp_path / "p.json").read_text())["provenance"]["training"]["stopped_after"]
     said = capsys.readouterr().err
     assert rounds < 9 and f"stopped     after {rounds} of 9 rounds: no significant improvement in 1 round " in said
-    assert main.run([*asked, "--patience", "9"]) == 0
+    assert main.run([*asked, "--set", "patience=9"]) == 0
     assert "stopped" not in capsys.readouterr().err
 
 

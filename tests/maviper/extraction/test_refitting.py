@@ -403,7 +403,7 @@ def test_a_run_goes_on_with_the_same_counterexamples_only(folder, after, tmp_pat
 def test_without_the_policy_before_or_with_some_agents_only_the_reason_is_told(folder, tmp_path, capsys):
     (tmp_path / STATES).write_bytes((folder / "out" / STATES).read_bytes())
     tiny = ["extract", "physical-deception", "--max-depth", "2", "--iterations", "1", "--rollouts", "5"]
-    tiny += ["--selection-episodes", "5", "--refinement-episodes", "0", "--counterexamples", str(tmp_path / STATES)]
+    tiny += ["--set", "selection_episodes=5", "--refinement-episodes", "0", "--counterexamples", str(tmp_path / STATES)]
     assert main.run([*tiny, "-o", str(tmp_path / "a.json")]) == 0
     assert refitting.NO_POLICY in capsys.readouterr().err
     (cost,) = json.loads((tmp_path / "a.refit.json").read_text())["claims"]

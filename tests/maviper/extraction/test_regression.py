@@ -156,7 +156,7 @@ def test_what_needs_numbered_actions_is_refused(asked, said):
 
 
 def test_the_command_extracts_evaluates_and_compiles_them(tmp_path, capsys, few_observations):
-    few = ["--iterations", "2", "--rollouts", "4", "--selection-episodes", "2", "--max-leaves", "3"]
+    few = ["--iterations", "2", "--rollouts", "4", "--set", "selection_episodes=2", "--max-leaves", "3"]
     few += ["--leaves", "linear"]
     file = str(tmp_path / "tugs.json")
     assert main.run(["extract", EXPERT, *few, "-o", file]) == 0

@@ -74,7 +74,7 @@ def test_a_writer_killed_at_each_of_its_calls(tmp_path, old):
     assert last > 10 and len(seen) >= 2
 
 
-SMALL = ("--iterations", "3", "--rollouts", "20", "--selection-episodes", "20", "--refinement-episodes", "0")
+SMALL = ("--iterations", "3", "--rollouts", "20", "--set", "selection_episodes=20", "--refinement-episodes", "0")
 COMMANDS = {  # command, and what it ends with
     "compile": (["compile", PROFILE, "--target", "c,python,json"], ExitCode.DONE),
     "verify": (["verify", PROFILE, "--claim", "distinct_targets"], ExitCode.DONE),

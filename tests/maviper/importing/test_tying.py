@@ -130,9 +130,9 @@ def test_what_needs_rules_or_landmarks_says_so(bring, tmp_path, capsys):
     """A game that is played by code can be asked about observations only; a world file also as `system:FILE`."""
     (tmp_path / "car.json").write_text(dumps(bring(NUMBERS)))
     file = str(tmp_path / "car.json")
-    code, _, err = run(capsys, "verify", file, "--world", CAR)
+    code, _, err = run(capsys, "verify", file, "--system", CAR)
     assert code == ExitCode.INPUT and "states no rules that a proof could use" in err and "leave --world out" in err
-    code, _, err = run(capsys, "verify", file, "--world", f"system:{tmp_path / 'nowhere.toml'}")
+    code, _, err = run(capsys, "verify", file, "--system", f"system:{tmp_path / 'nowhere.toml'}")
     assert code == ExitCode.INPUT and f"{tmp_path / 'nowhere.toml'}: No such file" in err and "system:" not in err
     code, _, err = run(capsys, "repair", file, "-o", str(tmp_path / "mended"))
     assert code == ExitCode.INPUT and "change the file that it came from" in err

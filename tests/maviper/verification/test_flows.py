@@ -1,4 +1,4 @@
-"""`maviper verify --world` about continuous time: verdicts, files, checks and replays."""
+"""`maviper verify --system` about continuous time: verdicts, files, checks and replays."""
 
 import csv
 import json

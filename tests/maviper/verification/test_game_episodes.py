@@ -138,7 +138,7 @@ def test_what_is_not_decided_is_refused(answered, asked_for, message, capsys):
 
 def test_boxes_are_counted_of_world_files_alone(capsys):
     assert main.run(["verify", str(FOLDER / "profile.json"), "--max-boxes", "5"]) == 2
-    assert "--max-boxes has no effect without --world" in capsys.readouterr().err
+    assert "--max-boxes has no effect without --system" in capsys.readouterr().err
 
 
 def pose(folder, profile, region, *names, **given):

@@ -119,9 +119,8 @@ def test_a_proof_is_checked_and_a_counterexample_replayed(proof, capsys):
     assert main.run(["replay", str(proof / "out" / "counterexample-2-decides.json")]) == 1
     # the folder says all that was asked
     folder = proof / "out"
-    assert (
-        main.run(["verify", str(folder / "profile.json"), "--world", str(folder / "world.toml"), "--verdict-only"]) == 1
-    )
+    asked = ["verify", str(folder / "profile.json"), "--system", str(folder / "world.toml"), "--verdict-only"]
+    assert main.run(asked) == 1
     said = capsys.readouterr().out
     assert "PROVED" in said and "VIOLATED" in said
 

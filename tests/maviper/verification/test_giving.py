@@ -52,7 +52,7 @@ def place(tmp_path_factory):
     (folder / "world.toml").write_text(WORLD)
     given = ["import", "--agents", f"cart={folder / 'cart.py'}", "--arrays", "float64", "--outputs", "push"]
     assert main.run([*given, "-o", str(folder / "cart.json")]) == 0
-    asked = ["verify", str(folder / "cart.json"), "--world", str(folder / "world.toml"), "-o", str(folder / "out")]
+    asked = ["verify", str(folder / "cart.json"), "--system", str(folder / "world.toml"), "-o", str(folder / "out")]
     assert main.run(asked) == 1
     return folder
 
@@ -97,7 +97,7 @@ def test_a_file_that_others_play_is_refused_by_name(place, capsys):
     assert "cart gives numbers" in capsys.readouterr().err
     missing = place / "other.toml"
     missing.write_text(WORLD.replace("push", "pull"))
-    assert main.run(["verify", str(place / "cart.json"), "--world", str(missing)]) == 2
+    assert main.run(["verify", str(place / "cart.json"), "--system", str(missing)]) == 2
     assert "cart gives push, and in the file pull" in capsys.readouterr().err
 
 

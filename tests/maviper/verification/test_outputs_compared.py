@@ -98,7 +98,7 @@ def test_boxes_alone_prove_constants_alike():
     first, second = (summed.profile(replace(one, tree=each)) for each in (tree, longer))
     assert maviper.diff(first, second).verdict is Verdict.PROVED
     (ended,) = maviper.diff(first, second, max_cells=1).agents
-    assert ended.verdict is Verdict.UNKNOWN and "a larger --max-cells" in ended.reason
+    assert ended.verdict is Verdict.UNKNOWN and "a larger --effort" in ended.reason
 
 
 def test_the_command_says_and_writes_it(tmp_path, capsys):

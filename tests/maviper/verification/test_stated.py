@@ -1,4 +1,4 @@
-"""`maviper verify --world`: verdicts about a stated system, and the files that are left."""
+"""`maviper verify --system`: verdicts about a stated system, and the files that are left."""
 
 import json
 import subprocess
@@ -168,10 +168,10 @@ def test_a_counterexample_that_asks_for_more_is_refused(cart, capsys, change, sa
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (["--claim", "reaches"], "--claim has no effect with --world"),
-        (["--region", "near.toml"], "--region has no effect with --world"),
-        (["--steps", "3"], "--steps has no effect with --world"),
-        (["--where"], "--where has no effect with --world"),
+        (["--claim", "reaches"], "--claim has no effect with --system"),
+        (["--region", "near.toml"], "--region has no effect with --system"),
+        (["--steps", "3"], "--steps has no effect with --system"),
+        (["--where"], "--where has no effect with --system"),
         (["--properties", "none.toml"], "cannot read the file"),
     ],
 )
@@ -182,7 +182,7 @@ def test_options_that_do_not_fit(cart, capsys, more, said):
 
 def test_options_that_need_a_world(cart, capsys):
     assert command(["verify", str(cart / "profile.json"), "--max-boxes", "3"]) == ExitCode.INPUT
-    assert "--max-boxes has no effect without --world" in capsys.readouterr().err
+    assert "--max-boxes has no effect without --system" in capsys.readouterr().err
     assert verify(cart, "--max-boxes", "0") == ExitCode.INPUT
     assert "--max-boxes must be at least 1" in capsys.readouterr().err
 
@@ -217,7 +217,7 @@ def test_an_unstable_system_ends_with_its_budget(cart, capsys):
     claim = '[[property]]\nname = "avoids"\nregion = { box = { x = [1000000, 1000001], v = [4, 5] } }\n'
     (cart / "cart.toml").write_text(text + "[dynamics.error]\nx = 0.1\n" + claim)
     assert verify(cart, "--max-boxes", "300000") == ExitCode.INCONCLUSIVE
-    assert "without a proof: --max-boxes is 300,000" in capsys.readouterr().err
+    assert "without a proof: the budget is 300,000 boxes" in capsys.readouterr().err
 
 
 def test_the_environment_is_measured_and_asked(tmp_path, capsys, monkeypatch):

@@ -1,4 +1,4 @@
-"""The report of `maviper verify --world`: page, text and facts, and what it says where there is no answer."""
+"""The report of `maviper verify --system`: page, text and facts, and what it says where there is no answer."""
 
 import json
 import re
@@ -102,9 +102,9 @@ def test_an_unknown_says_what_is_open_and_what_may_help(tmp_path, capsys):
     assert told["open"]["bounds"].keys() == {"x", "v"}
     texts = [(tmp_path / "report" / f"report.{kind}").read_text() for kind in ("txt", "html")]
     for text in (capsys.readouterr().err, *texts):
-        assert "stopped after 1 box" in text and "without a proof: --max-boxes is 1" in text
+        assert "stopped after 1 box" in text and "without a proof: the budget is 1 boxes" in text
         assert re.search(rf"step {told['open']['step']} of 10", text) and re.search(r"v in \[\S+, \S+\]", text)
-        assert "a larger --max-boxes than 1" in text and "fewer steps" in text and "smaller errors" in text
+        assert "a larger --effort" in text and "fewer steps" in text and "smaller errors" in text
 
 
 def test_verdicts_alone(tmp_path, capsys, monkeypatch):

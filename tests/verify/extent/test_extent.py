@@ -483,10 +483,10 @@ def test_why_the_zones_are_not_all(profile):
     claim, region = find_property("distinct_targets", same), everywhere(same)
     assert where.where(
         Question(Game(same), claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED
-    ).share_reason.endswith("there are more than 5; a larger --max-cells lists more")
+    ).share_reason.endswith("there are more than 5; a larger --effort lists more")
     assert where.where(
         Question(Game(same), claim, region, budgets=Budgets(max_nodes=60)), Verdict.VIOLATED
-    ).part_reason.endswith("the search ended after 60 nodes; a larger --solver-units goes on")
+    ).part_reason.endswith("the search ended after 60 nodes; a larger --effort goes on")
 
 
 def test_a_region_without_sampled_states_says_so(profile):

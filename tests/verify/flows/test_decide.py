@@ -93,7 +93,7 @@ def test_halves_that_are_all_shown_help(most_parts, monkeypatch):
     )
     assert search.sweep.whole is not None
     search.open = [search.sweep.whole]
-    assert search.helps() == ["a start region in smaller parts: a larger --max-boxes"]
+    assert search.helps() == ["a start region in smaller parts: a larger --effort"]
 
 
 def test_a_start_or_an_error_out_of_bounds_breaks_nothing():

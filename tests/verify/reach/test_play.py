@@ -56,7 +56,7 @@ def test_a_search_says_how_far_it_is_and_ends_within_its_budget():
     claim, told = stays(system, 25, x=(F(-7, 10), F(7, 10))), []
     with listening(lambda *given: told.append(given)):
         (result,) = decided(profile, system, [claim], Budgets(covers=False, max_boxes=120_000, samples=16))
-    assert result.verdict is Verdict.UNKNOWN and "--max-boxes is 120,000" in result.reason
+    assert result.verdict is Verdict.UNKNOWN and "the budget is 120,000 boxes" in result.reason
     assert f"{result.programs:,} linear programs" in result.reason
     searched = [(done, most, words) for done, most, words in told if words.startswith("boxes of the budget")]
     assert searched == sorted(searched, key=lambda one: one[0]) and searched[-1][0] > 60_000
@@ -67,5 +67,5 @@ def test_one_symbolic_state_cannot_spend_more_than_all():
     system, profile = double_integrator(axes=1, error=F(1, 1000), steps=25), switching(axes=1)
     claim = stays(system, 25, x=(F(-7, 10), F(7, 10)))
     (result,) = decided(profile, system, [claim], Budgets(covers=False, max_boxes=20 * PROGRAM, samples=16))
-    assert result.verdict is Verdict.UNKNOWN and "--max-boxes is 8,000" in result.reason
+    assert result.verdict is Verdict.UNKNOWN and "the budget is 8,000 boxes" in result.reason
     assert result.programs <= 20 + 4  # a question is finished

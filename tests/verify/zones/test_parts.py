@@ -111,7 +111,7 @@ def test_parts_share_search_nodes_where_numbers_are_long(crowd):
     assert engine.decide(question.spending(max_nodes=needed * SLOWER)).verdict is Verdict.PROVED
     found = engine.decide(question.spending(max_nodes=needed * SLOWER - 1))
     assert found.verdict is Verdict.UNKNOWN and found.nodes == needed - 1
-    assert found.reason == f"not decided within {needed - 1:,} search nodes; a larger --solver-units may answer"
+    assert found.reason == f"not decided within {needed - 1:,} search nodes; a larger --effort may answer"
 
 
 @pytest.mark.solver
@@ -120,7 +120,7 @@ def test_the_parts_of_a_goal_share_its_solver_units(crowd):
     whole = decide(question)
     found = decide(question.spending(solver_units=whole.resources // 2))
     assert found.verdict is Verdict.UNKNOWN and found.resources < whole.resources
-    assert f"of {len(question.parts)} parts; a larger --solver-units may answer" in found.reason
+    assert f"of {len(question.parts)} parts; a larger --effort may answer" in found.reason
 
 
 @pytest.mark.solver

@@ -249,7 +249,7 @@ def test_compressions_that_python_unpacks_without_limit_are_refused(how, tmp_pat
 def test_extraction_takes_the_zip_and_says_what_weighs_states(models, tmp_path, capsys):
     _, file = models["PPO"]
     asked = ["extract", f"sb3:{file}", "--world", CARTPOLE, "--algorithm", "viper", "--max-depth", "2"]
-    few = ["--iterations", "2", "--rollouts", "3", "--selection-episodes", "2", "-o", str(tmp_path / "p.json")]
+    few = ["--iterations", "2", "--rollouts", "3", "--set", "selection_episodes=2", "-o", str(tmp_path / "p.json")]
     assert main.run([*asked, *few]) == 0
     said = capsys.readouterr().err
     assert "PPO of stable-baselines3" in said and "log-probabilities" in said
@@ -280,7 +280,7 @@ def test_the_pages_commands_run_as_written(tmp_path, monkeypatch, capsys):
     if find_spec("vmas") is None:
         lines = [line for line in lines if "vmas:" not in line]
     assert len(lines) >= 6
-    few = {"extract": ["--iterations", "2", "--rollouts", "3", "--selection-episodes", "2"]}
+    few = {"extract": ["--iterations", "2", "--rollouts", "3", "--set", "selection_episodes=2"]}
     few |= {"evaluate": ["--episodes", "3"], "train": ["--steps", "1600", "--set", "games=16"]}
     for line in lines:
         verb, *words = shlex.split(line)

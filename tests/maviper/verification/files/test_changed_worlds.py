@@ -129,7 +129,7 @@ def proved(tmp_path_factory):
     folder = tmp_path_factory.mktemp("changed")
     (folder / "profile.json").write_text(profile(BRAKES))
     (folder / "world.toml").write_text(WORLD)
-    asked = ["verify", folder / "profile.json", "--world", folder / "world.toml", "-o", folder / "out"]
+    asked = ["verify", folder / "profile.json", "--system", folder / "world.toml", "-o", folder / "out"]
     assert command([*map(str, asked)]) == ExitCode.DONE
     return folder
 

@@ -99,7 +99,7 @@ def test_a_length_that_nobody_stated_stands_beside_its_numbers(tmp_path):
     done = run("evaluate", "random", "--world", world("endless", 60), "--episodes", "2")
     assert "cut" not in done.stdout  # it is played to its own end
     asked = extracting("endless,length=1500", tmp_path / "p.json", "--iterations", "1", "--rollouts", "1")
-    done = run(*asked, "--selection-episodes", "1", "--held-out", "2", "--max-depth", "1")
+    done = run(*asked, "--set", "selection_episodes=1", "--held-out", "2", "--max-depth", "1")
     assert "2 and 2 of the episodes cut" in done.stderr and "1,000 steps, a length that nobody stated" in done.stderr
     kept = json.loads((tmp_path / "p.json").read_text())["provenance"]["evaluation"]
     assert kept["a cut"] == kept["a expert cut"] == 2

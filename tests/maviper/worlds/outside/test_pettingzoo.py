@@ -154,7 +154,7 @@ def test_an_environment_that_takes_seeds_below_two_to_the_32_is_played_for_every
 def test_seeds_that_are_too_large_are_refused_before_any_work(tmp_path, capsys):
     """The last of several: 2**32 is one too many."""
     out = tmp_path / "out"
-    few = ["--iterations", "1", "--rollouts", "2", "--selection-episodes", "2", "--preset", "paper"]
+    few = ["--iterations", "1", "--rollouts", "2", "--set", "selection_episodes=2", "--preset", "paper"]
     for command in (["extract", *few], ["train"]):
         asked = [*command, "physical-deception", "--seed", str(2**32 - 1), "--seeds", "2", "-o", str(out)]
         assert main.run(asked) == 2

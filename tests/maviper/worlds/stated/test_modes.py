@@ -40,7 +40,7 @@ def test_a_counterexample_says_what_was_chosen_and_replays(tmp_path, capsys):
     agent = EntitySpec("a", 0.0, 0.0, None, False)
     cools = replace(cools, world=replace(cools.world, agents=(agent,)))
     profile.write_text(dumps(cools))
-    assert command(["verify", str(profile), "--world", str(world), "-o", str(report)]) == ExitCode.VIOLATED
+    assert command(["verify", str(profile), "--system", str(world), "-o", str(report)]) == ExitCode.VIOLATED
     assert "choice of noise: " in capsys.readouterr().err
     told = json.loads((report / "report.json").read_text())
     (found,) = (each["counterexample"] for each in told["results"])
