@@ -187,29 +187,29 @@ def choose_rows(
     more values, than rows, they are drawn with the seed.
     """
     rng, numbers = np.random.default_rng(seed), list(numbers)
-    plain, values, known = list[Column](), list[Column](), set(numbers)
+    near, values, known = list[Column](), list[Column](), set(numbers)
     shared = {kind: list_values(numbers, kind) for kind in dict.fromkeys(kinds)}
     for place, kind in enumerate(kinds):
         more = [each for each in thresholds[place] if each not in known] if thresholds else []
-        near, special = list_values([*numbers, *more], kind) if more else shared[kind]
-        plain.append(near)
-        values.append(np.concatenate([near, special]))
+        near.append(np.concatenate([shared[kind][0], *([list_values(more, kind)[0]] if more else [])]))
+        values.append(np.concatenate([near[-1], shared[kind][1]]))
     if not kinds:
         return []
-    single = np.zeros((sum(map(len, values)), 4), np.int64)
-    single[:, 0] = np.repeat(np.arange(len(values)), [len(each) for each in values])
-    single[:, 1] = np.concatenate([np.arange(len(each)) for each in values])
-    single[:, 3] = -1
-    if len(single) > most:  # special values first, then as many others as fit
-        special = single[:, 1] >= np.array([len(each) for each in plain])[single[:, 0]]
-        order = np.argpartition(~special + rng.random(len(single)), most)
-        single = single[np.sort(order[:most])]
+    ends = np.cumsum([len(each) for each in values])  # of the values of each feature, if all stand in one row
+    chosen = np.arange(ends[-1])
+    if len(chosen) > most:  # special values first, then as many others as fit
+        plain = np.concatenate([np.arange(len(each)) < len(some) for some, each in zip(near, values, strict=True)])
+        special = rng.permutation(np.flatnonzero(~plain))[:most]
+        others = rng.choice(np.flatnonzero(plain), most - len(special), replace=False)
+        chosen = np.sort(np.concatenate([special, others]))
+    of = np.searchsorted(ends, chosen, side="right")
+    single = np.stack([of, chosen - (ends - [len(each) for each in values])[of], 0 * of, 0 * of - 1], axis=1)
     single = np.tile(single, (max(1, min(FILLINGS, most // len(single))), 1))
     chosen = np.concatenate([single, _pair_values([len(each) for each in values], most - len(single), rng)])
     zeros = np.arange(len(chosen)) < len(single) // FILLINGS  # the first filling
     columns = list[Column]()
-    for place, (near, each) in enumerate(zip(plain, values, strict=True)):
-        column = near[np.where(zeros, np.searchsorted(near, 0), rng.integers(len(near), size=len(chosen)))]
+    for place, (some, each) in enumerate(zip(near, values, strict=True)):
+        column = np.where(zeros, some.dtype.type(0), some[rng.integers(len(some), size=len(chosen))])
         for of, at in ((0, 1), (2, 3)):
             put = (chosen[:, of] == place) & (chosen[:, at] >= 0)
             column[put] = each[chosen[put, at]]

@@ -46,7 +46,7 @@ def walk(node: Any) -> Iterator[Any]:
     while open_:
         each = open_.pop()
         yield each
-        open_ += [child for _, child in each.children()]
+        open_ += each
 
 
 def collect_assigned(node: Any) -> set[str]:
@@ -664,13 +664,25 @@ class Machine:
                 for each in reversed(node.block_items or []):
                     open_ = (each, open_)
             elif isinstance(node, c_ast.If):
-                if marks and self.paths is not None:
-                    self.paths.mark(((node, open_), dict(self.memory), [dict(each) for each in self.scopes[1:]]))
+                paths = self.paths if marks else None
+                if paths is not None:
+                    paths.mark(self._state((node, open_)))
                 self.at(node)
-                chosen = node.iftrue if self.truth(node.cond) else node.iffalse
-                open_ = open_ if chosen is None else (chosen, open_)
+                compared = isinstance(node.cond, c_ast.BinaryOp) and node.cond.op in SIGNS
+                value = self.value(node.cond) if compared else None
+                once = isinstance(value, kinds.Condition) and paths is not None and not paths.asked
+                self.at(node.cond)
+                holds = self.truth(node.cond) if value is None else self.arithmetic.truth(value)
+                sides = [open_ if each is None else (each, open_) for each in (node.iftrue, node.iffalse)]
+                open_, other = sides if holds else sides[::-1]
+                if once and paths is not None:  # whose other answer is the other side
+                    paths.branch(self._state(other))
             else:
                 self.value(node)
+
+    def _state(self, open_: Open) -> Any:
+        """The state from which a path can go on: statements, and the variables as they are."""
+        return open_, dict(self.memory), [dict(each) for each in self.scopes[1:]]
 
     # --- answers
 

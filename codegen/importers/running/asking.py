@@ -153,9 +153,9 @@ def _join_forms(called: Called, said: Sequence[tuple[list[_Answer], Any]], rows:
     answers, places = said[first]
     for other in others:
         theirs, their_places = said[other]
-        pairs, place_of = np.unique(np.stack([places, their_places], axis=1), axis=0, return_inverse=True)
-        wrong = np.array([_differs(answers[one], theirs[two]) for one, two in pairs.tolist()], bool)
-        for place in np.flatnonzero(wrong[place_of.ravel()])[:1].tolist():
+        pairs, pair_of = np.unique(places * len(theirs) + their_places, return_inverse=True)
+        wrong = [_differs(answers[pair // len(theirs)], theirs[pair % len(theirs)]) for pair in pairs.tolist()]
+        for place in np.flatnonzero(np.array(wrong, bool)[pair_of])[:1].tolist():
             texts = answers[places[place]].text, theirs[their_places[place]].text
             what = (
                 f"Python answers {texts[0]} to {FORMS[called.forms[first]]}, {texts[1]} to {FORMS[called.forms[other]]}"

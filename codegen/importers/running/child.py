@@ -217,8 +217,8 @@ def answer_form(entry: Any, asked: dict[str, Any], form: str, content: bytes) ->
     width = asked["width"]
     if form == "floats":
         numbers = memoryview(content).cast("d").tolist() if content else []
-        rows = [numbers[place * width : (place + 1) * width] for place in range(asked["rows"])]
-        return ask_rows(entry, asked, rows)
+        starts = range(0, asked["rows"] * width, width) if width else [0] * asked["rows"]
+        return ask_rows(entry, asked, (numbers[at : at + width] for at in starts))  # one list at a time
     import numpy as np
 
     matrix = np.frombuffer(content, np.float64).reshape(asked["rows"], width).astype(form)

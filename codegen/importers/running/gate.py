@@ -15,7 +15,7 @@ import math
 import sys
 import types
 from collections.abc import Iterator
-from typing import Any, cast
+from typing import Any
 
 NODES = frozenset((
     ast.Module, ast.FunctionDef, ast.ClassDef, ast.Return, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.For, ast.While,
@@ -98,16 +98,16 @@ def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Mo
 
 
 def walk_nodes(node: ast.AST) -> list[ast.AST]:
-    """A node and all below it."""
-    nodes = [node]
+    """A node and all below it. Contexts and most operators are left out: each of them is on the list."""
+    nodes: list[Any] = [node]
     for each in nodes:
-        for field in each._fields:
-            value: Any = getattr(each, field, None)
-            if isinstance(value, ast.AST):
+        for field in each._fields if type(each) not in (ast.Name, ast.Constant) else ():
+            value = getattr(each, field, None)
+            if type(value) is list:
+                nodes += [one for one in value if isinstance(one, ast.AST)]
+            elif isinstance(value, ast.AST) and value._fields:
                 nodes.append(value)
-            elif type(value) is list:
-                nodes += [one for one in cast("list[Any]", value) if isinstance(one, ast.AST)]
-    return [*dict.fromkeys(nodes)]  # operators and contexts are one object each
+    return nodes
 
 
 def _is_member(module: str, member: str) -> bool:
@@ -116,14 +116,14 @@ def _is_member(module: str, member: str) -> bool:
 
 def _clean_node(node: ast.AST, used: set[str]) -> None:
     """Removes imports, docstrings, annotations, the main block, and methods that nothing names."""
-    if isinstance(node, ast.stmt | ast.mod | ast.match_case):
+    if isinstance(node, (ast.stmt, ast.mod, ast.match_case)):
         for field in {"body", "orelse"}.intersection(node._fields):
             block: list[ast.stmt] = getattr(node, field)
             kept = [part for each in block for part in _clean_statement(each, node, used)]
             if field == "body" and not kept and not isinstance(node, ast.Module):
                 kept = [ast.copy_location(ast.Pass(), block[0])]
             setattr(node, field, kept)
-    if isinstance(node, ast.arg | ast.FunctionDef):
+    if type(node) in (ast.arg, ast.FunctionDef):
         setattr(node, "annotation" if isinstance(node, ast.arg) else "returns", None)
 
 
