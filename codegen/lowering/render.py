@@ -10,20 +10,23 @@ import re
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
-from typing import Any
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from typing import TYPE_CHECKING, Any
 
 from codegen.errors import escape_text
 from codegen.intervals import format_share, percent
 from codegen.numbers import smt_literal
 from codegen.wording import format_count, visible
 
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
 MAX_SHOWN = 12  # characters of a number that is shown as it is
 
 
 @cache
-def _environment() -> Environment:
+def _environment() -> "Environment":
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
     here = Path(__file__).parent.parent
     folder = here / "templates"  # in a wheel; a checkout has them beside the packages
     environment = Environment(

@@ -10,7 +10,7 @@ from codegen.errors import ExitCode, InputError, UnknownNameError
 from codegen.ir import act, outputs
 from codegen.policy_json import dumps
 from codegen.targets import emit
-from maviper.importing import trees
+from maviper.importing import games
 from maviper.page.page import contents_of, page
 from maviper.worlds import find
 from maviper.worlds.matching import not_ours, plays
@@ -160,7 +160,7 @@ PENDULUM = "gymnasium:Pendulum-v1"
 
 def test_numbers_that_a_tree_gives_are_the_worlds_outputs(bring, monkeypatch):
     """With the names, the unit and the bounds of the world; an episode of it is on the page."""
-    monkeypatch.setattr(trees, "EPISODES", 2)
+    monkeypatch.setattr(games, "EPISODES", 2)
     world = find(PENDULUM, giving=True)
     for cut in ("np.clip(-12.0 * x[1] - 2.5 * x[2], -2.0, 2.0)", "np.clip(-12.0 * x[1] - 2.5 * x[2], -3.0, 2.0)"):
         profile = bring(SWING.format(cut), PENDULUM, arrays="float32")
