@@ -187,23 +187,18 @@ def choose_rows(
     more values, than rows, they are drawn with the seed.
     """
     rng, numbers = np.random.default_rng(seed), list(numbers)
-    near, values, known = list[Column](), list[Column](), set(numbers)
+    near, special, known = list[Column](), list[Column](), set(numbers)
     shared = {kind: list_values(numbers, kind) for kind in dict.fromkeys(kinds)}
     for place, kind in enumerate(kinds):
         more = [each for each in thresholds[place] if each not in known] if thresholds else []
         near.append(np.concatenate([shared[kind][0], *([list_values(more, kind)[0]] if more else [])]))
-        values.append(np.concatenate([near[-1], shared[kind][1]]))
+        special.append(shared[kind][1])
     if not kinds:
         return []
-    ends = np.cumsum([len(each) for each in values])  # of the values of each feature, if all stand in one row
-    chosen = np.arange(ends[-1])
-    if len(chosen) > most:  # special values first, then as many others as fit
-        plain = np.concatenate([np.arange(len(each)) < len(some) for some, each in zip(near, values, strict=True)])
-        special = rng.permutation(np.flatnonzero(~plain))[:most]
-        others = rng.choice(np.flatnonzero(plain), most - len(special), replace=False)
-        chosen = np.sort(np.concatenate([special, others]))
-    of = np.searchsorted(ends, chosen, side="right")
-    single = np.stack([of, chosen - (ends - [len(each) for each in values])[of], 0 * of, 0 * of - 1], axis=1)
+    values = [np.concatenate(pair) for pair in zip(near, special, strict=True)]
+    first = _draw_places([len(each) for each in special], most, rng)  # special values, then as many others as fit
+    first[:, 1] += np.array([len(each) for each in near])[first[:, 0]]
+    single = np.concatenate([first, _draw_places([len(each) for each in near], most - len(first), rng)])
     single = np.tile(single, (max(1, min(FILLINGS, most // len(single))), 1))
     chosen = np.concatenate([single, _pair_values([len(each) for each in values], most - len(single), rng)])
     zeros = np.arange(len(chosen)) < len(single) // FILLINGS  # the first filling
@@ -215,6 +210,14 @@ def choose_rows(
             column[put] = each[chosen[put, at]]
         columns.append(column)
     return columns
+
+
+def _draw_places(counts: Sequence[int], most: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
+    """Features, and the place of a value of each, of all values or of `most`. [n, 4], as `_pair_values` has them."""
+    ends, total = np.cumsum(counts), sum(counts)
+    drawn = rng.choice(total, min(total, most), replace=False)
+    of = np.searchsorted(ends, drawn, side="right")
+    return np.stack([of, drawn - ends[of] + np.array(counts)[of], 0 * of, 0 * of - 1], axis=1)
 
 
 def _pair_values(counts: Sequence[int], most: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:

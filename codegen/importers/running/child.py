@@ -187,28 +187,28 @@ def ask_rows(entry: Any, asked: dict[str, Any], rows: Any) -> tuple[list[Any], l
     """The answers that are different, and the place of each row's among them."""
     given, named, places = asked["given"], asked["named"], dict[Any, int]()
     said, row_places = list[Any](), list[int]()
-    plain = given == ["row"] and not named
+
+    def call_entry(row: Any) -> Any:
+        parts = {name: make_value(each, row) for name, each in named.items()}
+        return entry(*[make_value(each, row) for each in given], **parts)
+
+    call = entry if given == ["row"] and not named else call_entry
     for row in rows:
         try:
-            if plain:
-                value = entry(row)
+            shown = call(row)
+            kind = type(shown)
+            if kind is int or kind is str or kind is bool:
+                key: Any = (kind, shown)
             else:
-                value = entry(
-                    *[make_value(each, row) for each in given],
-                    **{name: make_value(each, row) for name, each in named.items()},
-                )
-            kind = type(value)
-            key = (kind, value) if kind in (str, int, bool) else None
-            if key not in places or key is None:
-                shown = encode_answer(value)
-                key = key or json.dumps(shown)
+                key = json.dumps(encode_answer(shown))
         except Exception as error:
-            shown = {"raised": type(error).__name__, "said": str(error)[:200]}
-            key = json.dumps(shown)
-        if key not in places:
-            places[key] = len(said)
-            said.append(shown)
-        row_places.append(places[key])
+            shown = error
+            key = json.dumps({"raised": type(error).__name__, "said": str(error)[:200]})
+        place = places.get(key)
+        if place is None:
+            place = places[key] = len(said)
+            said.append(encode_answer(shown) if isinstance(key, tuple) else json.loads(key))
+        row_places.append(place)
     return said, row_places
 
 

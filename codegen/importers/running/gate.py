@@ -15,7 +15,7 @@ import math
 import sys
 import types
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 NODES = frozenset((
     ast.Module, ast.FunctionDef, ast.ClassDef, ast.Return, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.For, ast.While,
@@ -102,9 +102,9 @@ def walk_nodes(node: ast.AST) -> list[ast.AST]:
     nodes: list[Any] = [node]
     for each in nodes:
         for field in each._fields if type(each) not in (ast.Name, ast.Constant) else ():
-            value = getattr(each, field, None)
+            value: Any = getattr(each, field, None)
             if type(value) is list:
-                nodes += [one for one in value if isinstance(one, ast.AST)]
+                nodes += [one for one in cast("list[Any]", value) if isinstance(one, ast.AST)]
             elif isinstance(value, ast.AST) and value._fields:
                 nodes.append(value)
     return nodes
