@@ -329,13 +329,18 @@ class Arena:
 
 
 def halving(
-    scores: Callable[[Int, int], Float64], warm: Sequence[Float64], episodes: int, finalists: int = 1
+    scores: Callable[[Int, int], Float64],
+    warm: Sequence[Float64],
+    episodes: int,
+    finalists: int = 1,
+    alike: bool = False,
 ) -> list[int]:
     """Indices of the best arms, best first, by sequential halving.
 
     `scores(arms, episodes)`: [n_arms, episodes], on episodes that all of these arms meet; `warm`: scores of each arm
     from elsewhere, a prior that counts in the first of several rounds, and where no episodes are spent; `episodes`: to
-    spend in all; `finalists`: how many to return.
+    spend in all; `finalists`: how many to return; `alike`: whether `warm` are scores of the same play, which then count
+    as much as those of the race.
     """
     alive = np.arange(len(warm))
     prior, believed = np.array([known.sum() for known in warm]), np.array([float(len(known)) for known in warm])
@@ -347,7 +352,7 @@ def halving(
             fresh = scores(alive, each)
             total[alive] += fresh.sum(axis=1)
             count[alive] += each
-        weight = float(number == 0 < rounds - 1 or not count.any())
+        weight = float(alike or number == 0 < rounds - 1 or not count.any())
         mean = (total + weight * prior)[alive] / np.maximum((count + weight * believed)[alive], 1)
         kept = max(finalists, (len(alive) + 1) // 2)
         alive = alive[np.argsort(-mean, kind="stable")[:kept]]

@@ -33,7 +33,7 @@ from maviper.evaluation import held_out
 from maviper.evaluation.held_out import format_cut, read_measure, stop_of
 from maviper.experts.cards import how_learned
 from maviper.experts.expert import Expert, labels
-from maviper.experts.finding import critic_of, find_expert, seeing
+from maviper.experts.finding import NONE, critic_of, find_expert, seeing
 from maviper.experts.foreign.layers import LOG_PROBABILITIES
 from maviper.extraction import refitting
 from maviper.extraction.algorithms import check, extract
@@ -106,7 +106,11 @@ def _right(world: World, observations: tuple[Float32, ...], wanted: Int, held: i
 
 
 AUTOMATIC = "auto"
-WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "its log-probabilities as critic"}
+WEIGHED = {
+    "measured": "measured critic",
+    LOG_PROBABILITIES: "its log-probabilities as critic",
+    NONE: "no Q: all states weigh the same",
+}
 FORMAT = "maviper-extraction-6"
 METRICS_FILE, STEPS, COMPARING = "metrics.jsonl", "steps", "comparing"
 TOGETHER = 1_000  # episodes of our games that are played at once, about
@@ -161,7 +165,7 @@ def _find(expert: Any, options: Request, console: Console) -> Found:
     features = options.features
     seen = "" if features == AUTOMATIC else features
     loaded, world = find_expert(expert, options.critic, options.world, seen, giving=True)
-    settings = Settings.of(options.settings, world)
+    settings = Settings.of(options.settings, world, weighed=critic_of(loaded) != NONE)
     settings.judge_world(world)  # whether there is such a measure
     if features == AUTOMATIC:
         features = ""

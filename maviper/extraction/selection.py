@@ -22,7 +22,7 @@ from maviper.episodes.trees import agent_policies, among
 from maviper.extraction.arena import Arena, halving, halving_by_member
 from maviper.extraction.extraction import Extraction, Running, joint_ratio
 from maviper.extraction.journal import EXPERT_STEP, EXTRACTING, SELECTING, Arrays, Progress, Underway, count_leaves
-from maviper.extraction.settings import AGENT, MEMBER, RACE, RETURN, TEAM, UNIFORM, Settings, group_agents
+from maviper.extraction.settings import AGENT, EXPERTS, MEMBER, RACE, RETURN, TEAM, UNIFORM, Settings, group_agents
 from maviper.worlds import Measure
 from maviper.worlds.world import Int
 
@@ -142,6 +142,7 @@ def _return(team: str) -> str:
 class Raced(Choice):
     """Best-arm identification: the iterates race on common episodes against experts. Until then, scores are those of
     the rollouts, each on episodes of its own and against trees; in the race they only help to decide the first round.
+    In a world of others, where episodes take long, they count in all of it if nobody else's trees played in them.
     """
 
     def __init__(self, asked: Extraction, agents: Sequence[int], experts: Arrays, name: str = "") -> None:
@@ -176,7 +177,17 @@ class Raced(Choice):
         def scores(arms: Int, episodes: int) -> Float64:
             return arena.scores([self.candidates[int(arm)] for arm in arms], episodes)
 
-        return {"order": np.array(halving(scores, warm, self.race, min(FINALISTS, len(warm))))}
+        if self.world.games is None:
+            return {"order": np.array(halving(scores, warm, self.race, min(FINALISTS, len(warm))))}
+        finalists = min(FINALISTS, len(warm)) if self.asked.settings.refinement else 1
+        return {"order": np.array(halving(scores, warm, self.race, finalists, self._as_in_rollouts))}
+
+    @property
+    def _as_in_rollouts(self) -> bool:
+        """Whether the race has the line-up of the rollouts: these agents by their trees, everybody else an expert."""
+        together = self.asked.settings.rollouts_by
+        groups = group_agents(self.world, together, range(len(self.world.agents)))
+        return together != EXPERTS and self.agents in groups
 
     def _arena(self) -> Arena:
         seeds = self.asked.settings.episodes(measures.SELECTION_SEEDS)

@@ -143,6 +143,7 @@ MAX_EPISODES = 100_000_000
 LARGE_BUDGET = 30_000  # from it on, there is enough to refine by
 MAX_ROLLOUTS = 2_000
 EPISODES_AN_ITERATION = 5
+EPISODES_AN_OUTSIDE_ITERATION = 1
 EPISODES_PER_SEED = 100_000  # the episode seeds of two extraction seeds do not meet
 # What the paper's protocol changes for an algorithm, in every preset; imitation adds 5,000 samples per iteration.
 PROTOCOL: dict[str, dict[str, Any]] = {
@@ -210,9 +211,10 @@ class Settings:
     seed: int = 0
 
     @staticmethod
-    def of(given: Mapping[str, Any], world: World | None = None) -> "Settings":
+    def of(given: Mapping[str, Any], world: World | None = None, weighed: bool = True) -> "Settings":
         """Settings from what a user said; the rest is the algorithm's and the preset's, in `paper` the game's too. In a
-        `world` that plays few games at a time nothing is refined unless that is asked for.
+        `world` that plays few games at a time nothing is refined unless that is asked for, and in the preset `default`
+        each state counts once where the expert has no Q to weigh it by (`weighed`): draws would only lose some.
         """
         algorithm, preset = given.get("algorithm", MAVIPER), given.get("preset", DEFAULT)
         if algorithm not in KNOWN:
@@ -236,6 +238,8 @@ class Settings:
                 )
         selection = said.get("selection", usual["selection"])
         usual |= bundle(algorithm, selection, said.get("share", NOTHING)) if selection in SELECTIONS else {}
+        if world is not None and world.games is not None and preset == DEFAULT and not weighed:
+            usual |= {"weights": EQUAL}
         if world is not None and world.continuous:
             usual |= {"leaf": CONSTANT, "weights": EQUAL, "least_right": NO_VOTES, "refinement": 0}
         return Settings(**{**usual, **said})._ensure_usable()
@@ -289,8 +293,10 @@ class Settings:
 
         In a world of others all that is played counts: what is played to get to know it, and, a quarter at most unless
         `held_out` says more, the held-out episodes. Of the rest, half, at most MAX_ROLLOUTS episodes, goes to rollouts,
-        in iterations whose number is the root of a fifth of that: few points are worth labelling often. The others go
-        to selection; from LARGE_BUDGET on, only as much as to rollouts does, and what is left to refinement.
+        in iterations whose number is the root of a fifth of that: few points are worth labelling often. In a world of
+        others it is the root of all, since episodes take longer there than growth, and small trees of different rounds
+        differ widely. The others go to selection; from LARGE_BUDGET on, only as much as to rollouts does, and what is
+        left to refinement.
         """
         if not self.budget:
             return self
@@ -308,7 +314,8 @@ class Settings:
         large = budget >= LARGE_BUDGET and world.games is None and plain
         rollouts = min(MAX_ROLLOUTS, max(0, budget) // 2)
         selection = rollouts if large else max(0, budget) - rollouts
-        iterations = max(1, round((rollouts / runs / EPISODES_AN_ITERATION) ** 0.5))
+        few = EPISODES_AN_ITERATION if world.games is None else EPISODES_AN_OUTSIDE_ITERATION
+        iterations = max(1, round((rollouts / runs / few) ** 0.5))
         dealt = replace(
             self,
             iterations=iterations,

@@ -1,10 +1,12 @@
 """What extraction from an own environment and own networks costs, over forty lines of DAgger with scikit-learn.
 
     python -m tests.benchmarks.doorway [--rounds 3] [--json]
+    python -m tests.benchmarks.doorway --seeds 10 [--json]
 
 Two robots meet at a doorway: a PettingZoo environment as a researcher writes it, and networks of NumPy. `maviper
 extract` and the forty lines (`dagger`) play as many episodes, held-out ones included, each in a process of its own,
-in turns. All that either spends counts, from the start of Python on.
+in turns. All that either spends counts, from the start of Python on. With `--seeds`, what their trees reach is compared
+over so many seeds, in TESTED episodes that neither has seen.
 """
 
 import sys
@@ -19,6 +21,7 @@ from tests.benchmarks.common import figure, reader, spent, spent_by, tell
 
 HERE = "tests.benchmarks.doorway"
 EPISODES, DEPTH, ROUNDS, HELD_OUT = 300, 3, 5, 37
+TESTED, FIRST_TESTED, SEEDS_APART = 500, 10_000_000, 300_000
 
 
 class Doorway(ParallelEnv):
@@ -93,19 +96,19 @@ def act(agent, observations):
     return NETWORKS[agent](observations).argmax(axis=1)
 
 
-def dagger(env, act, episodes, depth, rounds, held_out):
-    """Forty lines of DAgger with scikit-learn: a tree for each agent, and returns of trees and expert."""
+def dagger(env, act, episodes, depth, rounds, held_out, seed=0):
+    """Forty lines of DAgger with scikit-learn: the policy of the best round, and returns of it and of the expert."""
     from sklearn.tree import DecisionTreeClassifier
 
     agents = env.possible_agents
     each = (episodes - 2 * held_out) // rounds // 2  # as many to learn from as to choose by
-    rows = {agent: [] for agent in agents}
+    rows, apart = {agent: [] for agent in agents}, SEEDS_APART * seed
 
     def expert(agent, row):
         return int(act(agent, row[None])[0])
 
-    def play(policy, seed, keep=False):
-        seen, _ = env.reset(seed=seed)
+    def play(policy, start, keep=False):
+        seen, _ = env.reset(seed=apart + start)
         total = 0.0
         while env.agents:
             if keep:
@@ -133,7 +136,7 @@ def dagger(env, act, episodes, depth, rounds, held_out):
         reached = mean(policy, 100_000 + 1_000 * turn, each)
         if reached > score:
             best, score = policy, reached
-    return trees, mean(best, 200_000, held_out), mean(expert, 200_000, held_out)
+    return best, mean(best, 200_000, held_out), mean(expert, 200_000, held_out)
 
 
 def compare(rounds):
@@ -151,16 +154,53 @@ def compare(rounds):
     yield figure("extract over the forty lines, CPU", mine / forty, 2, 1.2)
 
 
+def reached_by(policy):
+    """The mean return of a policy, (agent, row) -> action, in the tested episodes."""
+    env, total = make(), 0.0
+    for seed in range(FIRST_TESTED, FIRST_TESTED + TESTED):
+        seen, _ = env.reset(seed=seed)
+        while env.agents:
+            seen, paid, *_ = env.step({agent: policy(agent, seen[agent]) for agent in env.agents})
+            total += sum(paid.values()) / len(env.possible_agents)
+    return total / TESTED
+
+
+def compare_quality(seeds):
+    """What trees of extract's defaults reach beside those of the forty lines, from as many episodes."""
+    import maviper
+
+    def ours(seed):
+        options = {"max_depth": DEPTH, "max_episodes": EPISODES, "held_out": HELD_OUT, "seed": seed}
+        team = maviper.extract(f"{HERE}:act", world=f"{HERE}:make", **options)
+        return lambda agent, row: int(team[agent].act(row[None])[0])
+
+    def theirs(seed):
+        return dagger(make(), act, EPISODES, DEPTH, ROUNDS, HELD_OUT, seed)[0]
+
+    yield figure("return of the expert", reached_by(lambda agent, row: int(act(agent, row[None])[0])), better="higher")
+    means = {}
+    for name, way in (("forty lines of DAgger with scikit-learn", theirs), ("maviper extract", ours)):
+        returns = [reached_by(way(seed)) for seed in range(seeds)]
+        means[name] = float(np.mean(returns))
+        yield figure(f"return of {name}, mean of {seeds} seeds", means[name], better="higher")
+        yield figure(f"return of {name}, lowest", min(returns), better="higher")
+        half = 1.96 * float(np.std(returns, ddof=1)) / seeds**0.5 if seeds > 1 else 0.0
+        yield figure(f"return of {name}, half width of the 95 % interval", half)
+    theirs_mean, ours_mean = means.values()
+    yield figure("return of extract less that of the forty lines", ours_mean - theirs_mean, 0, 0, better="higher")
+
+
 def main():
     parser = reader(__doc__)
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seeds", type=int, default=0, help="compare what trees reach, over so many seeds")
     parser.add_argument("--forty", action="store_true", help="run the forty lines once")
     options = parser.parse_args()
     if options.forty:
         _, reached, expert = dagger(make(), act, EPISODES, DEPTH, ROUNDS, HELD_OUT)
         print(f"trees {reached:.3f}, expert {expert:.3f}")
         return
-    tell(compare(options.rounds), options.json)
+    tell(compare_quality(options.seeds) if options.seeds else compare(options.rounds), options.json)
 
 
 if __name__ == "__main__":

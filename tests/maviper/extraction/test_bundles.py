@@ -23,6 +23,7 @@ from maviper.extraction.settings import (
     AGENT,
     ALGORITHMS,
     ALL,
+    EQUAL,
     EXPERTS,
     FITTED_Q,
     JOINT,
@@ -218,6 +219,25 @@ def test_a_budget_is_kept_by_every_combination(budget, rollouts_by, selection_by
     scored = {AGENT: 3, MEMBER: 2, TEAM: 2, ALL: 2}[selection_by] * found.iterations
     expert = len(group_agents(world, found.together, range(3)))
     assert 0.7 * budget <= played + (scored + expert) * found.selection_episodes <= budget
+
+
+def test_without_a_q_states_of_an_own_world_count_once():
+    """Draws would only lose some. A Q, a preset of others' and the games of the paper leave weights as they were."""
+    own, ours = find("tests.benchmarks.doorway:make"), find("cooperative-navigation")
+    assert Settings.of({}, own, weighed=False).weights == EQUAL
+    assert Settings.of({}, own).weights == bundle("maviper", RACE)["weights"] != EQUAL
+    assert Settings.of({}, ours, weighed=False) == Settings.of({}, ours)
+    assert Settings.of({"weights": "own"}, own, weighed=False).weights == "own"
+    for preset in ("paper", "released"):
+        assert Settings.of({"preset": preset}, own, weighed=False) == Settings.of({"preset": preset}, own)
+
+
+def test_an_own_world_has_more_rounds_of_fewer_episodes():
+    """Its episodes take longer than growth does, and small trees of different rounds differ widely."""
+    given = {"budget": 300, "held_out": 37}
+    worlds = [find("tests.benchmarks.doorway:make"), find("cooperative-navigation")]
+    own, ours = [Settings.of(given, world).deal_budget(world) for world in worlds]
+    assert (own.iterations, own.rollouts) == (11, 10) and ours.iterations == 5
 
 
 # --- what is refused

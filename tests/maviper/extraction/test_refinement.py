@@ -163,6 +163,17 @@ def test_scores_from_elsewhere_do_not_decide_a_race(episodes):
     assert halving(scores, there[:2], episodes, finalists=2) == [1, 0]
 
 
+def test_scores_of_the_same_play_count_as_those_of_a_race():
+    """A thousand episodes before a race outweigh the few of each arm in it."""
+    here, there = np.array([0.4, 0.6, 0.5, 0.5]), [np.full(1_000, value) for value in (0.9, 0.1, 0.2, 0.8)]
+
+    def scores(arms, count):
+        return np.repeat(here[arms][:, None], count, axis=1)
+
+    assert halving(scores, there, 40) == [3]
+    assert halving(scores, there, 40, alike=True) == [0]
+
+
 def test_a_race_is_won_against_experts_not_in_rollouts(quick, world, expert):
     """Each team takes its own best, though rollouts say the contrary of what the teams do against experts."""
     settings = Settings.of({**SMALL, "refinement": 0})
