@@ -88,17 +88,17 @@ class Tree(_Arrays):
     `action` counts in `vectors`, which have a sum for each output. Both are ordered as nodes first name them.
     """
 
-    feature: Int32 = field(metadata=_INT32)  # [n] index of the tested feature or sum; NO_FEATURE at a leaf
-    threshold: Floats = field(metadata=_NUMBERS)  # [n] in the feature's unit; 0 at a leaf
-    left: Int32 = field(metadata=_INT32)  # [n] node for `x <= threshold`; NO_CHILD at a leaf
-    right: Int32 = field(metadata=_INT32)  # [n] node for everything else; NO_CHILD at a leaf
-    action: Int32 = field(metadata=_INT32)  # [n] action at a leaf; NO_ACTION at a split
-    numbers: str = field(default=FLOAT32, kw_only=True)  # what observations and thresholds are, see floats.NUMBERS
-    visits: Int64 = field(default_factory=lambda: np.zeros(0, np.int64), metadata=_INT64)  # [n] a leaf's decisions
-    arithmetic: str = field(default="", kw_only=True)  # of sums, see sums.ARITHMETICS; "": there is none
+    feature: Int32 = field(metadata=_INT32)  #: [n] index of the tested feature or sum; NO_FEATURE at a leaf
+    threshold: Floats = field(metadata=_NUMBERS)  #: [n] in the feature's unit; 0 at a leaf
+    left: Int32 = field(metadata=_INT32)  #: [n] node for `x <= threshold`; NO_CHILD at a leaf
+    right: Int32 = field(metadata=_INT32)  #: [n] node for everything else; NO_CHILD at a leaf
+    action: Int32 = field(metadata=_INT32)  #: [n] action at a leaf; NO_ACTION at a split
+    numbers: str = field(default=FLOAT32, kw_only=True)  #: what observations and thresholds are, see floats.NUMBERS
+    visits: Int64 = field(default_factory=lambda: np.zeros(0, np.int64), metadata=_INT64)  #: [n] a leaf's decisions
+    arithmetic: str = field(default="", kw_only=True)  #: of sums, see sums.ARITHMETICS; "": there is none
     sums: tuple[Sum, ...] = field(default=(), kw_only=True)
     vectors: tuple[tuple[Sum, ...], ...] = field(default=(), kw_only=True)
-    gives: str = field(default=FLOAT32, kw_only=True)  # what outputs are rounded to
+    gives: str = field(default=FLOAT32, kw_only=True)  #: what outputs are rounded to
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -123,7 +123,7 @@ class Meaning:
     powers of two, so products are exact: of n terms, n - 1 additions round.
     """
 
-    terms: tuple[tuple[float, str], ...]  # (weight, coordinate such as "agent_0.x"); a function's weights are +1 or -1
+    terms: tuple[tuple[float, str], ...]  #: (weight, coordinate such as "agent_0.x"); a function's weights are +1 or -1
     function: str = ""
 
     def __str__(self) -> str:
@@ -140,7 +140,7 @@ class FeatureSpec:
     unit: str
     low: float
     high: float
-    meaning: Meaning | None  # None: the policy runs and compiles, but claims about world states are out of reach
+    meaning: Meaning | None  #: None: the policy runs and compiles, but claims about world states are out of reach
 
 
 @dataclass(frozen=True)
@@ -149,11 +149,11 @@ class ActionSpec:
 
     name: str
     effect: tuple[float, float] | None
-    legal_if: str = ""  # the feature that is 1 where the action is legal, else 0; "": it always is
-    label: int | float | str | None = None  # that an imported source returns for it, unless its place or name says so
+    legal_if: str = ""  #: the feature that is 1 where the action is legal, else 0; "": it always is
+    label: int | float | str | None = None  #: that an imported source returns for it, unless its place or name says so
 
     def known_as(self, place: int) -> int | float | str:
-        """What its environment, or the source that it was imported from, calls it: its label, or its place."""
+        """Returns what its environment, or the source that it was imported from, calls it: its label, or its place."""
         return place if self.label is None else self.label
 
 
@@ -177,7 +177,7 @@ class AgentPolicy:
     actions: tuple[ActionSpec, ...]
     tree: Tree
     grown: GrownTree | None = None
-    seen: tuple[Seen, ...] = ()  # of each feature, in episodes; (): nobody looked
+    seen: tuple[Seen, ...] = ()  #: of each feature, in episodes; (): nobody looked
     outputs: tuple[OutputSpec, ...] = ()
 
     @property
@@ -186,9 +186,14 @@ class AgentPolicy:
         return self.tree.numbers
 
     def act(self, rows: npt.ArrayLike) -> Int64 | Float64:
-        """What it does for each row of features, `rows` [n, n_features]: actions [n] int64, by their labels where these
-        are whole numbers, else by their places; or the numbers that it gives, [n, n_outputs] float64. InputError for
-        rows of another length.
+        """Decides for each row of features: actions [n] int64, by their labels where these are whole numbers, else by
+        their places; or the numbers that it gives, [n, n_outputs] float64.
+
+        Args:
+            rows: Observations, [n, n_features], each feature in its unit.
+
+        Raises:
+            InputError: Rows have another length.
         """
         if self.outputs:
             return outputs(self, rows).astype(np.float64)
@@ -222,7 +227,7 @@ class PolicyProfile:
     world: WorldSpec
     agents: tuple[AgentPolicy, ...]
     provenance: Provenance
-    region: RegionSpec | None = None  # the world states that the trees are meant for; None: all
+    region: RegionSpec | None = None  #: the world states that the trees are meant for; None: all
 
     def __repr__(self) -> str:
         return f"PolicyProfile('{self.world.name}': {len(self.agents)} agents)"

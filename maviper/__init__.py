@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from maviper.verification.run import Verified
     from verify.result import AnyResult
 
-    Given = PolicyProfile | str | Path  # a team, or the path of its file
+    TeamOrFile = PolicyProfile | str | Path  # a team, or the path of its file
 
 __all__ = [
     "check",
@@ -97,7 +97,7 @@ def __dir__() -> list[str]:
 
 
 def version() -> str:
-    """The version of the package: `maviper.__version__`, which is to be used instead."""
+    """Returns the version of the package. It goes with the next release: use `maviper.__version__`."""
     import warnings
 
     from maviper.files.profiles import version as installed
@@ -106,7 +106,7 @@ def version() -> str:
     return installed()
 
 
-def _team(given: Given) -> Team:
+def _team(given: TeamOrFile) -> Team:
     """A profile, or the one in a file, as a team."""
     from pathlib import Path
 
@@ -134,13 +134,18 @@ from_file, from_onnx, from_sklearn = map(_returns_team, (from_file, from_onnx, f
 @process.defaults
 @options.speak_python
 def load(path: str | Path, world: str | Callable[..., Any] | None = None) -> Team:
-    """The team in a profile's JSON file, checked. ProfileError (an InputError) with the path of the fault otherwise.
-
-    `world`: its environment, as a name or a function that makes it; `team.act` needs it where observations are
-    dictionaries or actions have a shape.
+    """Loads the team in a profile's JSON file, and checks it.
 
         team = maviper.load("team.json")
         actions = team.act({"agent_0": [0.1] * 10})
+
+    Args:
+        path: The file.
+        world: The team's environment, as a name or a function that makes it; `Team.act` needs it where observations
+            are dictionaries or actions have a shape.
+
+    Raises:
+        ProfileError: The file breaks the schema, or an invariant; the error has the path to the fault.
     """
     from maviper.files.profiles import load as loaded
     from maviper.team import Team
@@ -162,12 +167,22 @@ def _played(world: str | Callable[..., Any] | None) -> Callable[[], Any] | None:
 @process.defaults
 @options.spell_out(options.TrainOptions)
 def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions]) -> dict[str, Any]:
-    """Trains an expert for a world into the run folder `output`; returns its card, with what was measured.
+    """Trains an expert for a world, and writes it into a run folder.
 
         maviper.train("physical-deception", "runs/expert", steps=2_000_000)
 
-    The card says `stopped` where training ended early. MissingToolError without torch; InputError for a name or number
-    that cannot be used.
+    Sources: MADDPG (Lowe et al. 2017), MAPPO (Yu et al. 2022), VDN (Sunehag et al. 2018).
+
+    Args:
+        world: A game, with options after commas, or module:function for your own environment.
+        output: The run folder.
+
+    Returns:
+        The expert's card: how it learned, and what was measured. It has `stopped` where training ended early.
+
+    Raises:
+        MissingToolError: torch, of the extra maviper[train], is not installed.
+        InputError: A name or a number cannot be used.
     """
     from pathlib import Path
 
@@ -184,18 +199,26 @@ def extract(
     output: str | Path | None = None,
     **asked: Unpack[options.ExtractOptions],
 ) -> Team:
-    """Decision trees from an expert, as a team; each option is one of `maviper extract`.
+    """Extracts decision trees from an expert, as a team.
 
-        def act(agent, observations):            # [n, n_features] -> [n], as the environment counts actions
+        def act(agent, observations):  # [n, n_features] -> [n], as the environment counts actions
             logits = forward(weights[agent], observations)
             return logits.argmax(axis=1)
 
         team = maviper.extract(act, world=make_env, max_depth=3)
 
-    `expert`: a function as above, an object with the members of an expert, a world's name, an expert file, a run
-    folder, or module:function. `world`: a name, or a function that makes the environment, from a notebook too.
-    `output`: the profile's .json file, or a run folder, which several seeds and `resume` need; None: nothing is
-    written. None elsewhere: as the preset says. InputError: a wrong name or value.
+    Source: Milani et al. 2022, for MAVIPER and IVIPER; `maviper guide extraction` has the others.
+
+    Args:
+        expert: A function as above, which gives [n, n_outputs] where agents give numbers; an object with the members
+            of an expert; or the name of a world, an expert file, a run folder, or module:function.
+        output: The profile's .json file, or a run folder, which several seeds and `resume` need. None: nothing is
+            written.
+
+    An option that is None is as the preset says.
+
+    Raises:
+        InputError: A name or a value cannot be used.
     """
     from pathlib import Path
 
@@ -214,14 +237,18 @@ def extract(
 
 @process.defaults
 @options.spell_out(options.EvaluateOptions)
-def evaluate(subject: Given | Callable[..., Any], **asked: Unpack[options.EvaluateOptions]) -> Evaluation:
-    """A team, an expert or a mix measured in play, on held-out episodes that are the same for everybody.
+def evaluate(subject: TeamOrFile | Callable[..., Any], **asked: Unpack[options.EvaluateOptions]) -> Evaluation:
+    """Measures a team, an expert or a mix in play, on held-out episodes that are the same for everybody.
 
         measured = maviper.evaluate(team, episodes=1000, expert=act)
         value, interval, expert, ratio, _ = measured["defenders", "success"]
 
-    `subject`: a team or its file (its name ends in .json), or an expert as `extract` takes it. InputError for what
-    cannot be used, UnknownNameError for a name that there is not.
+    Args:
+        subject: A team or its file, whose name ends in .json; or an expert as `extract` takes it.
+
+    Raises:
+        InputError: Something cannot be used.
+        UnknownNameError: There is no such name.
     """
     from pathlib import Path
 
@@ -232,13 +259,20 @@ def evaluate(subject: Given | Callable[..., Any], **asked: Unpack[options.Evalua
 
 @process.defaults
 @options.spell_out(options.ExploitOptions)
-def exploit(subject: Given | Callable[..., Any], team: str, **asked: Unpack[options.ExploitOptions]) -> Exploitability:
-    """A lower bound on what the opponents of `team` gain by answering its policies.
+def exploit(
+    subject: TeamOrFile | Callable[..., Any], team: str, **asked: Unpack[options.ExploitOptions]
+) -> Exploitability:
+    """Finds a lower bound on what the opponents of a team gain by answering its policies.
 
-        found = maviper.exploit("profile.json", "defenders", episodes=100)
+        maviper.exploit("profile.json", "defenders", episodes=100).bound
 
-    `subject`: as for `evaluate`. InputError for what cannot be used, MissingToolError where `networks` names a folder
-    and torch is missing.
+    Args:
+        subject: As for `evaluate`.
+        team: The team whose policies stay as they are.
+
+    Raises:
+        InputError: Something cannot be used.
+        MissingToolError: `networks` names a folder, and torch is not installed.
     """
     from pathlib import Path
 
@@ -251,15 +285,19 @@ def exploit(subject: Given | Callable[..., Any], team: str, **asked: Unpack[opti
 @process.defaults
 @options.spell_out(options.CompileOptions)
 def compile(
-    profile: Given, targets: str | Iterable[str] = TARGETS, **asked: Unpack[options.CompileOptions]
+    profile: TeamOrFile, targets: str | Iterable[str] = TARGETS, **asked: Unpack[options.CompileOptions]
 ) -> Compiled:
-    """Code for a team, replayed against it with tolerance zero before it is returned.
+    """Compiles a team to code, and replays the code against the team with tolerance zero before returning it.
 
         maviper.compile(team, "c").write("firmware")
 
-    `targets`: one or several of c, python, json, javascript, rust, smt, svg, onnx, onnx-old, jax, torch and monitor.
-    `Compiled.files` maps file names to texts (of ONNX: bytes), `Compiled.proofs` has the answers of `prove`.
-    DisagreementError when any decision differs; InputError for what cannot be asked.
+    Args:
+        profile: The team, or its file.
+        targets: One or several of c, python, json, javascript, rust, smt, svg, onnx, onnx-old, jax, torch and monitor.
+
+    Raises:
+        DisagreementError: Code and team decide differently for some observation.
+        InputError: Something cannot be asked of this team.
     """
     from maviper.compilation.run import compile_and_prove
 
@@ -269,22 +307,28 @@ def compile(
 @process.defaults
 @options.spell_out(options.VerifyOptions)
 def verify(
-    profile: Given,
+    profile: TeamOrFile,
     claim: str | claims.Claim = "distinct_targets",
     region: str | Path = "start",
     **asked: Unpack[options.VerifyOptions],
 ) -> AnyResult:
-    """The verdict on a built-in claim for every state of a region: `start`, or a region file.
+    """Decides whether a built-in claim holds in every state of a region.
 
         found = maviper.verify(team, maviper.claims.DistinctTargets(), region="start")
         assert found.proved or found.verdict == "VIOLATED"
 
-    `claim`: one of `maviper.claims`, such as `claims.Reaches(steps=25)`, which has its parameters and its team; or a
-    name, with the parameters as options. `margin` and `radius` are lengths of the world, `kappa` is a ratio, `eps` is
-    in the features' units. `where` also answers where a claim about single decisions holds and fails (`where` of
-    `Result.evidence`) and from what share of the starts one about episodes fails (`starts` of it). `shared`: ["all"]
-    for all features. None: as `maviper properties list` says. InputError for a name that there is not, or a parameter
-    that the claim does not read.
+    Args:
+        profile: The team, or its file.
+        claim: One of `maviper.claims`, such as `claims.Reaches(steps=25)`, which has its parameters and its team; or
+            a name, with the parameters as options.
+        region: `start`, or a region file.
+
+    `margin` and `radius` are lengths of the world, `kappa` is a ratio, `eps` is in the features' units. With `where`,
+    the evidence says where a claim about single decisions holds and fails. `shared`: ["all"] for all features. None: as
+    `maviper properties list` says.
+
+    Raises:
+        InputError: There is no such name, or the claim does not read a parameter.
     """
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import results
@@ -295,14 +339,20 @@ def verify(
 @process.defaults
 @options.spell_out(options.FileOptions)
 def verify_file(
-    profile: Given, file: str | Path, region: str | Path = "start", **asked: Unpack[options.FileOptions]
+    profile: TeamOrFile, file: str | Path, region: str | Path = "start", **asked: Unpack[options.FileOptions]
 ) -> list[AnyResult]:
-    """The verdicts on the claims of a property file, in its order; `region` is for those that name none.
+    """Decides the claims of a property file, in its order.
 
         for found in maviper.verify_file(team, "claims.toml"):
             print(found)
 
-    InputError with line and column for a claim that cannot be read, and for a limit that nothing reads.
+    Args:
+        profile: The team, or its file.
+        file: The property file.
+        region: Where claims hold that name no region: `start`, or a region file.
+
+    Raises:
+        InputError: A claim cannot be read, by line and column; or nothing reads a limit.
     """
     from pathlib import Path
 
@@ -317,16 +367,23 @@ def verify_file(
 @options.speak_python
 def check(
     certificate: str | Path,
-    profile: Given | None = None,
-    against: Given | None = None,
+    profile: TeamOrFile | None = None,
+    against: TeamOrFile | None = None,
     world: str | Path | None = None,
 ) -> Checked:
-    """What the certificate in a file proves of a profile (default: profile.json beside it), of a second one where it is
-    by `diff` (default: against.json beside it), in a world file if it is by `verify_system` (world.toml beside it).
+    """Checks the certificate in a file; says what it proves.
 
         maviper.check("found/certificate-1-distinct_targets.json").subject
 
-    RefusedError when its proof does not hold; InputError when it cannot be read or is about another profile.
+    Args:
+        certificate: The file.
+        profile: The team, or its file; default: profile.json beside the certificate.
+        against: The other team of a certificate by `diff`; default: against.json beside it.
+        world: The world file of a certificate by `verify_system`; default: world.toml beside it.
+
+    Raises:
+        RefusedError: The proof does not hold.
+        InputError: The certificate cannot be read, or is about another team.
     """
     from pathlib import Path
 
@@ -338,15 +395,19 @@ def check(
 
 @process.defaults
 @options.speak_python
-def replay(counterexample: str | Path, profile: Given | None = None, world: str | Path | None = None) -> Replayed:
-    """The counterexample in a file, replayed with a profile (default: profile.json beside it): does the claim fail?
+def replay(counterexample: str | Path, profile: TeamOrFile | None = None, world: str | Path | None = None) -> Replayed:
+    """Replays the counterexample in a file; says whether the claim fails in it.
 
         maviper.replay("found/counterexample-1-distinct_targets.json", team).violated
 
-    `world`: the world file of one by `verify_system` (default: world.toml beside it).
+    Args:
+        counterexample: The file.
+        profile: The team, or its file; default: profile.json beside the counterexample.
+        world: The world file of a counterexample by `verify_system`; default: world.toml beside it.
 
-    InputError when the file is damaged or about another world; DisagreementError when reference, compiled C and
-    environment act differently.
+    Raises:
+        InputError: The file is damaged, or about another world.
+        DisagreementError: Reference, compiled C and environment act differently.
     """
     from pathlib import Path
 
@@ -360,18 +421,27 @@ def replay(counterexample: str | Path, profile: Given | None = None, world: str 
 @process.defaults
 @options.spell_out(options.RepairOptions)
 def repair(
-    profile: Given,
+    profile: TeamOrFile,
     claim: str | claims.Claim = "distinct_targets",
     region: str | Path = "start",
     **asked: Unpack[options.RepairOptions],
 ) -> Repaired:
-    """The leaves from which a claim can fail are changed until both engines prove it; `Repaired.after` is the team.
+    """Changes the leaves from which a claim can fail, until both engines prove it.
 
         repaired = maviper.repair(team, maviper.claims.DistinctTargets()).after
 
-    It is None where no repair was found. `claim`: distinct_targets or own_target, by name or as an object, such as
-    `claims.OwnTarget(landmarks=["landmark_1", "landmark_0"])`; `region`: `start`, or a region file.
-    `Repaired.cost` has the measures before and after. InputError for what cannot be asked.
+    Args:
+        profile: The team, or its file.
+        claim: distinct_targets or own_target, by name or as an object, such as
+            `claims.OwnTarget(landmarks=["landmark_1", "landmark_0"])`.
+        region: `start`, or a region file.
+
+    Returns:
+        The repair. `Repaired.after` is the team, None where no repair was found; `Repaired.cost` has the measures
+        before and after.
+
+    Raises:
+        InputError: Something cannot be asked.
     """
     from codegen.profiles import ensure
     from maviper.verification.repair import repair_profile, request
@@ -382,20 +452,27 @@ def repair(
 @process.defaults
 @options.speak_python
 def robust(
-    profile: Given,
+    profile: TeamOrFile,
     observations: str | Path,
     agent: str | None = None,
     *,
     certify: bool = False,
     error: str | None = None,
 ) -> Radii | Changes:
-    """For each observation of a CSV or JSON file the largest radius within which an agent acts the same, exactly; of an
-    agent that gives numbers, how far each output may change where features are off by up to `error`.
+    """Finds for each observation of a file the largest radius within which an agent acts the same, exactly.
 
         maviper.robust(team, "observations.csv", "agent_0").least
 
-    `agent`: default, the only one; `certify`: each radius is proved, and its certificate checked; `error`: "0.01", or
-    "x=0.01,v=0.2". InputError for a file that is no table of finite observations of that agent.
+    Args:
+        profile: The team, or its file.
+        observations: A CSV or JSON file, [n, n_features].
+        agent: The agent; default: the only one.
+        certify: Each radius is proved, and its certificate checked.
+        error: For an agent that gives numbers, how far features are off: "0.01", or "x=0.01,v=0.2". Returned is how
+            far each output may change.
+
+    Raises:
+        InputError: The file is no table of finite observations of that agent.
     """
     from pathlib import Path
 
@@ -409,15 +486,23 @@ def robust(
 @process.defaults
 @options.spell_out(options.DiffOptions)
 def diff(
-    first: Given, second: Given, region: str | Path = "start", **asked: Unpack[options.DiffOptions]
+    first: TeamOrFile, second: TeamOrFile, region: str | Path = "start", **asked: Unpack[options.DiffOptions]
 ) -> Compared | OutputsCompared:
-    """Every state of a region in which two teams act differently, or the proof that there is none.
+    """Finds every state of a region in which two teams act differently, or proves that there is none.
 
         maviper.diff("before.json", "after.json").verdict
 
-    `Compared.facts` has shares, zones and examples, `Compared.found` the certificate. Of agents that test sums or give
-    numbers, `OutputsCompared.facts` has the largest difference of each output, and where. InputError for profiles whose
-    worlds, agents, features or actions differ.
+    Args:
+        first: A team, or its file.
+        second: The other one.
+        region: `start`, or a region file.
+
+    Returns:
+        What was compared. `Compared.facts` has shares, zones and examples, `Compared.found` the certificate. Of agents
+        that test sums or give numbers, `OutputsCompared.facts` has the largest difference of each output, and where.
+
+    Raises:
+        InputError: The teams' worlds, agents, features or actions differ.
     """
     from maviper.verification.diff import compare_profiles, request
 
@@ -427,17 +512,26 @@ def diff(
 @process.defaults
 @options.spell_out(options.SystemOptions)
 def verify_system(
-    profile: Given,
+    profile: TeamOrFile,
     world: str | Path,
     properties: str | Path | None = None,
     **asked: Unpack[options.SystemOptions],
 ) -> Verified:
-    """The verdicts on the claims of a world file, or of a property file, about the system that the file states.
+    """Decides the claims about the system that a world file states.
 
         found = maviper.verify_system(team, "corridor.toml")
 
-    `Verified.results` has verdicts and evidence, `document` the report. InputError for files that cannot be used, a
-    profile of another world, and a statement that is further from its reference than it says.
+    Args:
+        profile: The team, or its file.
+        world: The world file.
+        properties: A property file, whose claims are asked instead of the world file's.
+
+    Returns:
+        All questions with their results. `Verified.results` has verdicts and evidence, `Verified.document` the report.
+
+    Raises:
+        InputError: A file cannot be used, the team is of another world, or the statement is further from its reference
+            than it says.
     """
     from pathlib import Path
 
@@ -457,14 +551,20 @@ def compare(
     output: str | Path | None = None,
     **asked: Unpack[options.CompareOptions],
 ) -> AlgorithmsCompared:
-    """Algorithms, depths and seeds compared on an expert, at equal numbers of episodes.
+    """Compares algorithms, depths and seeds on an expert, at equal numbers of episodes.
 
         table = maviper.compare(act, world=make_env, algorithms=["maviper", "imitation"], depths=[2, 3], seeds=5)
         table.best.save("best.json")
 
-    `expert` and `experts`: as for `extract`. `output`: a folder, in which an interrupted call goes on when it is
-    repeated; None: nothing is kept. `rows`, `to_csv()` and `to_latex()` of what is returned are the table, `best` is a
-    team. InputError for what cannot be used.
+    Args:
+        expert: As for `extract`; so are `experts`.
+        output: A folder, in which an interrupted call goes on when it is repeated. None: nothing is kept.
+
+    Returns:
+        The comparison. `rows`, `to_csv()` and `to_latex()` of it are the table, `best` is a team.
+
+    Raises:
+        InputError: Something cannot be used.
     """
     from pathlib import Path
 
@@ -480,13 +580,23 @@ def compare(
 @process.defaults
 @options.spell_out(options.ReproduceOptions)
 def reproduce(output: str | Path, **asked: Unpack[options.ReproduceOptions]) -> Reproduced:
-    """The experiments of the MAVIPER paper, as cells in the folder `output`, with their table and report.
+    """Runs the experiments of the MAVIPER paper, as cells in a folder, with their table and report.
 
         maviper.reproduce("cells", quick=True)
 
-    None: as quick, default or full says. With `plan`, `lines` of what is returned are the plan. `failed` of it: cells
-    that failed, with their messages. Finished cells are not made again. InputError for what cannot be used,
-    MissingToolError without room on the disk, without Dask, or when its scheduler goes away.
+    Source: Milani et al. 2022. Finished cells are not made again. An option that is None is as quick, default or full
+    says.
+
+    Args:
+        output: The folder.
+
+    Returns:
+        What was done. `Reproduced.failed` has the cells that failed, with their messages; `Reproduced.lines` is the
+        report, or with `plan` the plan.
+
+    Raises:
+        InputError: Something cannot be used.
+        MissingToolError: There is no room on the disk, no Dask, or its scheduler went away.
     """
     from maviper.reproduction.run import reproduce_paper, request
 

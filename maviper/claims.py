@@ -24,15 +24,15 @@ class Claim:
 
     @property
     def options(self) -> dict[str, Any]:
-        """What was said of it, as options of `maviper.verify`."""
+        """Its parameters that are not None, as options of `maviper.verify`."""
         said = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: value for name, value in said.items() if value is not None}
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Engaging(Claim):
-    margin: Number | None = None  # length of the world
-    radius: Number | None = None  # length of the world
+    margin: Number | None = None  #: length of the world
+    radius: Number | None = None  #: length of the world
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,12 +78,12 @@ class Steady(Claim):
     """Another claim stays true where each feature is off by at most `eps`."""
 
     name = "steady"
-    of: Claim = DistinctTargets()  # about single decisions
-    eps: Number | None = None  # in the features' units
+    of: Claim = DistinctTargets()  #: about single decisions
+    eps: Number | None = None  #: in the features' units
 
     @property
     def options(self) -> dict[str, Any]:
-        """What was said of it and of the other claim, as options of `maviper.verify`."""
+        """Its own and the other claim's parameters that are not None, as options of `maviper.verify`."""
         return {**self.of.options, **super().options, "of": self.of.name}
 
 
@@ -118,7 +118,7 @@ class Monotone(Claim):
     feature: str
     agent: str | None = None
     direction: str | None = None
-    order: Names | None = None  # all actions, lowest first
+    order: Names | None = None  #: all actions, lowest first
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,7 +128,7 @@ class Ignores(Claim):
     name = "ignores"
     feature: str
     agent: str | None = None
-    actions: Names | None = None  # only whether it takes one of these matters
+    actions: Names | None = None  #: only whether it takes one of these matters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,14 +137,14 @@ class Symmetric(Claim):
 
     name = "symmetric"
     agent: str | None = None
-    features: Names | None = None  # whose sign changes; None: all
-    order: Names | None = None  # all actions: the first is opposite to the last
+    features: Names | None = None  #: whose sign changes; None: all
+    order: Names | None = None  #: all actions: the first is opposite to the last
 
 
 @dataclass(frozen=True, kw_only=True)
 class _OfEpisodes(Claim):
     steps: Steps | None = None
-    radius: Number | None = None  # length of the world
+    radius: Number | None = None  #: length of the world
 
 
 @dataclass(frozen=True, kw_only=True)

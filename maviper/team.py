@@ -44,15 +44,21 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
         actions = team.act({"agent_0": seen})        # what env.step takes, by the environment's names
         team.save("again.json")
 
-    `played`: its world, found when it is first needed; None where nobody said it.
+    Whatever takes a profile takes a team.
     """
 
+    #: its world, found when it is first needed; None where nobody said it
     played: Callable[[], Any] | None = field(default=None, kw_only=True)
     __eq__, __hash__ = object.__eq__, object.__hash__
 
     @staticmethod
     def of(profile: PolicyProfile, played: Callable[[], Any] | None = None) -> "Team":
-        """A profile as a team. `played`: returns its world."""
+        """Makes a team of a profile.
+
+        Args:
+            profile: The profile.
+            played: Returns the team's world.
+        """
         parts = {each.name: getattr(profile, each.name) for each in fields(PolicyProfile)}
         return Team(**parts, played=played or getattr(profile, "played", None))
 
@@ -86,15 +92,20 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
             return f"<code>{self!r}</code>"
 
     def act(self, observations: Any, infos: Mapping[Any, Any] | None = None, agents: Any = None) -> Any:
-        """What `env.step` takes: for each agent that observes, an action of its action space.
-
-        `observations`: agent -> observation, by the names and in the form that the environment has; of a single agent
-        the observation alone is taken too, and its action returned. `infos`: of the environment, where masks are in
-        them. `agents`: who acts; default: everybody who observes. PettingZoo shows agents that have just left their
-        last observation, so a loop says `agents=env.agents`. InputError for an observation of another size.
+        """Returns what `env.step` takes: for each agent that observes, an action of its action space.
 
             while env.agents:
                 seen, rewards, ended, cut, infos = env.step(team.act(seen, agents=env.agents))
+
+        Args:
+            observations: Agent -> observation, by the names and in the form that the environment has. Of a single agent
+                the observation alone is taken too, and its action returned.
+            infos: The environment's, where masks are in them.
+            agents: The agents that act; default: all that observe. PettingZoo shows agents that have just left their
+                last observation, so a loop says `agents=env.agents`.
+
+        Raises:
+            InputError: An observation has another size.
         """
         given = infos or {}
         if len(self) == 1 and not self._names_agents(observations):
@@ -144,34 +155,47 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
     def save(self, path: str | Path) -> Path:
         """Writes the profile, which `maviper.load` reads again; equal teams give equal bytes. Returns the path.
 
-        OutputError where it cannot be written.
+        Raises:
+            InputError: The file cannot be written.
+            MissingToolError: There is no room for it.
         """
         return runs.write(Path(path), policy_json.dumps(self))
 
     def to_text(self) -> str:
-        """The trees as rules, one line for each leaf."""
+        """Returns the trees as rules, one line for each leaf."""
         return "\n".join(tell_rules(self, self.agents))
 
     def to_svg(self) -> str:
-        """The trees as one picture. InputError for trees of thousands of nodes."""
+        """Draws the trees as one SVG.
+
+        Raises:
+            InputError: There are trees of thousands of nodes.
+        """
         from maviper.page.page import svg
 
         return svg(self, list(self))
 
     def to_latex(self) -> str:
-        r"""The trees in LaTeX, by the package forest: `\usepackage{forest}`, then the text as it is.
+        r"""Draws the trees in LaTeX, by the package forest: `\usepackage{forest}`, then the text as it is.
 
-        InputError for trees of thousands of nodes.
+        Raises:
+            InputError: There are trees of thousands of nodes.
         """
         return draw_forest(self)
 
     def with_threshold(self, agent: str, node: int, value: float) -> "Team":
-        """The team with another threshold at one node, which its provenance says. `value`: in the feature's unit; the
-        tree compares with the largest number of its type that is not above it.
+        """Returns the team with another threshold at one node, which its provenance says.
 
             team = team.with_threshold("agent_0", node=3, value=0.3)
 
-        InputError for a node that tests nothing, or no finite number.
+        Args:
+            agent: Whose tree it is.
+            node: The node, in preorder from 0.
+            value: The threshold, in the feature's unit. The tree compares with the largest number of its type that is
+                not above it.
+
+        Raises:
+            InputError: The node tests nothing, or the value is no finite number.
         """
         return Team.of(change_threshold(self, self[agent], node, value))
 

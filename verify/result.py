@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 class Verdict(StrEnum):
     """The answer to a question; the values are the words that reports use."""
 
-    PROVED = "PROVED"  # holds in every world state of the region, by the arithmetic asked about
-    VIOLATED = "VIOLATED"  # fails in a world state that the referee confirmed by it
-    VACUOUS = "VACUOUS"  # no world state of the region meets the assumptions, or the left side of an implication
-    UNKNOWN = "UNKNOWN"  # the budget ended, or of the deployed arithmetic only a real-valued state was found
-    SKIPPED = "SKIPPED"  # not asked
+    PROVED = "PROVED"  #: holds in every world state of the region, by the arithmetic asked about
+    VIOLATED = "VIOLATED"  #: fails in a world state that the referee confirmed by it
+    VACUOUS = "VACUOUS"  #: no world state of the region meets the assumptions, or the left side of an implication
+    UNKNOWN = "UNKNOWN"  #: the budget ended, or of the deployed arithmetic only a real-valued state was found
+    SKIPPED = "SKIPPED"  #: not asked
 
 
 SETTLED = (Verdict.PROVED, Verdict.VIOLATED)  # what a control is asked about
@@ -104,14 +104,14 @@ class Control:
 class Evidence(Shown):
     """The evidence for a verdict of whatever kind. `certificate`: of a proof; the checker accepted it."""
 
-    control: Control = Control()  # of shuffled leaves
-    opinions: tuple[Opinion, ...] = ()  # of the engines asked; where two have a verdict, it is the same
+    control: Control = Control()  #: of shuffled leaves
+    opinions: tuple[Opinion, ...] = ()  #: of the engines asked; where two have a verdict, it is the same
     certificate: Any = None
-    counterexample: Any = None  # of a claim about decisions: the state in which it fails, and who does what there
-    branches: int = 0  # that the certificate closes
-    replays: tuple[str, ...] = ()  # what replays a counterexample, beside the reference
-    skipped: tuple[str, ...] = ()  # replays that could not be had, with the reason
-    left_out: str = ""  # which states of the region the claim is not about, in words
+    counterexample: Any = None  #: of a claim about decisions: the state in which it fails, and who does what there
+    branches: int = 0  #: that the certificate closes
+    replays: tuple[str, ...] = ()  #: what replays a counterexample, beside the reference
+    skipped: tuple[str, ...] = ()  #: replays that could not be had, with the reason
+    left_out: str = ""  #: which states of the region the claim is not about, in words
 
     @property
     def told(self) -> list[str]:
@@ -150,7 +150,7 @@ class Result(Shown, Generic[About, Found]):
 
     question: Question[About]
     verdict: Verdict
-    reason: str  # why there is no answer; "" where there is one
+    reason: str  #: why there is no answer; "" where there is one
     evidence: Found
     cost: Cost
 

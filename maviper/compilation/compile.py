@@ -42,20 +42,21 @@ BEFORE_REPAIR = "profile before repair"  # in the provenance of a repaired profi
 
 @dataclass(frozen=True, repr=False)
 class Compiled(Shown):
-    """What was built, and what was compared before it was handed out."""
+    """Holds the files of a compilation, and what was compared before they were handed out."""
 
     build: Build
     report: Report
-    faithful: tuple[Fidelity, ...] = ()  # how far each tree acts as the expert; nothing where nobody has the expert
-    elsewhere: str = ""  # why no episode was replayed, where the game is none of ours: nothing that failed
-    notes: tuple[str, ...] = ()  # what each pass did before
-    proofs: "Proofs | None" = None  # None: not asked
-    proven: "Proven | None" = None  # by Frama-C; None: not asked
-    beside: Mapping[str, str | bytes] = field(default_factory=dict[str, str | bytes])  # test vectors, proofs, contracts
+    faithful: tuple[Fidelity, ...] = ()  #: how far each tree acts as the expert; nothing where nobody has the expert
+    elsewhere: str = ""  #: why no episode was replayed, where the game is none of ours: nothing that failed
+    notes: tuple[str, ...] = ()  #: what each pass did before
+    proofs: "Proofs | None" = None  #: the answers of Z3 on the code; None: not asked
+    proven: "Proven | None" = None  #: the answers of Frama-C; None: not asked
+    #: test vectors, proofs, contracts
+    beside: Mapping[str, str | bytes] = field(default_factory=dict[str, str | bytes])
 
     @cached_property
     def files(self) -> Mapping[str, str | bytes]:
-        """All files, the evidence included: name -> text; bytes of targets that are none."""
+        """All files by name, the evidence included: texts; of ONNX bytes."""
         evidence_file = f"{self.build.model.prefix}.agreement.json"
         return {**self.build.files, evidence_file: evidence(self), **self.beside}
 
@@ -73,7 +74,7 @@ class Compiled(Shown):
 
     @property
     def complete(self) -> bool:
-        """Whether nothing had to be skipped, and every proof that was asked for was found."""
+        """True if nothing had to be skipped, and every proof that was asked for was found."""
         asked = (each for each in (self.proofs, self.proven) if each is not None)
         return not self.report.skipped and all(each.complete for each in asked)
 

@@ -47,8 +47,8 @@ MAX_EPISODES = 100_000  # the block of seeds from MEASUREMENT_SEEDS on has a mil
 
 
 class Reached(NamedTuple):
-    """A measure of a team: value and 95 % interval, the expert's value in its place, and their ratio with its interval.
-    What needs an expert is None where there was none.
+    """A measure of a team, in its own unit: value and 95 % interval, the expert's value in its place, and their ratio
+    with its interval. What needs an expert is None where there was none.
     """
 
     value: float
@@ -60,7 +60,7 @@ class Reached(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Evaluation(Shown):
-    """What was measured. What needs an expert is None throughout where there was none.
+    """Holds what was measured. What needs an expert is None throughout where there was none.
 
     `evaluation["defenders", "success"]` is a team's measure, by its name or the beginning of it: value, interval and
     ratio. A third name says against whom; without it, against the first.
@@ -68,9 +68,9 @@ class Evaluation(Shown):
 
     world: str
     episodes: int
-    against: Mapping[str, tuple[Standing, ...]]  # opponents' name -> every measure of every team against them
-    trees: Mapping[str, TreeFacts]  # agent -> its tree, where it has one
-    # as `against`, where it was asked for
+    against: Mapping[str, tuple[Standing, ...]]  #: opponents' name -> every measure of every team against them
+    trees: Mapping[str, TreeFacts]  #: agent -> its tree, where it has one
+    #: causes of each gap to the expert, by opponents as `against`, where `why` asked for them
     why: Mapping[str, tuple[Causes, ...]] = field(default_factory=dict[str, tuple[Causes, ...]])
 
     def __getitem__(self, names: str | tuple[str, ...]) -> Reached:

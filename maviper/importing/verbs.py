@@ -23,15 +23,23 @@ if TYPE_CHECKING:
 @process.defaults
 @spell_out(ImportOptions)
 def from_file(file: str | Path | Mapping[str, str | Path], **asked: Unpack[ImportOptions]) -> PolicyProfile:
-    """A profile of the trees in a file of another program, as `maviper import` makes it.
+    """Imports the trees in a file of another program, as `maviper import` does.
+
+        team = maviper.from_file("policy.py", feature_names=["x", "v"])
 
     The only code that is run is if/else Python, behind a gate, and compiled C, each in a process of its own, to compare
     its answers with the tree; `run=False` runs neither, and the profile then says that the source was not compared.
 
-    `file`: if/else Python or C, a header of ours, ONNX, or trees of XGBoost, LightGBM, treelite or dtControl,
-    recognised by its name and content; or agent -> file, for a team. Names are instead of the file's own, for every
-    agent. InputError for a file that is not understood in full, such as one that returns a list of constants without
-    `scores` or `output_names`; MissingToolError without a package that reading it needs.
+    Args:
+        file: If/else Python or C, a header of ours, ONNX, or trees of XGBoost, LightGBM, treelite or dtControl,
+            recognised by its name and content; or agent -> file, for a team.
+
+    Names are instead of the file's own, for every agent.
+
+    Raises:
+        InputError: The file is not understood in full, such as one that returns a list of constants without `scores`
+            or `output_names`.
+        MissingToolError: A package that reading it needs is not installed.
     """
     from pathlib import Path
 
@@ -50,11 +58,19 @@ def from_sklearn(
     name: str = "imported",
     output_names: Sequence[str] | None = None,
 ) -> PolicyProfile:
-    """A profile of one agent from scikit-learn: a fitted tree or small forest, or a Pipeline or search of one.
+    """Imports a fitted tree or small forest of scikit-learn, or a Pipeline or search of one, as one agent.
 
-    `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, in the order
-    of `classes_`. A regressor of several outputs, or of more than 64 values, gives numbers: `output_names`, default y0,
-    y1, ... InputError for anything but a fitted classifier of one output, or a regressor.
+        team = maviper.from_sklearn(DecisionTreeClassifier(max_depth=3).fit(x, y), ["x", "v"])
+
+    Args:
+        classifier: A classifier; or a regressor of several outputs, or of more than 64 values, which gives numbers.
+        feature_names: Names of the features; default: those it was fitted with, or x0, x1, ...
+        action_names: Names of the actions; default: its labels, in the order of `classes_`.
+        name: The game whose agent the tree becomes, such as gymnasium:CartPole-v1; else a name for its world.
+        output_names: Names of the numbers that a regressor gives; default: y0, y1, ...
+
+    Raises:
+        InputError: This is no fitted classifier of one output, and no regressor.
     """
     from codegen.importers.scikit import from_sklearn as imported
 
@@ -68,10 +84,19 @@ def from_onnx(
     action_names: Sequence[str] | None = None,
     name: str = "imported",
 ) -> PolicyProfile:
-    """A profile of one agent from an ONNX model (bytes, or a path) that is one decision tree.
+    """Imports an ONNX model that is one decision tree, as one agent.
 
-    Names as for `from_sklearn`. InputError for an operator that cannot be folded into the tree; MissingToolError
-    without the package onnx.
+        team = maviper.from_onnx("policy.onnx", ["x", "v"])
+
+    Args:
+        model: The model's bytes, or its path.
+        feature_names: Names of the features; default: x0, x1, ...
+        action_names: Names of the actions; default: the model's labels.
+        name: As for `from_sklearn`.
+
+    Raises:
+        InputError: An operator cannot be folded into the tree.
+        MissingToolError: The package onnx is not installed.
     """
     from codegen.importers.onnx.model import from_onnx as imported
 

@@ -67,17 +67,17 @@ class Setting(NamedTuple):
 
 @dataclass(repr=False)
 class AlgorithmsCompared(Shown):
-    """What a comparison found: `rows` for each measure and setting, words for `differences`, and the `best` trees."""
+    """A comparison: `rows` for each measure and setting, words for `differences`, and the `best` trees."""
 
     world: str
     experts: tuple[str, ...]
     table: list[dict[str, Any]]
-    differences: list[dict[str, Any]]  # of ratios: the first algorithm less each other one, depth by depth
+    differences: list[dict[str, Any]]  #: of ratios: the first algorithm less each other one, depth by depth
     best: PolicyProfile
-    chosen: dict[str, Any]  # of which setting, expert and seed the best is
-    pictures: dict[str, str]  # file name -> SVG
+    chosen: dict[str, Any]  #: of which setting, expert and seed the best is
+    pictures: dict[str, str]  #: file name -> SVG
     latex: str
-    lines: list[str]  # everything, for people
+    lines: list[str]  #: everything, for people
     making: Making
     files: dict[str, str] = field(default_factory=dict[str, str])
 
@@ -93,12 +93,12 @@ class AlgorithmsCompared(Shown):
 
     @property
     def code(self) -> ExitCode:
-        """As an exit code."""
+        """The exit code of the command."""
         return self.making.code
 
     @property
     def told(self) -> list[str]:
-        """How much was compared, and the best."""
+        """A few lines: the size of the comparison, and the best."""
         settings = len({(row["algorithm"], row["depth"]) for row in self.table})
         best = ", ".join(f"{name} {spell(value)}" for name, value in self.chosen.items())
         words = [each["said"] for each in self.differences]

@@ -85,7 +85,7 @@ def request(options: Mapping[str, Any]) -> Request:
 
 @dataclass(repr=False)
 class Reproduced(Shown):
-    """What a call did: its plan, what was made, what failed, and the lines of the report."""
+    """Says what a call did: its plan, what was made, what failed, and the lines of the report."""
 
     plan: Plan
     making: Making = field(default_factory=Making)
@@ -93,7 +93,7 @@ class Reproduced(Shown):
 
     @property
     def made(self) -> int:
-        """How many cells this call made."""
+        """The number of cells that this call made."""
         return self.making.made
 
     @property
@@ -113,7 +113,7 @@ class Reproduced(Shown):
 
     @property
     def code(self) -> ExitCode:
-        """As an exit code."""
+        """The exit code of the command."""
         return self.making.code
 
 

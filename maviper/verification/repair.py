@@ -89,10 +89,10 @@ class Repaired(Shown):
     claim: DecisionClaim
     region: Region
     repair: Repair
-    after: ir.PolicyProfile | None = None  # None: no repair was found
+    after: ir.PolicyProfile | None = None  #: None: no repair was found
     cost: Cost | None = None
     results: tuple[AnyResult, ...] = ()
-    files: Mapping[str, str | bytes] = field(default_factory=dict[str, str | bytes])  # name -> text
+    files: Mapping[str, str | bytes] = field(default_factory=dict[str, str | bytes])  #: name -> text
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -101,7 +101,7 @@ class Repaired(Shown):
 
     @property
     def told(self) -> list[str]:
-        """Whether a repair was found, in one line."""
+        """One line, on whether a repair was found."""
         return [f"Repaired: {self.claim.shown}, region {self.region.name}: {'found' if self.after else 'not found'}"]
 
     @property

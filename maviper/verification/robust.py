@@ -48,12 +48,12 @@ UP = Context(prec=6, rounding=ROUND_CEILING)
 
 @dataclass(frozen=True, repr=False)
 class Changes(Shown):
-    """How far each output of an agent may change around the observations of a file, in its order."""
+    """Bounds on how far each output of an agent may change around the observations of a file, in its order."""
 
     policy: AgentPolicy
-    observations: tuple[tuple[float, ...], ...]  # [n, n_features]
-    errors: tuple[Fraction, ...]  # [n_features] the largest of each feature
-    ends: tuple[tuple[Ends, ...], ...]  # [n, n_outputs]
+    observations: tuple[tuple[float, ...], ...]  #: [n, n_features]
+    errors: tuple[Fraction, ...]  #: [n_features] the largest of each feature
+    ends: tuple[tuple[Ends, ...], ...]  #: [n, n_outputs]
 
     @property
     def line(self) -> str:
@@ -83,7 +83,7 @@ class Changes(Shown):
 
     @property
     def exact(self) -> bool:
-        """Whether all changes are met by observations, so that none is a bound only."""
+        """True if all changes are met by observations, so that none is a bound only."""
         return all(each.exact for row in self.ends for each in row)
 
     @property
@@ -170,9 +170,9 @@ class Radii(Shown):
     """The radii around the observations of a file, in its order; certificates where they were asked for."""
 
     policy: AgentPolicy
-    observations: tuple[tuple[float, ...], ...]  # [n, n_features]
+    observations: tuple[tuple[float, ...], ...]  #: [n, n_features]
     radii: tuple[Radius, ...]
-    certificates: tuple[DecisionCertificate, ...] = ()  # each accepted by the checker
+    certificates: tuple[DecisionCertificate, ...] = ()  #: each accepted by the checker
 
     @property
     def line(self) -> str:

@@ -175,8 +175,8 @@ class Verified(Shown):
     profile: ir.PolicyProfile
     asked: tuple[Asked, ...]
     results: tuple[AnyResult, ...]
-    cells: int | None = None  # that --where looked for at most
-    stated: StatedWorld | None = None  # the world file that they are about
+    cells: int | None = None  #: the most failing cells that `where` looked for
+    stated: StatedWorld | None = None  #: the world file that they are about
 
     @property
     def rows(self) -> list[dict[str, Any]]:

@@ -493,7 +493,7 @@ def test_the_python_page_prints_what_it_says(place, capsys):
     for source in blocks("python", "python"):
         exec(source, names)
     said = [each for source in blocks("python", "python") for each in re.findall(r"print\(.*# (.*)", source)]
-    assert capsys.readouterr().out.splitlines() == said and len(said) == 6
+    assert capsys.readouterr().out.splitlines() == said and len(said) == 13
 
 
 # --- the README

@@ -18,12 +18,12 @@ Pair = tuple[str, str, Fraction]  # (entity, entity, least L-infinity distance)
 class Region:
     """A set of world states: a closed interval for each position, bounds on differences, pairs kept apart."""
 
-    box: Mapping[str, Interval]  # coordinate -> bounds: every position, and the velocities that matter
-    goals: tuple[str, ...]  # landmarks that may be the goal; empty when the world has none
+    box: Mapping[str, Interval]  #: coordinate -> bounds: every position, and the velocities that matter
+    goals: tuple[str, ...]  #: landmarks that may be the goal; empty when the world has none
     differences: tuple[Difference, ...] = ()
     apart: tuple[Pair, ...] = ()
     name: str = field(default="", compare=False)
-    said: str = field(default="", compare=False)  # what a certificate that was read calls it; says nothing
+    said: str = field(default="", compare=False)  #: what a certificate that was read calls it; says nothing
 
     @property
     def goal_cases(self) -> tuple[str | None, ...]:

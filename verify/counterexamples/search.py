@@ -53,14 +53,14 @@ ROOM = 0.1  # shrinking keeps entities at least so far apart, and claims failing
 
 @dataclass(frozen=True)
 class AgentView:
-    """What one agent of the team does in a counterexample, and why."""
+    """One agent of the team in a counterexample: what it does, and why."""
 
     agent: str
     action: str
     leaf: int
     path: tuple[Step, ...]
-    engaged_with: tuple[str, ...]  # landmarks
-    errors: tuple[tuple[str, Value], ...] = ()  # feature -> by how much it is off
+    engaged_with: tuple[str, ...]  #: landmarks
+    errors: tuple[tuple[str, Value], ...] = ()  #: feature -> by how much it is off
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,9 +69,9 @@ class Counterexample(Shown):
 
     state: State
     agents: tuple[AgentView, ...]
-    replayed: tuple[str, ...]  # names of what reproduced the same actions
-    says: str  # what judged it and who replayed it, in words
-    deployed: Deployed | None = None  # of real arithmetic; None where the state is no float64 state
+    replayed: tuple[str, ...]  #: names of what reproduced the same actions
+    says: str  #: what judged it and who replayed it, in words
+    deployed: Deployed | None = None  #: of real arithmetic; None where the state is no float64 state
 
 
 def confirm_point(question: DecisionQuestion, goal: str | None, answer: Answer) -> tuple[State | None, int]:

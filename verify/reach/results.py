@@ -38,16 +38,17 @@ NOTHING = {  # by what a claim is about: why it is about nothing, and why nothin
 class SystemCounterexample(Shown):
     """An exact episode that breaks a claim."""
 
-    states: tuple[Values, ...]  # the start first; for a claim about decisions only that
-    actions: tuple[Mapping[str, str], ...]  # the joint action in each state but the last, by names
-    errors: tuple[Values, ...]  # of each step, by variable
-    pieces: tuple[int, ...]  # which piece moved each state but the last
-    step: int  # the state that breaks the claim; of `reaches` the last one
-    choices: tuple[Mapping[str, str], ...] = ()  # of each step: what was taken of each choice, in the words of the file
-    seconds: Fraction | None = None  # of a flow: when that is; states but the first are middles of narrow enclosures
-    longer: tuple[Fraction, ...] = (Fraction(0),)  # of a flow: seconds by which its periods are longer than stated
-    ways: tuple[int, ...] = (0,)  # of a flow: in which way each sample is late; as of `longer`, the last one stays
-    rank: int = 0  # of a flow: which of the cases that hold a state is taken, in turn
+    states: tuple[Values, ...]  #: the start first; for a claim about decisions only that
+    actions: tuple[Mapping[str, str], ...]  #: the joint action in each state but the last, by names
+    errors: tuple[Values, ...]  #: of each step, by variable
+    pieces: tuple[int, ...]  #: which piece moved each state but the last
+    step: int  #: the state that breaks the claim; of `reaches` the last one
+    #: of each step: what was taken of each choice, in the words of the file
+    choices: tuple[Mapping[str, str], ...] = ()
+    seconds: Fraction | None = None  #: of a flow: when that is; states but the first are middles of narrow enclosures
+    longer: tuple[Fraction, ...] = (Fraction(0),)  #: of a flow: seconds by which its periods are longer than stated
+    ways: tuple[int, ...] = (0,)  #: of a flow: in which way each sample is late; as of `longer`, the last one stays
+    rank: int = 0  #: of a flow: which of the cases that hold a state is taken, in turn
 
     @property
     def start(self) -> Values:

@@ -52,20 +52,20 @@ class Visited:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class DecisionEvidence(Evidence):
-    """What a verdict about single decisions rests on, and all else that a report says of it."""
+    """The evidence for a verdict about single decisions, and all else that a report says of it."""
 
     shares: Shares
     counterexample: Counterexample | None = None
-    explanation: Explanation | None = None  # of the counterexample
-    visited: Visited | None = None  # on-policy states inside the region; None when the world cannot be played here
-    leaves: tuple[LeafFinding, ...] = ()  # of alive_leaves
-    largest: Margin | None = None  # up to which margin a proved claim holds
-    steady_up_to: Margin | None = None  # up to which errors of features a claim holds that zones proved with its own
-    certificate: DecisionCertificate | None = None  # of a proof by zones
-    solver: str = ""  # its name and version
-    alone: str = ""  # why Z3 decides alone, where zones cannot speak
-    where: Where | None = None  # where it holds, when that was asked
-    verdict_in_largest_region: DecisionResult | None = None  # the verdict in the largest region found
+    explanation: Explanation | None = None  #: of the counterexample
+    visited: Visited | None = None  #: on-policy states inside the region; None when the world cannot be played here
+    leaves: tuple[LeafFinding, ...] = ()  #: of alive_leaves
+    largest: Margin | None = None  #: up to which margin a proved claim holds
+    steady_up_to: Margin | None = None  #: up to which errors of features a claim holds that zones proved with its own
+    certificate: DecisionCertificate | None = None  #: of a proof by zones
+    solver: str = ""  #: its name and version
+    alone: str = ""  #: why Z3 decides alone, where zones cannot speak
+    where: Where | None = None  #: where it holds, when that was asked
+    verdict_in_largest_region: DecisionResult | None = None  #: the verdict in the largest region found
 
     @property
     def certificates(self) -> Iterator[tuple[str, Any]]:
@@ -82,7 +82,7 @@ class DecisionEvidence(Evidence):
 
     @property
     def plays_world(self) -> bool:
-        """Whether the states that its own episodes visit are known."""
+        """True if the states that its own episodes visit are known."""
         return self.visited is not None
 
 

@@ -65,19 +65,19 @@ TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class EpisodeEvidence(Evidence):
-    """What a verdict about whole episodes rests on, and all else that a report says of it."""
+    """The evidence for a verdict about whole episodes, and all else that a report says of it."""
 
     followed: tuple[tuple[str, ...], ...]
-    violating: Share  # of sampled starts
-    idle: Share  # of sampled starts from which a team that stands still fulfils the claim
-    state: State | None  # the start of the counterexample
+    violating: Share  #: of sampled starts
+    idle: Share  #: of sampled starts from which a team that stands still fulfils the claim
+    state: State | None  #: the start of the counterexample
     episode: Episode | None
-    ways: tuple[Way, ...]  # how the team's agents fare in it
-    explanation: EpisodeExplanation | None = None  # of the counterexample
-    contacts: str  # how they were treated, in words; "" where nothing collides
-    opponents: bool  # whether the proof follows agents of other teams by their own trees
+    ways: tuple[Way, ...]  #: how the team's agents fare in it
+    explanation: EpisodeExplanation | None = None  #: of the counterexample
+    contacts: str  #: how they were treated, in words; "" where nothing collides
+    opponents: bool  #: whether the proof follows agents of other teams by their own trees
     certificate: EpisodeCertificate | None = None
-    uncertified: str = ""  # why a proof has no certificate, and so one reading only
+    uncertified: str = ""  #: why a proof has no certificate, and so one reading only
 
     @property
     def opponents_words(self) -> str:
@@ -91,7 +91,7 @@ class EpisodeEvidence(Evidence):
 
     @property
     def plays_world(self) -> bool:
-        """Whether something beside the reference can play an episode again."""
+        """True if something beside the reference can play an episode again."""
         return bool(self.replays)
 
 

@@ -169,19 +169,18 @@ Confirm = Callable[[SystemCounterexample], SystemCounterexample | None]  # by th
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SystemEvidence(Evidence):
-    """What a verdict about a stated system rests on, and all else that a report says of it."""
+    """The evidence for a verdict about a stated system, and all else that a report says of it."""
 
-    open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
-    helps: tuple[str, ...] = ()  # what may give an answer
+    open: OpenState | None = None  #: what an UNKNOWN leaves open, where that is a set of states
+    helps: tuple[str, ...] = ()  #: what may give an answer
     certificate: SystemCertificate | None = None
     counterexample: SystemCounterexample | None = None
-    approach: ClosestApproach | None = (
-        None  # how near episodes come to a border, or how far the counterexample goes beyond
-    )
-    environment: str = ""  # what the environment that the system is about says of the counterexample
-    rounding: str = ""  # where a counterexample exists only by rounding: from which bound on the claim is proved
-    programs: int = 0  # linear programs that were solved
-    boxes: int = 0  # that were tried
+    #: how near episodes come to a border, or how far the counterexample goes beyond
+    approach: ClosestApproach | None = None
+    environment: str = ""  #: what the environment that the system is about says of the counterexample
+    rounding: str = ""  #: where a counterexample exists only by rounding: from which bound on the claim is proved
+    programs: int = 0  #: linear programs that were solved
+    boxes: int = 0  #: boxes that were tried
 
 
 SystemResult = Result[SystemClaim, SystemEvidence]

@@ -34,6 +34,7 @@ default_role = "py:obj"  # `name` in a docstring is a link where there is such a
 source_suffix = {".rst": "restructuredtext", ".md": "markdown", ".markdown": "markdown"}
 smartquotes = False  # -- begins an option
 html_theme = "furo"
+html_title = project
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = html_copy_source = False
@@ -93,8 +94,8 @@ def read_docstring(_app: Sphinx, what: str, _name: str, _object: Any, _options: 
     text = re.sub(r"(?m)^( {4})`(\w+)`: ", r"\1\2: ", text)
     text = re.sub(r"(?m)^((?! {4}).*\n)\n(?= {4})", r"\1\n.. code-block:: python\n\n", text)
     text = re.sub(r"\nDoes: (.|\n)*?(\n\n|$)", "\n", text)  # which a module says to whoever changes it
-    # in the first line of a property napoleon takes what is before a colon for a type
-    lines[:] = ["", *text.split("\n")] if what in ("attribute", "property") else text.split("\n")
+    # napoleon takes what is before a colon in the first line of an attribute for a type: a comment goes before
+    lines[:] = ["..", "", *text.split("\n")] if what in ("attribute", "property") else text.split("\n")
 
 
 def name_parameters(_app: Sphinx, tree: nodes.document) -> None:

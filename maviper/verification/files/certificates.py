@@ -99,10 +99,10 @@ AGAINST_FILE = "against.json"  # the second profile, beside a certificate about 
 class Checked(Shown):
     """A certificate whose proof holds."""
 
-    subject: str  # what it proves, from what was checked
-    closed: int  # branches of the proof, or its boxes
-    size: int  # bytes of proof
-    unit: str = "branch"  # of what is counted
+    subject: str  #: what it proves, from what was checked
+    closed: int  #: branches of the proof, or its boxes
+    size: int  #: bytes of proof
+    unit: str = "branch"  #: of what is counted
 
 
 def check_file(

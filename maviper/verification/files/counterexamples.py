@@ -78,17 +78,17 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, repr=False)
 class Replayed(Shown):
-    """What the team does in the world state, and whether the claim fails there; of an episode, what all agents do, step
-    by step, and whether the claim fails in it.
+    """Says what the team does in the world state, and whether the claim fails there; of an episode, what all agents do,
+    step by step, and whether the claim fails in it.
     """
 
-    property: str  # the name of the built-in claim where the formula is sure to be that one
+    property: str  #: the name of the built-in claim where the formula is sure to be that one
     violated: bool
-    actions: Mapping[str, str]  # of an episode: in order, with spaces between
-    before: Mapping[str, str]  # what the file says that it did
-    by: tuple[str, ...]  # what replays gave the same actions
+    actions: Mapping[str, str]  #: of an episode: in order, with spaces between
+    before: Mapping[str, str]  #: what the file says that it did
+    by: tuple[str, ...]  #: what replays gave the same actions
     same_policy: bool
-    says: str  # what judged the actions and who replayed them, in words
+    says: str  #: what judged the actions and who replayed them, in words
 
     @builtins.property  # `property` is a field
     def rows(self) -> list[dict[str, Any]]:
