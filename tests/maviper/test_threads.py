@@ -14,6 +14,7 @@ import pytest
 import maviper
 from codegen import policy_json
 from codegen.ir import PolicyProfile
+from tests.support.tiers import first_of
 
 ROOT = Path(__file__).parents[2] / "generated"
 PROVED, VERDICTS, WORLDS = ROOT / "proved_defenders", ROOT / "verdicts" / "physical_deception", ROOT / "worlds"
@@ -129,7 +130,7 @@ def test_verbs_in_four_threads(verbs, alone):
 
 
 @pytest.mark.solver
-@pytest.mark.parametrize("name", ["verify", "repair", "compile", "robust", "from_sklearn", "diff"])
+@pytest.mark.parametrize("name", first_of(2, ["verify", "compile", "repair", "robust", "from_sklearn", "diff"]))
 def test_one_verb_in_four_threads(verbs, alone, name):
     """The same verb at the same time, where Z3, the compiler's library or filters of warnings stand behind it."""
     expected, together = alone[name](), threading.Barrier(THREADS)

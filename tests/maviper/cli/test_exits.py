@@ -18,6 +18,7 @@ from maviper.extraction import run
 from maviper.files import runs
 from tests.support.small import small_profile
 from tests.support.teams import team, towards
+from tests.support.tiers import first_of
 
 PROVED = Path(__file__).parents[3] / "generated" / "proved_defenders" / "profile.json"
 QUICK = [
@@ -209,7 +210,9 @@ WRITTEN = [
 COMMANDS = [[name, "--help"] for names in main.NAMES.values() for name in names]
 
 
-@pytest.mark.parametrize("arguments", [*WRITTEN, *COMMANDS], ids=lambda arguments: " ".join(map(str, arguments)))
+@pytest.mark.parametrize(
+    "arguments", first_of(9, [*WRITTEN, *COMMANDS]), ids=lambda arguments: " ".join(map(str, arguments))
+)
 def test_a_full_standard_output_is_said_in_words(arguments, full):
     code, said = ended({"stdout": full}, arguments)
     lines = said.splitlines()

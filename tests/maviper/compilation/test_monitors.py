@@ -25,6 +25,7 @@ from tests.support import monitors
 from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, Twin, drawn, files, inside, module_of
 from tests.support.small import small_profile
+from tests.support.tiers import first_of
 
 GENERATED = FOLDER.parent
 VERDICTS = GENERATED / "verdicts"
@@ -227,7 +228,7 @@ def test_the_program_of_the_manual_loses_its_sensor_and_falls_back(tmp_path):
 
 
 @pytest.mark.compile
-@pytest.mark.parametrize("game", ["physical_deception", "cooperative_navigation", "predator_prey"])
+@pytest.mark.parametrize("game", first_of(1, ["predator_prey", "physical_deception", "cooperative_navigation"]))
 def test_every_game_has_monitors_of_its_proofs(game, tmp_path):
     profile = load(VERDICTS / game / "profile.json")
     certificate = next((VERDICTS / game).glob("certificate-1-*.json"))

@@ -25,6 +25,7 @@ from maviper.extraction.growth.weights import iviper_weights, maviper_weights
 from maviper.extraction.settings import ALGORITHMS, FITTED_Q, HISTOGRAM, PRESETS, VIPER, Settings
 from tests.support.ends import LEFT, OVER, PLACE, Expert, world_of
 from tests.support.growing import train_joint_trees
+from tests.support.tiers import first_of
 
 SMALL = {"iterations": 2, "rollouts": 12, "selection_episodes": 6, "max_depth": 3, "refinement": 0}
 EVERY = [each for each in product(ALGORITHMS, PRESETS) if each != (FITTED_Q, "released")]
@@ -109,7 +110,7 @@ def test_fidelity_counts_the_steps_that_agents_took(relay):
         assert found.fidelity == 0
 
 
-@pytest.mark.parametrize(("name", "preset"), EVERY)
+@pytest.mark.parametrize(("name", "preset"), first_of(10, EVERY))
 def test_nothing_is_learned_from_those_who_have_left(name, preset, monkeypatch):
     """No tree looks at whether an agent has left, or acts as the expert does then; and no tree depends on it."""
     trees = []
@@ -236,7 +237,7 @@ def by_histogram(observations, wanted, counts, alive):
 
 
 @pytest.mark.parametrize("grow", [by_cart, by_histogram, by_released])
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", first_of(2, range(5)))
 def test_trees_do_not_depend_on_what_is_left_of_those_who_have_left(grow, seed):
     """Whatever they would observe and do: they are not predicted, and nobody learns it."""
     observations, wanted, counts, alive = some_points(seed)

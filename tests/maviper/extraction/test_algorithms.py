@@ -39,6 +39,7 @@ from maviper.extraction.settings import (
     Settings,
 )
 from maviper.worlds import find
+from tests.support.tiers import first_of
 
 SMALL = {"iterations": 3, "rollouts": 8, "selection_episodes": 20, "max_depth": 3, "refinement": 0}
 TINY = {"iterations": 2, "rollouts": 4, "selection_episodes": 8}  # where an extraction is compared with itself
@@ -71,7 +72,7 @@ def test_every_algorithm_gives_a_profile_that_repeats(algorithm, preset, world, 
 
 
 @pytest.mark.parametrize("name", ["cooperative-navigation", "predator-prey"])
-@pytest.mark.parametrize("algorithm", ["maviper", "iviper", IMITATION, FITTED_Q])
+@pytest.mark.parametrize("algorithm", first_of(1, ["maviper", "iviper", IMITATION, FITTED_Q]))
 def test_every_game(name, algorithm):
     world = find(name)
     expert = Measured(world, build_script(world), horizon=2)

@@ -35,6 +35,7 @@ from maviper.extraction.selection import Selection
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from tests.support.strategies import grown_trees
+from tests.support.tiers import first_of
 
 pytestmark = pytest.mark.usefixtures("few_episodes")
 TREES = st.lists(grown_trees(n_features=3, max_depth=4), min_size=1, max_size=5)
@@ -448,7 +449,7 @@ class Stubborn:
 
 @pytest.mark.parametrize("preset", ["paper", "default", "released"])
 @pytest.mark.parametrize("sure", [0, 1])
-@pytest.mark.parametrize("algorithm", ["maviper", "iviper", "imitation"])
+@pytest.mark.parametrize("algorithm", first_of(1, ["maviper", "iviper", "imitation"]))
 def test_points_without_weight_and_actions_that_are_never_used(world, preset, sure, algorithm, quick, monkeypatch):
     """Where all weights are 0, all points count alike; an action that the expert never takes is never a leaf's."""
     monkeypatch.setattr(released, "WARM_UP", 5)

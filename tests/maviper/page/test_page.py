@@ -20,6 +20,7 @@ from tests.hunting import meaning, places, questions
 from tests.hunting.reading import MACHINE, acting, fractions, measured
 from tests.maviper.page.browsers import RUNNERS
 from tests.support.pages import GENERATED, STATE, committed, starts
+from tests.support.tiers import first_of
 from verify.claims.catalogue import find_claim
 from verify.claims.wording import account_of
 from verify.kinds import Kind
@@ -225,14 +226,14 @@ def played(name, count):
     return profile, list(starts(world, count)), play(world, trees, world.start_from_seeds(range(count)))
 
 
-@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize("name", first_of(4, POLICIES))
 def test_episodes_are_the_simulators_action_for_action(name, run):
     profile, given, episodes = played(name, 200)
     ours, told = episodes.actions, np.array(run(page(profile, Contents()), PLAYED, given))
     assert (told == ours.transpose(1, 0, 2)).all()
 
 
-@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize("name", first_of(4, POLICIES))
 def test_episode_claims_are_judged_by_the_episode(name, run):
     profile, given, episodes = played(name, 400)
     team = {"physical": "defenders", "proved_d": "defenders", "proved_n": "agents", "verdicts": "prey"}[name[:8]]
@@ -293,7 +294,7 @@ WITH_FORMULAS = (
 )
 
 
-@pytest.mark.parametrize("folder", counterexamples(), ids=lambda folder: folder.name)
+@pytest.mark.parametrize("folder", first_of(2, counterexamples()), ids=lambda folder: folder.name)
 def test_committed_counterexamples_fail_on_the_page(folder, run):
     profile = profiles.loads((folder / "profile.json").read_text(encoding="utf-8"))
     claims, given = [], {}

@@ -9,6 +9,7 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
+from tests.support.tiers import first_of
 from tests.support.zone_cases import (
     NAVIGATION,
     actions_at,
@@ -68,7 +69,7 @@ def real_thresholds(monkeypatch):
 
 
 @pytest.mark.parametrize("semantics", [MACHINE, REAL])
-@pytest.mark.parametrize("seed", range(9))
+@pytest.mark.parametrize("seed", first_of(5, range(9)))
 def test_random_questions_of_two_defenders(seed, semantics, monkeypatch):
     """Every meaning, sharp thresholds, trees of depth 0 to 4; regions with equalities, differences, distances."""
     if semantics == REAL:
