@@ -5,7 +5,6 @@ import pytest
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
-from codegen.errors import InputError
 from codegen.lowering.deploy import deploy_tree
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
@@ -64,7 +63,5 @@ def test_algorithms_without_votes_keep_to_it(preset, algorithm, monkeypatch):
     assert found.provenance.training["max_leaves"] == 5
 
 
-def test_votes_have_no_budget_of_leaves():
-    with pytest.raises(InputError, match="vote"):
-        Settings.of({"max_leaves": 5})
+def test_without_votes_there_is_a_budget_of_leaves():
     assert Settings.of({"max_leaves": 5, "least_right": "0"}).leaves == 5

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from codegen import policy_json
-from codegen.errors import InputError
 from maviper.cli import main
 from maviper.episodes.play import points, rollout
 from maviper.evaluation import held_out
@@ -191,21 +190,6 @@ def test_a_run_goes_on_to_the_same_bytes(deception, tmp_path):
     told = profile.provenance.training
     assert {"best_iteration_adversaries", "best_iteration_agent_0", "best_iteration_agent_1"} <= set(told)
     assert profile.provenance.algorithm == BEST_RESPONSE and not set(PARTS) & set(told)
-
-
-@pytest.mark.parametrize(
-    ("given", "told"),
-    [
-        ({"least_right": "N"}, "votes count predictions"),
-        ({"rollouts_by": "agent"}, "extracted in the same rounds"),
-        ({"weights": "averaged"}, "not averaged over"),
-        ({"selection_by": "member", "selection": "uniform"}, "are raced"),
-        ({"preset": "released"}, "is ours"),
-    ],
-)
-def test_what_makes_no_sense_beside_replies_is_refused(given, told):
-    with pytest.raises(InputError, match=told):
-        Settings.of({"algorithm": BEST_RESPONSE, **given}).complete()
 
 
 def test_an_expert_without_q_cannot_be_asked_for_replies(capsys, tmp_path):

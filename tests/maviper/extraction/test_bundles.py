@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from codegen import policy_json
-from codegen.errors import InputError
 from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.experts.expert import Measured
@@ -25,7 +24,6 @@ from maviper.extraction.settings import (
     ALL,
     EQUAL,
     EXPERTS,
-    FITTED_Q,
     JOINT,
     MEMBER,
     PARTS,
@@ -238,26 +236,3 @@ def test_an_own_world_has_more_rounds_of_fewer_episodes():
     worlds = [find("tests.benchmarks.doorway:make"), find("cooperative-navigation")]
     own, ours = [Settings.of(given, world).deal_budget(world) for world in worlds]
     assert (own.iterations, own.rollouts) == (11, 10) and ours.iterations == 5
-
-
-# --- what is refused
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"preset": "released", "least_right": "N"}, "preset released"),
-        ({"preset": "released", "rollouts_by": "team"}, "preset released"),
-        ({"preset": "released", "algorithm": "iviper", "weights": "averaged"}, "preset released"),
-        ({"preset": "released", "selection_by": "agent"}, "preset released"),
-        ({"algorithm": "viper", "rollouts_by": "all"}, "viper extracts one agent"),
-        ({"algorithm": "viper", "selection_by": "team"}, "viper extracts one agent"),
-        ({"algorithm": FITTED_Q, "rollouts_by": "all"}, "rewards of expert episodes"),
-        ({"algorithm": FITTED_Q, "weights": "own"}, "rewards of expert episodes"),
-        ({"selection": "race", "selection_by": "all"}, "one agent or of one team"),
-        ({"selection": "return", "selection_by": "all"}, "one agent or of one team"),
-    ],
-)  # fmt: skip
-def test_what_means_nothing_is_refused(given, said):
-    with pytest.raises(InputError, match=said):
-        Settings.of(given)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.errors import InputError
 from maviper.cli import main
 from maviper.episodes import measures
 from maviper.evaluation import held_out
@@ -18,7 +17,7 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.extraction import QUIETLY, Extraction
 from maviper.extraction.released import _Growing, best_split, grow_team
 from maviper.extraction.selection import ByReturn, Selection
-from maviper.extraction.settings import FITTED_Q, IVIPER_RESAMPLING, Settings
+from maviper.extraction.settings import IVIPER_RESAMPLING, Settings
 from maviper.worlds import Measure, find
 
 
@@ -203,21 +202,6 @@ def test_each_accident_is_undone_alone(world, expert, monkeypatch):
     assert (told[""]["points"], told["warm-up"]["points"]) == (25 * (10 + 6), 25 * (3 + 6))
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"undo": "leaves", "preset": "paper"}, "only the authors' code"),
-        ({"undo": "leaves", "preset": "released"}, "accident of the released maviper 'leaves'"),
-        ({"undo": "leavs", "preset": "released", "algorithm": "iviper"}, "did you mean 'leaves'"),
-        ({"undo": "restarts", "preset": "released", "algorithm": "iviper"}, "restarts"),
-        ({"undo": "warm-up+", "preset": "released"}, "accident"),
-    ],
-)
-def test_what_cannot_be_undone_is_refused(given, said):
-    with pytest.raises(InputError, match=said):
-        Settings.of(given)
-
-
 def test_no_episode_is_for_two_purposes():
     settings = Settings.of({"preset": "released"})
     last = settings.rollout_episodes(settings.iterations - 1, released.WARM_UP)
@@ -248,11 +232,6 @@ def test_loops_stop_where_the_selection_says_so(world, expert, monkeypatch, loop
     )
     loop(Extraction(world, expert, settings), [0] if loop is released.viper else range(3), selection)
     assert len(offered) == 2
-
-
-def test_released_fitted_q_is_refused():
-    with pytest.raises(InputError, match="always stands still"):
-        Settings.of({"preset": "released", "algorithm": FITTED_Q})
 
 
 @pytest.mark.parametrize("algorithm", ["maviper", "maviper-no-prediction"])

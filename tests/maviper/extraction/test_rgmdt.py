@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from codegen import ir, policy_json
-from codegen.errors import InputError
 from codegen.lowering.deploy import deploy_tree
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
@@ -125,18 +124,3 @@ def test_values_are_those_with_the_other_agents_at_their_trees():
         tree = points.tree(0, {1: same, 2: same})
         assert tree.action.tolist() == [convention]
     assert len(points.tree(0, {}).feature) > 1
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"max_leaves": 1}, "max_leaves"),
-        ({"max_leaves": 8, "algorithm": "maviper"}, "level by level"),
-        ({"max_leaves": 8, "algorithm": "fitted-q"}, "fitted-q"),
-        ({"preset": "released"}, "after its description"),
-        ({"weights": "own"}, "expert's Q"),
-    ],
-)
-def test_what_it_has_not_is_refused(given, said):
-    with pytest.raises(InputError, match=said):
-        Settings.of({"algorithm": RGMDT, **given})

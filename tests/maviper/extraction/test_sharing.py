@@ -80,22 +80,6 @@ def test_a_vote_drops_a_point_for_all_who_share():
     assert all(round(share * 200) == pytest.approx(share * 200) for share in kept)  # whole points
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"algorithm": "viper"}, "viper grows a tree for each agent alone"),
-        ({"algorithm": "fitted-q"}, "fitted-q grows"),
-        ({"algorithm": "maviper", "preset": "released"}, "authors' code grows"),
-        ({"algorithm": "iviper", "rollouts_by": "agent"}, "play and choose together"),
-        ({"algorithm": "maviper", "refinement": 300_000}, "refinement changes the trees"),
-        ({"algorithm": "maviper", "share": "all"}, "unknown share 'all'"),
-    ],
-)
-def test_what_cannot_share_is_refused(given, said):
-    with pytest.raises(InputError, match=said):
-        Settings.of({"share": TEAM, **given}).complete()
-
-
 def test_unequal_spaces_are_refused():
     world = find("tests.support.environments:unequal")
     with pytest.raises(InputError, match="left_runner and runner_1 cannot share a tree"):
