@@ -63,12 +63,6 @@ def test_an_empty_region_is_vacuous(profile, claim):
     assert verify(Question(Game(profile), claim, apart), {}).verdict is Verdict.VACUOUS
 
 
-def test_a_spent_budget_is_unknown_with_its_reason(profile, claim):
-    result = verify(Question(Game(profile), claim, start_region(profile.world), budgets=Budgets(10)), {})
-    assert result.verdict is Verdict.UNKNOWN
-    assert "resource units" in result.reason and "--solver-units" in result.reason
-
-
 def test_the_same_question_costs_the_same(profile, claim):
     region = start_region(profile.world)
     decide(Question(Game(shuffle_leaves(profile, claim.team)), claim, region))
@@ -187,16 +181,6 @@ def test_a_state_on_a_boundary_that_sampling_misjudges(profile, claim):
     still = team(profile, tree(STAY), tree(STAY))
     result = verify(Question(Game(still), claim, Region(place, ("landmark_0",))), {})
     assert result.verdict is Verdict.PROVED and result.evidence.shares.violating.hits > 0
-
-
-def test_only_a_real_valued_state_is_unknown(profile, claim):
-    """A region that no float64 point meets: 0.3 and 0.1 exactly, where standing still would violate."""
-    place = {name: (Fraction(1, 3), Fraction(1, 3)) for name in start_region(profile.world).box}
-    place |= {"landmark_0.x": (Fraction(2, 3),) * 2, "landmark_1.x": (Fraction(5, 3),) * 2}
-    result = verify(
-        Question(Game(team(profile, tree(STAY), tree(STAY))), claim, Region(place, ("landmark_0", "landmark_1"))), {}
-    )
-    assert result.verdict is Verdict.UNKNOWN and "real-valued" in result.reason
 
 
 def test_the_control_is_asked_not_assumed(profile, claim):
