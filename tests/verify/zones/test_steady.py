@@ -10,30 +10,21 @@ from codegen import ir
 from codegen.floats import FLOAT32
 from codegen.ir import Meaning
 from tests.support.steady import CLAIM, EPS
-from tests.support.steady_zones import stands
+from tests.support.steady_zones import agree
 from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
 from tests.support.zone_cases import (
-    everyone,
-    exactly_inside,
-    grid_points,
-    navigation,
-    noisy,
     noisy_roles,
-    random_region,
     stated,
 )
-from verify.checker import decisions
-from verify.checker.certificate import numbers
 from verify.checker.thresholds import sides
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import holds
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
-from verify.claims.wording import BUILT_IN
 from verify.counterexamples import search
 from verify.decimals import text
-from verify.kinds import MACHINE, REAL, Semantics
+from verify.kinds import MACHINE
 from verify.question import Budgets, Question, from_start
 from verify.reports import report
 from verify.result import Verdict
@@ -49,53 +40,6 @@ from verify.zones import tables
 
 pytestmark = pytest.mark.solver
 BUDGET = 10**9
-
-
-def agree(profile, claim, region, semantics=MACHINE, seed=0):
-    """Zones, Z3, checker and errors tried one by one say the same; returns the verdict."""
-    asked, machine = formula(profile, claim), semantics == MACHINE
-    found = zones.decide(stated(profile, asked, region, semantics, eps=claim.eps))
-    assert found.verdict is decide(Question(Game(profile), claim, region, semantics)).verdict
-    if found.verdict is Verdict.VIOLATED:
-        assert exactly_inside(region, found.state)
-        assert not stands(profile, claim, found.state, found.goal, machine)
-    if found.verdict is Verdict.PROVED:
-        for goal, proof in found.proofs.items():
-            assert (
-                decisions.check(profile, (asked,), region, goal, Semantics(semantics, claim.eps), numbers(proof)) >= 0
-            )
-        for state in grid_points(np.random.default_rng(seed), region, 10):
-            assert all(stands(profile, claim, state, goal, machine) for goal in everyone(region))
-    return found.verdict
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_random_questions_with_errors(profile, seed):
-    """Every meaning, thresholds nearer than errors, dead leaves; regions with equalities, differences, distances."""
-    rng = np.random.default_rng([seed, 21])
-    found = []
-    for _ in range(16):
-        pair, claim = noisy(rng, profile)
-        start = start_region(pair.world)
-        found.append(agree(pair, claim, start if rng.random() < 0.4 else random_region(rng, pair), seed=seed))
-    assert Verdict.PROVED in found and Verdict.VIOLATED in found
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_random_questions_over_the_reals(profile, seed):
-    rng = np.random.default_rng([seed, 22])
-    for _ in range(10):
-        pair, claim = noisy(rng, profile)
-        agree(pair, claim, random_region(rng, pair), REAL, seed)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_three_agents_with_velocities(seed):
-    """Features of one coordinate: with an error they are rounded twice."""
-    rng = np.random.default_rng([seed, 23])
-    for _ in range(4):
-        trio, claim = navigation(rng, 3)
-        agree(trio, BUILT_IN[claim.name]("agents", radius=claim.radius, eps=EPS), random_region(rng, trio))
 
 
 def test_tests_of_one_feature_share_its_error(profile, monkeypatch):

@@ -8,34 +8,30 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
+from tests.support.steady_zones import agree
 from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
-from tests.support.tiers import first_of
 from tests.support.zone_cases import (
     NAVIGATION,
-    actions_at,
     deception,
-    everyone,
-    exactly_inside,
-    grid_points,
     navigation,
     near_roles,
+    noisy,
     random_region,
     random_tree,
     stated,
     switching,
 )
 from verify.certificates.proofs import varint
-from verify.checker import decisions
 from verify.checker.certificate import numbers
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
-from verify.claims.formula import Linear, holds
+from verify.claims.formula import Linear
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
-from verify.kinds import MACHINE, REAL, Semantics
+from verify.claims.wording import BUILT_IN
+from verify.kinds import MACHINE, REAL
 from verify.question import Question, from_start, shuffle_leaves
 from verify.result import Verdict
-from verify.solver import encode
 from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.zones import engine as zones
@@ -43,55 +39,36 @@ from verify.zones import engine as zones
 pytestmark = pytest.mark.solver
 
 
-def agree(profile, claim, region, semantics, seed):
-    """Zones, Z3, checker and grid points say the same; returns the verdict."""
-    asked = formula(profile, claim)
-    found = zones.decide(stated(profile, asked, region, semantics))
-    assert found.verdict is decide(Question(Game(profile), claim, region)).verdict
-    if found.verdict is Verdict.VIOLATED:
-        at = dict(found.state) | {f"goal.{axis}": found.state.get(f"{found.goal}.{axis}", Fraction(0)) for axis in "xy"}
-        assert exactly_inside(region, found.state)
-        assert not holds(asked, at, actions_at(profile, found.state, found.goal, semantics == MACHINE))
-    if found.verdict is Verdict.PROVED:
-        assert exactly_inside(region, found.inhabitant)
-        for goal, proof in found.proofs.items():
-            assert decisions.check(profile, (asked,), region, goal, Semantics(semantics), numbers(proof)) >= 0
-        for state in grid_points(np.random.default_rng(seed), region, 20):
-            for goal in everyone(region):
-                at = state | {f"goal.{axis}": state.get(f"{goal}.{axis}", Fraction(0)) for axis in "xy"}
-                assert holds(asked, at, actions_at(profile, state, goal, semantics == MACHINE))
-    return found.verdict
+def with_errors(rng, profile):
+    """Three agents whose features of one coordinate are rounded twice, as errors are added to them."""
+    trio, claim = navigation(rng, 3)
+    return trio, BUILT_IN[claim.name]("agents", radius=claim.radius, eps=Fraction(1, 10))
 
 
-def real_thresholds(monkeypatch):
-    for name in ("half_line", "last_double"):
-        monkeypatch.setattr(encode, name, lambda threshold, single: encode.HalfLine(Fraction(threshold), False))
+BOTH = {Verdict.PROVED, Verdict.VIOLATED}
+RANDOM = [  # (who is drawn, arithmetic, questions of a seed, how often about the start region, verdicts met, seeds)
+    (lambda rng, _: deception(rng, 4), MACHINE, 12, 0.0, {Verdict.VIOLATED}, 9),
+    (lambda rng, _: deception(rng, 4), REAL, 12, 0.0, {Verdict.VIOLATED}, 9),
+    (near_roles, MACHINE, 8, 0.5, BOTH, 6),
+    (lambda rng, _: navigation(rng, 3), MACHINE, 4, 0.0, set(), 4),
+    (noisy, MACHINE, 16, 0.4, BOTH, 6),
+    (noisy, REAL, 10, 0.0, set(), 3),
+    (with_errors, MACHINE, 4, 0.0, set(), 3),
+]
 
 
-@pytest.mark.parametrize("semantics", [MACHINE, REAL])
-@pytest.mark.parametrize("seed", first_of(5, range(9)))
-def test_random_questions_of_two_defenders(seed, semantics, monkeypatch):
-    """Every meaning, sharp thresholds, trees of depth 0 to 4; regions with equalities, differences, distances."""
-    if semantics == REAL:
-        real_thresholds(monkeypatch)
-    rng = np.random.default_rng([seed, 1])
-    found = set()
-    for _ in range(12):
-        profile, claim = deception(rng, 4)
-        found.add(agree(profile, claim, random_region(rng, profile), semantics, seed))
-    assert Verdict.VIOLATED in found
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_teams_that_nearly_hold_their_claim(profile, seed):
-    """Roles that are fixed, or switch at adjacent floats: proofs that need both trees, and slivers one float wide."""
-    rng = np.random.default_rng([seed, 3])
-    found = []
-    for _ in range(8):
-        pair, claim = near_roles(rng, profile)
-        start = start_region(pair.world)
-        found.append(agree(pair, claim, start if rng.random() < 0.5 else random_region(rng, pair), MACHINE, seed))
-    assert Verdict.PROVED in found and Verdict.VIOLATED in found
+@pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for kind, row in enumerate(RANDOM) for seed in range(row[-1])])
+def test_random_questions(profile, kind, seed):
+    """Every meaning, sharp thresholds, dead leaves; roles that are fixed, or switch at adjacent floats; regions with
+    equalities, differences and distances.
+    """
+    draw, semantics, count, started, met, _ = RANDOM[kind]
+    rng, found = np.random.default_rng([seed, kind]), set()
+    for _ in range(count):
+        asked, claim = draw(rng, profile)
+        region = start_region(asked.world) if rng.random() < started else random_region(rng, asked)
+        found.add(agree(asked, claim, region, semantics, seed))
+    assert met <= found
 
 
 @pytest.mark.parametrize(("threshold", "semantics"), [(0.1, MACHINE), (-0.3, MACHINE), (0.1, REAL)])
@@ -101,14 +78,6 @@ def test_roles_that_switch_at_adjacent_floats(profile, threshold, semantics):
     claim = formula(pair, find_property("distinct_targets", pair))
     found = zones.decide(stated(pair, claim, start_region(pair.world), semantics))
     assert found.verdict is (Verdict.PROVED if semantics == MACHINE else Verdict.VIOLATED)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_random_questions_of_three_agents_with_velocities(seed):
-    rng = np.random.default_rng([seed, 2])
-    for _ in range(4):
-        profile, claim = navigation(rng, 3)
-        agree(profile, claim, random_region(rng, profile), MACHINE, seed)
 
 
 @pytest.mark.parametrize("name", ["distinct_targets", "own_target"])
