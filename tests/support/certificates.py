@@ -7,7 +7,14 @@ from fractions import Fraction
 import numpy as np
 
 from codegen import ir
-from verify.checker.certificate import body_hash
+from tests.support.zone_cases import stated
+from verify.checker import decisions
+from verify.checker.certificate import body_hash, numbers
+from verify.checker.reading import RejectedError
+from verify.claims.decisions import formula
+from verify.kinds import Semantics
+from verify.result import Verdict
+from verify.zones import engine as zones
 
 
 def changed_tree(rng, pair):
@@ -64,3 +71,21 @@ def rehashed(document):
     """The text of an edited document with its hash computed again."""
     body = {key: value for key, value in document.items() if key != "content_hash"}
     return json.dumps({**body, "content_hash": body_hash(body)})
+
+
+def ensure_caught(bug, patch, questions):
+    """With a bug of the engine some proof of (team, claim, region) is refused, and every one of a false claim."""
+    asked = [(pair, formula(pair, claim), region, claim.eps) for pair, claim, region in questions]
+    truths = [zones.decide(stated(pair, wanted, region, eps=eps)).verdict for pair, wanted, region, eps in asked]
+    bug(patch)
+    caught = 0
+    for (pair, wanted, region, eps), truth in zip(asked, truths, strict=True):
+        found, refused = zones.decide(stated(pair, wanted, region, eps=eps)), 0
+        for goal, proof in found.proofs.items():
+            try:
+                decisions.check(pair, (wanted,), region, goal, Semantics(eps=eps), numbers(proof))
+            except RejectedError:
+                refused += 1
+        caught += refused
+        assert refused or found.verdict is not Verdict.PROVED or truth is Verdict.PROVED
+    assert caught > 0

@@ -90,33 +90,25 @@ def check_points(profile, claim, region, semantics, rng, count=40):
     return seen
 
 
-@pytest.mark.parametrize("semantics", [MACHINE, REAL])
-def test_zones_hold_exactly_the_violating_points(semantics):
-    """Every meaning, sharp thresholds; regions with equalities, differences and distances: on boundaries too."""
-    rng = np.random.default_rng(21)
-    seen = 0
-    for _ in range(24):
-        profile, claim = deception(rng, 3)
-        seen += check_points(profile, claim, random_region(rng, profile), semantics, rng)
-    assert seen > 60
-
-
-def test_zones_of_teams_that_nearly_hold_their_claim(profile):
-    rng = np.random.default_rng(22)
-    seen = 0
-    for _ in range(12):
-        pair, claim = near_roles(rng, profile)
-        seen += check_points(pair, claim, start_region(pair.world), MACHINE, rng)
-    assert seen > 10
-
-
-def test_zones_of_three_agents_with_velocities():
-    rng = np.random.default_rng(23)
-    seen = sum(
-        check_points(profile, claim, random_region(rng, profile), MACHINE, rng)
-        for profile, claim in (navigation(rng, 2) for _ in range(3))
-    )
-    assert seen > 10
+@pytest.mark.parametrize(
+    ("draw", "semantics", "questions", "least"),
+    [
+        (lambda rng, _: deception(rng, 3), MACHINE, 24, 60),
+        (lambda rng, _: deception(rng, 3), REAL, 24, 60),
+        (near_roles, MACHINE, 12, 10),
+        (lambda rng, _: navigation(rng, 2), MACHINE, 3, 10),
+    ],
+)
+def test_zones_hold_exactly_the_violating_points(profile, draw, semantics, questions, least):
+    """Every meaning, sharp thresholds, velocities; regions with equalities, differences and distances: on boundaries
+    too.
+    """
+    rng, seen = np.random.default_rng(21), 0
+    for _ in range(questions):
+        asked, claim = draw(rng, profile)
+        region = start_region(asked.world) if draw is near_roles else random_region(rng, asked)
+        seen += check_points(asked, claim, region, semantics, rng)
+    assert seen > least
 
 
 def test_zones_name_the_leaves_that_the_agents_are_in(profile):
@@ -423,6 +415,9 @@ def test_a_budget_of_zones_that_ends_says_so(profile):
     few = where.where(Question(Game(same), claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED)
     assert few.count == 5 and not few.complete and few.share is None and few.part is not None
     assert few.share_reason.startswith("not all violating zones are known")
+    assert few.share_reason.endswith("there are more than 5; a larger --effort lists more")
+    short = where.where(Question(Game(same), claim, region, budgets=Budgets(max_nodes=60)), Verdict.VIOLATED)
+    assert short.part_reason.endswith("the search ended after 60 nodes; a larger --effort goes on")
     exactly = where.where(Question(Game(same), claim, region, budgets=Budgets(max_cells=every.count)), Verdict.VIOLATED)
     assert exactly.complete and exactly.share == every.share
 
@@ -476,17 +471,6 @@ def test_leaves_of_different_agents_are_not_counted_together(profile):
     told = where_report.where_facts(still, result)["most"]
     assert [[one["agent"] for one in zone["agents"]] for zone in told] == [["agent_0"], ["agent_1"]]
     assert [zone["goal"] for zone in told] == ["landmark_0", "landmark_1"]
-
-
-def test_why_the_zones_are_not_all(profile):
-    same = team(profile, towards(0, 0), towards(0, 1))
-    claim, region = find_property("distinct_targets", same), everywhere(same)
-    assert where.where(
-        Question(Game(same), claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED
-    ).share_reason.endswith("there are more than 5; a larger --effort lists more")
-    assert where.where(
-        Question(Game(same), claim, region, budgets=Budgets(max_nodes=60)), Verdict.VIOLATED
-    ).part_reason.endswith("the search ended after 60 nodes; a larger --effort goes on")
 
 
 def test_a_region_without_sampled_states_says_so(profile):
