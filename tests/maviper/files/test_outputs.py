@@ -56,15 +56,6 @@ def test_no_certificate_of_before_stands_beside_violated(place):
     assert names(out) - given - {"profile.json"} == names(fresh)  # a profile may be the user's
 
 
-def test_a_folder_without_a_report_of_ours_keeps_all(place):
-    out = place / "out"
-    (out / "certificate-1-formula.json").write_text("mine")
-    (out / "report.json").write_text('{"report": "quarterly"}')
-    before = texts(out)
-    assert run("verify", place / "early.json", "--properties", place / "claim", "-o", out) == 2
-    assert texts(out) == before
-
-
 def texts(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
@@ -197,30 +188,6 @@ def test_a_listed_run_writes_over_nothing_that_is_not_its_own(tmp_path):
         assert caught.value.where == str(folder / name) and (folder / name).read_text() == text
         (folder / name).write_text(files[name])
     outputs.write_listed(folder, files, "manifest.json")
-
-
-def test_the_demo_refuses_a_foreign_profile_before_its_work(place, monkeypatch, capsys):
-    monkeypatch.setattr("maviper.tour._extract_trees", lambda *given: pytest.fail("it began"))
-    (place / "out" / "profile.json").write_text((place / "late.json").read_text())
-    assert run("demo", "-o", place / "out") == ExitCode.INPUT
-    assert "the folder holds another profile.json" in capsys.readouterr().err
-
-
-def test_no_command_writes_over_the_file_that_it_was_given(place, monkeypatch, capsys):
-    profile, source = place / "late.json", place / "policy.py"
-    source.write_text("def cart(x):\n    return 1 if x[0] > 0.5 else 0\n")
-    before = {path: path.read_bytes() for path in (profile, source)}
-    monkeypatch.chdir(place)
-    for words in (
-        ["show", profile, "-o", "late.json"],
-        ["show", "late.json", "--format", "html", "-o", profile],
-        ["play", profile, "-o", place / "out" / ".." / "late.json"],
-        ["import", source, "-o", "policy.py"],
-        ["import", "--agents", "cart=policy.py", "-o", source],
-    ):
-        assert run(*words) == ExitCode.INPUT
-        assert "the output would be written over the input" in capsys.readouterr().err
-    assert before == {path: path.read_bytes() for path in before}
 
 
 def test_a_region_that_a_property_file_names_stays_in_the_folder_of_results(place):

@@ -203,23 +203,6 @@ def test_a_profile_of_another_world(cart, capsys, old, new, said):
     assert said in capsys.readouterr().err
 
 
-def test_a_budget_ends_in_an_honest_answer(cart, capsys):
-    assert verify(cart, "--max-boxes", "60000") == ExitCode.VIOLATED
-    (cart / "cart.toml").write_text(CART + PROPERTIES.split("[[property]]")[1].join(["[[property]]", ""]))
-    assert verify(cart, "--max-boxes", "1") == ExitCode.INCONCLUSIVE
-    assert "UNKNOWN" in capsys.readouterr().err
-
-
-def test_an_unstable_system_ends_with_its_budget(cart, capsys):
-    text = (
-        CART.replace('"x + dt*v"', '"3*x + dt*v"').replace("steps = 10", "steps = 200").replace("x = [-1, 1]", "x = 0")
-    )
-    claim = '[[property]]\nname = "avoids"\nregion = { box = { x = [1000000, 1000001], v = [4, 5] } }\n'
-    (cart / "cart.toml").write_text(text + "[dynamics.error]\nx = 0.1\n" + claim)
-    assert verify(cart, "--max-boxes", "300000") == ExitCode.INCONCLUSIVE
-    assert "without a proof: the budget is 300,000 boxes" in capsys.readouterr().err
-
-
 def test_the_environment_is_measured_and_asked(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("maviper.worlds.stated.deviation.STEPS", 400)
     (tmp_path / "profile.json").write_text(profile(DRIVES))
