@@ -9,10 +9,8 @@ import pytest
 
 from codegen.errors import ExitCode
 from maviper.cli.main import run as command
-from tests.maviper.page.browsers import overhang
 from tests.support.stated import BRAKES, CAR, DRIVES, PROPERTIES, profile, verify
 from tests.support.systems import CART, MOUNTAIN
-from verify.reports import systems as report
 from verify.reports.systems import region_facts, sentence, upwards
 from verify.systems.files import statement_of
 from verify.systems.properties import ensure_claims
@@ -39,18 +37,6 @@ def place(tmp_path_factory):
     return folder / "report"
 
 
-def test_the_page_says_what_was_found(place):
-    page, told = (place / "report.html").read_text(), json.loads((place / "report.json").read_text())
-    for number, result in enumerate(told["results"], 1):
-        assert f'href="#claim-{number}"' in page and f'id="claim-{number}"' in page
-        assert page.count(f'class="verdict {result["verdict"]}"') >= 2
-    assert "of the stated dynamics, with a per-step error of at most x 0.01" in page
-    assert (
-        "[0, 0.01]" in page and "x + v &gt;= 9" not in page
-    )  # a condition that is not drawn stands with a picture only
-    assert "not acts(cart) == left" in page
-
-
 def test_nothing_is_loaded_and_every_link_leads_to_a_file(place):
     page = (place / "report.html").read_text()
     assert "<script" not in page and "src=" not in page and "http" not in page and "prefers-color-scheme: dark" in page
@@ -69,28 +55,6 @@ def test_the_commands_of_the_page_run_in_its_folder(place, monkeypatch, tmp_path
         assert command([*words, *more]) == codes[words[0]]
     for path in place.iterdir():
         assert (tmp_path / "again" / path.name).read_bytes() == path.read_bytes()
-
-
-def test_page_and_text_follow_from_the_facts(place):
-    told = json.loads((place / "report.json").read_text())
-    assert report.as_html(told) == (place / "report.html").read_text()
-    assert report.as_text(told) == (place / "report.txt").read_text()
-
-
-def test_the_page_fits_a_phone(place, tmp_path):
-    assert overhang([place / "report.html"], tmp_path, 400) == [0]
-
-
-def test_the_picture_ends_with_the_state_that_breaks_the_claim(place):
-    told = json.loads((place / "report.json").read_text())
-    broken = next(each for each in told["results"] if each["property"] == "it stays slow")
-    states = broken["counterexample"]["states"]
-    assert len(states["v"]) == broken["counterexample"]["step"] + 1 and abs(states["v"][-1]) > 0.15
-    assert {name: values[0] for name, values in states.items()} == broken["counterexample"]["start_float64"]
-    page = (place / "report.html").read_text().split("it stays slow <span")[1].split("<h2")[0]
-    assert page.count("<polyline") == 2 and len(re.findall(r'<polyline[^>]*points="([^"]*)"', page)[0].split()) == len(
-        states["v"]
-    )
 
 
 def test_an_unknown_says_what_is_open_and_what_may_help(tmp_path, capsys):
