@@ -100,6 +100,12 @@ def test_what_was_mended_is_found_when_it_is_put_back(planted):
     assert hunt.KINDS[planted.kind](told.seed, True).wrong == []
 
 
+def test_episodes_are_asked_and_judged():
+    record = hunt.hunt("episodes", None, 12, None)
+    assert record.wrong == []
+    assert record.share("verdict PROVED") >= 0.25 and record.share("verdict VIOLATED") >= 0.25
+
+
 @pytest.mark.parametrize("count", [8, pytest.param(24, marks=pytest.mark.slow)])
 def test_systems_are_asked_and_judged(count):
     """Half of the claims lie within 2 % of what the judge has sampled; false words of either kind are noticed."""
