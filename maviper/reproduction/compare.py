@@ -125,8 +125,8 @@ def _rejoin(given: Sequence[Any]) -> Sequence[Any]:
 
 
 def _find_experts(given: Sequence[Any], options: Request) -> tuple[list[Known], World]:
-    """All experts, under labels of their own, and their world."""
-    found: list[Known] = []
+    """All experts, each once, under labels of their own, and their world."""
+    found: dict[str, Known] = {}
     worlds: dict[str, World] = {}
     for one in given:
         source = Source(_name(one), named=Named(one, options.world))
@@ -134,11 +134,11 @@ def _find_experts(given: Sequence[Any], options: Request) -> tuple[list[Known], 
         worlds.setdefault(world.name, world)
         label = Path(source.text).name or source.text
         known = expert.hash if expert.hash and not is_named_by_user(world.name) else fingerprint(expert, world)
-        found.append(Known(label, world.name, replace(source, world=world.name), known))
+        found.setdefault(known, Known(label, world.name, replace(source, world=world.name), known))
     if len(worlds) > 1:
         advice = "compare experts of one world, or say it with --world"
         raise InputError("the experts play different worlds", f"--experts: {', '.join(worlds)}", advice)
-    return tell_apart(found), next(iter(worlds.values()))
+    return tell_apart(found.values()), next(iter(worlds.values()))
 
 
 def _name(expert: Any) -> str:

@@ -120,7 +120,8 @@ class AlgorithmsCompared(Shown):
         return self.latex
 
     def _repr_html_(self) -> str:
-        return super()._repr_html_() + "".join(self.pictures.values())
+        drawn = "".join(f'<div style="max-width:36em">{picture}</div>' for picture in self.pictures.values())
+        return super()._repr_html_() + drawn
 
 
 def read(folder: Path, asked: Asked, making: Making) -> AlgorithmsCompared:

@@ -42,6 +42,7 @@ PROBED = 10  # steps of an episode that is played alone, then beside another one
 TRIAL, LONGER = 10.0, 20  # seconds that two copies may take, and how many times what one took alone
 # seconds, of machines that do other work too: to write and read a message, to wake a process that waits for one
 MESSAGE, WAKING = 1e-4, 1e-3
+SPAWN, LOKY = "spawn", "loky"  # the latter in joblib's workers; a copy is told it, and does not know it
 GRACE = 2.0  # seconds in which a copy may end by itself
 
 
@@ -310,7 +311,9 @@ class _Process:
     """A copy in a process of its own, and our end of its pipe."""
 
     def __init__(self, source: Source) -> None:
-        context = multiprocessing.get_context("spawn")
+        if multiprocessing.get_start_method(allow_none=True) == LOKY:
+            multiprocessing.set_start_method(SPAWN, force=True)
+        context = multiprocessing.get_context(SPAWN)
         self.source = source
         self.pipe, theirs = context.Pipe()
         self.process = context.Process(target=serve, args=(theirs, source.text, str(Path.cwd())), daemon=True)

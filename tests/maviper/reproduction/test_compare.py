@@ -104,6 +104,7 @@ def test_experts_are_the_units_where_there_are_several(tmp_path, calls):
     assert found.experts == (GAME, OTHER) and (row["experts"], row["seeds"]) == (2, 6)
     assert row["value"] == pytest.approx(row["high"]) == pytest.approx(row["low"])  # both experts are alike here
     assert {each["word"] for each in found.differences} == {"not decided"}  # two of them decide nothing
+    assert compared(tmp_path, experts=[GAME]).experts == (GAME,)  # which is named twice
     with pytest.raises(InputError, match="different worlds"):
         compared(tmp_path / "other", experts=["physical-deception"])
 
@@ -208,6 +209,15 @@ def test_an_expert_of_ones_own_without_a_file(tmp_path, monkeypatch):
     other = maviper.compare(act, tmp_path, **asked)
     assert other.experts == table.experts and other.rows != table.rows
     assert len(list(tmp_path.rglob(CELL_FILE))) == 2 * len(cells)
+
+
+def test_two_jobs_play_an_environment_of_ones_own(monkeypatch):
+    """Copies in processes of their own within a process of joblib's; trees are those of one job."""
+    monkeypatch.setattr(compare, "OUTSIDE", 5)
+    asked = {"world": doorway.make, "algorithms": ["imitation"], "depths": [2], "seeds": 2, "max_episodes": 60}
+    one, two = (maviper.compare(doorway.act, jobs=jobs, **asked) for jobs in (1, 2))
+    assert not two.failed
+    assert [row | {"cpu_seconds": 0} for row in one.rows] == [row | {"cpu_seconds": 0} for row in two.rows]
 
 
 def test_episodes_are_those_that_were_played(tmp_path):
