@@ -325,7 +325,7 @@ def verify(
 
     `margin` and `radius` are lengths of the world, `kappa` is a ratio, `eps` is in the features' units. With `where`,
     the evidence says where a claim about single decisions holds and fails. `shared`: ["all"] for all features. None: as
-    `maviper properties list` says.
+    `maviper verify --list` says.
 
     Raises:
         InputError: There is no such name, or the claim does not read a parameter.

@@ -1,7 +1,7 @@
 """Built-in claims as objects: `maviper.verify(team, claims.Reaches(steps=25))`.
 
 Does: a class for each built-in claim, with the parameters that it reads as typed fields; name and options of one.
-Assumes: None is as usual (`maviper properties list`); `verify.claims.catalogue` finds the claim of a name.
+Assumes: None is as usual (`maviper verify --list`); `verify.claims.catalogue` finds the claim of a name.
 Does not: check values, or know a profile: whoever verifies does.
 """
 

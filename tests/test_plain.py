@@ -27,9 +27,8 @@ GIVEN = {
     "exploit": [["team"]],
     "repair": [["-o", "out"]],
     "robust": [["rows.csv"]],
-    "properties": [[]],
 }
-# replay and check find the profile beside another file; compare, extract and properties take experts and worlds; diff,
+# replay and check find the profile beside another file; compare and extract take experts and worlds; diff,
 # evaluate, play, show and verify take sums
 OTHERS = {
     "check",
@@ -42,10 +41,8 @@ OTHERS = {
     "guide",
     "import",
     "play",
-    "properties",
     "replay",
     "reproduce",
-    "schema",
     "show",
     "train",
     "verify",

@@ -62,7 +62,7 @@ ERRORS = [
     ["verify", "profile.json", "--properties", "claim.toml"],
     ["verify", "profile.json", "--properties", "powers.toml"],
     ["verify", "profile.json", "--properties", "acting.toml"],
-    ["properties", "new", "physical-decption"],
+    ["verify", "physical-decption", "--new"],
     ["compile", "profile.json", "--pass", "reoder", "-o", "out"],
     ["compile", "profile.json", "--pass", "drop", "-o", "out"],
     ["replay", "missing.json"],

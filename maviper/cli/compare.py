@@ -10,19 +10,19 @@ from typing import Unpack
 
 import click
 
-from maviper.cli.options import RESULTS, Verb, console_of, option, options_of, output
+from maviper.cli.options import Verb, console_of, options_of, output
 from maviper.options import CompareOptions
 
 
 @click.command(
     cls=Verb,
+    json=True,
     example="maviper compare cooperative-navigation --max-episodes 400 -o compared\n"
     "maviper compare mygame:act --world mygame:make --depths 2,3 -o mine",
 )
 @click.argument("expert")
 @options_of(CompareOptions)
 @output("The folder of the comparison.")
-@option("--json", "as_json", is_flag=True, section=RESULTS, help="Print one JSON object.")
 @click.pass_context
 def compare(context: click.Context, expert: str, output: Path, as_json: bool, **options: Unpack[CompareOptions]) -> int:
     """Compare algorithms and depths on an expert, over seeds.

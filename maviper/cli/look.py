@@ -8,20 +8,23 @@ Assumes: `maviper.evaluation` measures and writes the rules, `maviper.page` page
 Does not: decide, train, refine, play or count.
 """
 
+from collections.abc import Collection
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack, cast
 
 import click
+from click.core import ParameterSource
 
 from codegen.errors import ExitCode
 from codegen.wording import format_count
-from maviper.cli.options import PATH, PROFILE, Verb, Verbs, console_of, option, options_of
-from maviper.options import EvaluateOptions, ExploitOptions
-from maviper.options.verbs import HOW_MEASURING, MEASURED
+from maviper.cli.options import PATH, PROFILE, SETTING, Verb, Verbs, console_of, option, options_of
+from maviper.options import EvaluateOptions, ExploitOptions, table_of
+from maviper.options.verbs import ANSWERS
 
 if TYPE_CHECKING:
     from codegen.ir import AgentPolicy, PolicyProfile
     from codegen.world import EntitySpec, WorldSpec
+    from maviper.console import Console
 
 
 TEXT, SVG, HTML = "text", "svg", "html"
@@ -32,6 +35,15 @@ WORLD = option(
     metavar="WORLD",
     help="Your own world, to record an episode: gymnasium:ID, ...",
 )
+
+
+def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    if asked and not context.resilient_parsing:
+        from codegen.policy_json import layout
+        from codegen.profiles import schema
+
+        click.echo(layout(schema()))
+        context.exit(ExitCode.DONE)
 
 
 @click.command(cls=Verb, example="maviper show demo/profile.json --agent agent_0")
@@ -48,6 +60,14 @@ WORLD = option(
 @option("--obs", default=None, metavar="NUMBERS", help="Explain one decision of --agent: numbers, or NAME=NUMBER,...")
 @option("--state", default=None, metavar="NAME=VALUE,...", help="Explain what the agents do in a world state.")
 @WORLD
+@option(
+    "--schema",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_schema,
+    help="Print the JSON schema of profiles, and nothing of PROFILE.",
+)
 @option("-o", "--output", type=PATH, default=None, help="The file (default: print, or play.html).")
 @click.pass_context
 def show(
@@ -185,12 +205,23 @@ def _select_agents(profile: "PolicyProfile", agent: str | None) -> "list[AgentPo
     return [policy for policy in profile.agents if agent in (None, policy.agent)]
 
 
-@click.command(cls=Verb, example="maviper evaluate demo/profile.json --against random --episodes 500")
+RARE = ("steps", "seed")  # given by --set
+
+
+@click.command(
+    cls=Verb,
+    json=True,
+    settings=RARE,
+    example="maviper evaluate demo/profile.json --against random --episodes 500\n"
+    "maviper evaluate demo/profile.json --exploit defenders --against scripted",
+)
 @click.argument("subject")
 @options_of(EvaluateOptions)
-@option("--json", "as_json", is_flag=True, section=MEASURED, help="Print one JSON object.")
+@option("--exploit", metavar="TEAM", section=ANSWERS, help="What do the opponents of this team gain by answering it?")
+@options_of(ExploitOptions, "networks", "refinement_episodes", *RARE)
+@SETTING
 @click.pass_context
-def evaluate(context: click.Context, subject: str, as_json: bool, **options: Unpack[EvaluateOptions]) -> int:
+def evaluate(context: click.Context, subject: str, exploit: str | None, as_json: bool, **options: Any) -> int:
     """Measure a profile or an expert in play.
 
     SUBJECT is a profile, or an expert named as for `maviper extract`. A name that ends in .json is always a profile.
@@ -200,14 +231,23 @@ def evaluate(context: click.Context, subject: str, as_json: bool, **options: Unp
     has measures, returns and ratios to the expert, all with intervals. For a joint ratio the whole team is replaced;
     for an individual ratio, one agent among experts. For trees, the output adds size, comparisons per decision, and
     fidelity to the expert. By default the opponents are the expert, or SUBJECT if there is no expert.
+
+    With --exploit, the policies of TEAM stay as they are. Its own opponents, the expert, every --against, a tree
+    refined in play and, with --networks, two trained networks answer them. The best responder is chosen on some
+    episodes; its gain over the own opponents, measured on others, is a lower bound on the exploitability.
     """
     console = console_of(context)
+    given = {name for name in options if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
+    if exploit is not None:
+        _ensure_unread(given & {"replaced", "team", "why"}, "with --exploit")
+        return _exploit(console, subject, exploit, as_json, {name: options[name] for name in table_of(ExploitOptions)})
+    _ensure_unread(given & {"networks", "refinement_episodes", *RARE}, "without --exploit TEAM")
     console.line("evaluating", subject)
     from codegen.policy_json import layout
     from maviper.console import say
     from maviper.evaluation.run import document, evaluate_named, lines, request
 
-    asked = request(subject, **options)
+    asked = request(subject, **cast("EvaluateOptions", {name: options[name] for name in table_of(EvaluateOptions)}))
     with console.live("playing", 1) as live:
 
         def show(done: int, total: int) -> None:
@@ -222,30 +262,31 @@ def evaluate(context: click.Context, subject: str, as_json: bool, **options: Unp
     return ExitCode.DONE
 
 
-@click.command(
-    cls=Verb,
-    example="maviper exploit demo/profile.json defenders --against scripted\n"
-    "maviper exploit demo/profile.json defenders --networks answers",
-)
+def _ensure_unread(names: Collection[str], where: str) -> None:
+    """InputError for options that nothing reads."""
+    from codegen.errors import InputError
+
+    for name in names:
+        flag = {"replaced": "--with"}.get(name, f"--{name.replace('_', '-')}")
+        raise InputError(f"{flag} has no effect {where}", flag, "leave it out")
+
+
+@click.command(cls=Verb, json=True, hidden=True, example="maviper exploit demo/profile.json defenders")
 @click.argument("subject")
 @click.argument("team")
 @options_of(ExploitOptions)
-@option("--json", "as_json", is_flag=True, section=HOW_MEASURING, help="Print one JSON object.")
 @click.pass_context
 def exploit(context: click.Context, subject: str, team: str, as_json: bool, **options: Unpack[ExploitOptions]) -> int:
-    """Find what the opponents of TEAM gain by answering its policies.
+    """Find what the opponents of TEAM gain by answering its policies."""
+    return _exploit(console_of(context), subject, team, as_json, options)
 
-    SUBJECT is a profile, or an expert named as for `maviper extract`. The policies of its TEAM stay as they are. Its
-    own opponents, the expert, every --against, a tree refined in play and, with --networks, two trained networks
-    answer them. The best responder is chosen on some episodes; its gain over the own opponents is measured on others.
 
-    The gain is a lower bound on the exploitability: a stronger responder may gain more.
-    """
+def _exploit(console: "Console", subject: str, team: str, as_json: bool, options: ExploitOptions) -> int:
+    """Says what the opponents of a team gain."""
     from codegen.policy_json import layout
     from maviper.console import say
     from maviper.extraction.exploiting import exploit_team, lines
 
-    console = console_of(context)
     console.line("exploiting", f"{team} of {subject}")
     exploitability = exploit_team(subject, team, console, **options)
     say(layout(exploitability.document()) if as_json else "\n".join(lines(exploitability)))

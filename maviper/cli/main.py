@@ -13,17 +13,19 @@ from maviper.cli.look import evaluate, exploit, play, show, worlds
 from maviper.cli.make import compile_verb, edit, extract, import_verb, train
 from maviper.cli.options import Verbs
 from maviper.cli.prove import check, diff, repair, replay, robust
-from maviper.cli.start import demo, guide, reproduce, schema
-from maviper.cli.verify import properties, verify
+from maviper.cli.start import demo, guide, reproduce
+from maviper.cli.verify import verify
 
 CHAPTERS = {
     "Start here": (demo, guide),
-    "Worlds and experts": (worlds, train),
-    "Extract": (extract, import_verb, edit, show, play),
-    "Measure": (evaluate, exploit, compare, reproduce),
-    "Compile": (compile_verb, schema),
-    "Verify": (verify, robust, properties, check, replay, repair, diff),
+    "Make a team": (worlds, extract, import_verb, edit),
+    "Look and measure": (show, play, evaluate, compare),
+    "Compile": (compile_verb,),
+    "Verify": (verify, check, replay, repair, diff),
 }
+MORE = (train, reproduce)  # not on the first screen
+MOVED = {"properties list": "verify --list", "properties new": "verify --new", "schema": "show --schema"}
+REPLACED = {"exploit": "evaluate SUBJECT --exploit TEAM", "robust": 'verify --claim "robust(observations=FILE)"'}
 EXIT_CODES = """\b
 Exit codes:
   0   done, and everything asked was proved
@@ -35,26 +37,31 @@ Exit codes:
   70  a bug in maviper
   130 interrupted
 When several apply, 70 > 4 > 1 > 3. Only `demo` expects a violation: it exits
-with 0 when every step gave the expected outcome."""
+with 0 when every step gave the expected outcome.
+
+More commands: train (an expert), reproduce (the paper's experiments)."""
 NAMES = {chapter: [str(command.name) for command in commands] for chapter, commands in CHAPTERS.items()}
 
 
 @click.group(
     cls=Verbs,
     chapters=NAMES,
+    moved=MOVED,
+    replaced=REPLACED,
     example="maviper demo -o demo",
     epilog=EXIT_CODES,
 )
 @click.version_option(package_name="maviper")
-@click.option("-q", "--quiet", is_flag=True, help="Print results and errors only.")
-@click.option("-v", "--verbose", is_flag=True, help="Show the traceback of an error.")
+@click.option("-q", "--quiet", is_flag=True, help="Print results and errors only, with any command.")
+@click.option("-v", "--verbose", is_flag=True, help="Print all of a report, and the traceback of an error.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, and nothing else.")
 @click.pass_context
-def cli(context: click.Context, quiet: bool, verbose: bool) -> None:
+def cli(context: click.Context, quiet: bool, verbose: bool, as_json: bool) -> None:
     """Extract small decision trees from multi-agent experts, compile them exactly, and verify the team."""
-    context.obj = {"quiet": quiet, "verbose": verbose}
+    context.obj = {"quiet": quiet, "verbose": verbose, "json": as_json}
 
 
-for command in (command for commands in CHAPTERS.values() for command in commands):
+for command in (*(command for commands in CHAPTERS.values() for command in commands), *MORE, exploit, robust):
     cli.add_command(command)
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
 
 
+CONTRACTS = "contracts"  # a target beside those of code
 RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"}
 
 
@@ -226,7 +227,8 @@ def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output
 @click.command(
     "compile",
     cls=Verb,
-    renamed=dict.fromkeys(("--budget", "--solver-units"), "--effort low|normal|high"),
+    renamed=dict.fromkeys(("--budget", "--solver-units"), "--effort low|normal|high")
+    | {"--contracts": "--target c,contracts"},
     example="maviper compile demo/profile.json -o code",
 )
 @PROFILE
@@ -238,7 +240,7 @@ def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output
     metavar="NAMES",
     callback=names,
     section=WRITTEN,
-    help="Any of c, python, json, javascript, rust, smt, svg, onnx, onnx-old, jax, torch, monitor.",
+    help="Any of c, contracts, python, json, javascript, rust, smt, svg, onnx, onnx-old, jax, torch, monitor.",
 )
 @options_of(CompileOptions)
 @output("The folder for the code.")
@@ -254,7 +256,7 @@ def compile_verb(
     With --prove, Z3 searches for an observation on which the text of ..._act and the tree decide differently. It covers
     all float32 numbers for C and all doubles for Python. Queries (SMT-LIB) and answers are written next to the code.
 
-    With --contracts, the trees are also written as contracts in ACSL. --frama-c has Frama-C prove that the C keeps
+    The target contracts also writes the trees as contracts in ACSL. --frama-c has Frama-C prove that the C keeps
     them: right actions, reads within bounds, nothing written, no undefined behaviour. Both need style nested or
     ordered.
 
@@ -278,6 +280,8 @@ def compile_verb(
 
     console = console_of(context)
     loaded = load(profile, sums=True)
+    if CONTRACTS in targets:
+        targets, options = tuple(each for each in targets if each != CONTRACTS), {**options, "contracts": True}
     runs.room(output)
     _ensure_free(output, profile, loaded, targets, options)
     code = compile_and_prove(loaded, targets, **options)

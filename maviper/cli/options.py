@@ -25,6 +25,15 @@ from maviper.options.verbs import QUESTION
 MAX_COLUMN = 30  # of names beside their texts; a longer name stands on a line of its own
 
 
+GENERAL = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose", "--verbose": "verbose", "--json": "json"}
+
+
+def say_new(context: click.Context, old: str, new: str) -> None:
+    """The line of an old word."""
+    if not (context.obj and context.obj["quiet"]):
+        click.echo(f"{old} is now {new}", err=True)
+
+
 class Option(click.Option):
     """An option that stands under the heading `section` in the help of its command."""
 
@@ -44,11 +53,13 @@ class Verb(click.Command):
         example: str = "",
         renamed: Mapping[str, str] | None = None,
         settings: Sequence[str] = (),
+        json: bool = False,
         **more: Any,
     ) -> None:
         # of each command, not of the group: click keeps the help option of whoever asks first, with or without a parent
         super().__init__(*names, **{"context_settings": {"help_option_names": ["-h", "--help"]}, **more})
         self.example, self.settings = example, {name: f"--{name.replace('_', '-')}" for name in settings}
+        self.json = json  # whether it can print its result as JSON
         self.renamed = {flag: f"--set {name}=..." for name, flag in self.settings.items()} | dict(renamed or {})
         for parameter in self.params:
             if isinstance(parameter, click.Option) and not self.renamed.keys().isdisjoint(parameter.opts):
@@ -68,8 +79,21 @@ class Verb(click.Command):
             if steers(word):
                 ctx.fail(f"an argument holds an invisible character: {escape_text(word)}")
         end = args.index("--") if "--" in args else len(args)
+        said = ctx.obj or {}
+        if ctx.parent is not None:
+            said |= {GENERAL[word]: True for word in args[:end] if word in GENERAL}
+            args = [word for word in args[:end] if word not in GENERAL] + args[end:]
+            end = args.index("--") if "--" in args else len(args)
+            if said.get("json") and not self.json and not isinstance(self, click.Group):
+                ctx.fail(f"{ctx.command_path} prints no JSON: leave --json out")
         today = [self._today(ctx, word) for word in args[:end]]
         return super().parse_args(ctx, [*self._spread_settings(ctx, today), *args[end:]])
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Runs the command, with `as_json` where it can print JSON."""
+        if self.json:
+            ctx.params["as_json"] = bool(ctx.obj and ctx.obj.get("json"))
+        return super().invoke(ctx)
 
     def _spread_settings(self, ctx: click.Context, words: Iterable[str]) -> Iterator[str]:
         """The words, each `--set NAME=VALUE` as the hidden option of that name. `--set help` lists them, and ends."""
@@ -101,8 +125,7 @@ class Verb(click.Command):
         name, separator, value = word.partition("=")
         if name not in self.renamed:
             return word
-        if not (ctx.obj and ctx.obj["quiet"]):
-            click.echo(f"{name} is now {self.renamed[name]}", err=True)
+        say_new(ctx, name, self.renamed[name])
         known = any(name in parameter.opts for parameter in self.params)
         return word if known else f"{self.renamed[name]}{separator}{value}"
 
@@ -126,18 +149,36 @@ class Verb(click.Command):
             with formatter.section("Example"):
                 for line in self.example.splitlines():
                     formatter.write(f"{'':>{formatter.current_indent}}{line}\n")
+        if ctx.parent is not None and not isinstance(self, click.Group):
+            flags = "-q, -v and --json" if self.json else "-q and -v"
+            formatter.write(f"\nAlso {flags}: see `maviper --help`.\n")
         super().format_epilog(ctx, formatter)
 
 
 class Verbs(Verb, click.Group):
-    """A group that shows each command in one whole line and suggests the closest one."""
+    """A group that shows each command in one whole line and suggests the closest one. `moved`: the words of commands
+    that are others now; `replaced`: old commands that still work, with what says the same.
+    """
 
-    def __init__(self, *names: Any, chapters: Mapping[str, Sequence[str]] | None = None, **more: Any) -> None:
+    def __init__(
+        self,
+        *names: Any,
+        chapters: Mapping[str, Sequence[str]] | None = None,
+        moved: Mapping[str, str] | None = None,
+        replaced: Mapping[str, str] | None = None,
+        **more: Any,
+    ) -> None:
         super().__init__(*names, **more)
-        self.chapters = dict(chapters or {})
+        self.chapters, self.moved, self.replaced = dict(chapters or {}), dict(moved or {}), dict(replaced or {})
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """As click's, with a suggestion."""
+        """As click's, with the words of today for older ones, and a suggestion."""
+        for old, new in self.moved.items():
+            if args[: len(old.split())] == old.split():
+                say_new(ctx, old, new)
+                args = [*new.split(), *args[len(old.split()) :]]
+        if args and args[0] in self.replaced:
+            say_new(ctx, args[0], self.replaced[args[0]])
         if args and self.get_command(ctx, args[0]) is None and not args[0].startswith("-"):
             ctx.fail(f"unknown command '{escape_text(args[0])}'; {suggestion(args[0], self.list_commands(ctx))}")
         return super().resolve_command(ctx, args)

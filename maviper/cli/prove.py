@@ -230,6 +230,7 @@ def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], co
 
 @click.command(
     cls=Verb,
+    json=True,
     renamed=dict.fromkeys(("--max-nodes", "--max-cells"), "--effort low|normal|high"),
     example="maviper diff demo/extracted/profile.json demo/profile.json -o changed",
 )
@@ -238,7 +239,6 @@ def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], co
 @REGION
 @options_of(DiffOptions)
 @option("-o", "--output", type=FOLDER, default=None, section=RESULTS, help="Folder for data, certificate and page.")
-@option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the comparison as JSON.")
 @click.pass_context
 def diff(
     context: click.Context,
@@ -312,7 +312,9 @@ def _write(
         console.line("certificate", f"{folder / CERTIFICATE_FILE}; maviper check {folder / CERTIFICATE_FILE}")
 
 
-@click.command(cls=Verb, example="maviper robust profile.json observations.csv --certify -o radii")
+@click.command(
+    cls=Verb, json=True, hidden=True, example="maviper robust profile.json observations.csv --certify -o radii"
+)
 @PROFILE
 @click.argument("observations", type=PATH)
 @option("--agent", default=None, metavar="NAME", help="The agent (default: the only one).")
@@ -321,7 +323,6 @@ def _write(
 @option("--least", callback=fraction, metavar="NUMBER", help="Exit with 1 if a radius is smaller.")
 @option("--certify", is_flag=True, help="Prove each radius, and check its certificate.")
 @option("-o", "--output", type=FOLDER, default=None, help="Folder for radii.csv and the certificates.")
-@option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @click.pass_context
 def robust(
     context: click.Context,

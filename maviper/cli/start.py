@@ -1,7 +1,7 @@
-"""The commands demo, guide, reproduce and schema.
+"""The commands demo, guide and reproduce.
 
 Does: runs the tour (maviper/tour.py) into a folder; lists the topics of the manual, or lays out the page of one; has
-  the paper's experiments run and reported, or their plan said; prints the JSON schema of profiles.
+  the paper's experiments run and reported, or their plan said.
 Assumes: pages are Markdown that reads well in a terminal; `maviper.reproduction.run` plans, runs and writes.
 Does not: do anything that the other commands cannot do.
 """
@@ -103,13 +103,3 @@ def reproduce(context: click.Context, output: Path, **options: Unpack[ReproduceO
     if done.lines:
         say("\n".join(done.lines))
     return done.code
-
-
-@click.command(cls=Verb, example="maviper schema > profile.schema.json")
-def schema() -> int:
-    """Print the JSON schema of policy profiles."""
-    from codegen.policy_json import layout
-    from codegen.profiles import schema as profile_schema
-
-    click.echo(layout(profile_schema()))
-    return ExitCode.DONE

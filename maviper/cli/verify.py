@@ -1,7 +1,7 @@
-"""The commands verify, and properties list and new.
+"""The command verify.
 
-Does: asks what the options ask, prints verdicts, writes the report and what belongs to it; prints the built-in
-  properties; writes a property file to start from.
+Does: asks what the options ask, prints verdicts, writes the report and what belongs to it; lists the built-in claims;
+  writes a property file to start from.
 Assumes: `maviper.verification.run` decides; `maviper.verification.ask.VerifyOptions` has a field for each option.
 Does not: decide verdicts, or check values beyond their form.
 """
@@ -16,7 +16,8 @@ import click
 from codegen.errors import ExitCode, InputError
 from codegen.wording import format_count
 from maviper import options as tables
-from maviper.cli.options import FOLDER, PATH, PROFILE, REGION, RESULTS, Verb, Verbs, console_of, option, options_of
+from maviper.cli.options import FOLDER, PATH, PROFILE, REGION, RESULTS, FolderPath, Verb, console_of, option, options_of
+from maviper.cli.prove import robust
 from maviper.options.verbs import BUDGETS, QUESTION
 from verify.claims.parameters import NAMES as PARAMETERS
 
@@ -30,31 +31,11 @@ if TYPE_CHECKING:
 
 
 MAX_STARTER_BYTES = 2**24
+ROBUST, OF_ROBUST = "robust", ("observations", "agent", "error", "least", "most", "certify")
 
 
-@click.group(cls=Verbs, example="maviper properties list")
-def properties() -> None:
-    """List the built-in properties, or write a starter property file."""
-
-
-@properties.command("list", cls=Verb, example="maviper properties list")
-@option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def properties_list(as_json: bool) -> int:
-    """List the built-in properties.
-
-    For each property: what it claims, and its parameters with their defaults.
-    """
-    return print_properties(as_json)
-
-
-@properties.command("new", cls=Verb, example="maviper properties new physical-deception -o claims.toml")
-@click.argument("subject", metavar="WORLD|PROFILE")
-@option("-o", "--output", type=PATH, default=None, help="The file (default: print it).")
-def properties_new(subject: str, output: Path | None) -> int:
-    """Write claims to start from, for WORLD or a profile's .json file.
-
-    The file names agents, actions, and landmarks or features, and explains itself in comments.
-    """
+def _write_starter(subject: str, output: Path | None) -> int:
+    """Writes claims to start from, for the name of a world or a profile's file."""
     from maviper.files import runs
     from maviper.verification.starters import starter
 
@@ -80,6 +61,8 @@ def print_properties(as_json: bool) -> int:
         click.echo(f"{entry['name']}: {entry['sentence']}")
         for name, default in entry["parameters"].items():
             click.echo(f"  {name} (default: {default or _of_the_world(entry['name'], name)})")
+    click.echo(f"{ROBUST}: no error of features changes what is done at the observations of a file")
+    click.echo(f"  {', '.join(OF_ROBUST)} (see `maviper guide claims`)")
     return ExitCode.DONE
 
 
@@ -97,7 +80,7 @@ def _of_the_world(claim: str, parameter: str) -> str:
 
 def _list_properties(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
     if asked and not context.resilient_parsing:
-        print_properties(as_json=False)
+        print_properties(bool(context.obj and context.obj.get("json")))
         context.exit(ExitCode.DONE)
 
 
@@ -119,8 +102,9 @@ QUESTION_OPTIONS = (
         expose_value=False,
         callback=_list_properties,
         section=QUESTION,
-        help="List the built-in properties.",
+        help="List the built-in claims with their parameters.",
     ),
+    option("--new", is_flag=True, section=QUESTION, help="Write claims to start from, for PROFILE or a world's name."),
     option(
         "--system",
         "world",
@@ -159,32 +143,29 @@ def add_verify_options(command: Any) -> Any:
 
 @click.command(
     cls=Verb,
+    json=True,
     renamed=OLD_OPTIONS,
     example="maviper verify demo/profile.json --region near.toml\n"
     'maviper verify demo/profile.json --claim "reaches(steps=25)" -o report',
 )
 @PROFILE
 @add_verify_options
-@option("-o", "--output", type=FOLDER, default=None, section=RESULTS, help="Folder for report, certificates and page.")
-@option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the report as JSON.")
 @option(
-    "-v",
-    "--verbose",
-    "full",
-    is_flag=True,
+    "-o",
+    "--output",
+    type=FolderPath(".toml"),
+    default=None,
     section=RESULTS,
-    help="Print the whole report, and the traceback of an error.",
+    help="Folder for report, certificates and page; with --new, the file.",
 )
 @option("--verdict-only", is_flag=True, section=RESULTS, help="Print the verdicts alone, in less time.")
 @option("--smt", type=FOLDER, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
 @click.pass_context
-def verify(
-    context: click.Context, profile: Path, output: Path | None, as_json: bool, full: bool, **options: Any
-) -> int:
+def verify(context: click.Context, profile: Path, output: Path | None, new: bool, as_json: bool, **options: Any) -> int:
     """Decide claims about a profile for every state of a region.
 
-    Verdicts are about the deployed float arithmetic, rounding included. `maviper properties list` lists the built-in
-    properties. For claims of your own, `maviper properties new WORLD` writes a starter property file.
+    Verdicts are about the deployed float arithmetic, rounding included. --list has the built-in claims. For claims of
+    your own, --new writes a starter property file.
 
     reaches, covers and keeps_apart are about whole episodes that start in the region, at rest. reaches: each agent
     comes within the radius of its own landmark at some step. covers: after the last step, the team is matched to the
@@ -213,7 +194,35 @@ def verify(
       [apart]
       "landmark_0 - landmark_1" = 0.2
     """
-    return _decide_claims(profile, options, output, as_json, full or context.obj["verbose"], console_of(context))
+    if new:
+        return _write_starter(str(profile), output)
+    if any(each.partition("(")[0].strip() == ROBUST for each in options["claims"]):
+        return context.invoke(
+            robust, **_read_robust(options["claims"]), profile=profile, output=output, as_json=as_json
+        )
+    if output is not None:
+        FOLDER.convert(output, next(each for each in context.command.params if each.name == "output"), context)
+    return _decide_claims(profile, options, output, as_json, context.obj["verbose"], console_of(context))
+
+
+def _read_robust(claims: Sequence[str]) -> dict[str, Any]:
+    """What the claim `robust` says of the observations of a file, as the parameters of its command."""
+    from verify.claims.calls import read_call
+    from verify.decimals import number
+
+    if len(claims) > 1:
+        raise InputError(f"{ROBUST} is about the observations of a file", "--claim", "ask it alone")
+    call = read_call(claims[0])
+    for key in call:
+        if key not in ("name", *OF_ROBUST):
+            raise InputError(f"{ROBUST} has no parameter {key}", "--claim", f"it has {', '.join(OF_ROBUST)}")
+    if "observations" not in call:
+        raise InputError(f"{ROBUST} needs observations", "--claim", f"write {ROBUST}(observations=FILE)")
+    bounds = {key: number(call[key], f"--claim: {key}") for key in ("most", "least") if key in call}
+    texts = {key: str(call[key]) for key in ("agent", "error") if key in call}
+    usual = dict.fromkeys(("agent", "error", "most", "least"))
+    certify = call.get("certify", False) in (True, "true", "yes")
+    return usual | texts | bounds | {"observations": Path(str(call["observations"])), "certify": certify}
 
 
 def _decide_claims(

@@ -179,7 +179,7 @@ def spell_out(options: type) -> Callable[[Verb], Verb]:
 FLAG = re.compile(r"(?<![\w-])--([a-z][a-z-]*)(?:[ =]([A-Za-z0-9_.:/+-]*[A-Za-z0-9_]))?")
 SET = re.compile(r"--set (\w+)(?:=(\S*\w))?")  # an option that the command takes by --set
 CALLED_IN_PYTHON = {"system": "world"}
-LISTED = "`maviper properties list`"
+LISTED = "`maviper verify --list`"
 
 
 def speak_python(verb: Verb, table: Mapping[str, Option] = MappingProxyType({})) -> Verb:

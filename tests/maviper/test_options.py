@@ -65,7 +65,7 @@ TABLES = {
 OWN = {
     "compile": {"targets"},
     "diff": {"region", "as_json"},
-    "evaluate": {"as_json"},
+    "evaluate": {"exploit", "networks", "refinement_episodes", "steps", "seed"},
     "exploit": {"as_json"},
     "import": {"agents"},
     "repair": {"claim", "region"},

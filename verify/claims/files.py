@@ -32,7 +32,7 @@ NUMBERS, COUNTS = of_form(Form.NUMBER), (*of_form(Form.STEPS), ZONES)
 LISTS, TEXTS = of_form(Form.NAMES), of_form(Form.NAME)
 KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, *TEXTS, *LISTS, "region", "formula", "assume")
 OF_FORMULAS = ("margin", "radius", "eps")  # the parameters of a user's formula
-ADVICE = "`maviper properties new WORLD` writes a file to start from"
+ADVICE = "`maviper verify WORLD --new` writes a file to start from"
 Reading = Callable[[Formula], Formula]  # what a formula of a file means
 FindRegion = Callable[[str], Region]  # what a file names -> the region
 

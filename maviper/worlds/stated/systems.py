@@ -132,7 +132,7 @@ def file_of(world: str | Path) -> Path:
     if not Path(name).exists() and is_named_by_user(name):
         what = "this world is played by its own code, which states no rules that a proof could use"
         advice = (
-            "leave --system out: claims about observations hold in every world (`maviper properties new PROFILE`); "
+            "leave --system out: claims about observations hold in every world (`maviper verify PROFILE --new`); "
             "or state the rules in a world file (`maviper guide systems`)"
         )
         raise InputError(what, f"--system {name}", advice)

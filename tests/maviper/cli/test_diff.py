@@ -85,7 +85,7 @@ def test_a_difference_is_told_with_shares_zones_and_examples(files, tmp_path, ca
     assert facts["certificate"]["checker"] == "accepted"  # of the others
     assert command([*asked[:3], "--agent", "agent_1"]) == ExitCode.DONE
     assert command([*asked[:3], "--max-nodes", "1"]) == ExitCode.INCONCLUSIVE
-    assert "a larger --max-nodes" in capsys.readouterr().err
+    assert "a larger --effort" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ FILES = {  # command -> its work, its arguments
     "edit": ("maviper.importing.edits.change_threshold", "cart.json cart/0=0.25"),
     "import": ("maviper.importing.trees.import_trees", "policy.py"),
     "play": ("maviper.page.document.usual_claims", "game.json"),
-    "properties new": ("maviper.verification.starters.starter", "physical-deception"),
+    "verify --new": ("maviper.verification.starters.starter", "physical-deception"),
     "show": ("maviper.evaluation.show.rules", "game.json"),
     "show --format svg": ("maviper.page.page.svg", "game.json"),
     "show --format html": ("maviper.page.document.usual_claims", "game.json"),

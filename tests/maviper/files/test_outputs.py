@@ -96,7 +96,7 @@ def test_another_verb_is_no_earlier_run(place):
 
 def test_an_edited_property_file_is_not_written_over(tmp_path, capsys):
     path = tmp_path / "claims.toml"
-    asked = ["properties", "new", "physical-deception", "-o", path]
+    asked = ["verify", "--new", "physical-deception", "-o", path]
     assert run(*asked) == 0 and run(*asked) == 0
     path.write_text("mine")
     assert run(*asked) == 2 and path.read_text() == "mine"

@@ -1,4 +1,4 @@
-"""The command `maviper robust`: the table, its certificates, and files that are no observations."""
+"""The claim `robust`, and the command of that name: the table, its certificates, and files that are no observations."""
 
 import csv
 import json
@@ -37,6 +37,32 @@ def test_the_table_is_printed(place, capsys):
     for row, tie in zip(rows, ties, strict=True):
         assert float(row["radius"]) == pytest.approx(tie, rel=1e-9)
     assert "least 0.25, median 0.499999" in said.err  # 0.5 - 2^-25
+
+
+def test_the_claim_and_the_command_say_the_same(place, capsys):
+    profile, seen = str(place / "profile.json"), str(place / "seen.csv")
+    claim = f"robust(observations='{seen}', agent=cart, least=0.251, certify=true)"
+    assert main.run(["verify", profile, "--claim", claim, "--json"]) == ExitCode.VIOLATED
+    said = capsys.readouterr().out
+    asked = ["robust", profile, seen, "--agent", "cart", "--least", "0.251", "--certify", "--json"]
+    assert main.run(asked) == ExitCode.VIOLATED
+    old = capsys.readouterr()
+    assert json.loads(said) == json.loads(old.out) and old.err.startswith("robust is now verify --claim")
+
+
+@pytest.mark.parametrize(
+    ("claims", "told"),
+    [
+        (["robust"], "robust needs observations"),
+        (["robust(file=seen.csv)"], "robust has no parameter file"),
+        (["robust(observations=seen.csv, least=much)"], "not a number"),
+        (["robust(observations=seen.csv)", "alive_leaves"], "ask it alone"),
+    ],
+)
+def test_a_claim_of_robustness_that_cannot_be_asked_is_told(place, capsys, claims, told):
+    words = [word for claim in claims for word in ("--claim", claim)]
+    assert main.run(["verify", str(place / "profile.json"), *words]) == ExitCode.INPUT
+    assert told in capsys.readouterr().err
 
 
 def test_a_radius_is_never_said_to_be_more_than_it_is(place, capsys):

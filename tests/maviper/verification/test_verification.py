@@ -78,7 +78,7 @@ def test_the_starter_verifies_as_it_is_written(capsys, tmp_path):
     from tests.support.generated import FOLDER as generated
 
     file = tmp_path / "starter.toml"
-    assert run(capsys, "properties", "new", "physical-deception", "-o", file)[0] == ExitCode.DONE
+    assert run(capsys, "verify", "--new", "physical-deception", "-o", file)[0] == ExitCode.DONE
     code, out, _ = run(capsys, "-q", "verify", generated / "extracted" / "profile.json", "--properties", file, "--json")
     verdicts = [result["verdict"] for result in results(out)]
     assert code == ExitCode.VIOLATED and verdicts == ["VIOLATED"] * 3 + ["PROVED", "VIOLATED", "PROVED"]
@@ -103,12 +103,12 @@ def test_every_world_has_a_starter_that_reads(world):
 
 
 def test_the_list_of_properties(capsys):
-    code, out, _ = run(capsys, "properties", "list", "--json")
+    code, out, _ = run(capsys, "verify", "--list", "--json")
     found = {one["name"]: one for one in json.loads(out)["properties"]}
     assert code == ExitCode.DONE and found["aligned"]["parameters"] == {"margin": "0", "radius": "0.1", "kappa": "0.5"}
     assert found["steady"]["parameters"] == {"eps": "0.01", "of": "distinct_targets"}
     assert found["reaches"]["parameters"] == {"steps": "", "radius": "0.4", "landmarks": "", "zones": "5000000"}
-    code, text, _ = run(capsys, "properties", "list")
+    code, text, _ = run(capsys, "verify", "--list")
     assert "steps (default: the world's episode)" in text and "landmarks (default: any matching)" in text
     assert code == ExitCode.DONE and all(f"{name}: " in text for name in found)
     assert run(capsys, "verify", "--list")[:2] == (ExitCode.DONE, text)

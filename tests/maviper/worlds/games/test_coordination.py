@@ -196,7 +196,7 @@ def test_claims_about_places_are_refused(tmp_path, monkeypatch, capsys):
     )
     for command in (
         ["repair", "team.json", "-o", "repaired"],
-        ["properties", "new", "coordination"],
+        ["verify", "--new", "coordination"],
     ):
         capsys.readouterr()
         assert main.run(command) == ExitCode.INPUT

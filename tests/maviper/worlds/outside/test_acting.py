@@ -83,7 +83,7 @@ def test_spaces_that_no_tree_can_act_in_are_refused(name, said):
     "command",
     [
         ["train", PENDULUM, "--algorithm", "maddpg", "-o", "run"],
-        ["properties", "new", PENDULUM],
+        ["verify", "--new", PENDULUM],
     ],
 )
 def test_commands_that_need_numbered_actions_say_so(command, tmp_path, monkeypatch, capsys):

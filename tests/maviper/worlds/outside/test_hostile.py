@@ -125,7 +125,7 @@ def profile(tmp_path_factory):
         ("evaluate", "tests.support.hostile:expert,mode=prints", "--episodes", "2", "--json"),
         ("worlds", "check", world("prints")),
         ("worlds", "show", world("prints")),
-        ("properties", "new", world("prints")),
+        ("verify", "--new", world("prints")),
         ("import", "{rules}", "--world", world("prints"), "-o", "{out}"),
     ],
 )
