@@ -30,7 +30,7 @@ from codegen.importers.reading import NOTHING as NOTHING
 from codegen.importers.reading import SINGLES as SINGLES
 from codegen.importers.reading import Origin as Origin
 from codegen.importers.reading import Said as Said
-from codegen.importers.symbolic.program import place_sum
+from codegen.importers.symbolic.program import renumber
 from codegen.ir import CONSTANT, MAX_LENGTH
 from codegen.lowering.deploy import Given, deploy_tree, with_given
 from codegen.lowering.render import comment
@@ -140,17 +140,8 @@ def _name_origin(
             chosen = names.actions_of(origin.labels, origin.called, actions)
     except InputError as error:
         raise InputError(error.what, ": ".join(filter(None, (agent, error.where))), error.next_step) from None
-    grown, columns, place = origin.grown, np.array(placed.place), np.array(chosen.place, dtype=np.int32)
-    fixed = (grown.feature < 0) | (grown.feature >= SUMS)
-    grown = replace(
-        grown,
-        feature=np.where(fixed, grown.feature, columns[np.where(fixed, 0, grown.feature)]),
-        action=grown.action if origin.vectors else np.where(grown.action < 0, grown.action, place[grown.action]),
-    )
-
-    sums = tuple(place_sum(each.terms, columns) for each in origin.sums)
-    vectors = tuple(tuple(place_sum(each.terms, columns) for each in vector) for vector in origin.vectors)
-    return _Named(replace(origin, grown=grown, sums=sums, vectors=vectors), placed, chosen)
+    order = range(len(origin.vectors)) if origin.vectors else chosen.place
+    return _Named(renumber(origin, placed.place, order), placed, chosen)
 
 
 def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:

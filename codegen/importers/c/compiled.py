@@ -433,16 +433,12 @@ def _is_scalar(node: Any) -> bool:
 
 def _is_fixed(node: Any, known: set[str]) -> bool:
     """Returns True if an expression is a number: a literal, an enumerator, or what is computed of them."""
-    if isinstance(node, c_ast.Constant):
-        return node.type != "string"
-    if isinstance(node, c_ast.ID):
-        return node.name in known
-    if isinstance(node, c_ast.UnaryOp):
-        return node.op in "-+~!" and _is_fixed(node.expr, known)
-    if isinstance(node, c_ast.BinaryOp):
-        return _is_fixed(node.left, known) and _is_fixed(node.right, known)
-    plain = isinstance(node, c_ast.Cast) and isinstance(node.to_type.type, c_ast.TypeDecl)
-    return plain and _is_fixed(node.expr, known)
+    if isinstance(node, c_ast.Constant | c_ast.ID):
+        return node.name in known if isinstance(node, c_ast.ID) else node.type != "string"
+    plain = isinstance(node, c_ast.UnaryOp) and node.op in "-+~!"
+    plain |= isinstance(node, c_ast.Cast) and isinstance(node.to_type.type, c_ast.TypeDecl)
+    parts = [node.left, node.right] if isinstance(node, c_ast.BinaryOp) else [node.expr] if plain else []
+    return bool(parts) and all(_is_fixed(each, known) for each in parts)
 
 
 LARGE = 300  # statements of a part

@@ -27,7 +27,7 @@ from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.nodes import Leaf, Split, origin_of
 from codegen.importers.origin import Origin
-from codegen.importers.symbolic.program import Described
+from codegen.importers.symbolic.program import Described, renumber
 from codegen.lowering.deploy import deploy_tree
 
 KIND, PROVED_BY = "our own C header", "a second reading of the file, and a proof of its structure"
@@ -123,9 +123,8 @@ def _number_actions(origin: Origin, labels: Sequence[str]) -> Origin:
     """The origin with all actions of the header, in its order, also those that no leaf takes."""
     place, act = np.array([labels.index(each) for each in origin.labels]), origin.act
     assert act is not None
-    action = np.where(origin.grown.action < 0, origin.grown.action, place[origin.grown.action])
-    grown = replace(origin.grown, action=action)
-    return replace(origin, grown=grown, labels=tuple(labels), act=lambda rows: place[act(rows)])
+    origin = renumber(origin, range(len(origin.features)), place.tolist())
+    return replace(origin, labels=tuple(labels), act=lambda rows: place[act(rows)])
 
 
 def _read_nested(node: list[Any], numbers: Mapping[str, int], labels: Sequence[str]) -> Split | Leaf:

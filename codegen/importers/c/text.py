@@ -264,11 +264,7 @@ class _Reader(Preprocessor):
         self.expansions += 1
         if max(self.expansions, len(tokens)) > self.most:
             raise self.make_error("macros expand to too much text", self.directive)
-        hidden = {name: self.macros.pop(name) for name in self.kept if name in self.macros}
-        try:
-            return super().expand_macros(tokens, list(expanding_from))
-        finally:
-            self.macros.update(hidden)
+        return super().expand_macros(tokens, [*dict.fromkeys((*expanding_from, *self.kept))])
 
 
 # --- plain C that stands in C++

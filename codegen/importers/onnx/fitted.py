@@ -99,4 +99,4 @@ def giving(origin: Origin, values: Any, said: Callable[[Floats], Any]) -> Origin
 
         return replace(origin, grown=grown, labels=tuple(known.tolist()), act=act)
     vectors = [[((float(value), CONSTANT),) for value in row] for row in values.astype(np.float64).tolist()]
-    return with_sums(replace(origin, act=said, labels=()), (), vectors, (), DOUBLE_SUMS)
+    return with_sums(replace(origin, act=said, labels=()), (), vectors, DOUBLE_SUMS)

@@ -66,24 +66,13 @@ def origin_of_tree(
     named = not vectors and not isinstance(values[0], tuple)
     # Python's max(0.0, nan) is 0.0
     nan = all(each.cut.value(np.nan) != each.cut.value(np.nan) for one in vectors for each in one.vector if each.cut)
-    places = np.array([*said.places, -1], dtype=np.int32)  # the last one: no feature
-    single = grown.feature < SUMS
     facts: dict[str, Any] = {each.name: getattr(said, each.name) for each in fields(Facts)}
     facts |= {"features": (*said.features,), "called": said.called if named else {}}
     facts["nan"] = said.nan and nan and not said.finite
-    origin = Origin(
-        **facts,
-        grown=replace(
-            grown,
-            feature=np.where(single, places[np.where(single, grown.feature, -1)], grown.feature),
-            action=np.where(grown.action < 0, grown.action, np.array(order)[grown.action]),
-        ),
-        labels=labels,
-        bounds=bounds,
-    )
+    origin = Origin(**facts, grown=grown, labels=labels, bounds=bounds)
     tests = tuple(each.terms for each in sums.known) if sums else ()
     given = [[each.terms for each in one.vector] for one in vectors]
-    return with_sums(origin, tests, given, said.places, sums.arithmetic if sums else "")
+    return renumber(with_sums(origin, tests, given, sums.arithmetic if sums else ""), said.places, order)
 
 
 def _vectors_of(values: Sequence[Any], where: str, sums: Sums | None) -> list[Given]:
@@ -162,12 +151,11 @@ def with_sums(
     origin: Origin,
     tests: Sequence[Terms],
     vectors: Sequence[Sequence[Terms]],
-    places: Sequence[int],
     arithmetic: str = "",
 ) -> Origin:
     """The origin with the sums that its tree tests, and what its leaves give; itself where there is none of both.
 
-    `places`: of the inputs that terms name, among the features. `arithmetic`: default that of the origin's numbers.
+    `arithmetic`: default that of the origin's numbers.
     """
     named = [int(each) - SUMS for each in dict.fromkeys(origin.grown.feature[origin.grown.feature >= SUMS].tolist())]
     if not named and not vectors:
@@ -178,14 +166,26 @@ def with_sums(
         origin,
         grown=replace(origin.grown, feature=np.array(feature)),
         arithmetic=arithmetic or (FLOAT32_STEPS if origin.numbers == FLOAT32 else FLOAT64_SUMS),
-        sums=tuple(place_sum(tests[each], places) for each in named),
-        vectors=tuple(tuple(place_sum(each, places) for each in vector) for vector in vectors),
+        sums=tuple(Sum(tests[each]) for each in named),
+        vectors=tuple(tuple(map(Sum, vector)) for vector in vectors),
     )
 
 
-def place_sum(terms: Terms, places: Any) -> Sum:
-    """The sum over the features at these places. `places`: of each that terms name."""
-    return Sum(tuple((weight, CONSTANT if place == CONSTANT else int(places[place])) for weight, place in terms))
+def renumber(origin: Origin, features: Sequence[int], actions: Sequence[int]) -> Origin:
+    """The origin with other numbers for its features and actions. `features`, `actions`: the new number of each."""
+    grown, columns, order = origin.grown, np.array([*features, -1], np.int32), np.array([*actions], np.int32)
+    fixed = (grown.feature < 0) | (grown.feature >= SUMS)
+    grown = replace(
+        grown,
+        feature=np.where(fixed, grown.feature, columns[np.where(fixed, -1, grown.feature)]),
+        action=np.where(grown.action < 0, grown.action, order[grown.action]),
+    )
+
+    def place(each: Sum) -> Sum:
+        return Sum(tuple((weight, CONSTANT if at == CONSTANT else int(columns[at])) for weight, at in each.terms))
+
+    vectors = tuple(tuple(map(place, vector)) for vector in origin.vectors)
+    return replace(origin, grown=grown, sums=tuple(map(place, origin.sums)), vectors=vectors)
 
 
 def rounds(origin: Origin) -> bool:
