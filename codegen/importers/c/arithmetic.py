@@ -51,9 +51,11 @@ MAX_TABLE, MAX_JUMPS = 1 << 16, 1 << 10  # of a whole number whose bits are used
 class Arithmetic:
     """Computes on one path. `contracts`: whether a product and a sum may be joined."""
 
-    def __init__(self, make_error: Callable[[str, str], InputError], numbers: str, *, contracts: bool) -> None:
-        self.make_error, self.numbers, self.contracts = make_error, numbers, contracts
-        self.paths: Growth | None = None
+    numbers = FLOAT64  # that are observed
+    paths: Growth | None = None
+
+    def __init__(self, make_error: Callable[[str, str], InputError], *, contracts: bool) -> None:
+        self.make_error, self.contracts = make_error, contracts
         self.used = set[int]()  # inputs that a test has looked at
         self.sums, self.finite = Sums(""), False  # finite: whether two features are compared
         self._tables = dict[str, Step]()

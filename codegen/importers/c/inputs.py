@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import InputError
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.c import kinds
 from codegen.importers.c.kinds import Kind, Many, Object, Place, Pointer, Record, Reference, Symbol, Type, Value
 from codegen.importers.symbolic.feature import Feature, Step
@@ -28,11 +29,13 @@ class Inputs:
     """The parameters of one function, and what was read of them on all paths."""
 
     parameters: Mapping[str, Type]
-    wide: bool  # whether observations are doubles
     make_error: Callable[[str, str], InputError]
     read: dict[Place, int] = field(default_factory=dict[Place, int])  # what was read, by its number
     written: set[str] = field(default_factory=set[str])
     order: list[Place] = field(default_factory=list[Place])  # where each feature stands; afterwards
+
+    def __post_init__(self) -> None:
+        self.numbers = FLOAT32 if all(kind.fits_float32 for kind in self.kinds()) else FLOAT64  # of observations
 
     def given(self, name: str) -> Object | Reference:
         """Returns what a parameter is: an object, or a pointer to one of the caller's."""
@@ -58,7 +61,7 @@ class Inputs:
     def _first(self, kind: Kind) -> tuple[Step, ...]:
         """Returns the steps that turn the caller's number into one of the parameter's type."""
         if kind.floating:
-            return (Step(kinds.GIVEN, np.float32),) if self.wide and kind == kinds.FLOAT else ()
+            return (Step(kinds.GIVEN, np.float32),) if self.numbers == FLOAT64 and kind == kinds.FLOAT else ()
         low, high = kind.low, kind.high
 
         def whole(v: Any) -> Any:

@@ -93,7 +93,7 @@ class Machine:
     paths: Growth | None = None
     inputs: Inputs | None = None
 
-    def __init__(self, where: str, names: Mapping[str, int], numbers: str, *, contracts: bool) -> None:
+    def __init__(self, where: str, names: Mapping[str, int], *, contracts: bool) -> None:
         self.where, self.line, self.text_file = where, 0, ""
         self.types: dict[str, Type] = dict(kinds.STANDARD)  # typedefs, and `struct` and `enum` with their tags
         self.functions: dict[str, Any] = {}
@@ -102,7 +102,7 @@ class Machine:
         self.constants: dict[kinds.Place, Value] = {}  # what the file's own variables hold
         self.memory = self.constants  # what was set on this path
         self.fixed: dict[str | int, str] = {}  # why a variable must not be set
-        self.arithmetic = Arithmetic(self.make_error, numbers, contracts=contracts)
+        self.arithmetic = Arithmetic(self.make_error, contracts=contracts)
         self.changing: set[str] = set()  # variables of the file that some function may set
         self.notes = dict[str, None]()  # what was skipped
         self.named = dict[Any, str]()  # what the source calls some numbers that are returned

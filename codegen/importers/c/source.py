@@ -20,7 +20,6 @@ from pycparser import CParser, c_ast
 from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, escape_text
-from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.c.compiled import Asked, ask_compiler
 from codegen.importers.c.inputs import Inputs
 from codegen.importers.c.kinds import STANDARD, Object, Outside, Place, Reference
@@ -154,9 +153,8 @@ def _collect_escaping(node: Any) -> set[str]:
 class _Follower(Machine):
     """Follows a function of a file, on one path after the other."""
 
-    def __init__(self, name: str, parsed: Any, text: Expanded, where: str, numbers: str) -> None:
-        super().__init__(f"{where}, function {name}", text.names, numbers, contracts=text.contracts)
-        self.numbers = numbers
+    def __init__(self, name: str, parsed: Any, text: Expanded, where: str) -> None:
+        super().__init__(f"{where}, function {name}", text.names, contracts=text.contracts)
         self.limits = dict[str, None]()  # which observations it takes, where not all, in words
         self.answers = list[Place]()
         pointing = [each for each in parsed.ext if isinstance(each, c_ast.Decl) and not is_const(each)]
@@ -181,7 +179,8 @@ class _Follower(Machine):
                 raise self.make_error("only functions, types and constants may stand outside functions", ADVICE)
         self.function = self.functions[name]
         parameters = {each.name: self.parameter(each) for each in parameters_of(self.function)}
-        self.inputs = self.observed = Inputs(parameters, numbers == FLOAT64, self.make_error)
+        self.inputs = self.observed = Inputs(parameters, self.make_error)
+        self.numbers = self.arithmetic.numbers = self.observed.numbers
 
     def _declare_global(self, node: Any) -> None:
         """Declares what stands in the file; what cannot be read is an error only where a decision needs it."""
@@ -226,19 +225,15 @@ class _Follower(Machine):
         target = self.load(returned.target) if isinstance(returned, Reference) else returned
         if isinstance(target, Reference):
             raise self.make_error("a pointer is returned", "return a number or a text")
-        parts = list(target.parts()) if isinstance(target, Object) else []
-        returns = Object(Place(""), target.type) if isinstance(target, Object) else None
-        self.answers = [each.place for each in returns.parts()] if returns else [Place("")]
-        value = self.together([self.load(each) for each in parts] if parts else [target])
+        whole = target if isinstance(target, Object) else None
+        self.answers = [each.place for each in Object(Place(""), whole.type).parts()] if whole else [Place("")]
+        value = self.together([self.load(each) for each in whole.parts()] if whole else [target])
         letter = _words_of(self.function.decl.type.type) == ["char"] and isinstance(value, int) and 32 < value < 127
         return chr(value) if letter else value
 
 
 def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> tuple[Origin, Asked]:
-    machine = _Follower(name, parsed, text, where, FLOAT32)
-    kinds = machine.observed.kinds()
-    if not all(kind.fits_float32 for kind in kinds):
-        machine = _Follower(name, parsed, text, where, FLOAT64)
+    machine = _Follower(name, parsed, text, where)
 
     def describe_program() -> Described:
         used_places, features, count = machine.observed.features(machine.arithmetic.used)
