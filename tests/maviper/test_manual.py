@@ -410,7 +410,7 @@ def missing(step):
 def test_everything_on_a_page_runs_in_its_order(name, place, monkeypatch, capsys):
     """From an empty folder, but for what the demo writes, up to what needs a package that is not installed."""
     monkeypatch.setattr("webbrowser.open", lambda _: True)
-    known = {}
+    known = {"__name__": "__main__"}
     given = [step for step in steps(manual.page("team")) if step[0] == "file"] if name == "environments" else []
     for step in [*given, *steps(text_of(name).partition(TRIED)[0])]:
         if lacks := missing(step):
@@ -419,6 +419,8 @@ def test_everything_on_a_page_runs_in_its_order(name, place, monkeypatch, capsys
             case "file", file, text:
                 (place / file).write_text(text)
                 monkeypatch.delitem(sys.modules, Path(file).stem, raising=False)
+                if name == "team" and file.endswith(".py"):  # the first part of one program
+                    exec(compile(text, f"{name}.md", "exec"), known)
             case "python", program:
                 exec(compile(program, f"{name}.md", "exec"), known)
             case "run", line if line.startswith("maviper "):
