@@ -114,6 +114,28 @@ print(measured)
 # robots return: -2.193 [-2.456, -1.929], ratio 1.062 [1.038, 1.090]
 # ```
 #
+# ## A table
+#
+# Which algorithm, and how deep? All algorithms get the same number of episodes; intervals are over
+# seeds.
+
+table = maviper.compare(act, world=make, depths=[1, 2], seeds=5, max_episodes=150)
+for row in table.rows:
+    reached = f"{row['value']:.2f} [{row['low']:.2f}, {row['high']:.2f}]"
+    print(f"{row['algorithm']:<9} depth {row['depth']}: {reached}, {row['leaves']:.0f} leaves")
+
+# ```
+# maviper   depth 1: -5.59 [-8.47, -2.71], 4 leaves
+# maviper   depth 2: -2.20 [-2.60, -1.80], 6 leaves
+# iviper    depth 1: -7.95 [-10.14, -5.75], 4 leaves
+# iviper    depth 2: -2.25 [-2.65, -1.84], 6 leaves
+# imitation depth 1: -7.98 [-10.19, -5.78], 4 leaves
+# imitation depth 2: -2.22 [-2.60, -1.85], 6 leaves
+# ```
+#
+# `print(table)` has words for differences, `table.to_csv()` and `table.to_latex()` are for papers, and
+# `table.best` is a team ([comparing](../../maviper/manual/compare.md)).
+#
 # ## A claim and its counterexample
 #
 # Write down what the trees must do:
@@ -188,6 +210,7 @@ print(*sorted(path.name for path in code.write("firmware").iterdir()))
 #     maviper extract mygame:act --world mygame:make --max-depth 2 --max-episodes 300 -o extracted.json
 #     maviper show extracted.json
 #     maviper evaluate extracted.json --world mygame:make --expert mygame:act --episodes 200
+#     maviper compare mygame:act --world mygame:make --depths 1,2 --seeds 5 --max-episodes 150 -o compared
 #     maviper edit extracted.json rear/0=0.1
 #     maviper verify extracted.json --properties claims.toml -o answers
 #     maviper check answers/certificate-1-formula.json --profile extracted.json
