@@ -1,7 +1,7 @@
-"""The directive `commands`: every command with its text, its options by section and its example, from click.
+"""The directive `commands`: what `maviper COMMAND --help` prints of every command that it shows, from click.
 
-Does: writes what `--help` shows, as sections with anchors; leaves out what is hidden.
-Assumes: the commands' own classes, which have sections and examples; any command of click has the rest.
+Does: makes a section of each command, with its text, its options by heading, and its example.
+Assumes: the commands' own classes, which have headings and examples; any command of click has the rest.
 Does not: know a command by name.
 """
 
@@ -20,41 +20,39 @@ class Commands(SphinxDirective):
     """A section for each command of maviper."""
 
     def run(self) -> list[nodes.Node]:
-        """The sections, parsed where the directive stands."""
-        text = "\n".join(line for path, command in walk(cli, "maviper") for line in tell(path, command))
-        return self.parse_text_to_nodes(text, allow_section_headings=True)
-
-
-def walk(command: click.Command, path: str) -> Iterator[tuple[str, click.Command]]:
-    """A command and those below it, in the order of the help, with the words that name them."""
-    yield path, command
-    if isinstance(command, click.Group):
-        below = [name for names in getattr(command, "chapters", {}).values() for name in names]
-        for name in below or command.list_commands(click.Context(command)):
-            if not command.commands[name].hidden:
-                yield from walk(command.commands[name], f"{path} {name}")
+        """Returns the sections, in the order of the help."""
+        return self.parse_text_to_nodes("\n".join(tell("maviper", cli)), allow_section_headings=True)
 
 
 def tell(path: str, command: click.Command) -> Iterator[str]:
-    """The lines of a command's section."""
-    context = click.Context(command, info_name=path)
-    yield from (path, "=" * len(path), "", f".. program:: {path}", "")
-    yield from ("::", "", f"    {' '.join([path, *command.collect_usage_pieces(context)])}", "")
-    for paragraph in inspect.cleandoc(command.help or "").split("\n\n"):
-        kept = paragraph.startswith("\b\n")  # lines that click leaves as they are
-        yield from (*(f"| {line}" for line in paragraph.splitlines()[1:]), "") if kept else (paragraph, "")
-    sections: dict[str, list[tuple[str, str]]] = {}
-    for parameter in command.get_params(context):
-        if record := parameter.get_help_record(context) if isinstance(parameter, click.Option) else None:
-            sections.setdefault(getattr(parameter, "section", "Options"), []).append(record)
-    for heading, records in sections.items():
+    """The lines of a command's section, and of those below it."""
+    context, sections = click.Context(command, info_name=path), dict[str, list[click.Option]]()
+    usage = " ".join([path, *command.collect_usage_pieces(context)])
+    yield from (path, "=" * len(path), "", f".. program:: {path}", "", *code(usage), *paragraphs(command.help))
+    for option in command.params:
+        if isinstance(option, click.Option) and not option.hidden:
+            sections.setdefault(getattr(option, "section", "Options"), []).append(option)
+    for heading, options in sections.items():
         yield from (f".. rubric:: {heading}", "")
-        for names, text in records:
-            yield from (f".. option:: {names}", "", f"   {text}", "")
+        for names, text in filter(None, (option.get_help_record(context) for option in options)):
+            yield from (f".. option:: {names}", "", *(f"   {line}" for line in paragraphs(text)))
     if example := getattr(command, "example", ""):
-        yield from (".. rubric:: Example", "", "::", "", *(f"    {line}" for line in example.splitlines()), "")
-    if command.epilog:
-        yield from ("::", "", *(f"    {line}" for line in command.epilog.removeprefix("\b\n").splitlines()), "")
+        yield from (".. rubric:: Example", "", *code(example))
+    yield from paragraphs(command.epilog)
+    for name, below in getattr(command, "commands", {}).items():
+        if not below.hidden:
+            yield from tell(f"{path} {name}", below)
+
+
+def code(text: str) -> tuple[str, ...]:
+    """Lines that stay as they are."""
+    return "::", "", *(f"    {line}" for line in text.splitlines()), ""
+
+
+def paragraphs(text: str | None) -> Iterator[str]:
+    """The lines of a help text; a paragraph that begins with \\b stays as it is."""
+    for each in inspect.cleandoc(text or "").split("\n\n"):
+        yield from code(each[2:]) if each.startswith("\b\n") else (each.replace("@", r"\@"), "")
 
 
 def setup(app: Sphinx) -> None:
