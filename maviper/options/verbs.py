@@ -380,6 +380,16 @@ class CompareOptions(TypedDict, total=False):
     depths: Annotated[Sequence[int], Option((2, 3, 4), WHAT_COMPARING, "Depths of trees.", "NUMBERS", commas=True)]
     seeds: Annotated[int, Option(10, WHAT_COMPARING, "Extraction seeds.")]
     max_episodes: Annotated[int, Option(1_000, WHAT_COMPARING, "Of each extraction, as for `maviper extract`.")]
+    settings: Annotated[
+        Mapping[str, str | float],
+        Option(
+            {},
+            WHAT_COMPARING,
+            "A rarer setting (repeatable; `maviper extract --set help` lists them).",
+            "NAME=VALUE",
+            called="set",
+        ),
+    ]
     jobs: Annotated[int, Option(1, HOW_COMPARING, "Cells at the same time.")]
     backend: Annotated[str, Option("local", HOW_COMPARING, "local or dask (maviper[scale]).", "NAME")]
     scheduler: Annotated[

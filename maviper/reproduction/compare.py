@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.wording import format_count
 from maviper.console import Console
 from maviper.episodes import measures
@@ -28,7 +28,9 @@ from maviper.extraction import refitting
 from maviper.extraction.algorithms import check
 from maviper.extraction.settings import KNOWN as ALGORITHMS
 from maviper.files import runs
-from maviper.options import CompareOptions, complete_options
+from maviper.options import CompareOptions, ExtractOptions, complete_options, table_of
+from maviper.options.extraction import SETTINGS
+from maviper.options.table import CALLED
 from maviper.reproduction import compared
 from maviper.reproduction.cells import table
 from maviper.reproduction.cells.cell import EXPERT, EXTRACTION, Budget, Cell, Named, Source, Task
@@ -54,6 +56,7 @@ class Request:
     depths: tuple[int, ...]
     seeds: int
     max_episodes: int
+    settings: tuple[tuple[str, Any], ...]  # of all extractions
     jobs: int
     backend: str
     scheduler: str | None
@@ -63,7 +66,9 @@ def request(options: Mapping[str, Any]) -> Request:
     """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
     cannot have.
     """
-    asked = Request(**complete_options(CompareOptions, options))
+    given = complete_options(CompareOptions, options)
+    given["settings"] = tuple(map(_read_setting, given["settings"]))
+    asked = Request(**given)
     asked = replace(asked, algorithms=_once(asked.algorithms), depths=_once(sorted(asked.depths)))
     ensure_spread(asked, asked.seeds, asked.depths)
     for name, given in (("algorithms", asked.algorithms), ("depths", asked.depths)):
@@ -73,6 +78,19 @@ def request(options: Mapping[str, Any]) -> Request:
         if algorithm not in ALGORITHMS:
             raise UnknownNameError("algorithm", algorithm, ALGORITHMS, "--algorithms")
     return asked
+
+
+def _read_setting(text: str) -> tuple[str, Any]:
+    """The name and the value of one of the settings that `maviper extract` has beside its options."""
+    name, _, value = text.partition("=")
+    if name not in SETTINGS:
+        raise UnknownNameError("setting", escape_text(name), SETTINGS, "--set")
+    option = table_of(ExtractOptions)[name]
+    try:
+        return option.setting or name, option.base(value)
+    except ValueError:
+        what = f"{name} is {CALLED[option.base]}, not '{escape_text(value)[:40]}'"
+        raise InputError(what, f"--set {name}", f"write --set {name}=VALUE") from None
 
 
 def _once(given: Sequence[Any]) -> tuple[Any, ...]:
@@ -102,6 +120,7 @@ def compare_algorithms(
         if not any(document.cell.kind == EXTRACTION for document in wanted.values()):
             raise InputError("no extraction was finished", str(store.folder), "; ".join(list(done.failed.values())[:1]))
         table.write(store, wanted)
+        world = world.judge_by(dict(options.settings).get("measure", ""))
         asked = Asked(world, tuple(one.label for one in experts), options.algorithms, held, options.max_episodes)
         found = compared.read(store.folder, asked, done)
         runs.write_all(store.folder, found.files)
@@ -169,7 +188,7 @@ def _close(used: Sequence[Source]) -> None:
 def list_tasks(experts: Sequence[Known], world: World, options: Request) -> list[Task]:
     """All cells, seed by seed, so that what an interrupted call leaves has whole seeds."""
     held = EPISODES if world.games is None else OUTSIDE
-    budget = Budget(options.max_episodes, held)
+    budget = Budget(options.max_episodes, held, options.settings)
     tasks: dict[str, Task] = {}
     for seed, one in product(range(options.seeds), experts):
         cells = [Cell(EXPERT, world.name, one.label, seed=seed)]
@@ -178,6 +197,7 @@ def list_tasks(experts: Sequence[Known], world: World, options: Request) -> list
         for cell in cells:
             task = Task(cell, one.source, one.hash, "", budget=budget)
             if cell.kind == EXTRACTION and not seed:
-                check(world, task.settings(world), refitting.NOTHING.examples)
+                settings = task.settings(world)
+                check(settings.judge_world(world), settings, refitting.NOTHING.examples)
             tasks.setdefault(task.id, task)
     return list(tasks.values())

@@ -135,13 +135,14 @@ class Budget:
 
     extraction: int  # episodes
     held_out: int  # episodes of one seed, for every line-up
+    settings: tuple[tuple[str, Any], ...] = ()  # further ones of all extractions
 
     def deal(self, cell: Cell, world: World) -> Settings:
         """The settings of an extraction cell, resolved. VIPER's, of each agent alone, share the episodes."""
         agent = {"agent": world.agents[0]} if cell.algorithm == VIPER else {}
         share = self.extraction // (len(world.agents) if agent else 1)
         about = {"algorithm": cell.algorithm, "max_depth": cell.depth, "seed": cell.seed, "budget": share}
-        return Settings.of({**about, **agent}, world).complete().deal_budget(world)
+        return Settings.of({**about, **agent, **dict(self.settings)}, world).complete().deal_budget(world)
 
     def episodes(self, cell: Cell) -> range:
         """The held-out episode seeds that it plays, which are the expert's of that seed, too."""

@@ -139,6 +139,12 @@ def test_another_budget_is_another_comparison_in_the_same_folder(tmp_path, calls
     assert len(calls) == before + 6 * 2 and {row["depth"] for row in found.rows} == {2}  # the expert's are the same
 
 
+def test_teams_are_judged_by_the_measure_that_is_set(tmp_path, calls):
+    asked = ["compare", GAME, "--algorithms", "maviper", "--depths", "2", "--seeds", "1", "--set", "measure=D"]
+    assert main.run([*asked, "-o", str(tmp_path)]) == ExitCode.DONE
+    assert "\nagents D, lower is better" in (tmp_path / "summary.txt").read_text()
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -146,6 +152,10 @@ def test_another_budget_is_another_comparison_in_the_same_folder(tmp_path, calls
         ({"algorithms": []}, "algorithms"),
         ({"depths": [0]}, "depth"),
         ({"seeds": 0}, "--seeds"),
+        ({"settings": {"mesure": "D"}}, "did you mean"),
+        ({"settings": {"measure": "D + collision"}}, "did you mean"),
+        ({"settings": {"explore": "much"}}, "explore is a number"),
+        ({"settings": {"patience": 5}}, "already determines"),
         ({"max_episodes": 0}, "--max-episodes must be from 1"),
         ({"backend": "ray"}, "backend"),
         ({"world": "nobody"}, "world"),
