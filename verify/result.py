@@ -148,11 +148,11 @@ Found = TypeVar("Found", bound=Evidence, covariant=True)
 class Result(Shown, Generic[About, Found]):
     """The answer to one question."""
 
-    question: Question[About]
+    question: Question[About]  #: claim, region, arithmetic and budgets
     verdict: Verdict
     reason: str  #: why there is no answer; "" where there is one
-    evidence: Found
-    cost: Cost
+    evidence: Found  #: what the verdict rests on, of a class by kind of claim
+    cost: Cost  #: what the answer took of its budget
 
     @property
     def proved(self) -> bool:
