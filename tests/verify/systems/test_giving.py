@@ -78,17 +78,11 @@ KINDS = [
 ] + [(DOUBLE_SUMS, 2, "float32", True)]
 
 
+@pytest.mark.parametrize("trees", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("arithmetic", "outputs", "gives", "bounded"), KINDS)
-def test_with_its_roundings_the_plain_agent_is_the_real_one(arithmetic, outputs, gives, bounded):
-    assert sum(alike(tree(seed, arithmetic, outputs, gives, bounded), seed) for seed in range(FEW)) > FEW * STATES // 2
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("arithmetic", "outputs", "gives", "bounded"), KINDS)
-def test_many_plain_agents_are_the_real_ones(arithmetic, outputs, gives, bounded):
-    assert (
-        sum(alike(tree(seed, arithmetic, outputs, gives, bounded), seed) for seed in range(MANY)) > MANY * STATES // 2
-    )
+def test_with_its_roundings_the_plain_agent_is_the_real_one(arithmetic, outputs, gives, bounded, trees):
+    found = sum(alike(tree(seed, arithmetic, outputs, gives, bounded), seed) for seed in range(trees))
+    assert found > trees * STATES // 2
 
 
 @pytest.mark.parametrize("part", ["of", "bound_feature", "bound_output"])
