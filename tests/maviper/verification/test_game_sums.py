@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError, RefusedError
-from codegen.ir import act
-from codegen.observe import observe
 from codegen.policy_json import dumps
-from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
+from codegen.sums import FLOAT32_STEPS
 from maviper import verify, verify_file
 from maviper.cli import main
 from maviper.files.profiles import load
@@ -32,72 +30,10 @@ from verify.claims.decisions import formula
 from verify.claims.formula import Linear, holds
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml, start_region
-from verify.decimals import plain
 from verify.result import Verdict
-from verify.states.state import sample
-from verify.states.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.files import statement_of
 from verify.systems.properties import spell_formula
-
-
-def asked(profile, name, region, tmp_path):
-    """The result of one question about a region."""
-    (tmp_path / "drawn.toml").write_text(region_toml(region))
-    return verify(profile, name, region=str(tmp_path / "drawn.toml"))
-
-
-def broken(profile, claim, region, count=20_000):
-    """In how many states of the region the game's agents break a claim."""
-    coordinates, _ = sample(region, profile.world, count, 3)
-    columns = {name: coordinates[:, place] for place, name in enumerate(profile.world.coordinates())}
-    actions = {
-        each.agent: act(each, observe(each.features, coordinates, profile.world, each.numbers))
-        for each in profile.agents
-    }
-    return int((~Batch(columns, len(coordinates)).holds(formula(profile, claim), actions)).sum())
-
-
-def ensure_true(profile, name, region, result):
-    """A proof has no state against it, a counterexample is one of the game: by the game's own observations."""
-    claim = find_claim(name, profile, None)
-    if result.verdict is Verdict.PROVED:
-        assert broken(profile, claim, region) == 0
-    elif result.verdict is Verdict.VIOLATED:
-        start = result.counterexample.start
-        at = {each.replace("goal_place.", "goal."): value for each, value in start.items()}
-        assert all(Fraction(float(at[each])) == at[each] for each in profile.world.coordinates() if each in at)
-        row = np.array([[float(at.get(each, 0)) for each in profile.world.coordinates()]])
-        actions = {
-            each.agent: int(act(each, observe(each.features, row, profile.world, each.numbers))[0])
-            for each in profile.agents
-        }
-        assert all(low <= at[each] <= high for each, (low, high) in region.box.items())
-        assert not holds(formula(profile, claim), at, actions)
-    else:
-        assert broken(profile, claim, region) == 0, "a violation that sampling finds was not found"
-
-
-@pytest.mark.parametrize(
-    "seeds",
-    [
-        range(4, 6),
-        pytest.param(range(6, 30), marks=pytest.mark.slow),
-        pytest.param(range(30, 400), marks=pytest.mark.nightly),
-    ],
-    ids=["two", "some", "many"],
-)
-def test_verdicts_are_true_of_the_game(seeds, tmp_path):
-    verdicts = []
-    for seed in seeds:
-        profile = team(seed, (DOUBLE_SUMS, FLOAT32_STEPS)[seed % 2])
-        name = ("distinct_targets", "no_double", "own_target", "aligned")[seed % 4]
-        region = draw_region(profile, seed)
-        result = asked(profile, name, region, tmp_path)
-        ensure_true(profile, name, region, result)
-        verdicts.append(result.verdict)
-    assert verdicts.count(Verdict.UNKNOWN) <= len(verdicts) / 10
-    assert len(verdicts) < 20 or {Verdict.PROVED, Verdict.VIOLATED} <= set(verdicts)
 
 
 @pytest.fixture(scope="module")
@@ -216,71 +152,6 @@ def test_a_property_file_is_about_states_of_the_game(proof, capsys):
 
 
 ERRORS = Fraction(1, 8), Fraction(1, 64), Fraction(1, 1024)
-
-
-def see_off(profile, each, at, off):
-    """What an agent observes where features are off: the exact sum with its error, rounded to float64, then float32."""
-    seen = []
-    for feature in each.features:
-        error = off.get(feature.name, 0)
-        if error:
-            total = sum((Fraction(weight) * at[name] for weight, name in feature.meaning.terms), error)
-            seen.append(float(total))
-        else:
-            (_, first), (_, second) = feature.meaning.terms
-            seen.append(float(at[first]) - float(at[second]))
-    return np.array([seen], each.numbers)
-
-
-def ensure_steady(profile, of, eps, region, result):
-    """As `ensure_true`, of features that are off: corners of all errors in a proof, the exact state in a violation."""
-    stated = formula(profile, find_claim(of, profile, None))
-    team_ = profile.team("defenders")
-    if result.verdict is Verdict.PROVED:
-        coordinates, _ = sample(region, profile.world, 4_000, 3)
-        columns = {name: coordinates[:, place] for place, name in enumerate(profile.world.coordinates())}
-        rng = np.random.default_rng(5)
-        for _ in range(8):
-            actions = {}
-            for each in team_:
-                seen = observe(each.features, coordinates, profile.world, each.numbers)
-                ends = rng.choice([-1.0, 1.0, 0.0], seen.shape) * float(eps)
-                actions[each.agent] = act(each, (seen + ends).astype(each.numbers))
-            assert Batch(columns, len(coordinates)).holds(stated, actions).all()
-        return
-    assert result.verdict is Verdict.VIOLATED
-    start = result.counterexample.start
-    at = {each.replace("goal_place.", "goal."): value for each, value in start.items()}
-    actions = {}
-    for each in team_:
-        off = {one.name: start.get(f"{each.agent}.error_{one.name}", Fraction(0)) for one in each.features}
-        assert all(abs(error) <= eps and Fraction(float(error)) == error for error in off.values())
-        actions[each.agent] = int(act(each, see_off(profile, each, at, off))[0])
-    assert all(low <= at[each] <= high for each, (low, high) in region.box.items())
-    assert not holds(stated, at, actions)
-
-
-@pytest.mark.parametrize(
-    "seeds",
-    [
-        range(5, 6),
-        pytest.param(range(6, 14), marks=pytest.mark.slow),
-        pytest.param(range(14, 60), marks=pytest.mark.nightly),
-    ],
-    ids=["one", "some", "many"],
-)
-def test_steady_claims_are_true_of_the_game(seeds, tmp_path):
-    verdicts = []
-    for seed in seeds:
-        profile = team(seed, (DOUBLE_SUMS, FLOAT32_STEPS)[seed % 2])
-        of, eps = ("distinct_targets", "no_double", "own_target", "aligned")[seed % 4], ERRORS[seed % 3]
-        region = draw_region(profile, seed)
-        (tmp_path / "drawn.toml").write_text(region_toml(region))
-        result = verify(profile, "steady", of=of, eps=eps, region=str(tmp_path / "drawn.toml"))
-        assert f"off by up to {plain(eps)}" in result.question.claim.region
-        ensure_steady(profile, of, eps, region, result)
-        verdicts.append(result.verdict)
-    assert len(verdicts) < 8 or {Verdict.PROVED, Verdict.VIOLATED} <= set(verdicts)
 
 
 def plain_team(seed):
