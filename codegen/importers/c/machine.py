@@ -53,13 +53,14 @@ def collect_assigned(node: Any) -> set[str]:
     """The names that are assigned to, counted up or down, or whose address is taken, below a node; but not its own."""
     assigned, own = set[str](), set[str]()
     for each in walk(node):
-        target = None
+        if isinstance(each, c_ast.Decl) and "static" not in each.storage and each.name:
+            own.add(each.name)
         if isinstance(each, c_ast.Assignment):
             target = each.lvalue
         elif isinstance(each, c_ast.UnaryOp) and each.op in (*COUNTING, "&"):
             target = each.expr
-        elif isinstance(each, c_ast.Decl) and "static" not in each.storage and each.name:
-            own.add(each.name)
+        else:
+            continue
         while isinstance(target, c_ast.ArrayRef | c_ast.StructRef):
             target = target.name
         if isinstance(target, c_ast.ID):
@@ -131,6 +132,13 @@ class Machine:
         """Returns what a name stands for; None: nothing."""
         return next((scope[name] for scope in reversed(self.scopes) if name in scope), CONSTANTS.get(name))
 
+    def _bind(self, name: str, of: Object | Number) -> None:
+        """Gives a name something in the innermost scope. A scope within a function is never changed: states have it."""
+        if len(self.scopes) == 1:
+            self.scopes[0][name] = of
+        else:
+            self.scopes[-1] = self.scopes[-1] | {name: of}
+
     # --- types
 
     def type_of(self, node: Any) -> Type:
@@ -174,7 +182,7 @@ class Machine:
             if not INT.holds(last):
                 raise self.make_error(f"the enumerator {escape_text(each.name)} is no int")
             lowest = min(lowest, last)
-            self.scopes[-1][each.name] = Number(last, INT, each.name)
+            self._bind(each.name, Number(last, INT, each.name))
         kind, name = INT if lowest < 0 else kinds.ENUM, f"enum {node.name}"
         if node.name and node.values is not None:
             self.types[name] = kind
@@ -521,9 +529,10 @@ class Machine:
         held = "static" in node.storage or outside
         fixed = f"the variable {shown} is kept or constant" if held or is_const(node) else ""
         if node.init is not None:
-            self.scopes[-1][node.name] = self.initialize_object(type_, node.init, fixed)
+            self._bind(node.name, self.initialize_object(type_, node.init, fixed))
             return
-        self.scopes[-1][node.name] = target = self.new_object(type_)
+        target = self.new_object(type_)
+        self._bind(node.name, target)
         if held:
             self.zero_object(target)
             self.fixed[target.place.base] = fixed
@@ -682,7 +691,7 @@ class Machine:
 
     def _state(self, open_: Open) -> Any:
         """The state from which a path can go on: statements, and the variables as they are."""
-        return open_, dict(self.memory), [dict(each) for each in self.scopes[1:]]
+        return open_, dict(self.memory), self.scopes[1:]
 
     # --- answers
 

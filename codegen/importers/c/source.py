@@ -209,7 +209,7 @@ class _Follower(Machine):
             else:
                 open_, memory, (frame, *scopes) = state
                 self.memory = dict(memory)
-                returned = self.run(self.function, dict(frame), (open_, [dict(each) for each in scopes]))
+                returned = self.run(self.function, frame, (open_, scopes))
         except Outside as outside:
             self.limits[str(outside)] = None
             return OUTSIDE
