@@ -63,6 +63,11 @@ BODIES = [
     "return 4294967295u + 2 > x[0] ? -1 < 1u : (unsigned)-1 > x[1];",
     "enum { A = -1, B, C = 5 } e = x[0] > 1 ? C : A; return e;",
     "long long big = 3000000000LL; return x[0] > big / 1000000000;",
+    # conditions that ask, set or decide something beside the last comparison
+    "if ((x[0] > 0 ? 1 : 1) == 1) return 1; return x[1] > 0;",
+    "int n = 0; if (n++ < x[0]) { if (x[1] > n) return n + 2; } return n;",
+    "int a = 0; if ((a = x[0] > 0.5f) == 1) a += 2; if (x[1] > a) { int b = a; a = 7; if (x[2] > b) a = 9; } return a;",
+    "if ((x[0] > 0.5f) > (x[1] > 0.5f)) return 1; if (x[0] > 0.5f && 0) return 2; return (x[2] < 1) == 1 ? 3 : 4;",
 ]
 HEAD = """#include <stdint.h>
 #include <stdbool.h>
