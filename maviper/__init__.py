@@ -97,7 +97,12 @@ def __dir__() -> list[str]:
 
 
 def version() -> str:
-    """Returns the version of the package. It goes with the next release: use `maviper.__version__`."""
+    """Returns the version of the package, as its attribute has it, which is to be used instead:
+
+        print(maviper.__version__)
+
+    The function goes with the next release.
+    """
     import warnings
 
     from maviper.files.profiles import version as installed

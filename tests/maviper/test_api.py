@@ -1,7 +1,9 @@
 """The verbs of the package: documented, typed, with the defaults of the command line, and the same answers."""
 
+import ast
 import inspect
 import re
+import textwrap
 from fractions import Fraction
 from pathlib import Path
 
@@ -17,6 +19,16 @@ from verify.result import Verdict
 ROOT = Path(__file__).parents[2]
 PROVED = ROOT / "generated" / "proved_defenders"
 CERTIFICATE = PROVED / "certificate-1-distinct_targets.json"
+
+
+@pytest.mark.parametrize("name", maviper.__all__)
+def test_every_verb_has_an_example_that_parses(name):
+    """Indented lines below an empty one, in which the package is named."""
+    text = inspect.getdoc(getattr(maviper, name))
+    examples = [part for part in re.findall(r"(?<=\n\n)(?: {4}.*\n?)+", text) if "maviper." in part]
+    assert examples, f"maviper.{name} shows no example"
+    for example in examples:
+        ast.parse(textwrap.dedent(example))
 
 
 @pytest.mark.parametrize("name", maviper.__all__)
