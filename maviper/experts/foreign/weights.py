@@ -1,12 +1,11 @@
 """Weights by name out of files of torch or safetensors; nothing in them is run.
 
-Does: reads a state dict, or safetensors; finds the layers under a name in it. The zip archives that `torch.save` writes
-  are read without torch, whose import takes seconds: their index, a pickle, as a list of instructions, and the numbers
-  of the tensors that it names.
-Assumes: nothing of the file; torch's layout since 1.6: a folder with `data.pkl`, and each storage as `data/NUMBER`; the
-  extra `maviper[train]` for older files and rare types of numbers.
-Does not: unpickle. Instructions that a state dict does not need are refused, and a name calls nothing: three names
-  stand for a dictionary, a tensor and a type of numbers. Nor load whole modules or TorchScript.
+Does: reads a state dict, or safetensors; finds the layers under a name in it. The zip archives that `torch.save`
+  writes are read without torch: their index, a pickle, as a list of instructions, and the numbers of the tensors that
+  it names.
+Assumes: nothing of the file; torch's layout since 1.6: a folder with `data.pkl`, and each storage as `data/NUMBER`.
+Does not: unpickle, or have torch do so. Instructions that a state dict does not need are refused, and a name calls
+  nothing: three names stand for a dictionary, a tensor and a type of numbers. Nor load whole modules or TorchScript.
 """
 
 import io
@@ -15,12 +14,12 @@ import pickletools
 import re
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol, TypeGuard, cast, runtime_checkable
 
 import numpy as np
 
-from codegen.errors import InputError, MissingToolError
+from codegen.errors import InputError
 from codegen.ir import Float32
 from maviper.experts.foreign.layers import Linear
 from maviper.worlds.outside.sources import is_mapping
@@ -261,8 +260,6 @@ def _counts(given: object) -> bool:
 
 
 MAX_BYTES = 256 * 2**20
-REFUSED = re.compile(r"(?:GLOBAL|class) ([A-Za-z_][\w.]{0,100}) (?:was|is) not")  # in torch's words
-ADVISED = re.compile(r"weights.only|safe_globals|trust", re.IGNORECASE)  # where torch says how to load more
 Tensors = Mapping[str, Float32]
 
 
@@ -316,8 +313,9 @@ def read(data: bytes, where: str, safetensors: bool = False) -> dict[str, Float3
         return _safetensors(data, where)
     try:
         return state_dict(data, MAX_BYTES)
-    except NotPlainError as reason:  # torch reads more, or says why it does not
-        return of_torch(_torch(data, where, str(reason)), where)
+    except NotPlainError as reason:
+        advice = "save it as torch.save(module.state_dict(), file), or load it yourself: `maviper guide experts`"
+        raise InputError("not a file of weights alone; nothing else is loaded", f"{where}: {reason}", advice) from None
 
 
 def _safetensors(data: bytes, where: str) -> dict[str, Float32]:
@@ -328,44 +326,6 @@ def _safetensors(data: bytes, where: str) -> dict[str, Float32]:
         return {name: tensor.astype(np.float32) for name, tensor in load(data).items()}
     except (SafetensorError, ValueError, TypeError, KeyError) as error:
         raise InputError("not a safetensors file", f"{where}: {error}"[:200]) from None
-
-
-def _torch(data: bytes, where: str, reason: str) -> object:
-    """Loads the data with torch; `reason`: why it is asked."""
-    try:
-        import torch  # pyright: ignore[reportMissingImports]
-    except ImportError:
-        advice = "save it as torch.save(module.state_dict(), file), or install torch: pip install 'maviper[train]'"
-        raise MissingToolError("only torch can read these weights, if at all", f"{where}: {reason}", advice) from None
-    try:
-        _ensure_small(data)
-        load = cast("Callable[..., object]", torch.load)  # pyright: ignore[reportUnknownMemberType]
-        return load(io.BytesIO(data), map_location="cpu", weights_only=True)
-    except Exception as error:  # whatever a damaged or hostile file makes of it
-        said = _reason(error)
-        advice = "save it as torch.save(module.state_dict(), file)"
-        raise InputError("not a file of weights alone; nothing else is loaded", f"{where}: {said}", advice) from None
-
-
-def _reason(error: Exception) -> str:
-    """Why torch does not load a file, without its advice to load it all the same, which would run what it holds."""
-    text = str(error).strip()
-    named = REFUSED.search(text)
-    if named:
-        return f"it holds {named[1]}"
-    if ADVISED.search(text):
-        return "it is a TorchScript archive" if "TorchScript" in text else "it holds more than tensors, or is damaged"
-    return (text.splitlines() or [type(error).__name__])[0][:200]
-
-
-def _ensure_small(data: bytes) -> None:
-    """ValueError where torch would unpack more than MAX_BYTES. It reads compressed parts too."""
-    size, packed = len(data), io.BytesIO(data)
-    if zipfile.is_zipfile(packed):  # not before torch 1.6
-        with zipfile.ZipFile(packed) as archive:
-            size = sum(part.file_size for part in archive.infolist())
-    if size > MAX_BYTES:
-        raise ValueError(f"it unpacks to more than {MAX_BYTES} bytes")
 
 
 def of_torch(loaded: object, where: str) -> dict[str, Float32]:

@@ -3,11 +3,12 @@
 import io
 import sys
 import zipfile
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from codegen.errors import MissingToolError
+from codegen.errors import InputError
 from maviper.experts.foreign import weights
 from maviper.experts.foreign.weights import NotPlainError, state_dict
 
@@ -194,10 +195,12 @@ def test_state_dicts_of_torch_are_read_as_torch_reads_them():
         assert_as_torch(state_dict(buffer.getvalue(), MOST), buffer.getvalue())
 
 
-def test_torch_is_asked_only_for_what_is_not_plain(monkeypatch):
-    monkeypatch.setitem(sys.modules, "torch", None)  # as where it is not installed
+def test_torch_is_never_asked(monkeypatch):
+    asked = SimpleNamespace(load=lambda *_, **__: pytest.fail("a file is handed to torch"))
+    monkeypatch.setitem(sys.modules, "torch", asked)
     assert np.array_equal(weights.read(archive(index(a=tensor())), "a.pt")["a"], NUMBERS.reshape(3, 4))
-    with pytest.raises(MissingToolError) as caught:
-        weights.read(archive(index(a=text("numbers"))), "a.pt")
-    what, where, _ = str(caught.value).splitlines()
-    assert "only torch" in what and where == "a.pt: a is no tensor"
+    for data, said in ((archive(index(a=text("numbers"))), "a is no tensor"), (b"torch 1.5", "File is not a zip file")):
+        with pytest.raises(InputError) as caught:
+            weights.read(data, "a.pt")
+        what, where, _ = str(caught.value).splitlines()
+        assert "weights alone" in what and where.strip() == f"a.pt: {said}"

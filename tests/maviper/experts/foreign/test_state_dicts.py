@@ -106,9 +106,9 @@ def test_a_whole_module_is_not_loaded(agent, world, tmp_path):
     [
         (torch.zeros(1).expand(2**20, 2**20), "more than"),
         (torch.zeros(1, dtype=torch.float16).expand(2**20, 2**20), "more than"),
-        (torch.eye(3).to_sparse(), "state dict of tensors|weights alone"),  # torch may warn
-        (torch.empty(2, 4, device="meta"), "state dict of tensors"),
-        (torch.zeros(2, 4, dtype=torch.complex64), "state dict of tensors"),
+        (torch.eye(3).to_sparse(), "weights alone"),
+        (torch.empty(2, 4, device="meta"), "weights alone"),
+        (torch.zeros(2, 4, dtype=torch.complex64), "weights alone"),
     ],
 )
 def test_tensors_that_are_no_plain_numbers_or_too_many_are_refused(tensor, said, world, tmp_path):
@@ -124,5 +124,5 @@ def test_a_file_that_unpacks_too_much_is_refused(world, tmp_path, monkeypatch):
             bomb.writestr(name, plain.read(name), zipfile.ZIP_DEFLATED)
     assert (tmp_path / "bomb.pt").stat().st_size < 2**14
     monkeypatch.setattr(weights, "MAX_BYTES", 2**19)
-    with pytest.raises(InputError, match="unpacks to more than"):
+    with pytest.raises(InputError, match="more than"):
         from_torch(tmp_path / "bomb.pt", world, "net", "relu", "q")
