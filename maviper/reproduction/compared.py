@@ -6,7 +6,7 @@ Assumes: cells of one world, in which trees and expert of a seed played the same
 Does not: play, or write files.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
@@ -23,7 +23,7 @@ from maviper.episodes import measures
 from maviper.files import runs
 from maviper.page.latex import escape
 from maviper.reproduction import figures, register
-from maviper.reproduction.cells.cell import EXTRACTION
+from maviper.reproduction.cells.cell import EXPERT, EXTRACTION
 from maviper.reproduction.cells.making import JOINT
 from maviper.reproduction.cells.table import CELLS, Row, read_table
 from maviper.reproduction.figures import MARKS, Mark, Point, name_algorithm
@@ -39,8 +39,9 @@ FILES = (TABLE, LATEX, SUMMARY, BEST, FIGURE)
 NONE = "-"
 Rows = Sequence[Mapping[str, Any]]
 RULE = (
-    "chosen: of all settings whose ratio lies within one standard error of the highest, the one with the fewest",
-    "leaves; of its teams the one with the highest ratio, which is too high for that: expect the setting's mean",
+    "chosen: of all settings whose ratio lies within one standard error of the highest, the one with",
+    "the fewest leaves; of its teams that of the highest ratio, which its choice makes too high: expect",
+    "the setting's mean",
 )
 
 
@@ -101,7 +102,7 @@ class AlgorithmsCompared(Shown):
         """A few lines: the size of the comparison, and the best."""
         settings = len({(row["algorithm"], row["depth"]) for row in self.table})
         best = ", ".join(f"{name} {spell(value)}" for name, value in self.chosen.items())
-        words = [each["said"] for each in self.differences]
+        words = [f"{each['about']}: {_shown(each, 'difference')} {each['told']}" for each in self.differences]
         return [
             f"AlgorithmsCompared in {self.world[:40]}: {format_count(settings, 'setting')}, "
             f"{format_count(self.table[0]['seeds'], 'seed')}, {format_count(len(self.experts), 'expert')}",
@@ -263,14 +264,13 @@ class _Cells:
         rows: list[dict[str, Any]] = []
         for (measure, one, other), each in zip(pairs, decide_family(compared, register.read()), strict=True):
             assert each.number is not None
-            label = f"{name_algorithm(one.algorithm)} less {name_algorithm(other.algorithm)}"
+            label = f"{one.algorithm} less {other.algorithm}"
             numbers = _three("difference", each.number.value, *each.number.estimate.interval())
             seen = _plain(each.visible)
-            said = f"{_shown(numbers, 'difference')} {each.word}"
-            said += f"; {seen:.3g} would have been detected" if each.word == OPEN and seen is not None else ""
+            said = f"{each.word}; {seen:.3g} would have been detected" if seen and each.word == OPEN else each.word
             about = {"measure": measure.label, "depth": one.depth, "first": one.algorithm, "second": other.algorithm}
-            told = f"{label}, {measure.label}, depth {one.depth}: {said}"
-            rows.append(about | numbers | {"word": each.word, "visible": seen, "said": told})
+            place = f"{label}, depth {one.depth}" + (f", {measure.team}" if len(self.main) > 1 else "")
+            rows.append(about | numbers | {"word": each.word, "visible": seen, "about": place, "told": said})
         return rows
 
     def _less(self, expert: str, measure: Measure, one: Setting, other: Setting) -> list[Part]:
@@ -342,7 +342,7 @@ def _rows(part: Part, cells: _Cells) -> Any:
 def _looks(names: Mapping[str, Any]) -> dict[str, Mark]:
     """A mark for each algorithm, its own where it has one, else one that no other has, while there are any."""
     own = {name: MARKS[name] for name in names if name in MARKS}
-    free: Iterator[Mark] = (mark for mark in MARKS.values() if mark not in own.values())
+    free = (mark for name, mark in reversed(MARKS.items()) if name != EXPERT and mark not in own.values())
     return {name: own.get(name) or next(free, MARKS[""]) for name in names}
 
 
@@ -401,8 +401,8 @@ def _lines(cells: _Cells, rows: Rows, differences: Rows, best: str, making: Maki
     units = format_count(len(asked.experts), "expert") if cells.several else format_count(rows[0]["seeds"], "seed")
     lines = [
         f"{asked.world.name}: {', '.join(asked.experts)}",
-        f"means with 95 % intervals over {units}; {asked.held_out} held-out episodes of each seed, the expert's too;",
-        f"equal budgets: at most {asked.budget:,} episodes for each extraction, which used so many as `episodes` says",
+        f"means with 95 % intervals over {units}; {asked.held_out} held-out episodes of each seed, as the expert's",
+        f"equal budgets: every extraction may play {asked.budget:,} episodes; the column says how many it did",
     ]
     for measure in cells.main:
         shown = [row for row in rows if row["measure"] == measure.label]
@@ -411,9 +411,9 @@ def _lines(cells: _Cells, rows: Rows, differences: Rows, best: str, making: Maki
         lines += align_columns([HEAD, *map(_row, shown)])
     if differences:
         least = register.read().least_seeds
-        few = f"; fewer than {least} {units.split()[1].removesuffix('s')}s decide nothing"
-        lines += ["", f"differences of ratios; the chance that a word is false is at most 5 % for all together{few}"]
-        lines += [each["said"] for each in differences]
+        few = f"under {least} {units.split()[1].removesuffix('s')}s decide nothing"
+        lines += ["", f"differences of ratios; the chance of any false word is at most 5 %; {few}"]
+        lines += align_columns([[each["about"], _shown(each, "difference"), each["told"]] for each in differences])
     return [*lines, "", f"{BEST}: {best}", *RULE, *making.lines]
 
 

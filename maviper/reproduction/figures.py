@@ -99,7 +99,7 @@ def lines(
     to_scale: bool = False,
 ) -> str:
     """Series by algorithm over a few values of x; a dashed line at `reference`, where the expert is. `looks`: of series
-    that are no algorithms. `to_scale`: both axes are, and need not begin at 0.
+    that are no algorithms. `to_scale`: both axes are; that of the values need not begin at 0.
     """
     shown = {name: [point for point in points if point.finite] for name, points in series.items()}
     shown = {name: points for name, points in shown.items() if points}
@@ -107,7 +107,7 @@ def lines(
     bottom = TOP + PLOT
     low, high, steps = _scale([*_reach(shown), *([] if reference is None else [reference])], not to_scale)
     rows = -(-len(shown) // LEGEND_COLUMNS)
-    first, last, ticks = _scale(xs or [0.0, 1.0], False) if to_scale else (0.0, 1.0, _some(xs))
+    first, last, ticks = _scale(xs or [1.0]) if to_scale else (0.0, 1.0, _some(xs))
 
     def down(value: float) -> float:
         return round(bottom - PLOT * (min(max(value, low), high) - low) / (high - low), 2)
