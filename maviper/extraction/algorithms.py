@@ -17,12 +17,14 @@ from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
 from maviper.experts.finding import lawful_expert
 from maviper.extraction import baselines, dagger, refine, released
+from maviper.extraction.arena import merge_leaves
 from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running, profile_of
 from maviper.extraction.journal import MEASURING, NOTHING_KEPT, WHOLE, Journal, Part, Underway
 from maviper.extraction.selection import Selection
 from maviper.extraction.settings import (
     AGENT,
     BEST_RESPONSE,
+    DEFAULT,
     EQUAL,
     FITTED_Q,
     IMITATION,
@@ -65,9 +67,17 @@ def extract(
     if settings.max_seconds and time.monotonic() - began >= settings.max_seconds:
         asked = replace(asked, settings=replace(settings, refinement=0))
     trees, spent = refine.refine_trees(asked, agents, chosen, running)
+    if settings.preset == DEFAULT:  # the others write what their authors' code grows
+        trees = _merge_leaves(trees)
     facts = {**facts, **spent, **examples.facts}
     running.on_underway(Underway(0, settings.plan(world)[MEASURING], "held-out episodes", MEASURING))
     return profile_of(world, expert, settings, agent_policies(world, trees, agents), facts)
+
+
+def _merge_leaves(trees: Sequence[GrownTree]) -> list[GrownTree]:
+    """The trees without splits both sides of which do the same. Those who share a tree still do."""
+    merged = {id(tree): merge_leaves(tree) for tree in trees}
+    return [merged[id(tree)] for tree in trees]
 
 
 def _agent(world: World, settings: Settings) -> int:

@@ -65,6 +65,7 @@ from maviper.worlds.outside.sources import Source
 from maviper.worlds.world import Int
 
 EPISODES, HELD_OUT = 200, 50
+NAMED = 4  # agents that a line names
 LEAST_GAIN = 0.01  # of the share of held-out actions that are predicted right, all agents together
 
 
@@ -463,3 +464,17 @@ def say_measured(profile: ir.PolicyProfile, world: World, console: Console) -> N
                 cut = format_cut(measured, measure.team)
                 parts.append(f"{measure.team} {ours:.3f} (expert {theirs:.3f}, {text}{cut})")
         console.line("measured", f"{name}: {'; '.join(parts)}, {measured['episodes']} held-out episodes")
+    say_idle(profile, console)
+
+
+def say_idle(profile: ir.PolicyProfile, console: Console) -> None:
+    """Says which trees have leaves that decided nothing in the held-out episodes, if any have."""
+    told: list[str] = []
+    for policy in profile.agents:
+        leaves, visits = ir.leaves(policy.tree), policy.tree.visits
+        idle = int((visits[leaves] == 0).sum()) if len(visits) else 0
+        if idle:
+            told.append(f"{idle} of {policy.agent}'s {format_count(len(leaves), 'leaf')}")
+    if told:
+        others = f" and {format_count(len(told) - NAMED, 'other agent')}" if len(told) > NAMED else ""
+        console.line("idle", f"{', '.join(told[:NAMED])}{others}: no decision in held-out episodes")

@@ -5,6 +5,7 @@ import re
 import pytest
 
 from codegen.errors import ExitCode
+from codegen.ir import NO_CHILD, NO_FEATURE, leaves
 from maviper.cli import main
 from maviper.episodes import play
 from maviper.episodes.play import TALLY
@@ -13,6 +14,7 @@ from maviper.extraction.extraction import WHOLE
 from maviper.extraction.journal import EXTRACTING, MEASURING, SELECTING, Part, Progress, Underway
 from maviper.extraction.run import Stages, say_plan
 from maviper.extraction.settings import Settings
+from maviper.files.profiles import load
 from maviper.worlds import find
 
 
@@ -98,6 +100,33 @@ def test_a_plan_of_our_own_games_has_the_held_out_episodes_on_top(algorithm):
     assert plan[MEASURING] == 3_000 and 350 <= counted <= 500
     told = f"up to {counted + 3_000:,} episodes, {counted} of them within --max-episodes: "
     assert console.said[0][1].startswith(told)
+
+
+def test_what_is_written_is_the_tree_that_is_meant(tmp_path):
+    """The default preset writes no split both sides of which do the same; the paper's writes what it grows."""
+
+    def idle_splits(preset):
+        asked = ["extract", "physical-deception", "--preset", preset, "--max-episodes", "60", "--held-out", "20"]
+        assert main.run([*asked, "--max-depth", "5", "-o", str(tmp_path / f"{preset}.json")]) == ExitCode.DONE
+        count = 0
+        for tree in (policy.tree for policy in load(tmp_path / f"{preset}.json").agents):
+            for left, right in zip(tree.left, tree.right, strict=True):
+                both = left != NO_CHILD and (tree.feature[[left, right]] == NO_FEATURE).all()
+                count += bool(both and tree.action[left] == tree.action[right])
+        return count
+
+    assert idle_splits("default") == 0 < idle_splits("paper")
+
+
+def test_leaves_without_a_decision_are_told(tmp_path, capsys):
+    asked = ["extract", "physical-deception", "--max-episodes", "60", "--held-out", "1", "--max-depth", "6"]
+    assert main.run([*asked, "-o", str(tmp_path / "p.json")]) == ExitCode.DONE
+    found = re.findall(r"(\d+) of (\w+)'s \d+ leaves", capsys.readouterr().err)
+    told = {agent: int(count) for count, agent in found}
+    for policy in load(tmp_path / "p.json").agents:
+        idle = int((policy.tree.visits[leaves(policy.tree)] == 0).sum())
+        assert told.get(policy.agent, 0) == idle
+    assert told
 
 
 def test_nothing_is_played_that_is_not_announced(tmp_path, capsys):
