@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from verify.result import AnyResult
 
     TeamOrFile = PolicyProfile | str | Path  # a team, or the path of its file
+    Progress = bool | Callable[[str, float, int, str], None]  # whether steps are shown, or what is told of them
 
 __all__ = [
     "check",
@@ -171,7 +172,9 @@ def _played(world: str | Callable[..., Any] | None) -> Callable[[], Any] | None:
 
 @process.defaults
 @options.spell_out(options.TrainOptions)
-def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions]) -> dict[str, Any]:
+def train(
+    world: str, output: str | Path, *, progress: Progress = False, **asked: Unpack[options.TrainOptions]
+) -> dict[str, Any]:
     """Trains an expert for a world, and writes it into a run folder.
 
         maviper.train("physical-deception", "runs/expert", steps=2_000_000)
@@ -181,6 +184,8 @@ def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions])
     Args:
         world: A game, with options after commas, or module:function for your own environment.
         output: The run folder.
+        progress: True shows what the command shows, on standard error; in a notebook, bars. A function is told of each
+            step: (stage, done, total, words).
 
     Returns:
         The expert's card: how it learned, and what was measured. It has `stopped` where training ended early.
@@ -194,7 +199,7 @@ def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions])
     from maviper.console import Console
     from maviper.experts.training.train import train_expert
 
-    return train_expert(world, Path(output), Console(quiet=True), **asked)
+    return train_expert(world, Path(output), Console.showing(progress), **asked)
 
 
 @process.defaults
@@ -202,6 +207,8 @@ def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions])
 def extract(
     expert: str | Path | Callable[..., Any],
     output: str | Path | None = None,
+    *,
+    progress: Progress = False,
     **asked: Unpack[options.ExtractOptions],
 ) -> Team:
     """Extracts decision trees from an expert, as a team.
@@ -219,6 +226,8 @@ def extract(
             of an expert; or the name of a world, an expert file, a run folder, or module:function.
         output: The profile's .json file, or a run folder, which several seeds and `resume` need. None: nothing is
             written.
+        progress: True shows what the command shows, on standard error; in a notebook, bars. A function is told of each
+            step: (stage, done, total, words).
 
     An option that is None is as the preset says.
 
@@ -234,7 +243,8 @@ def extract(
     from maviper.worlds.world import world_name
 
     named = str(expert) if isinstance(expert, str | Path) else expert
-    profile = extract_named(named, None if output is None else Path(output), request(asked), Console(quiet=True))
+    place = None if output is None else Path(output)
+    profile = extract_named(named, place, request(asked), Console.showing(progress))
     reference = world_name(profile.world).replace(profile.world.name, profile.world.reference, 1)
     played = asked.get("world") or (reference if is_named_by_user(reference) else None)
     return Team.of(profile, _played(played))
@@ -242,7 +252,9 @@ def extract(
 
 @process.defaults
 @options.spell_out(options.EvaluateOptions)
-def evaluate(subject: TeamOrFile | Callable[..., Any], **asked: Unpack[options.EvaluateOptions]) -> Evaluation:
+def evaluate(
+    subject: TeamOrFile | Callable[..., Any], *, progress: Progress = False, **asked: Unpack[options.EvaluateOptions]
+) -> Evaluation:
     """Measures a team, an expert or a mix in play, on held-out episodes that are the same for everybody.
 
         measured = maviper.evaluate(team, episodes=1000, expert=act)
@@ -250,6 +262,8 @@ def evaluate(subject: TeamOrFile | Callable[..., Any], **asked: Unpack[options.E
 
     Args:
         subject: A team or its file, whose name ends in .json; or an expert as `extract` takes it.
+        progress: True shows what the command shows, on standard error; in a notebook, bars. A function is told of each
+            step: (stage, done, total, words).
 
     Raises:
         InputError: Something cannot be used.
@@ -257,9 +271,11 @@ def evaluate(subject: TeamOrFile | Callable[..., Any], **asked: Unpack[options.E
     """
     from pathlib import Path
 
-    from maviper.evaluation.run import evaluate_named, request
+    from maviper.console import Console
+    from maviper.evaluation.run import evaluate_live, request
 
-    return evaluate_named(request(str(subject) if isinstance(subject, Path) else subject, **asked))
+    wanted = request(str(subject) if isinstance(subject, Path) else subject, **asked)
+    return evaluate_live(wanted, Console.showing(progress))
 
 
 @process.defaults
@@ -315,6 +331,8 @@ def verify(
     profile: TeamOrFile,
     claim: str | claims.Claim = "distinct_targets",
     region: str | Path = "start",
+    *,
+    progress: Progress = False,
     **asked: Unpack[options.VerifyOptions],
 ) -> AnyResult:
     """Decides whether a built-in claim holds in every state of a region.
@@ -327,6 +345,8 @@ def verify(
         claim: One of `maviper.claims`, such as `claims.Reaches(steps=25)`, which has its parameters and its team; or
             a name, with the parameters as options.
         region: `start`, or a region file.
+        progress: True shows what the command shows, on standard error; in a notebook, bars. A function is told of each
+            step: (stage, done, total, words).
 
     `margin` and `radius` are lengths of the world, `kappa` is a ratio, `eps` is in the features' units. With `where`,
     the evidence says where a claim about single decisions holds and fails. `shared`: ["all"] for all features. None: as
@@ -335,10 +355,14 @@ def verify(
     Raises:
         InputError: There is no such name, or the claim does not read a parameter.
     """
+    from maviper.console import Console
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import results
+    from verify.spending import listening
 
-    return results(_team(profile), VerifyOptions.about(claim, str(region), asked))[0]
+    about = VerifyOptions.about(claim, str(region), asked)
+    with Console.showing(progress).following("deciding") as listener, listening(listener):
+        return results(_team(profile), about)[0]
 
 
 @process.defaults
@@ -554,6 +578,8 @@ def verify_system(
 def compare(
     expert: str | Path | Callable[..., Any],
     output: str | Path | None = None,
+    *,
+    progress: Progress = False,
     **asked: Unpack[options.CompareOptions],
 ) -> AlgorithmsCompared:
     """Compares algorithms, depths and seeds on an expert, at equal numbers of episodes.
@@ -564,6 +590,8 @@ def compare(
     Args:
         expert: As for `extract`; so are `experts`.
         output: A folder, in which an interrupted call goes on when it is repeated. None: nothing is kept.
+        progress: True shows what the command shows, on standard error; in a notebook, bars. A function is told of each
+            step: (stage, done, total, words).
 
     Returns:
         The comparison. `rows`, `to_csv()` and `to_latex()` of it are the table, `best` is a team.
@@ -573,11 +601,12 @@ def compare(
     """
     from pathlib import Path
 
+    from maviper.console import Console
     from maviper.reproduction.compare import compare_algorithms, request
     from maviper.team import Team
 
     named = str(expert) if isinstance(expert, Path) else expert
-    found = compare_algorithms(named, output, request(asked))
+    found = compare_algorithms(named, output, request(asked), Console.showing(progress))
     found.best = Team.of(found.best, _played(asked.get("world")))
     return found
 

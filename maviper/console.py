@@ -14,6 +14,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from functools import cached_property
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import click
@@ -39,6 +40,9 @@ COLOURS = {  # of labels, on a terminal that has colours
 }
 
 
+OnStage = Callable[[str, float, int, str], None]  # the stage, how much is done, of how much, and words
+
+
 def duration(seconds: float) -> str:
     """Formats a duration as a person says it: seconds up to two minutes, then minutes, then hours."""
     if seconds < 120:
@@ -55,11 +59,23 @@ def say(text: str) -> None:
 class Console:
     """Prints to standard error; `quiet` keeps everything back but errors. `of`: whose lines these are, where several
     print at the same time: plain lines that begin with it. `lines`: False for stages alone, on a terminal, while they
-    last.
+    last. `on_stage`: told of each step of a stage.
     """
 
-    def __init__(self, quiet: bool = False, of: str = "", lines: bool = True) -> None:
-        self.quiet, self.of, self.lines = quiet, of, lines
+    def __init__(
+        self, quiet: bool = False, of: str = "", lines: bool = True, on_stage: "OnStage | None" = None
+    ) -> None:
+        self.quiet, self.of, self.lines, self.on_stage = quiet, of, lines, on_stage
+
+    @staticmethod
+    def showing(progress: "bool | OnStage") -> "Console":
+        """The console of a call from Python: as that of a command, quiet, or quiet but for what `progress` is told."""
+        return Console(quiet=progress is not True, on_stage=progress if callable(progress) else None)
+
+    @property
+    def draws(self) -> bool:
+        """Whether stages are drawn: on a terminal, and in notebooks that have widgets."""
+        return self.rich.is_terminal or (self.rich.is_jupyter and find_spec("ipywidgets") is not None)
 
     @cached_property
     def rich(self) -> "RichConsole":
@@ -114,7 +130,7 @@ class Console:
     @contextmanager
     def live(self, label: str, total: int, begun: int = 0) -> Generator["LiveLine"]:
         """A stage with a live line. `begun`: how much was done before it began."""
-        if self.quiet or self.of or not self.rich.is_terminal:
+        if self.quiet or self.of or not self.draws:
             yield LiveLine(self, label, total, begun)
             return
         from rich.progress import MofNCompleteColumn, Progress, TextColumn
@@ -179,6 +195,8 @@ class LiveLine:
 
     def show(self, done: float, text: str, left: float | None) -> None:
         """Draws the line, or prints it if the last one is old enough."""
+        if self.console.on_stage is not None:
+            self.console.on_stage(self.label, done, self.total, text)
         now, rate = time.monotonic(), (done - self.begun) / self.elapsed
         ahead = "" if left is None else f"{duration(left)} left"
         if self.progress is not None and self.task is not None:

@@ -245,16 +245,10 @@ def evaluate(context: click.Context, subject: str, exploit: str | None, as_json:
     console.line("evaluating", subject)
     from codegen.policy_json import layout
     from maviper.console import say
-    from maviper.evaluation.run import document, evaluate_named, lines, request
+    from maviper.evaluation.run import document, evaluate_live, lines, request
 
     asked = request(subject, **cast("EvaluateOptions", {name: options[name] for name in table_of(EvaluateOptions)}))
-    with console.live("playing", 1) as live:
-
-        def show(done: int, total: int) -> None:
-            live.total = total
-            live.update(done, "episodes")
-
-        measured = evaluate_named(asked, show)
+    measured = evaluate_live(asked, console)
     if as_json:
         click.echo(layout(document(asked, measured)))
     else:

@@ -15,7 +15,7 @@ from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from codegen.rows import Shown
 from codegen.wording import align_columns, format_count
-from maviper.console import LABEL_WIDTH
+from maviper.console import LABEL_WIDTH, Console
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, counting_played, points
 from maviper.evaluation.crossplay import (
@@ -283,6 +283,17 @@ def evaluate_named(asked: Request, on_played: Callable[[int, int], None] = lambd
     trees = [player.trees[agent] for agent, player in enumerate(players) if player.trees]
     contest = Contest(asked.world, subject, opponents or {asked.subject.name: subject}, expert, trees, asked.why)
     return evaluate(contest, asked.teams, asked.episodes, on_played)
+
+
+def evaluate_live(asked: Request, console: Console) -> Evaluation:
+    """Measures what is asked for, with a live line of the episodes."""
+    with console.live("playing", 1) as live:
+
+        def show(done: int, total: int) -> None:
+            live.total = total
+            live.update(done, "episodes")
+
+        return evaluate_named(asked, show)
 
 
 def lines(asked: Request, answer: Evaluation) -> list[str]:

@@ -268,6 +268,33 @@ def test_errors_of_python_speak_python(profile):
         assert "--" not in str(error.value)
 
 
+def test_who_asks_is_told_of_progress(profile, capsys):
+    """Stages and their numbers are those of the commands; otherwise nothing is said."""
+    told = []
+
+    def note(stage, done, total, words):
+        assert 0 <= done <= total and isinstance(words, str)
+        told.append(stage)
+
+    def stages():
+        found, told[:] = dict.fromkeys(told), []
+        return list(found)
+
+    team = maviper.extract(doorway.act, world=doorway.make, **SMALL, progress=note)
+    assert stages()[0] == "extracting"
+    maviper.evaluate(team, world=doorway.make, episodes=3, progress=note)
+    assert stages() == ["playing"]
+    maviper.verify(profile, progress=note)
+    assert stages() == ["deciding"]
+    few = {"algorithms": ["imitation"], "depths": [2], "seeds": 1, "max_episodes": 20}
+    maviper.compare(doorway.act, world=doorway.make, **few, progress=note)
+    assert stages() == ["cells"]
+    maviper.evaluate(team, world=doorway.make, episodes=3)
+    assert capsys.readouterr() == ("", "")
+    maviper.evaluate(team, world=doorway.make, episodes=3, progress=True)
+    assert "playing     3/3  episodes" in capsys.readouterr().err
+
+
 def test_torch_answers_few_rows_with_one_thread(monkeypatch):
     asked, threads = [], [8]
     torch = SimpleNamespace(get_num_threads=lambda: threads[0], set_num_threads=lambda n: threads.__setitem__(0, n))
