@@ -8,14 +8,16 @@ Does not: decide anything.
 
 import math
 import re
+import shutil
 import sys
+import textwrap
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from functools import cached_property
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
 LABEL_WIDTH = 12
+LEAST_WIDTH = 20  # of the texts beside labels, on a narrower terminal too
 PLAIN_SECONDS = 10.0  # between plain lines of a stage
 FIRST_SECONDS = 2.0  # ... and before the first
 NUMBERS = re.compile(r"[\d.,]+")  # in the words of what is counted
@@ -51,6 +54,11 @@ def duration(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"
 
 
+def format_rate(rate: float) -> str:
+    """Formats a number of steps a second, without an exponent."""
+    return f"{rate:,.0f}/s" if rate >= 10 else f"{rate:.2g}/s"
+
+
 def say(text: str) -> None:
     """A result on standard output, line by line as a terminal may see it."""
     click.echo("\n".join(map(visible, text.split("\n"))))
@@ -63,9 +71,14 @@ class Console:
     """
 
     def __init__(
-        self, quiet: bool = False, of: str = "", lines: bool = True, on_stage: "OnStage | None" = None
+        self,
+        quiet: bool = False,
+        of: str = "",
+        lines: bool = True,
+        on_stage: "OnStage | None" = None,
+        json: bool = False,
     ) -> None:
-        self.quiet, self.of, self.lines, self.on_stage = quiet, of, lines, on_stage
+        self.quiet, self.of, self.lines, self.on_stage, self.json = quiet, of, lines, on_stage, json
 
     @staticmethod
     def showing(progress: "bool | OnStage") -> "Console":
@@ -85,15 +98,33 @@ class Console:
         return RichConsole(stderr=True, quiet=self.quiet, highlight=False)
 
     def line(self, label: str, text: str = "") -> None:
-        """One line: a label in its column, then the text. Long lines are left to the terminal."""
+        """One line: a label in its column, then the text. On a terminal, long ones are broken between words."""
         if self.of:
             label, text = self.of, f"{label} {text}"
         if not self.quiet and self.lines:
-            said = f"{label:<{LABEL_WIDTH - 1}} {text}".rstrip()
-            print(self._colour_label(visible(said), label), file=sys.stderr, flush=True)
+            print(self._lay_out(label, text, sys.stderr), file=sys.stderr, flush=True)
+
+    def result(self, label: str, text: str = "") -> None:
+        """One line of a result, on standard output, also where the console is quiet; beside JSON, as any other line."""
+        if self.json:
+            self.line(label, text)
+        elif sys.stdout is not None:
+            print(self._lay_out(label, text, sys.stdout), flush=True)
+
+    def _lay_out(self, label: str, text: str, stream: TextIO) -> str:
+        """A label in its column, then the text: on a terminal in lines of words, each below the text."""
+        said = visible(f"{label:<{LABEL_WIDTH - 1}} {text}".rstrip())
+        if not stream.isatty():
+            return said
+        width = max(shutil.get_terminal_size().columns, LABEL_WIDTH + LEAST_WIDTH)
+        if len(said) > width:
+            said = textwrap.fill(
+                said, width, subsequent_indent=" " * LABEL_WIDTH, break_long_words=False, break_on_hyphens=False
+            )
+        return self._colour_label(said, label)
 
     def _colour_label(self, line: str, label: str) -> str:
-        if label not in COLOURS or not sys.stderr.isatty() or self.rich.no_color or self.rich.is_dumb_terminal:
+        if label not in COLOURS or self.rich.no_color or self.rich.is_dumb_terminal:
             return line
         return click.style(line[: len(label)], fg=COLOURS[label], bold=True) + line[len(label) :]
 
@@ -143,9 +174,7 @@ class Console:
             TextColumn("{task.fields[left]}", table_column=fixed),
             TextColumn("{task.description}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),
         )
-        with Progress(
-            *columns, console=self.rich, expand=True, transient=not self.lines, redirect_stdout=False
-        ) as progress:
+        with Progress(*columns, console=self.rich, expand=True, transient=True, redirect_stdout=False) as progress:
             yield LiveLine(self, label, total, begun, progress)
 
 
@@ -201,14 +230,14 @@ class LiveLine:
         ahead = "" if left is None else f"{duration(left)} left"
         if self.progress is not None and self.task is not None:
             # the rate first: on a narrow terminal the end of the line is cut
-            shown = f"{rate:.3g}/s  {text}"
+            shown = f"{format_rate(rate)}  {text}"
             self.progress.update(self.task, completed=done, total=self.total, description=shown, left=ahead)
         elif (
             now - self.printed >= (PLAIN_SECONDS if self.said else min(FIRST_SECONDS, PLAIN_SECONDS))
             or done >= self.total
         ):
             self.printed, self.said = now, True
-            self.console.line(self.label, f"{_count(done)}/{self.total}  {text}  {rate:.3g}/s  {ahead}")
+            self.console.line(self.label, f"{_count(done)}/{self.total}  {text}  {format_rate(rate)}  {ahead}")
 
 
 def _count(done: float) -> str:

@@ -17,7 +17,7 @@ from click.core import ParameterSource
 
 from codegen.errors import ExitCode
 from codegen.wording import format_count
-from maviper.cli.options import PATH, PROFILE, SETTING, Verb, Verbs, console_of, option, options_of
+from maviper.cli.options import PATH, PROFILE, SETTING, Verb, Verbs, console_of, option, options_of, print_json
 from maviper.options import EvaluateOptions, ExploitOptions, table_of
 from maviper.options.verbs import ANSWERS
 
@@ -46,7 +46,11 @@ def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bo
         context.exit(ExitCode.DONE)
 
 
-@click.command(cls=Verb, example="maviper show demo/profile.json --agent agent_0")
+@click.command(
+    cls=Verb,
+    renamed={"--world": "maviper play --world"},
+    example="maviper show demo/profile.json --agent agent_0",
+)
 @PROFILE
 @option("--agent", default=None, metavar="NAME", help="One agent only.")
 @option(
@@ -205,7 +209,7 @@ def _select_agents(profile: "PolicyProfile", agent: str | None) -> "list[AgentPo
     return [policy for policy in profile.agents if agent in (None, policy.agent)]
 
 
-RARE = ("steps", "seed")  # given by --set
+RARE = ("steps", "refinement_episodes", "seed")  # given by --set
 
 
 @click.command(
@@ -218,7 +222,7 @@ RARE = ("steps", "seed")  # given by --set
 @click.argument("subject")
 @options_of(EvaluateOptions)
 @option("--exploit", metavar="TEAM", section=ANSWERS, help="What do the opponents of this team gain by answering it?")
-@options_of(ExploitOptions, "networks", "refinement_episodes", *RARE)
+@options_of(ExploitOptions, "networks", *RARE)
 @SETTING
 @click.pass_context
 def evaluate(context: click.Context, subject: str, exploit: str | None, as_json: bool, **options: Any) -> int:
@@ -240,8 +244,9 @@ def evaluate(context: click.Context, subject: str, exploit: str | None, as_json:
     given = {name for name in options if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
     if exploit is not None:
         _ensure_unread(given & {"replaced", "team", "why"}, "with --exploit")
-        return _exploit(console, subject, exploit, as_json, {name: options[name] for name in table_of(ExploitOptions)})
-    _ensure_unread(given & {"networks", "refinement_episodes", *RARE}, "without --exploit TEAM")
+        asked = cast("ExploitOptions", {name: options[name] for name in table_of(ExploitOptions)})
+        return _exploit(console, subject, exploit, as_json, asked)
+    _ensure_unread(given & {"networks", *RARE}, "without --exploit TEAM")
     console.line("evaluating", subject)
     from codegen.policy_json import layout
     from maviper.console import say
@@ -292,8 +297,8 @@ def worlds() -> None:
     """List the games, show one, or state and check one of your own."""
 
 
-@worlds.command("list", cls=Verb, example="maviper worlds list")
-def worlds_list() -> int:
+@worlds.command("list", cls=Verb, json=True, example="maviper worlds list")
+def worlds_list(as_json: bool) -> int:
     """List the worlds, their options and their shipped experts.
 
     Options are shown with their defaults. EXPERT@SEED is the expert of one training seed.
@@ -301,6 +306,14 @@ def worlds_list() -> int:
     from maviper.experts.network import SHIPPED
     from maviper.worlds import WORLDS, find, options_of
 
+    if as_json:
+        shipped = {name: [each for each in SHIPPED if each.startswith(name)] or [f"{name}@scripted"] for name in WORLDS}
+        teams = {name: {team: list(members) for team, members in find(name).teams.items()} for name in WORLDS}
+        known = {
+            name: {"teams": teams[name], "options": dict(options_of(name)), "experts": shipped[name]} for name in WORLDS
+        }
+        print_json({"worlds": known})
+        return ExitCode.DONE
     for name in WORLDS:
         agents = ", ".join(f"{team} ({len(members)})" for team, members in find(name).teams.items())
         click.echo(f"{name}  {agents}")
@@ -310,10 +323,10 @@ def worlds_list() -> int:
     return ExitCode.DONE
 
 
-@worlds.command("show", cls=Verb, example="maviper worlds show physical-deception,defenders=3")
+@worlds.command("show", cls=Verb, json=True, example="maviper worlds show physical-deception,defenders=3")
 @click.argument("world")
 @option("--features-file", type=PATH, default=None, help="Names and units of what agents observe (TOML).")
-def worlds_show(world: str, features_file: Path | None) -> int:
+def worlds_show(world: str, features_file: Path | None, as_json: bool) -> int:
     """Print the agents of WORLD, their features and actions.
 
     Each feature is shown with its unit, range and meaning; entities of a game with places, with how they move.
@@ -325,6 +338,21 @@ def worlds_show(world: str, features_file: Path | None) -> int:
 
     game = find(world, giving=True)
     game = game if features_file is None else with_names(game, features_file)
+    if as_json:
+        agents = [
+            {
+                "agent": agent,
+                "team": game.team_of(agent),
+                "features": {one.name: str(one.meaning or "") for one in features},
+                "actions": [action.name for action in actions],
+                "outputs": [output.name for output in outputs],
+            }
+            for agent, features, actions, outputs in zip(
+                game.agents, game.features, game.actions, game.given, strict=True
+            )
+        ]
+        print_json({"world": game.name, "reference": game.spec.reference, "agents": agents})
+        return ExitCode.DONE
     pace = f" of {game.spec.dt} s" if game.spec.dt else ""
     click.echo(f"{game.name}, after {game.spec.reference}, {format_count(game.spec.episode_steps, 'step')}{pace}")
     if game.spec.options.get(PHYSICS) == FORK:
@@ -369,11 +397,11 @@ def worlds_new(file: Path, flow: bool) -> int:
     return ExitCode.DONE
 
 
-@worlds.command("check", cls=Verb, example="maviper worlds check mygame:make,n=2")
+@worlds.command("check", cls=Verb, json=True, example="maviper worlds check mygame:make,n=2")
 @click.argument("world")
 @option("--run-reference", is_flag=True, help="Also run user code (an environment) that a world file names.")
 @click.pass_context
-def worlds_check(context: click.Context, world: str, run_reference: bool) -> int:
+def worlds_check(context: click.Context, world: str, run_reference: bool, as_json: bool) -> int:
     """Report what WORLD provides, what is missing and what is wrong.
 
     Prints one line per finding. Exits with 2 if the world cannot be used.
@@ -391,5 +419,9 @@ def worlds_check(context: click.Context, world: str, run_reference: bool) -> int
     from verify.spending import listening
 
     with console.following("checking") as listener, listening(listener):
-        findings = check(world, run_reference, lambda finding: click.echo(str(finding)))
+        findings = check(
+            world, run_reference, (lambda _: None) if as_json else (lambda finding: click.echo(str(finding)))
+        )
+    if as_json:
+        print_json({"usable": usable(findings), "findings": [str(finding) for finding in findings]})
     return ExitCode.DONE if usable(findings) else ExitCode.INPUT

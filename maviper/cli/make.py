@@ -15,7 +15,19 @@ import click
 
 from codegen.errors import ExitCode
 from codegen.wording import format_count
-from maviper.cli.options import PATH, PROFILE, SETTING, FolderPath, Verb, console_of, names, option, options_of, output
+from maviper.cli.options import (
+    PATH,
+    PROFILE,
+    SETTING,
+    FolderPath,
+    Verb,
+    console_of,
+    names,
+    option,
+    options_of,
+    output,
+    print_json,
+)
 from maviper.options import CompileOptions, ExtractOptions, ImportOptions, TrainOptions
 from maviper.options.extraction import SETTINGS
 from maviper.options.verbs import IMPORTED, TARGETS, WRITTEN
@@ -30,6 +42,7 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
 
 @click.command(
     cls=Verb,
+    json=True,
     renamed=RENAMED,
     settings=SETTINGS,
     example="maviper extract physical-deception -o small.json --max-episodes 500\n"
@@ -40,7 +53,7 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
 @SETTING
 @output("The profile's JSON file, or a run folder.", FolderPath(".json"))
 @click.pass_context
-def extract(context: click.Context, expert: str, output: Path, **options: Unpack[ExtractOptions]) -> int:
+def extract(context: click.Context, expert: str, output: Path, as_json: bool, **options: Unpack[ExtractOptions]) -> int:
     """Extract decision trees from an expert, as a policy profile.
 
     EXPERT is the name of a world, an expert file, a run folder, sb3:FILE.zip of stable-baselines3 (maviper guide own),
@@ -56,10 +69,25 @@ def extract(context: click.Context, expert: str, output: Path, **options: Unpack
     these figures to refit.json.
     """
     from maviper.extraction.run import extract_named, request
+    from maviper.files.runs import PROFILE_FILE
 
     asked = request(options, _command(context, expert, options))
-    extract_named(expert, output, asked, console_of(context))
+    console = console_of(context)
+    profile = extract_named(expert, output, asked, console)
+    file = output if output.suffix == ".json" else output / PROFILE_FILE
+    console.line("next", f"maviper verify {file} -o report")
+    if as_json:
+        print_json({"wrote": str(file), **_describe(profile), "evaluation": dict(profile.provenance.evaluation)})
     return ExitCode.DONE
+
+
+def _describe(profile: "PolicyProfile") -> dict[str, Any]:
+    """The id of a profile, and how large the trees are."""
+    from codegen import ir
+    from codegen.policy_json import content_hash
+
+    sizes = {policy.agent: len(ir.leaves(policy.tree)) for policy in profile.agents}
+    return {"id": content_hash(profile), "leaves": sizes}
 
 
 def _command(context: click.Context, expert: str, options: Mapping[str, object]) -> str:
@@ -117,7 +145,7 @@ def _agents(_context: click.Context, parameter: click.Parameter, value: str | No
     return files
 
 
-@click.command("import", cls=Verb, example="maviper import policy.py -o profile.json")
+@click.command("import", cls=Verb, json=True, example="maviper import policy.py -o profile.json")
 @click.argument("file", type=PATH, required=False)
 @option(
     "--agents",
@@ -135,6 +163,7 @@ def import_verb(
     file: Path | None,
     agents: dict[str, Path] | None,
     output: Path,
+    as_json: bool,
     **options: Unpack[ImportOptions],
 ) -> int:
     """Import decision trees of other programs: exact, or refused.
@@ -161,6 +190,8 @@ def import_verb(
         _say(policy, profile.provenance.training, console)
     runs.write(output, policy_json.dumps(profile))
     console.line("wrote", str(output))
+    if as_json:
+        print_json({"wrote": str(output), **_describe(profile), "facts": dict(profile.provenance.training)})
     return ExitCode.DONE
 
 
@@ -199,12 +230,12 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     console.line("NaN", str(facts[f"{policy.agent} NaN"]))
 
 
-@click.command(cls=Verb, example="maviper edit demo/profile.json agent_0/3=0.3 -o edited.json")
+@click.command(cls=Verb, json=True, example="maviper edit demo/profile.json agent_0/3=0.3 -o edited.json")
 @PROFILE
 @click.argument("changes", nargs=-1, required=True, metavar="AGENT/NODE=NUMBER...")
 @option("-o", "--output", type=PATH, default=None, help="The file (default: PROFILE itself).")
 @click.pass_context
-def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output: Path | None) -> int:
+def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output: Path | None, as_json: bool) -> int:
     """Change thresholds of PROFILE on purpose.
 
     The tree compares with the largest number of its type that is not above NUMBER. The file says what was changed by
@@ -221,12 +252,15 @@ def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output
         edited = change_threshold(edited, agent, node, value)
     written = runs.write(file, policy_json.dumps(edited))
     console_of(context).line("wrote", f"{written}  id {policy_json.content_hash(edited)[:16]}")
+    if as_json:
+        print_json({"wrote": str(written), **_describe(edited)})
     return ExitCode.DONE
 
 
 @click.command(
     "compile",
     cls=Verb,
+    json=True,
     renamed=dict.fromkeys(("--budget", "--solver-units"), "--effort low|normal|high")
     | {"--contracts": "--target c,contracts"},
     example="maviper compile demo/profile.json -o code",
@@ -246,7 +280,12 @@ def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output
 @output("The folder for the code.")
 @click.pass_context
 def compile_verb(
-    context: click.Context, profile: Path, targets: tuple[str, ...], output: Path, **options: Unpack[CompileOptions]
+    context: click.Context,
+    profile: Path,
+    targets: tuple[str, ...],
+    output: Path,
+    as_json: bool,
+    **options: Unpack[CompileOptions],
 ) -> int:
     """Compile a profile to code that decides the same.
 
@@ -296,6 +335,12 @@ def compile_verb(
         say_proofs(code.proofs, console)
     if code.proven:
         say_contracts(code.proven, console)
+    if as_json:
+        told = {"observations": code.report.observations, "differ": 0, "skipped": list(code.report.skipped)}
+        proofs = [str(proof) for proof in code.proofs.proofs] if code.proofs else []
+        contracts = str(code.proven) if code.proven else ""
+        wrote = [str(output / name) for name in code.files]
+        print_json({"wrote": wrote, **told, "proofs": proofs, "contracts": contracts, "complete": code.complete})
     return ExitCode.DONE if code.complete else ExitCode.INCONCLUSIVE
 
 

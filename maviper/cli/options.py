@@ -79,7 +79,7 @@ class Verb(click.Command):
             if steers(word):
                 ctx.fail(f"an argument holds an invisible character: {escape_text(word)}")
         end = args.index("--") if "--" in args else len(args)
-        said = ctx.obj or {}
+        said: dict[str, bool] = {} if ctx.obj is None else ctx.obj
         if ctx.parent is not None:
             said |= {GENERAL[word]: True for word in args[:end] if word in GENERAL}
             args = [word for word in args[:end] if word not in GENERAL] + args[end:]
@@ -326,6 +326,13 @@ def console_of(context: click.Context) -> Any:
     """The console, quiet where --quiet was given. While the command runs, it is `maviper.console.current`."""
     from maviper import console
 
-    console.current = console.Console(context.obj["quiet"])
+    console.current = console.Console(context.obj["quiet"], json=bool(context.obj.get("json")))
     context.call_on_close(lambda: setattr(console, "current", None))
     return console.current
+
+
+def print_json(document: Mapping[str, Any]) -> None:
+    """Prints a result as JSON."""
+    from codegen.policy_json import layout
+
+    click.echo(layout(document))

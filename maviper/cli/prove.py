@@ -6,6 +6,7 @@ Assumes: `maviper.verification` checks, replays, repairs, compares and computes.
 Does not: prove, look for counterexamples, choose guards or decide verdicts.
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -27,6 +28,7 @@ from maviper.cli.options import (
     option,
     options_of,
     output,
+    print_json,
 )
 from maviper.options import DiffOptions, RepairOptions
 from maviper.options.verbs import QUESTION
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
 
 @click.command(
     cls=Verb,
+    json=True,
     renamed={"--world": "--system"},
     example="maviper check generated/proved_defenders/certificate-1-distinct_targets.json",
 )
@@ -66,7 +69,12 @@ if TYPE_CHECKING:
 )
 @click.pass_context
 def check(
-    context: click.Context, certificate: Path, profile: Path | None, against: Path | None, world: Path | None
+    context: click.Context,
+    certificate: Path,
+    profile: Path | None,
+    against: Path | None,
+    world: Path | None,
+    as_json: bool,
 ) -> int:
     """Check that a certificate proves its claim.
 
@@ -94,13 +102,20 @@ def check(
 
     with console_of(context).following("checking") as listener, listening(listener):
         proof = check_file(certificate, profile, against, world)
+    if as_json:
+        told = {"subject": proof.subject, "closed": proof.closed, "unit": proof.unit, "bytes": proof.size}
+        print_json({"accepted": True, **told})
+        return ExitCode.DONE
     closed = f"{format_count(proof.closed, proof.unit)}{' closed' if proof.unit == 'branch' else ''}"
     say(f"accepted  {proof.subject}: {closed}, {format_count(proof.size, 'byte')} of proof")
     return ExitCode.DONE
 
 
 @click.command(
-    cls=Verb, renamed={"--world": "--system"}, example="maviper replay report/counterexample-1-distinct_targets.json"
+    cls=Verb,
+    json=True,
+    renamed={"--world": "--system"},
+    example="maviper replay report/counterexample-1-distinct_targets.json",
 )
 @click.argument("counterexample", type=PATH)
 @option(
@@ -114,7 +129,9 @@ def check(
     help="The world file of a counterexample in a stated system (default: world.toml beside it).",
 )
 @click.pass_context
-def replay(context: click.Context, counterexample: Path, profile: Path | None, world: Path | None) -> int:
+def replay(
+    context: click.Context, counterexample: Path, profile: Path | None, world: Path | None, as_json: bool
+) -> int:
     """Replay a counterexample, with the same profile or another.
 
     `maviper verify -o` writes a COUNTEREXAMPLE for each violated claim. The reference, the compiled C and the
@@ -138,12 +155,16 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None, w
         console.line(agent, f"{action}{changed}")
     told, _, said = outcome.says.partition(" ")
     console.line(told, f"{said}, which all act the same" if outcome.by else said)
-    console.line("VIOLATED" if outcome.violated else "holds", outcome.property)
+    console.result("VIOLATED" if outcome.violated else "holds", outcome.property)
+    if as_json:
+        told = {"property": outcome.property, "violated": outcome.violated, "same_policy": outcome.same_policy}
+        print_json({**told, "actions": dict(outcome.actions), "says": outcome.says, "replayed_by": list(outcome.by)})
     return ExitCode.VIOLATED if outcome.violated else ExitCode.DONE
 
 
 @click.command(
     cls=Verb,
+    json=True,
     renamed={f"--{each}": f'--claim "own_target({each}=...)"' for each in ("team", "margin", "radius", "landmarks")}
     | {"--property": "--claim"},
     example="maviper repair demo/profile.json --max-depth 8 -o repaired",
@@ -162,7 +183,13 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None, w
 @output("The folder for the repaired profile.")
 @click.pass_context
 def repair(
-    context: click.Context, profile: Path, claim: str, region: str, output: Path, **options: Unpack[RepairOptions]
+    context: click.Context,
+    profile: Path,
+    claim: str,
+    region: str,
+    output: Path,
+    as_json: bool,
+    **options: Unpack[RepairOptions],
 ) -> int:
     """Change the leaves that violate a claim until it is proved.
 
@@ -179,11 +206,11 @@ def repair(
     trees are deeper, and with 3 if no repair was found. Then nothing is written.
     """
     from codegen.policy_json import content_hash, dumps
-    from maviper.cli.results import exit_code, say_repair, say_results
+    from maviper.cli.results import exit_code, say_repair, say_verdict
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.page.page import FILE, page_of, unplayable
-    from maviper.verification.repair import region_text, repair_profile, request_call
+    from maviper.verification.repair import COST_FILE, region_text, repair_profile, request_call
     from verify.spending import listening
 
     console = console_of(context)
@@ -198,15 +225,24 @@ def repair(
         outcome = repair_profile(before, name, region, asked, profile.name)
     if outcome.after is None:
         _say_unrepaired(outcome, output, given, console)
+        if as_json:
+            print_json({"repaired": False, "reason": outcome.repair.reason})
         return ExitCode.INCONCLUSIVE
     say_repair(outcome, console)
-    say_results(outcome.after, outcome.results, console)
+    for result in outcome.results:
+        say_verdict(outcome.after, result, console)
     page = {} if unplayable(outcome.after) else {FILE: page_of(outcome.after, outcome.results)}
     files = outputs.without_given(output, {**outcome.files, **page}, {Path(region).name: Path(region)})
     outputs.write_set(output, files, outputs.REPAIR, keep=given)
     console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(outcome.after)[:16]}")
     for name in outcome.certificates:
         console.line("certificate", f"{output / name}; maviper check {output / name}")
+    if as_json:
+        verdicts = [result.verdict.value for result in outcome.results]
+        print_json(
+            {"repaired": True, "verdicts": verdicts, "wrote": str(output), **json.loads(outcome.files[COST_FILE])}
+        )
+    console.result("next", f"maviper diff {profile} {output / runs.PROFILE_FILE}")
     depth, most = outcome.repair.depth, asked.max_depth
     if most is not None and depth > most:
         console.line(

@@ -8,12 +8,15 @@ Does not: decide, write files or print what belongs on standard output.
 
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
+from xml.etree import ElementTree
 
 from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from maviper.console import Console
-from verify.reports.report import as_lines
+from verify.reports.report import as_lines, telling_of
 from verify.result import AnyResult, Verdict
+
+EXAMPLE = "counterexample: "  # begins the line of a report that says who does what
 
 if TYPE_CHECKING:
     from maviper.compilation.compile import Compiled
@@ -28,6 +31,25 @@ def say_results(profile: PolicyProfile, results: Sequence[AnyResult], console: C
         console.line(result.verdict.value, named)
         for line in lines:
             console.line("", line)
+
+
+def say_verdict(profile: PolicyProfile, result: AnyResult, console: Console) -> None:
+    """The line of a claim: its verdict, and what was asked where."""
+    console.result(result.verdict.value, as_lines(profile, result)[0])
+
+
+def say_details(profile: PolicyProfile, results: Sequence[AnyResult], console: Console) -> None:
+    """Who does what where the first violated claim fails, or what is known of the only one; all lines where a system is
+    stated, since the last ones say what its counterexample and its proof are worth.
+    """
+    violated = [result for result in results if result.verdict is Verdict.VIOLATED]
+    for result in violated[:1] or (results if len(results) == 1 else ()):
+        lines = as_lines(profile, result)[1]
+        if telling_of(result).lines is None:
+            shown = [line for line in lines if line.startswith(EXAMPLE)] or [*filter(None, [result.reason, *lines])]
+            lines = shown[: 2 if result.verdict is Verdict.VIOLATED else 1]
+        for line in lines:
+            console.result("", line.removeprefix(EXAMPLE))
 
 
 def exit_code(verdicts: Collection[Verdict]) -> int:
@@ -81,3 +103,20 @@ def say_contracts(proven: "Proven", console: Console) -> None:
     console.line("proved" if proven.complete else "UNKNOWN", f"contracts: {proven}")
     for name in proven.open_goals:
         console.line("open", name)
+
+
+def write_junit(suite: str, claims: Sequence[tuple[str, Verdict, str]]) -> str:
+    """Claims as a test suite in JUnit's XML: in words, with verdict and reason. A violated claim is a failure, one
+    without an answer is skipped.
+    """
+    violated = sum(verdict is Verdict.VIOLATED for _, verdict, _ in claims)
+    unclear = sum(verdict not in (Verdict.PROVED, Verdict.VIOLATED) for _, verdict, _ in claims)
+    counts = {"tests": str(len(claims)), "failures": str(violated), "errors": "0", "skipped": str(unclear)}
+    root = ElementTree.Element("testsuite", {"name": suite, **counts})
+    for words, verdict, reason in claims:
+        case = ElementTree.SubElement(root, "testcase", {"name": words, "classname": suite})
+        if verdict is not Verdict.PROVED:
+            kind = "failure" if verdict is Verdict.VIOLATED else "skipped"
+            ElementTree.SubElement(case, kind, {"message": f"{verdict.value}: {reason}".rstrip(": ")})
+    ElementTree.indent(root)
+    return f"<?xml version='1.0' encoding='utf-8'?>\n{ElementTree.tostring(root, encoding='unicode')}\n"

@@ -159,6 +159,7 @@ def add_verify_options(command: Any) -> Any:
     help="Folder for report, certificates and page; with --new, the file.",
 )
 @option("--verdict-only", is_flag=True, section=RESULTS, help="Print the verdicts alone, in less time.")
+@option("--junit", type=PATH, default=None, section=RESULTS, help="File for the verdicts as JUnit XML, for CI.")
 @option("--smt", type=FOLDER, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
 @click.pass_context
 def verify(context: click.Context, profile: Path, output: Path | None, new: bool, as_json: bool, **options: Any) -> int:
@@ -230,16 +231,17 @@ def _decide_claims(
 ) -> int:
     """Decides, prints and writes; the exit code."""
     from maviper.cli.exits import limit_seconds
-    from maviper.cli.results import exit_code, say_results
+    from maviper.cli.results import exit_code, say_details, say_results, say_verdict
     from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions
-    from maviper.verification.run import pose_questions, verify_questions
+    from maviper.verification.run import pose_questions, verdicts, verify_questions
     from verify.claims.wording import spell_rounded
     from verify.result import Verdict
     from verify.spending import listening
 
-    seconds = options.pop("max_seconds")
+    late = Verdict.UNKNOWN, "no answer in time"
+    seconds, junit = options.pop("max_seconds"), options.pop("junit")
     asking = VerifyOptions.of(options).ensure_usable()
     if output is not None and asking.verdict_only:
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
@@ -255,23 +257,36 @@ def _decide_claims(
     if output is not None:
         _ensure_free(output, loaded, asked, asking, stated, given)
     if asking.verdict_only:
-        return _end_with(_verdicts(asked, stated, as_json), unread)
+        answers = list(verdicts([one.question for one in asked], stated))
+        if junit is not None:
+            _write_junit(junit, profile, asked, answers)
+        return _end_with(_print_verdicts(asked, answers, stated, as_json), unread)
     with console.following("deciding") as listener, listening(listener):
         said = stated.said if stated else []
     for about, words in said:
         console.line(about, words)
     with console.following("deciding") as listener, listening(listener), limit_seconds(seconds) as is_over:
-        done = verify_questions(
-            loaded, asked, asking, lambda result: say_results(loaded, [result], console), stated, is_over
-        )
+        done = verify_questions(loaded, asked, asking, lambda one: say_verdict(loaded, one, console), stated, is_over)
+    if junit is not None:
+        known = {id(one): result for one, result in zip(done.asked, done.results, strict=True)}
+        answers = [(known[id(one)].verdict, known[id(one)].reason) if id(one) in known else late for one in asked]
+        _write_junit(junit, profile, asked, answers)
+    open_claims = [one for one in asked if one not in done.asked]
+    for one in open_claims if is_over() else ():
+        console.result(Verdict.UNKNOWN.value, f"{one.words}: no answer within {seconds:g} s (--max-seconds)")
+    say_details(loaded, done.results, console)
+    if full or asking.where:
+        say_results(loaded, done.results, console)
+    written: list[tuple[str, str]] = []
     if output is not None and done.results:
-        _write(output, done, given, asking, console)
+        written = _write(output, done, given, asking)
+        console.result("report", str(output / "report.html"))
+    console.result("next", _next_command(written, done, asked))
+    for label, text in written if full or asking.where else ():
+        console.line(label, text)
     if as_json or full:
         click.echo(done.printed(as_json), nl=False)
-    open_claims = [one for one in asked if one not in done.asked]
     if open_claims and is_over():
-        for one in open_claims:
-            console.line(Verdict.UNKNOWN.value, f"{one.words}: no answer within {seconds:g} s (--max-seconds)")
         return _end_with(exit_code([*(result.verdict for result in done.results), Verdict.UNKNOWN]), unread)
     if open_claims:
         console.line("interrupted", f"{len(done.results)} of {format_count(len(asked), 'claim')} decided")
@@ -324,15 +339,27 @@ def _folders(
         _export(asked, options.smt, console)
 
 
-def _verdicts(asked: "Sequence[Asked]", stated: "StatedWorld | None", as_json: bool) -> int:
+def _write_junit(file: Path, profile: Path, asked: "Sequence[Asked]", answers: "Sequence[tuple[Verdict, str]]") -> None:
+    from maviper.cli.results import write_junit
+    from maviper.files import runs
+
+    told = [(one.words, *answer) for one, answer in zip(asked, answers, strict=True)]
+    runs.write(runs.target(file, "verdicts.xml"), write_junit(profile.name, told))
+
+
+def _print_verdicts(
+    asked: "Sequence[Asked]",
+    decided: "Sequence[tuple[Verdict, str]]",
+    stated: "StatedWorld | None",
+    as_json: bool,
+) -> int:
     """A line of standard output for each verdict, or an object for all; the exit code."""
     from maviper.cli.results import exit_code
     from maviper.console import say
-    from maviper.verification.run import verdicts
 
     documents: list[dict[str, str]] = []
     answers: list[Verdict] = []
-    for one, (verdict, reason) in zip(asked, verdicts([each.question for each in asked], stated), strict=True):
+    for one, (verdict, reason) in zip(asked, decided, strict=True):
         answers.append(verdict)
         told = {"verdict": verdict.value, "property": one.claim.shown, "team": one.claim.team}
         documents.append(told | {"region": one.region.name, "reason": reason})
@@ -357,9 +384,9 @@ def _export(asked: "Sequence[Asked]", folder: Path, console: "Console") -> None:
 
 
 def _write(
-    folder: Path, done: "Verified", given: "Mapping[str, Path]", options: "VerifyOptions", console: "Console"
-) -> None:
-    """All files, without those of an earlier run, and the command that reads each kind."""
+    folder: Path, done: "Verified", given: "Mapping[str, Path]", options: "VerifyOptions"
+) -> list[tuple[str, str]]:
+    """Writes all files, without those of an earlier run; labels and texts of each, with the command that reads it."""
     from maviper.files import outputs, runs
     from maviper.verification.files.places import list_given
 
@@ -371,16 +398,30 @@ def _write(
         page = {} if no_page else {FILE: page_of(done.profile, done.results)}
     files = outputs.without_given(folder, {**done.files, **page}, given)
     outputs.write_set(folder, files, outputs.VERIFY, keep=[*given.values(), *list_given(options)])
-    console.line("report", str(folder / "report.html"))
-    if done.stated is None:
-        console.line("no page" if no_page else "page", no_page or str(page_file))
+    written = [] if done.stated else [("no page" if no_page else "page", no_page or str(page_file))]
     beside = "" if done.stated else f" --profile {given[runs.PROFILE_FILE]}"
     for name in done.certificates:
-        console.line("certificate", f"{folder / name}; maviper check {folder / name}{beside}")
+        written.append(("certificate", f"{folder / name}; maviper check {folder / name}{beside}"))
     for name in done.places:
-        console.line("where", str(folder / name))
+        written.append(("where", str(folder / name)))
     for name in done.counterexamples:
         if name.endswith(".json"):
-            console.line("replay", f"maviper replay {folder / name}")
+            written.append(("replay", f"maviper replay {folder / name}"))
     for name in done.states:
-        console.line("states", f"{folder / name}; maviper extract EXPERT --counterexamples {folder}")
+        written.append(("states", f"{folder / name}; maviper extract EXPERT --counterexamples {folder}"))
+    return written
+
+
+def _next_command(written: "Sequence[tuple[str, str]]", done: "Verified", asked: "Sequence[Asked]") -> str:
+    """What a reader does next: replay what fails, check what is proved, ask with more effort."""
+    from verify.result import Verdict
+
+    verdicts = [result.verdict for result in done.results]
+    if len(verdicts) < len(asked) or (Verdict.UNKNOWN in verdicts and Verdict.VIOLATED not in verdicts):
+        return "more may be decided with --effort high, or in a smaller region"
+    if not written:
+        return "-o FOLDER writes a report, with what `maviper replay` and `maviper check` take"
+    wanted = "replay" if Verdict.VIOLATED in verdicts else "certificate"
+    return next(
+        (text.partition("; ")[2] or text for label, text in written if label == wanted), "maviper guide verdicts"
+    )

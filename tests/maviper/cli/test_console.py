@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from maviper.console import Console, LiveLine, duration
+from maviper.console import Console, LiveLine, duration, format_rate
 
 STAGE = """
 import time
@@ -47,6 +47,25 @@ def on_a_terminal(columns: int) -> list[str]:
     os.close(ours)
     plain = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", b"".join(parts).decode(errors="replace"))
     return [frame for frame in re.split(r"[\r\n]+", plain) if frame.strip()]
+
+
+@pytest.mark.parametrize("columns", [40, 80, 200])
+def test_on_a_terminal_lines_break_between_words_below_their_text(columns, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    text = "a state in which agent_0 goes down, engaged with landmark_0, at /a/path-of-its-own/that/is/long.json"
+    Console().line("VIOLATED", text)
+    assert capsys.readouterr().err == f"VIOLATED    {text}\n"  # no terminal
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    Console().result("found", text)
+    lines = capsys.readouterr().out.splitlines()
+    assert " ".join(line[12:] for line in lines) == text
+    assert all(len(line) <= columns or " " not in line[12:] for line in lines)
+    assert lines[0].startswith("found       ") and all(line.startswith(" " * 12) for line in lines[1:])
+
+
+@pytest.mark.parametrize(("rate", "said"), [(0.123, "0.12/s"), (3.0, "3/s"), (1234.5, "1,234/s")])
+def test_rates_have_no_exponent(rate, said):
+    assert format_rate(rate) == said
 
 
 @pytest.mark.parametrize("columns", [60, 80, 120])

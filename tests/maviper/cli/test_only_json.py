@@ -3,10 +3,13 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
+import click
 import pytest
 
 from codegen import policy_json
+from maviper.cli import main
 from tests.support.far import far
 from tests.support.stated import BRAKES, PROPERTIES, profile
 from tests.support.systems import CART
@@ -20,7 +23,50 @@ def place(tmp_path_factory):
     (folder / "a.json").write_text(policy_json.dumps(far(30.0, 1)))
     (folder / "b.json").write_text(policy_json.dumps(far(40.0, 1)))
     (folder / "seen.csv").write_text("gap\n35\n")
+    (folder / "rules.py").write_text("def cart(x):\n    return 'left' if x[0] > 0.5 else 'right'\n")
     return folder
+
+
+TEAM = Path(__file__).parents[3] / "generated" / "physical_deception" / "profile.json"
+FEW = "--set selection_episodes=4 --refinement-episodes 0 --max-depth 2 --held-out 4 --iterations 1 --rollouts 2"
+ASKED = {  # every command that prints JSON
+    "extract": f"extract physical-deception -o small.json --critic none {FEW} --json",
+    "import": "import rules.py -o rules.json --json",
+    "edit": f"edit {TEAM} agent_0/0=0.3 -o edited.json --json",
+    "evaluate": f"evaluate {TEAM} --episodes 4 --json",
+    "compare": "compare physical-deception --algorithms imitation --depths 2 --max-episodes 40 -o many --json",
+    "compile": f"compile {TEAM} --target python,json -o code --json",
+    "verify": "verify a.json --observations --claim alive_leaves --json",
+    "check": f"check {TEAM.parent}/certificate-1-distinct_targets.json --json",
+    "replay": f"replay {TEAM.parent}/extracted/counterexample-1-distinct_targets.json --json",
+    "repair": f"repair {TEAM.parent}/extracted/profile.json --episodes 4 -o fixed --json",
+    "diff": "diff a.json b.json --json",
+    "exploit": f"exploit {TEAM} defenders --refinement-episodes 0 --episodes 4 --json",
+    "robust": "robust a.json seen.csv --json",
+    "worlds list": "worlds list --json",
+    "worlds show": "worlds show physical-deception --json",
+    "worlds check": "worlds check physical-deception --json",
+}
+
+
+def printing(group=main.cli, path=()):
+    for name, command in group.commands.items():
+        if isinstance(command, click.Group):
+            yield from printing(command, (*path, name))
+        elif command.json:
+            yield " ".join((*path, name))
+
+
+def test_every_command_that_prints_json_is_asked():
+    assert {*ASKED} == {*printing()}
+    assert {"demo", "guide", "show", "play", "worlds new", "train", "reproduce"}.isdisjoint(ASKED)
+
+
+@pytest.mark.parametrize("asked", ASKED.values(), ids=ASKED)
+def test_every_result_is_json_alone(asked, place, monkeypatch, capsys):
+    monkeypatch.chdir(place)
+    assert main.run(asked.split()) in (0, 1, 3)
+    assert json.loads(capsys.readouterr().out)
 
 
 @pytest.mark.parametrize(

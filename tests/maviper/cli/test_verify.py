@@ -1,6 +1,9 @@
 """The command verify: verdicts alone, and what is left of a command that is interrupted."""
 
 import json
+import signal
+import time
+from pathlib import Path
 
 import pytest
 
@@ -8,8 +11,10 @@ from codegen.agreement import compiled
 from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
+from maviper.verification import run as verification
 from verify.verdicts import decisions
 
+EXTRACTED = Path(__file__).parents[3] / "generated" / "physical_deception" / "extracted" / "profile.json"
 TWO = ("--claim", "distinct_targets", "--claim", "no_double")
 
 
@@ -64,3 +69,40 @@ def test_an_interrupted_command_keeps_the_verdicts_that_it_has(capsys, profile_f
     assert code == ExitCode.INTERRUPTED and "1 of 2 claims decided" in said
     kept = json.loads((tmp_path / "report.json").read_text())["results"]
     assert [one["property"] for one in kept] == ["distinct_targets"]
+
+
+def test_verdicts_are_the_result(tmp_path, capsys):
+    """On standard output, quiet or not: a line a claim, the first failure, the report and what comes next."""
+    for quiet in ((), ("-q",)):
+        code = command(["verify", *quiet, str(EXTRACTED), "--claim", "alive_leaves", *TWO, "-o", str(tmp_path / "out")])
+        lines = capsys.readouterr().out.splitlines()
+        assert code == ExitCode.VIOLATED and len(lines) == 6
+        assert [line.split()[0] for line in lines[:3]] == ["PROVED", "VIOLATED", "VIOLATED"]
+        assert lines[3].strip().startswith("agent_0 goes") and lines[4].startswith("report      ")
+        assert lines[5].startswith("next        maviper replay ") and "counterexample-2-" in lines[5]
+
+
+@pytest.mark.parametrize("more", [[], ["--verdict-only"]])
+def test_junit_is_read_by_another_parser(tmp_path, more):
+    from junitparser import JUnitXml
+
+    file = tmp_path / "verdicts.xml"
+    asked = ["--claim", "alive_leaves", "--claim", "distinct_targets", *more, "--junit", str(file)]
+    assert command(["-q", "verify", str(EXTRACTED), *asked]) == ExitCode.VIOLATED
+    (suite,) = JUnitXml.fromfile(str(file))
+    assert (suite.tests, suite.failures, suite.errors, suite.skipped) == (2, 1, 0, 0)
+    assert [(case.name.split()[0], len(case.result)) for case in suite] == [
+        ("alive_leaves", 0),
+        ("distinct_targets", 1),
+    ]
+
+
+def test_after_max_seconds_open_claims_are_unknown(profile_file, capsys, monkeypatch):
+    def wait(*_):
+        while True:  # until it is interrupted
+            time.sleep(0.01)
+
+    monkeypatch.setattr(verification, "one_by_one", wait)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a command that was interrupted left its own
+    assert command(["verify", profile_file, *TWO, "--max-seconds", "0.2"]) == ExitCode.INCONCLUSIVE
+    assert capsys.readouterr().out.count("no answer within 0.2 s (--max-seconds)") == 2

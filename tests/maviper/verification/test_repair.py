@@ -33,7 +33,7 @@ def test_profile_certificate_report_and_costs_are_written(before, tmp_path, caps
     out = tmp_path / "out"
     path = written(tmp_path, before)
     assert main.run(["repair", str(path), "--max-depth", "4", "--episodes", "50", "-o", str(out)]) == 0
-    said = capsys.readouterr().err
+    said = "".join(capsys.readouterr())
     assert "agent_0 for landmark_" in said and "PROVED" in said
     assert main.run(["check", str(out / "certificate-1-distinct_targets.json")]) == 0
     after, cost = load(out / "profile.json"), json.loads((out / "repair.json").read_text())
@@ -78,7 +78,7 @@ def test_a_repair_beyond_the_depth_exits_with_1(before, tmp_path, capsys):
         str(tmp_path / "out"),
     ]
     assert main.run(asked) == 1
-    said = capsys.readouterr().err
+    said = "".join(capsys.readouterr())
     assert "too deep" in said and "more than the 1 asked for" in said and "PROVED" in said
 
 

@@ -208,7 +208,7 @@ def test_the_environment_is_measured_and_asked(tmp_path, capsys, monkeypatch):
     (tmp_path / "profile.json").write_text(profile(DRIVES))
     (tmp_path / "car.toml").write_text(MOUNTAIN + CAR)
     assert verify(tmp_path, "-o", str(tmp_path / "report"), world="car.toml") == ExitCode.VIOLATED
-    said = capsys.readouterr().err
+    said = "".join(capsys.readouterr())
     assert "with a per-step error of at most" in said and "400 steps were measured" in said
     assert "MountainCar-v0 breaks the claim from there too" in said
     assert command(["check", str(tmp_path / "report" / "certificate-1-stays_in.json")]) == ExitCode.DONE
@@ -223,7 +223,7 @@ def test_a_counterexample_of_the_statement_only(tmp_path, capsys, monkeypatch):
     (tmp_path / "profile.json").write_text(profile(DRIVES))
     (tmp_path / "car.toml").write_text((MOUNTAIN + CAR).replace("position = 1e-12", "position = 0.2"))
     assert verify(tmp_path, world="car.toml") == ExitCode.VIOLATED
-    assert "this is a counterexample of the statement only" in capsys.readouterr().err
+    assert "this is a counterexample of the statement only" in capsys.readouterr().out
 
 
 def test_code_that_a_file_names_is_not_run(tmp_path, capsys):
