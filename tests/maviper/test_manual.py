@@ -397,6 +397,11 @@ NEEDS = {  # what a page goes on with only where it is installed
 SHORT = ["--steps", "51200", "--set", "checkpoint_steps=25600"]  # of training, which takes minutes as it stands there
 
 
+def is_read_later(line, text):
+    """Whether the folder that a line of training writes is named below; of others it is enough that they parse."""
+    return f" {line.partition(' -o ')[2]}" in text.partition(line)[2]
+
+
 def missing(step):
     """The packages and programs that are not there and that a step takes."""
     wanted = [need for words, needs in NEEDS.items() if any(words in each for each in step) for need in needs]
@@ -416,6 +421,8 @@ def test_everything_on_a_page_runs_in_its_order(name, place, monkeypatch, capsys
         if lacks := missing(step):
             pytest.skip(f"not installed: {', '.join(lacks)}; all before it has run")
         match step:
+            case "run", line if line.startswith("maviper train ") and not is_read_later(line, text_of(name)):
+                pass
             case "file", file, text:
                 (place / file).write_text(text)
                 monkeypatch.delitem(sys.modules, Path(file).stem, raising=False)
