@@ -6,10 +6,12 @@ Assumes: UTF-8 text in the shape of form.py; `check` and `policy_json`, on which
 Does not: touch files, or judge whether a policy is any good.
 """
 
+import json
 import math
 import re
 import sys
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from typing import Any
 from unicodedata import category
@@ -37,6 +39,7 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
     try:
         raw = msgspec.json.decode(text, type=ProfileJson)
     except msgspec.ValidationError as error:
+        _ensure_whole(text, where)  # a field may be found wrong before the text is found to break off
         message, _, path = str(error).partition(" - at `")
         raise make_fault(f"{where}: {escape_text(path.rstrip('`') or '$')}: {escape_text(message)}") from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
@@ -51,6 +54,15 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
             "restore the file; if the edit was on purpose, delete the content_hash line",
         )
     return profile
+
+
+def _ensure_whole(text: str | bytes, where: str) -> None:
+    """ProfileError for a text that is no JSON."""
+    with suppress(RecursionError, UnicodeDecodeError):
+        try:
+            json.loads(text)
+        except json.JSONDecodeError as error:
+            raise ProfileError("not readable as JSON", f"{where}: {escape_text(str(error))}", RESTORE) from None
 
 
 def schema() -> dict[str, Any]:

@@ -47,6 +47,8 @@ def emit_model(model: Model, profile: ir.PolicyProfile, targets: Iterable[str]) 
     """The same from a profile that is lowered already."""
     files: dict[str, str | bytes] = {}
     for target in targets:
+        if target in ("cpp", "c++", "cc"):
+            raise InputError(f"unknown target '{target}'", "--target", "choose c, whose header is C++17 too")
         if target not in TARGETS:
             raise UnknownNameError("target", target, TARGETS, "--target")
         if target in SINGLE and not model.single:

@@ -311,13 +311,14 @@ def compile_verb(
       drop     removes leaves that no state of --region reaches; the region
                becomes part of the code's contract
     """
+    console = console_of(context)
+    console.line("compiling", str(profile))
     from codegen.policy_json import content_hash
     from maviper.cli.results import say_agreement, say_contracts, say_proofs
     from maviper.compilation.run import compile_and_prove
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
 
-    console = console_of(context)
     loaded = load(profile, sums=True)
     if CONTRACTS in targets:
         targets, options = tuple(each for each in targets if each != CONTRACTS), {**options, "contracts": True}

@@ -205,6 +205,8 @@ def repair(
     Exits with 0 if the claim is proved within --max-depth, with 1 if the
     trees are deeper, and with 3 if no repair was found. Then nothing is written.
     """
+    console = console_of(context)
+    console.line("repairing", str(profile))
     from codegen.policy_json import content_hash, dumps
     from maviper.cli.results import exit_code, say_repair, say_verdict
     from maviper.files import outputs, runs
@@ -213,7 +215,6 @@ def repair(
     from maviper.verification.repair import COST_FILE, region_text, repair_profile, request_call
     from verify.spending import listening
 
-    console = console_of(context)
     name, asked = request_call(claim, options)
     before = load(profile)
     runs.room(output)
@@ -299,6 +300,8 @@ def diff(
     Exits with 0 if all agents are proved to act alike, with 1 if some agent acts
     differently, and with 3 if a budget ended before there was an answer.
     """
+    console = console_of(context)
+    console.line("comparing", f"{first} with {second}")
     from codegen.policy_json import dumps
     from maviper.cli.results import exit_code
     from maviper.files import outputs, runs
@@ -307,7 +310,6 @@ def diff(
     from verify.reports.differences import as_json as written
     from verify.spending import listening
 
-    console = console_of(context)
     one, other = load(first, sums=True), load(second, sums=True)
     given = {runs.PROFILE_FILE: first, AGAINST_FILE: second}
     if output is not None:

@@ -26,7 +26,7 @@ WIDEST = 100  # columns of a page of the manual, on a wider terminal
 @option("--seed", default=None, type=int, help="The seed of the extraction.")
 @click.pass_context
 def demo(context: click.Context, output: Path, seed: int | None) -> int:
-    """Run the whole chain in a minute, on a shipped expert.
+    """Run the whole chain in about 20 seconds, on a shipped expert.
 
     It extracts trees, finds a state in which a claim about them fails, repairs them until the claim is proved, has
     the proof checked, compiles them and writes reports.

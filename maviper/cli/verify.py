@@ -197,13 +197,15 @@ def verify(context: click.Context, profile: Path, output: Path | None, new: bool
     """
     if new:
         return _write_starter(str(profile), output)
+    console = console_of(context)
+    console.line("verifying", str(profile))
     if any(each.partition("(")[0].strip() == ROBUST for each in options["claims"]):
         return context.invoke(
             robust, **_read_robust(options["claims"]), profile=profile, output=output, as_json=as_json
         )
     if output is not None:
         FOLDER.convert(output, next(each for each in context.command.params if each.name == "output"), context)
-    return _decide_claims(profile, options, output, as_json, context.obj["verbose"], console_of(context))
+    return _decide_claims(profile, options, output, as_json, context.obj["verbose"], console)
 
 
 def _read_robust(claims: Sequence[str]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen import ir, policy_json
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError, UnknownNameError, closest, escape_text
 from codegen.floats import FLOAT32
 from codegen.ir import PHYSICS
 from maviper.episodes.play import Controller, tree_policies
@@ -74,7 +74,11 @@ def find_player(text: Any, where: str, world: World | None) -> tuple[Player, Wor
     except UnknownNameError as error:
         if not error.where.startswith("neither"):  # a world's option, say
             raise
-        raise UnknownNameError("player", text, (*network.SHIPPED, SCRIPTED, RANDOM), where) from None
+        known = (*network.SHIPPED, SCRIPTED, RANDOM)
+        if closest(text, known) is None:
+            what = f"unknown player '{escape_text(text)}'"
+            raise InputError(what, where, "write scripted, random, a profile's .json or an expert") from None
+        raise UnknownNameError("player", text, known, where) from None
     features, physics = ("" if world is None else str(world.spec.options.get(name, "")) for name in (FEATURES, PHYSICS))
     if features and FEATURES not in played.spec.options:
         expert, played = seeing(expert, played, features)

@@ -356,6 +356,9 @@ def given_expert(given: Any, world: World | None, source: Source) -> Given:
         return Given(cast("Expert", Acting(given, world)), source)
     expert: Any = given
     missing = [name for name in MEMBERS if not hasattr(expert, name)]
+    if missing and hasattr(expert, "reset"):
+        advice = "name an expert, and give this as --world"
+        raise InputError("this is an environment, not an expert", source.text, advice)
     if missing:
         what = f"what it returns is not an expert: it lacks {', '.join(missing)}"
         advice = "return a maviper.experts.adapter.TorchExpert, or an object with these members"

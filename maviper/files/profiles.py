@@ -9,7 +9,7 @@ from pathlib import Path
 
 from codegen import ir, profiles
 from codegen.deciding import ensure_plain
-from codegen.errors import InputError
+from codegen.errors import InputError, escape_text
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
 from verify.claims.region import Region
@@ -29,6 +29,9 @@ def load(path: str | Path, *, sums: bool = False) -> PolicyProfile:
     an InputError that says which other document of ours the file is. `sums`: whether the caller takes agents that test
     sums or give numbers; else InputError for them.
     """
+    inside = Path(path) / runs.PROFILE_FILE
+    if Path(path).is_dir() and inside.is_file():
+        raise InputError("a folder, not a profile", str(path), f"did you mean {inside}?")
     data = runs.read(Path(path), profiles.MAX_BYTES)
     kinds.ensure(data, str(path), kinds.PROFILE.called, kinds.PROFILE)
     profile = profiles.loads(data, Path(path).name)
@@ -55,6 +58,10 @@ def find_region(name: str, profile: ir.PolicyProfile) -> Region:
     if name == "start":
         return everywhere(profile)
     path = Path(name)
+    if not path.suffix and len(path.parts) == 1 and not path.exists():
+        raise InputError(
+            f"'{escape_text(name)}' is neither `start` nor a file", "--region", "write start, or the file's name"
+        )
     try:
         data = runs.read(path, MAX_REGION_BYTES)
         kinds.ensure(data, name, kinds.REGION.called, kinds.REGION)

@@ -158,7 +158,7 @@ class _Sums(Arithmetic[CoordinateSum]):
         if sign.text == "*" and left.is_constant:
             return self._scale_sum(right, left.offset, sign)
         what = "only linear arithmetic can be decided"
-        advice = "multiply and divide by numbers only, as in x > 0.2 and v > 0.5 for x*v > 0.1"
+        advice = "claims about games are linear: multiply by numbers only; a world file may multiply"
         raise self.source.wrong(what, sign.place, advice)
 
     def power(self, base: CoordinateSum, sign: Token, exponent: int) -> CoordinateSum:

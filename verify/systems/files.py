@@ -373,7 +373,10 @@ def _some(described: Mapping[str, object], key: str, where: Place, most: int) ->
     """A table that must hold something."""
     stated = table(described, key, where)
     if not 1 <= len(stated) <= most:
-        raise InputError(f"{len(stated)} {key}, of 1 to {most}", where / key, ADVICE)
+        none = key == "actions" and not stated
+        what = "an agent has no actions" if none else f"{len(stated)} {key}, of 1 to {most}"
+        advice = "add [agents.NAME.actions] or [agents.NAME.outputs]" if none else ADVICE
+        raise InputError(what, where / key, advice)
     return stated
 
 

@@ -4,6 +4,7 @@ import json
 import os
 import shlex
 import sys
+from pathlib import Path
 
 import pytest
 from mpe2.simple_tag_v3 import parallel_env
@@ -44,11 +45,17 @@ def test_help_states_the_exit_codes(capsys):
         (["verify", "{profile}", "--claim", "reaches(landmarks=[landmark_2])"], "unknown landmark"),
         (["verify", "{profile}", "--claim", "covers", "--max-zones", "0"], "zones must be between"),
         (["verify", "none.json"], "cannot read the file"),
+        (["verify", "{profile}", "--region", "strat"], "'strat' is neither `start` nor a file"),
+        (["verify", "{folder}"], "a folder, not a profile"),
+        (["compile", "{profile}", "--target", "cpp", "-o", "{out}"], "choose c, whose header is C++17 too"),
+        (["evaluate", "{profile}", "--against", "nobody"], "write scripted, random, a profile's .json or an expert"),
+        (["extract", "gymnasium:CartPole-v1", "-o", "{out}"], "this is an environment, not an expert"),
         (["demo", "-o", "/proc/nowhere"], "cannot make the output folder"),
     ],
 )
 def test_bad_input_is_answered_in_three_lines_and_exit_2(capsys, profile_file, tmp_path, arguments, message):
-    filled = [word.format(profile=profile_file, out=tmp_path / "out") for word in arguments]
+    places = {"profile": profile_file, "folder": Path(profile_file).parent, "out": tmp_path / "out"}
+    filled = [word.format(**places) for word in arguments]
     code, _, err = run(capsys, *filled)
     assert code == ExitCode.INPUT
     assert message in err and "Traceback" not in err

@@ -173,7 +173,7 @@ def test_a_world_without_dynamics():
         (changed('place = "x"', 'place = "x*x"'), "not a feature", "features.place"),
         (changed('place = "x"', 'place = "sign(sin(1[1/m]*x))"'), "not a feature", "features.place"),
         (changed('place = "x"', 'place = "clip(x, 1, -1)"'), "the bounds of clip", "features.place"),
-        (CART[: CART.index("[agents.cart.actions]")], "0 actions", "agents.cart.actions"),
+        (CART[: CART.index("[agents.cart.actions]")], "an agent has no actions", "agents.cart.actions"),
         ("", "0 variables", "variables"),
         # numbers and texts
         (changed("range = [-10, 10]", "range = [-inf, 10]"), "not a number", "variables.x"),
