@@ -195,4 +195,4 @@ def test_a_run_goes_on_to_the_same_bytes(deception, tmp_path):
 def test_an_expert_without_q_cannot_be_asked_for_replies(capsys, tmp_path):
     asked = ["--algorithm", "best-response", "--critic", "none", "-o", str(tmp_path / "p.json")]
     assert main.run(["extract", "physical-deception", *asked]) == 2
-    assert "choose --critic learned or measured, or --labels expert" in capsys.readouterr().err
+    assert "choose --critic learned or measured, or --set labels=expert" in capsys.readouterr().err

@@ -413,7 +413,7 @@ def test_an_extraction_stops_when_its_trees_are_good_enough(enough, stopped):
             break
     assert selection.offered == stopped
     told = {"patience": 9} | ({"enough": enough} if enough else {})
-    assert ("--enough" in explain_stop(told)) is bool(enough)
+    assert ("--set enough" in explain_stop(told)) is bool(enough)
 
 
 def test_an_extraction_ends_with_its_best_trees_when_the_time_is_over():
