@@ -119,7 +119,7 @@ def escape_letter(letter: str) -> str:
 
 def closest(name: str, known: Iterable[str]) -> str | None:
     """The name in `known` that is most like `name`, or None when nothing is."""
-    found = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+    found = difflib.get_close_matches(name, list(known), n=1, cutoff=0.55)
     return found[0] if found else None
 
 
