@@ -14,6 +14,7 @@ from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from maviper.console import Console
 from verify.reports.report import as_lines, telling_of
+from verify.reports.systems import WEAK
 from verify.result import AnyResult, Verdict
 
 EXAMPLE = "counterexample: "  # begins the line of a report that says who does what
@@ -43,11 +44,16 @@ def say_details(profile: PolicyProfile, results: Sequence[AnyResult], console: C
     stated, since the last ones say what its counterexample and its proof are worth.
     """
     violated = [result for result in results if result.verdict is Verdict.VIOLATED]
-    for result in violated[:1] or (results if len(results) == 1 else ()):
+    shown = violated[:1] or (results if len(results) == 1 else ())
+    for result in results:
+        weak = [] if result in shown else [line for line in as_lines(profile, result)[1] if line.endswith(WEAK)]
+        for line in weak:
+            console.result("", line)
+    for result in shown:
         lines = as_lines(profile, result)[1]
         if telling_of(result).lines is None:
-            shown = [line for line in lines if line.startswith(EXAMPLE)] or [*filter(None, [result.reason, *lines])]
-            lines = shown[: 2 if result.verdict is Verdict.VIOLATED else 1]
+            told = [line for line in lines if line.startswith(EXAMPLE)] or [*filter(None, [result.reason, *lines])]
+            lines = told[: 2 if result.verdict is Verdict.VIOLATED else 1]
         for line in lines:
             console.result("", line.removeprefix(EXAMPLE))
 

@@ -131,7 +131,7 @@ def test_what_needs_rules_or_landmarks_says_so(bring, tmp_path, capsys):
     (tmp_path / "car.json").write_text(dumps(bring(NUMBERS)))
     file = str(tmp_path / "car.json")
     code, _, err = run(capsys, "verify", file, "--system", CAR)
-    assert code == ExitCode.INPUT and "states no rules that a proof could use" in err and "leave --world out" in err
+    assert code == ExitCode.INPUT and "states no rules that a proof could use" in err and "leave --system out" in err
     code, _, err = run(capsys, "verify", file, "--system", f"system:{tmp_path / 'nowhere.toml'}")
     assert code == ExitCode.INPUT and f"{tmp_path / 'nowhere.toml'}: No such file" in err and "system:" not in err
     code, _, err = run(capsys, "repair", file, "-o", str(tmp_path / "mended"))

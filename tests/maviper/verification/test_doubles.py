@@ -46,7 +46,7 @@ def place(tmp_path, monkeypatch):
 
 def test_verdicts_and_certificates(place, capsys):
     assert main.run(["verify", "cart.json", "--properties", "cart.toml", "-o", "answers"]) == 1
-    said = capsys.readouterr().err
+    said = "".join(capsys.readouterr())
     assert "PROVED" in said and "VIOLATED" in said and "no page" not in said
     assert (place / "answers" / FILE).exists()
     assert main.run(["check", "answers/certificate-1-formula.json", "--profile", "cart.json"]) == 0

@@ -65,7 +65,7 @@ def test_an_unknown_says_what_is_open_and_what_may_help(tmp_path, capsys):
     told = json.loads((tmp_path / "report" / "report.json").read_text())["results"][0]
     assert told["open"]["bounds"].keys() == {"x", "v"}
     texts = [(tmp_path / "report" / f"report.{kind}").read_text() for kind in ("txt", "html")]
-    for text in (capsys.readouterr().err, *texts):
+    for text in ("".join(capsys.readouterr()), *texts):
         assert "stopped after 1 box" in text and "without a proof: the budget is 1 boxes" in text
         assert re.search(rf"step {told['open']['step']} of 10", text) and re.search(r"v in \[\S+, \S+\]", text)
         assert "a larger --effort" in text and "fewer steps" in text and "smaller errors" in text
@@ -96,7 +96,7 @@ def test_a_claim_that_shuffled_leaves_fulfil_is_told_to_be_weak(tmp_path, capsys
     verify(tmp_path, "-o", str(tmp_path / "report"))
     weak = "says little about these trees"
     texts = [(tmp_path / "report" / f"report.{kind}").read_text() for kind in ("txt", "html")]
-    assert [text.count(weak) for text in (capsys.readouterr().err, *texts)] == [1, 1, 1]
+    assert [text.count(weak) for text in ("".join(capsys.readouterr()), *texts)] == [1, 1, 1]
 
 
 def test_a_folder_is_refused_before_the_environment_is_measured(tmp_path, capsys, monkeypatch):

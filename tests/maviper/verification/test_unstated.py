@@ -51,7 +51,7 @@ def asked(tmp_path):
 
 @pytest.mark.parametrize("more", [(), ("--where",), ("-v",), ("--json",)])
 def test_no_share_is_told_of_a_range_that_nobody_stated(asked, more, tmp_path, capsys):
-    assert run("verify", *asked, *more, "-o", tmp_path / "out") == 1
+    assert run("verify", "-v", *asked, *more, "-o", tmp_path / "out") == 1
     told = "".join(capsys.readouterr())
     reports = [path.read_text() for path in (tmp_path / "out").glob("report.*")]
     zones = [path.read_text() for path in (tmp_path / "out").glob("zones-*.json")]
