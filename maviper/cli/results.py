@@ -17,6 +17,7 @@ from verify.reports.report import as_lines, telling_of
 from verify.reports.systems import WEAK
 from verify.result import AnyResult, Verdict
 
+CAVEATS = (WEAK, "no certificate", "not replayed")  # in lines that say what a verdict is not
 EXAMPLE = "counterexample: "  # begins the line of a report that says who does what
 
 if TYPE_CHECKING:
@@ -40,22 +41,24 @@ def say_verdict(profile: PolicyProfile, result: AnyResult, console: Console) -> 
 
 
 def say_details(profile: PolicyProfile, results: Sequence[AnyResult], console: Console) -> None:
-    """Who does what where the first violated claim fails, or what is known of the only one; all lines where a system is
-    stated, since the last ones say what its counterexample and its proof are worth.
-    """
+    """Who does what where the first violated claim fails, or what is known of the only one; what any verdict is not."""
     violated = [result for result in results if result.verdict is Verdict.VIOLATED]
     shown = violated[:1] or (results if len(results) == 1 else ())
     for result in results:
-        weak = [] if result in shown else [line for line in as_lines(profile, result)[1] if line.endswith(WEAK)]
-        for line in weak:
-            console.result("", line)
-    for result in shown:
-        lines = as_lines(profile, result)[1]
-        if telling_of(result).lines is None:
-            told = [line for line in lines if line.startswith(EXAMPLE)] or [*filter(None, [result.reason, *lines])]
-            lines = told[: 2 if result.verdict is Verdict.VIOLATED else 1]
-        for line in lines:
+        for line in _pick_lines(result, as_lines(profile, result)[1], result in shown):
             console.result("", line.removeprefix(EXAMPLE))
+
+
+def _pick_lines(result: AnyResult, lines: Sequence[str], shown: bool) -> Sequence[str]:
+    """The lines of a result that are told without -v: caveats; where it is shown, also who does what, or the first
+    ones; all where a system is stated, since the last ones say what its counterexample is worth.
+    """
+    caveats = [line for line in lines if any(words in line for words in CAVEATS)]
+    if not shown or telling_of(result).lines is not None:
+        return lines if shown else caveats
+    told = [line for line in lines if line.startswith(EXAMPLE)] or [*filter(None, [result.reason, *lines])]
+    told = told[: 2 if result.verdict is Verdict.VIOLATED else 1]
+    return [*told, *(line for line in caveats if line not in told)]
 
 
 def exit_code(verdicts: Collection[Verdict]) -> int:

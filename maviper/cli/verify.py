@@ -162,7 +162,15 @@ def add_verify_options(command: Any) -> Any:
 @option("--junit", type=PATH, default=None, section=RESULTS, help="File for the verdicts as JUnit XML, for CI.")
 @option("--smt", type=FOLDER, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
 @click.pass_context
-def verify(context: click.Context, profile: Path, output: Path | None, new: bool, as_json: bool, **options: Any) -> int:
+def verify(
+    context: click.Context,
+    profile: Path,
+    claims: tuple[str, ...],
+    output: Path | None,
+    new: bool,
+    as_json: bool,
+    **options: Any,
+) -> int:
     """Decide claims about a profile for every state of a region.
 
     Verdicts are about the deployed float arithmetic, rounding included. --list has the built-in claims. For claims of
@@ -199,13 +207,11 @@ def verify(context: click.Context, profile: Path, output: Path | None, new: bool
         return _write_starter(str(profile), output)
     console = console_of(context)
     console.line("verifying", str(profile))
-    if any(each.partition("(")[0].strip() == ROBUST for each in options["claims"]):
-        return context.invoke(
-            robust, **_read_robust(options["claims"]), profile=profile, output=output, as_json=as_json
-        )
+    if any(each.partition("(")[0].strip() == ROBUST for each in claims):
+        return context.invoke(robust, **_read_robust(claims), profile=profile, output=output, as_json=as_json)
     if output is not None:
         FOLDER.convert(output, next(each for each in context.command.params if each.name == "output"), context)
-    return _decide_claims(profile, options, output, as_json, context.obj["verbose"], console)
+    return _decide_claims(profile, {**options, "claims": claims}, output, as_json, context.obj["verbose"], console)
 
 
 def _read_robust(claims: Sequence[str]) -> dict[str, Any]:

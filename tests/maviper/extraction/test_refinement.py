@@ -375,7 +375,7 @@ def test_further_features_are_played_compiled_and_verified(groups, quick, tmp_pa
     assert "episodes driven" in capsys.readouterr().err
     assert main.run(["evaluate", str(profile), "--episodes", "20", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)
-    code = main.run(["verify", str(profile)])
+    code = main.run(["verify", "-v", str(profile)])
     said = capsys.readouterr()
     if groups == "velocity":
         assert code in (0, 1) or "which regions cannot bound yet" in said.err

@@ -77,17 +77,18 @@ def test_a_rational_state_is_written_exactly_and_not_said_to_be_replayed(folder,
         assert written[0] in text and "not replayed: the state is no float64 state" in text
         assert "which was replayed" not in text and "replayed by" not in text and "it can be replayed" not in text
     asked = ["verify", folder / "same.json", "--region", folder / "third.toml", "--semantics", "real"]
-    _, _, err = run(capsys, *asked)
+    assert "judged in exact arithmetic; not replayed" in run(capsys, *asked)[1]
+    _, _, err = run(capsys, *asked, "-v")
     assert "judged in exact arithmetic; not replayed" in err and written[0] in err and "replayed by" not in err
 
 
 def test_it_is_replayed_in_exact_arithmetic(folder, capsys):
-    code, _, err = run(capsys, "replay", folder / "third" / NAMED)
-    assert code == 1 and "in exact arithmetic; not replayed" in err and "VIOLATED" in err
+    code, out, err = run(capsys, "replay", folder / "third" / NAMED)
+    assert code == 1 and "in exact arithmetic; not replayed" in err and "VIOLATED" in out
     found = maviper.replay(folder / "third" / NAMED, folder / "same.json")
     assert found.violated and found.actions == found.before and found.by == () and found.same_policy
-    code, _, err = run(capsys, "replay", folder / "third" / NAMED, "--profile", folder / "roles.json")
-    assert code == 0 and "holds" in err and "not the one" in err
+    code, out, err = run(capsys, "replay", folder / "third" / NAMED, "--profile", folder / "roles.json")
+    assert code == 0 and "holds" in out and "not the one" in err
 
 
 def test_its_ready_test_fails_until_the_policy_is_mended(folder, tmp_path):
@@ -190,10 +191,10 @@ def test_errors_of_features_are_rational_too(folder, tmp_path, capsys):
 def test_leaves_are_asked_about_in_real_arithmetic(folder, tmp_path, capsys):
     asked = ["verify", folder / "paper.json", "--claim", "alive_leaves", "--region", folder / "sliver.toml"]
     for semantics, dead in (("machine", "agent_0 leaf 2"), ("real", "agent_0 leaf 1")):
-        code, _, err = run(
+        code, out, _ = run(
             capsys, *asked, "--semantics", semantics, "--smt", tmp_path / semantics, "-o", tmp_path / "out"
         )
-        assert code == 1 and f"dead: {dead}" in err and ("real arithmetic" in err) == (semantics == "real")
+        assert code == 1 and f"dead: {dead}" in out and ("real arithmetic" in out) == (semantics == "real")
         report = json.loads((tmp_path / "out" / "report.json").read_text())["results"][0]
         assert report["semantics"] == semantics
         page = (tmp_path / "out" / "report.html").read_text()
