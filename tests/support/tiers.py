@@ -1,5 +1,5 @@
 """Tiers of cases: of some the README's line asks the first ones alone; of sweeps `.ci/run` asks a small form, as slow
-tests, and every case is asked nightly.
+tests; every case is asked nightly.
 """
 
 from collections.abc import Iterable
@@ -20,6 +20,6 @@ def sweep(cases: Iterable[Any], every: int = EVERY) -> list[Any]:
 
 
 def first_of(count: int, cases: Iterable[Any]) -> list[Any]:
-    """The cases for `parametrize`: the README's line asks so many, and all others are slow tests."""
+    """The cases for `parametrize`: the README's line asks so many, and all others are nightly."""
     given = [case if isinstance(case, tuple) else (case,) for case in cases]
-    return [pytest.param(*case, marks=[pytest.mark.slow] * (at >= count)) for at, case in enumerate(given)]
+    return [pytest.param(*case, marks=[pytest.mark.nightly] * (at >= count)) for at, case in enumerate(given)]

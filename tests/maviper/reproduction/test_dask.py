@@ -73,7 +73,7 @@ def cluster(tmp_path):
     found.stop()
 
 
-@pytest.fixture(scope="module", params=ASKED)
+@pytest.fixture(scope="module", params=["compare", pytest.param("reproduce", marks=pytest.mark.nightly)])
 def local(request, tmp_path_factory):
     """A verb, and what it writes on this machine alone."""
     folder = tmp_path_factory.mktemp("local")
