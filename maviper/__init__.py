@@ -362,7 +362,9 @@ def verify(
 
     about = VerifyOptions.about(claim, str(region), asked)
     with Console.showing(progress).following("deciding") as listener, listening(listener):
-        return results(_team(profile), about)[0]
+        (found,) = results(_team(profile), about)
+        listener(1, 1, "claim")  # also where the search was too short to say how far it is
+    return found
 
 
 @process.defaults

@@ -168,7 +168,7 @@ def test_ci_asks_each_file_for_tests_that_it_has():
     asked = re.findall(r"pytest (.*?)(tests/\S+\.py)", (ROOT / ".ci" / "run").read_text())
     assert asked
     for options, name in asked:
-        mark = re.search(r"-m (\w+)", options)
+        mark = re.search(r'-m "?(\w+)', options)
         whole_file = "pytestmark = pytest.mark." + (mark.group(1) if mark else "")
         assert ("pytestmark" in (ROOT / name).read_text()) == (mark is not None), name
         assert mark is None or whole_file in (ROOT / name).read_text(), name

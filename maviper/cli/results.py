@@ -14,7 +14,7 @@ from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from maviper.console import Console
 from verify.reports.report import as_lines, telling_of
-from verify.reports.systems import WEAK
+from verify.reports.telling import WEAK
 from verify.result import AnyResult, Verdict
 
 CAVEATS = (WEAK, "no certificate", "not replayed")  # in lines that say what a verdict is not

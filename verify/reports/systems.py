@@ -38,7 +38,7 @@ from verify.reports.courses import (
     tell_start,
     within,
 )
-from verify.reports.telling import Telling, describe_sets, readers, rests_on, sets
+from verify.reports.telling import WEAK, Telling, describe_sets, readers, rests_on, sets
 from verify.result import Result, Verdict
 from verify.subjects import ClosedLoop, Subject
 from verify.systems import documents
@@ -80,7 +80,6 @@ ANYWHERE = {True: "all over the ranges", False: "that its own episodes come to"}
 STEPS = "A claim about episodes covers only the steps that it names{ever}."
 EVER = "; one for ever covers any number of them"
 OUTSIDE = "Outside the boxes of all pieces nothing is stated. A claim is not proved if an episode may leave the boxes."
-WEAK = ", so it says little about these trees"  # where most shuffled leaves fulfil the claim too
 SINGLE = "A claim about single decisions does not say that an episode gets into such a state."
 
 

@@ -1,6 +1,7 @@
 """Extraction with counterexamples: labels that fulfil the claim, fewer violations, the same bytes again, refusals."""
 
 import json
+import shlex
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
@@ -371,7 +372,7 @@ def test_the_claim_fails_less_often_and_the_cost_is_told(folder, after, world, c
     assert [row["episodes"] for row in cost["measures"]] == [1_000] * len(cost["measures"])
     for row in cost["measures"]:
         assert abs(row["after"]["value"] - row["before"]["value"] - row["difference"]["value"]) < 3e-6
-    assert main.run(cost["verify"].split()[1:]) in (0, 1)
+    assert main.run(shlex.split(cost["verify"])[1:]) in (0, 1)
     assert found.provenance.training["counterexamples"] == cost["counterexamples"]
 
 

@@ -216,7 +216,7 @@ def test_a_spent_budget_is_unknown_with_the_same_count(arrivers):
         decide(Question(Game(arrivers), claim, everywhere(arrivers), budgets=Budgets(max_zones=500))) for _ in range(2)
     ]
     assert found[0] == found[1]
-    assert found[0].verdict is Verdict.UNKNOWN and "--max-zones" in found[0].reason and found[0].zones <= 500
+    assert found[0].verdict is Verdict.UNKNOWN and "--effort" in found[0].reason and found[0].zones <= 500
 
 
 def test_empty_regions_are_vacuous(arrivers):

@@ -261,7 +261,7 @@ def test_budgets_are_counts_and_said(profile):
     few = difference(profile, second, ["agent_0"], everywhere(profile), budgets=Budgets(max_cells=1))
     whole = difference(profile, second, ["agent_0"], everywhere(profile))
     least, most = few.agents[0].span
-    assert few.verdict is Verdict.VIOLATED and not few.agents[0].complete and "--max-cells" in few.agents[0].reason
+    assert few.verdict is Verdict.VIOLATED and not few.agents[0].complete and "--effort" in few.agents[0].reason
     assert 0 < least < whole.agents[0].span[0] == whole.agents[0].span[1] < most == 1
 
 

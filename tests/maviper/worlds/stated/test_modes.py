@@ -41,7 +41,7 @@ def test_a_counterexample_says_what_was_chosen_and_replays(tmp_path, capsys):
     cools = replace(cools, world=replace(cools.world, agents=(agent,)))
     profile.write_text(dumps(cools))
     assert command(["verify", str(profile), "--system", str(world), "-o", str(report)]) == ExitCode.VIOLATED
-    assert "choice of noise: " in capsys.readouterr().err
+    assert "choice of noise: " in capsys.readouterr().out
     told = json.loads((report / "report.json").read_text())
     (found,) = (each["counterexample"] for each in told["results"])
     assert set(found["choices"]["noise"]) <= {"-1[K]", "1[K]"} and len(found["choices"]["noise"]) == found["step"]

@@ -116,7 +116,7 @@ def test_who_may_leave_is_named(homers):
     assert "agent_0 may leave 1.5 along x: it goes left at agent_0.x = -0.57" in found.reason
     assert "at its top speed it then comes to rest at x = -1.57" in found.reason and "landmark_0.x = -" in found.reason
     spent = decide(replace(asked(homers), budgets=Budgets(max_zones=20)))
-    assert spent.verdict is Verdict.UNKNOWN and "--max-zones" in spent.reason
+    assert spent.verdict is Verdict.UNKNOWN and "--effort" in spent.reason
 
 
 def test_those_whom_a_tree_reads(profile, monkeypatch):
