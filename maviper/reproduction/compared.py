@@ -40,8 +40,8 @@ NONE = "-"
 Rows = Sequence[Mapping[str, Any]]
 RULE = (
     "chosen: of all settings whose ratio lies within one standard error of the highest, the one with",
-    "the fewest leaves; of its teams that of the highest ratio, which its choice makes too high: expect",
-    "the setting's mean",
+    "the fewest leaves; then its team with the highest ratio. A ratio chosen like this is too high:",
+    "expect the setting's mean",
 )
 
 
@@ -400,7 +400,7 @@ def _lines(cells: _Cells, rows: Rows, differences: Rows, best: str, making: Maki
     asked = cells.asked
     units = format_count(len(asked.experts), "expert") if cells.several else format_count(rows[0]["seeds"], "seed")
     lines = [
-        f"{asked.world.name}: {', '.join(asked.experts)}",
+        f"world {asked.world.name}, {'experts' if cells.several else 'expert'} {', '.join(asked.experts)}",
         f"means with 95 % intervals over {units}; {asked.held_out} held-out episodes of each seed, as the expert's",
         f"equal budgets: every extraction may play {asked.budget:,} episodes; the column says how many it did",
     ]
