@@ -271,7 +271,7 @@ def _with_number(m: Any, feature: Feature, sign: str, number: Any) -> Any:
         near = _near(sample, number)
         if near is None:
             raise Refused(f"a number is beyond {sample.dtype}", "write a smaller one; NumPy warns of it, too")
-        number = near
+        number = number if feature.steps else near  # steps may give Python's numbers, too, as max(x, 0.5) does
     elif isinstance(number, int) and isinstance(sample, float) and at_most(number) != number:
         m.ask_arrays("a feature is compared with a whole number that no double equals")
     if not feature.steps:

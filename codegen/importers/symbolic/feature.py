@@ -170,7 +170,11 @@ def _search_turns(test: Test, numbers: str) -> list[Turn]:
 
 
 def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
-    """Stretches of places, first to last, on which the steps never fall (True) or never rise."""
+    """Stretches of places, first to last, on which the steps never fall (True) or never rise, and give one type.
+
+    A minimum or maximum gives its number where it takes that, as `max(x, 0.5)` of a float32 number gives Python's 0.5:
+    0.49999999999999994 is another number beside this one, but the same beside the float32 number 0.5.
+    """
     stretches = [(-LAST[numbers], LAST[numbers], True)]
     for count, step in enumerate(feature.steps):
         before = Feature(feature.place, feature.steps[:count])
@@ -183,7 +187,18 @@ def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
                 stretches = [(low, high, rising != split(low)) for low, high, rising in parts]
             else:
                 stretches = [(low, high, rising if step.jumps else True) for low, high, rising in parts]
+        given = partial(_type_of, Feature(feature.place, feature.steps[: count + 1]), numbers)
+        stretches = [
+            (*part, rising)
+            for low, high, rising in stretches
+            for part in ([(low, high)] if given(low) == given(high) else _alike(low, high, given))
+        ]
     return stretches
+
+
+def _type_of(feature: Feature, numbers: str, at: int) -> type:
+    """The type of what a feature gives at a place: a step changes it once, from one end of a stretch to the other."""
+    return type(feature.value(number(at, numbers)))
 
 
 def _side_of(step: Step, before: Feature, numbers: str, at: int) -> Any:

@@ -257,6 +257,28 @@ def test_the_same_test_decides_otherwise_for_floats_and_for_arrays():
     assert said.provenance.training["act given"] == "Python's floats"
 
 
+CUT = ["max(x[0], 0.5)", "min(0.5, x[0])", "np.minimum(min(max(x[0], -9.81), -1.5), 3)", "abs(min(max(x[0], 1e-6), 2))",
+       "np.clip(max(x[0], -4.35), -3, -2)", "max(x[0], 2)", "min(max(x[0], 0), 1.5) * 2"]  # fmt: skip
+
+
+@pytest.mark.parametrize("cut", CUT)
+@pytest.mark.parametrize("sign", ["==", "<", ">="])
+@pytest.mark.parametrize("arrays", ["float32", "float64"])
+def test_the_number_of_a_minimum_or_maximum_is_pythons_beside_numbers_of_arrays(cut, sign, arrays):
+    """`max(x, 0.5)` gives Python's 0.5 where x is less, the array's number elsewhere: they meet 0.49999999999999994, or
+    1e-6, as two types of numbers do.
+    """
+    kind = np.dtype(arrays).type
+    at = np.array([0.5, -9.81, -1.5, -4.35, -3, -2, 1e-6, 0, 1, 1.5, 2, 2.5, 3, 1e10], kind)
+    rows = np.concatenate([at, np.nextafter(at, kind(-np.inf)), np.nextafter(at, kind(np.inf))])[:, None]
+    numbers = ("0.49999999999999994", "-4.35", "1e-6", "-3", "2", "0.30000000000000004")
+    tests = "".join(f"    if {cut} {sign} {number}: n += {1 << k}\n" for k, number in enumerate(numbers))
+    text = f"import numpy as np\n\ndef act(x):\n    n = 0\n{tests}    return n\n"
+    policy, act = imported(text, Said(arrays=arrays)).agents[0], called(text, "act")
+    decided = [policy.actions[place].name for place in ir.act(policy, rows)]
+    assert decided == [f"action_{act(row)}" for row in rows]
+
+
 @pytest.mark.parametrize("number", ["1e39", "-1e39", str(2**130), str(-(10**400))])
 def test_a_number_beyond_the_type_of_the_arrays_is_refused(number):
     with pytest.raises(InputError, match="beyond float32") as caught:
