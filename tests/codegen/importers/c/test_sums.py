@@ -62,7 +62,7 @@ def test_random_functions_give_the_compiled_bits(short, kind, tmp_path):
     assert compared(range(FEW), short, kind, tmp_path) >= FEW // 2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.compile
 @pytest.mark.parametrize(("short", "kind"), CASES)
 def test_a_thousand_functions_give_the_compiled_bits(short, kind, tmp_path):

@@ -56,7 +56,7 @@ def test_random_files_give_pythons_own_bits(arrays, kind):
     assert done >= FEW // 2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("arrays", "kind"), CASES)
 def test_a_thousand_files_give_pythons_own_bits(arrays, kind):
     done = sum(tried(seed, arrays, kind) for seed in range(MANY // 4))
