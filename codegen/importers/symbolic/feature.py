@@ -196,9 +196,10 @@ def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
     return stretches
 
 
-def _type_of(feature: Feature, numbers: str, at: int) -> type:
+def _type_of(feature: Feature, numbers: str, at: int) -> type[object]:
     """The type of what a feature gives at a place: a step changes it once, from one end of a stretch to the other."""
-    return type(feature.value(number(at, numbers)))
+    value: object = feature.value(number(at, numbers))
+    return type(value)
 
 
 def _side_of(step: Step, before: Feature, numbers: str, at: int) -> Any:
