@@ -10,7 +10,7 @@ from typing import Unpack
 
 import click
 
-from maviper.cli.options import Verb, console_of, options_of, output
+from maviper.cli.options import Verb, console_of, options_of, output, print_json
 from maviper.options import CompareOptions
 
 
@@ -36,13 +36,12 @@ def compare(context: click.Context, expert: str, output: Path, as_json: bool, **
     """
     console = console_of(context)
     console.line("comparing", expert)
-    from codegen.policy_json import layout
     from maviper.console import say
     from maviper.reproduction.compare import compare_algorithms, request
 
     found = compare_algorithms(expert, output, request(options), console)
     if as_json:
-        click.echo(layout(found.document))
+        print_json(found.document)
     else:
         say("\n".join(found.lines))
     return found.code

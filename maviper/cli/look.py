@@ -39,10 +39,9 @@ WORLD = option(
 
 def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
     if asked and not context.resilient_parsing:
-        from codegen.policy_json import layout
         from codegen.profiles import schema
 
-        click.echo(layout(schema()))
+        print_json(schema())
         context.exit(ExitCode.DONE)
 
 
@@ -248,14 +247,13 @@ def evaluate(context: click.Context, subject: str, exploit: str | None, as_json:
         return _exploit(console, subject, exploit, as_json, asked)
     _ensure_unread(given & {"networks", *RARE}, "without --exploit TEAM")
     console.line("evaluating", subject)
-    from codegen.policy_json import layout
     from maviper.console import say
     from maviper.evaluation.run import document, evaluate_live, lines, request
 
     asked = request(subject, **cast("EvaluateOptions", {name: options[name] for name in table_of(EvaluateOptions)}))
     measured = evaluate_live(asked, console)
     if as_json:
-        click.echo(layout(document(asked, measured)))
+        print_json(document(asked, measured))
     else:
         say("\n".join(lines(asked, measured)))
     return ExitCode.DONE
@@ -282,13 +280,15 @@ def exploit(context: click.Context, subject: str, team: str, as_json: bool, **op
 
 def _exploit(console: "Console", subject: str, team: str, as_json: bool, options: ExploitOptions) -> int:
     """Says what the opponents of a team gain."""
-    from codegen.policy_json import layout
     from maviper.console import say
     from maviper.extraction.exploiting import exploit_team, lines
 
     console.line("exploiting", f"{team} of {subject}")
     exploitability = exploit_team(subject, team, console, **options)
-    say(layout(exploitability.document()) if as_json else "\n".join(lines(exploitability)))
+    if as_json:
+        print_json(exploitability.document())
+    else:
+        say("\n".join(lines(exploitability)))
     return ExitCode.DONE
 
 

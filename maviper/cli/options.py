@@ -17,9 +17,9 @@ from typing import Any, cast
 
 import click
 
-from codegen.errors import InputError, UnknownNameError, escape_text, steers, suggestion
+from codegen.errors import InputError, escape_text, steers, suggestion
 from maviper.options.table import Option as Table
-from maviper.options.table import table_of
+from maviper.options.table import split_setting, table_of
 from maviper.options.verbs import QUESTION
 
 MAX_COLUMN = 30  # of names beside their texts; a longer name stands on a line of its own
@@ -103,15 +103,12 @@ class Verb(click.Command):
             if flag != "--set" or not self.settings:
                 yield word
                 continue
-            name, _, value = (value if equals else next(words, "")).partition("=")
-            if name == "help":
+            written = value if equals else next(words, "")
+            if written.partition("=")[0] == "help":
                 self._list_settings()
                 ctx.exit()
-            if name not in self.settings:
-                raise UnknownNameError("setting", escape_text(name), list(self.settings), "--set")
-            if not value:
-                raise InputError(f"{name} has no value", f"--set {name}", f"write --set {name}=VALUE")
-            yield from (self.settings[name], value)
+            name, given = split_setting(written, [*self.settings])
+            yield from (self.settings[name], given)
 
     def _list_settings(self) -> None:
         """Prints the name, range, default and text of each setting."""

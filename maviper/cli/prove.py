@@ -385,7 +385,6 @@ def robust(
 
     Without -o, the table is printed as CSV.
     """
-    from codegen.policy_json import layout
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.verification.robust import Changes, find_agent
@@ -407,7 +406,7 @@ def robust(
     if output is not None:
         outputs.write_set(output, table.files, kept, keep=[profile, observations])
     if as_json:
-        click.echo(layout(table.document()))
+        print_json(table.document())
     elif output is None:
         click.echo(table.files[kept.mark], nl=False)
     return code

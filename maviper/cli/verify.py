@@ -16,7 +16,19 @@ import click
 from codegen.errors import ExitCode, InputError
 from codegen.wording import format_count
 from maviper import options as tables
-from maviper.cli.options import FOLDER, PATH, PROFILE, REGION, RESULTS, FolderPath, Verb, console_of, option, options_of
+from maviper.cli.options import (
+    FOLDER,
+    PATH,
+    PROFILE,
+    REGION,
+    RESULTS,
+    FolderPath,
+    Verb,
+    console_of,
+    option,
+    options_of,
+    print_json,
+)
 from maviper.cli.prove import robust
 from maviper.options.verbs import BUDGETS, QUESTION
 from verify.claims.parameters import NAMES as PARAMETERS
@@ -51,11 +63,10 @@ def _write_starter(subject: str, output: Path | None) -> int:
 
 def print_properties(as_json: bool) -> int:
     """Prints the built-in properties, for people or as JSON."""
-    from codegen.policy_json import layout
     from maviper.verification.starters import list_properties
 
     if as_json:
-        click.echo(layout({"properties": list_properties()}))
+        print_json({"properties": list_properties()})
         return ExitCode.DONE
     for entry in list_properties():
         click.echo(f"{entry['name']}: {entry['sentence']}")

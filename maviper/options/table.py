@@ -216,3 +216,13 @@ def speak_python(verb: Verb, table: Mapping[str, Option] = MappingProxyType({}))
             raise
 
     return cast("Verb", run)
+
+
+def split_setting(written: str, known: Sequence[str]) -> tuple[str, str]:
+    """Splits `NAME=VALUE`, as --set takes it. UnknownNameError for another name, InputError without a value."""
+    name, _, value = written.partition("=")
+    if name not in known:
+        raise UnknownNameError("setting", escape_text(name), list(known), "--set")
+    if not value:
+        raise InputError(f"{name} has no value", f"--set {name}", f"write --set {name}=VALUE")
+    return name, value

@@ -30,7 +30,7 @@ from maviper.extraction.settings import KNOWN as ALGORITHMS
 from maviper.files import runs
 from maviper.options import CompareOptions, ExtractOptions, complete_options, table_of
 from maviper.options.extraction import SETTINGS
-from maviper.options.table import CALLED
+from maviper.options.table import CALLED, split_setting
 from maviper.reproduction import compared
 from maviper.reproduction.cells import table
 from maviper.reproduction.cells.cell import EXPERT, EXTRACTION, Budget, Cell, Named, Source, Task
@@ -82,9 +82,7 @@ def request(options: Mapping[str, Any]) -> Request:
 
 def _read_setting(text: str) -> tuple[str, Any]:
     """The name and the value of one of the settings that `maviper extract` has beside its options."""
-    name, _, value = text.partition("=")
-    if name not in SETTINGS:
-        raise UnknownNameError("setting", escape_text(name), SETTINGS, "--set")
+    name, value = split_setting(text, SETTINGS)
     option = table_of(ExtractOptions)[name]
     try:
         return option.setting or name, option.base(value)

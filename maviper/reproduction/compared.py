@@ -257,9 +257,8 @@ class _Cells:
             and other.algorithm != one.algorithm
         ]
         compared = [
-            comparison(_claim(one, other), "", self.number("", lambda expert, pair=pair: self._less(expert, *pair)))
+            comparison(_claim(*pair[1:]), "", self.number("", lambda expert, pair=pair: self._less(expert, *pair)))
             for pair in pairs
-            for _, one, other in [pair]
         ]
         rows: list[dict[str, Any]] = []
         for (measure, one, other), each in zip(pairs, decide_family(compared, register.read()), strict=True):

@@ -155,6 +155,7 @@ def test_teams_are_judged_by_the_measure_that_is_set(tmp_path, calls):
         ({"settings": {"mesure": "D"}}, "did you mean"),
         ({"settings": {"measure": "D + collision"}}, "did you mean"),
         ({"settings": {"explore": "much"}}, "explore is a number"),
+        ({"settings": {"measure": ""}}, "measure has no value"),
         ({"settings": {"patience": 5}}, "already determines"),
         ({"max_episodes": 0}, "--max-episodes must be from 1"),
         ({"backend": "ray"}, "backend"),
