@@ -134,7 +134,7 @@ MAX_RATIO = 100  # to the expert
 # profiles do not name these where they are empty
 UNSAID = ("agent", "measure", "share", "max_leaves", "leaf", "explore", "undo", "enough", "max_seconds")
 PRESETS: dict[str, dict[str, Any]] = {
-    PAPER: {"splits": EXACT, "selection": UNIFORM, "refinement": 0, "patience": MAX_NUMBER},
+    PAPER: {"splits": HISTOGRAM, "selection": UNIFORM, "refinement": 0, "patience": MAX_NUMBER},
     RELEASED: {"splits": EXACT, "selection": RETURN, "refinement": 0, "patience": MAX_NUMBER},
     DEFAULT: {"splits": HISTOGRAM, "selection": RACE, "refinement": REFINEMENT},
 }
@@ -181,7 +181,7 @@ class Settings:
 
     algorithm: str = MAVIPER
     preset: str = PAPER
-    splits: str = EXACT  # how a split is searched: every threshold, or the bins of a histogram; and of what
+    splits: str = HISTOGRAM  # how a split is searched: every threshold, or the bins of a histogram; and of what
     leaf: str = ""  # what leaves give where agents give numbers; "": they have actions
     max_depth: int = 4
     iterations: int = 100

@@ -435,6 +435,17 @@ class ReproduceOptions(TypedDict, total=False):
         Sequence[str], Option(("paper",), WHAT_REPRODUCING, "paper, released, default.", "NAMES", commas=True)
     ]
     seeds: Annotated[int | None, Option(None, WHAT_REPRODUCING, "Extraction seeds (default: 10, with --quick 1).")]
+    first_seed: Annotated[int, Option(0, WHAT_REPRODUCING, "The first of the extraction seeds.")]
+    exploit_depths: Annotated[
+        Sequence[int] | None,
+        Option(
+            None,
+            WHAT_REPRODUCING,
+            "Depths at which responders exploit trees (default: 4, with --full 2,4,6).",
+            "NUMBERS",
+            commas=True,
+        ),
+    ]
     plan: Annotated[bool, Option(False, HOW_REPRODUCING, "Print the cells and their CPU time; make nothing.")]
     report_only: Annotated[bool, Option(False, HOW_REPRODUCING, "Write table and report from what is finished.")]
     shard: Annotated[

@@ -232,9 +232,10 @@ def command(experts: Iterable[str], options: str = "") -> str:
 def playing(claim: Claim, expert: str) -> str:
     """The command that plays the cells of a claim, with the expert of that label."""
     depths = [str(depth) for depth in claim.list_values("depth")]
-    everywhere = claim.statistic == EXPLOITABILITY and set(claim.list_values("depth")) - {MAIN_DEPTH}
-    tier = "--full " if everywhere else ""  # others answer teams of the main depth alone
-    return command([expert], f"{tier}--games {','.join(claim.list_values('game'))} --depths {','.join(depths)}")
+    options = f"--games {','.join(claim.list_values('game'))} --depths {','.join(depths)}"
+    if claim.statistic == EXPLOITABILITY and set(claim.list_values("depth")) - {MAIN_DEPTH}:
+        options += f" --exploit-depths {','.join(depths)}"  # usually teams of the main depth alone are answered
+    return command([expert], options)
 
 
 def _experts(labels: list[str]) -> str:

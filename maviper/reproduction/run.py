@@ -43,6 +43,8 @@ class Request:
     algorithms: tuple[str, ...] | None
     presets: tuple[str, ...]
     seeds: int | None
+    first_seed: int
+    exploit_depths: tuple[int, ...] | None
     plan: bool  # say it, and make nothing
     report_only: bool
     shard: str | None  # "2/8"
@@ -54,7 +56,8 @@ class Request:
         """The same; InputError or UnknownNameError for what cannot be used."""
         if self.quick and self.full:
             raise InputError("--quick and --full exclude each other", "--quick, --full", "give one of them")
-        ensure_spread(self, 1 if self.seeds is None else self.seeds, self.depths or ())
+        depths = (*(self.depths or ()), *(self.exploit_depths or ()))
+        ensure_spread(self, 1 if self.seeds is None else self.seeds, depths)
         _ = self.asked.ensure_known(), self.part
         return self
 
@@ -62,7 +65,8 @@ class Request:
     def asked(self) -> Asked:
         """The choices that decide which cells there are."""
         tier = plans.QUICK if self.quick else plans.FULL if self.full else plans.USUAL
-        return Asked(tier, self.experts, self.games, self.depths, self.algorithms, self.presets, self.seeds)
+        grid = (self.experts, self.games, self.depths, self.algorithms, self.presets)
+        return Asked(tier, *grid, self.seeds, self.first_seed, self.exploit_depths)
 
     @property
     def part(self) -> tuple[int, int]:

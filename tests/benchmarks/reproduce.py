@@ -29,8 +29,8 @@ from tests.benchmarks.common import figure, reader, tell
 
 TABLE = Path(cells.__file__).with_name(cells.FILE)
 HEAD = (
-    "# CPU seconds of one cell by depth. Made by `python -m tests.benchmarks.reproduce --write`;"
-    " MAVIPER's: means of `published`.\n"
+    "# CPU seconds of one cell by depth. Made by `python -m tests.benchmarks.reproduce --write`; those of MAVIPER, of\n"
+    "# IVIPER and of the preset `released`: means of `published`.\n"
 )
 REACH, STRETCH = 0.3, 0.15
 SMALL = 10  # times less than the default tier's effort

@@ -233,11 +233,11 @@ UNIT = 1_000  # of steps or episodes spent on responders: the table's rows "effo
 BEGUN = 0  # ... and what it costs to begin, once
 Costs = Mapping[str, Mapping[str, float]]  # what -> depth, as text -> CPU seconds
 
-# Factors of what was not measured. Every threshold costs MAVIPER in deception 1.5 times as much as histograms do;
-# games are set apart by their agents, steps and contacts.
+# Factors of what was not measured. Every threshold costs so many times as much as histograms do, in deception at depth
+# 4; games are set apart by their agents, steps and contacts.
 MEASURED_GAME = "physical-deception"
 GAME_FACTORS = {"cooperative-navigation": 0.8, "predator-prey": 1.3}
-EXACT_FACTOR = 1.5
+EXACT_FACTORS = {IVIPER: 2.5, IMITATION: 4.7, MAVIPER: 4.8}
 LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> another one, and how much of its cost: the same loop
     "joint-rollouts": (MAVIPER, 1.0),
     "joint-selection": (MAVIPER, 1.0),
@@ -253,7 +253,7 @@ LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> another one, and how m
 def key_of(cell: Cell) -> str:
     """Returns the key that cells of the same cost have in common, their depths aside."""
     words = [cell.kind, cell.game.partition(",")[0], cell.algorithm]
-    words += [cell.preset, cell.splits, "leaves" if cell.leaves else ""]
+    words += [cell.preset, "" if cell.preset == RELEASED else cell.splits, "leaves" if cell.leaves else ""]
     return " ".join(word for word in words if word)
 
 
@@ -293,7 +293,8 @@ def _alike(cell: Cell) -> Iterator[tuple[float, Cell]]:
     if cell.algorithm in LIKE:
         other, share = LIKE[cell.algorithm]
         algorithms.append((share, other))
-    slow = EXACT_FACTOR if cell.splits == EXACT or cell.preset == RELEASED else 1.0
+    exact = cell.splits == EXACT or cell.preset == RELEASED
+    slow = EXACT_FACTORS.get(cell.algorithm, max(EXACT_FACTORS.values())) if exact else 1.0
     styles = [(1.0, cell.preset, cell.splits), (slow, PAPER, HISTOGRAM)]
     for (one, game), (two, algorithm), (three, preset, splits) in product(games, algorithms, styles):
         for leaves in dict.fromkeys((cell.leaves, 0)):

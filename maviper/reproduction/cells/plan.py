@@ -72,6 +72,8 @@ class Asked:
     algorithms: tuple[str, ...] | None = None
     presets: tuple[str, ...] = (PAPER,)
     seeds: int | None = None
+    first_seed: int = 0
+    exploit_depths: tuple[int, ...] | None = None
 
     def ensure_known(self) -> "Asked":
         """The same; UnknownNameError or InputError for what there is not."""
@@ -227,7 +229,8 @@ def _tasks(asked: Asked, one: Known, register: str, left_out: list[tuple[str, st
 
 
 def _seeds(asked: Asked) -> range:
-    return range(asked.seeds if asked.seeds is not None else 1 if asked.tier == QUICK else SEEDS)
+    count = asked.seeds if asked.seeds is not None else 1 if asked.tier == QUICK else SEEDS
+    return range(asked.first_seed, asked.first_seed + count)
 
 
 def _extractions(asked: Asked, one: Known) -> list[Cell]:
@@ -250,7 +253,7 @@ def _extractions(asked: Asked, one: Known) -> list[Cell]:
         for seed, (preset, name, depth, leaves, splits) in product(_seeds(asked), sorted(grid))
     ]
     if not quick and not asked.algorithms and MAIN_DEPTH in depths:  # every threshold, beside histograms
-        cells.append(Cell(EXTRACTION, one.game, one.label, PAPER, MAVIPER, MAIN_DEPTH, 0, EXACT, 0))
+        cells.append(Cell(EXTRACTION, one.game, one.label, PAPER, MAVIPER, MAIN_DEPTH, 0, EXACT, asked.first_seed))
     return cells
 
 
@@ -295,10 +298,10 @@ def _crossplays(made: Sequence[Task], depths: Sequence[int] = (MAIN_DEPTH,)) -> 
 
 
 def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]) -> list[Task]:
-    """Deception's profiles of depth 4, in the full tier of all depths, each answered by everybody of its seed, and by
-    whom the tier trains.
+    """Deception's profiles of depth 4, in the full tier of all depths, or of those that were asked for, each answered
+    by everybody of its seed, and by whom the tier trains.
     """
-    depths = DEPTHS if asked.tier == FULL else (MAIN_DEPTH,)
+    depths = asked.exploit_depths or (DEPTHS if asked.tier == FULL else (MAIN_DEPTH,))
     alike = [each for each in _crossplays(made, depths) if each.cell.game == DECEPTION and each.cell.preset == PAPER]
     if not alike:
         return []

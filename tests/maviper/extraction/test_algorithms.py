@@ -410,8 +410,9 @@ def test_the_tree_of_actions_is_the_argmax_of_the_tree_of_q():
 
 
 def test_presets_and_protocols():
-    assert Settings.of({}).splits == HISTOGRAM and Settings.of({"preset": "paper"}).splits == EXACT
-    assert Settings.of({"preset": "paper", "splits": HISTOGRAM}).splits == HISTOGRAM
+    assert Settings.of({}).splits == HISTOGRAM and Settings.of({"preset": "paper"}).splits == HISTOGRAM
+    assert Settings.of({"preset": "paper", "splits": EXACT}).splits == EXACT
+    assert Settings.of({"preset": "released"}).splits == EXACT
     assert Settings.of({"algorithm": IVIPER}).iterations == 50
     imitation = Settings.of({"algorithm": IMITATION})
     assert imitation.iterations * imitation.rollouts * 25 == 100_000

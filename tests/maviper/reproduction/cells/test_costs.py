@@ -38,7 +38,7 @@ def test_where_one_depth_was_measured_others_have_the_proportions_of_deception()
 
 @pytest.mark.usefixtures("table")
 def test_what_was_not_measured_counts_as_what_is_most_like_it():
-    assert cost(splits="exact") == pytest.approx(4 * cells.EXACT_FACTOR)
+    assert cost(splits="exact") == pytest.approx(4 * cells.EXACT_FACTORS["maviper"])
     assert cost("predator-prey", "joint-rollouts") == 20
     assert cost("predator-prey", "", 0, "", "expert") == pytest.approx(0.25 * cells.GAME_FACTORS["predator-prey"])
     assert cost(algorithm="fitted-q") == cells.UNKNOWN  # nothing here is like it

@@ -51,6 +51,17 @@ def test_the_expert_plays_the_episodes_of_every_seed(seeds, experts):
     assert played >= {episode for cell in found for episode in cell.episodes}
 
 
+def test_seeds_begin_where_it_is_asked_and_responders_answer_the_depths_that_are_asked_for():
+    asked = {"games": ("physical-deception",), "seeds": 2, "first_seed": 300}
+    found = cells(**asked, exploit_depths=(2, 6))
+    assert {cell.seed for cell in found if cell.kind != EXPERT} == {300, 301}
+    assert {cell.depth for cell in found if cell.kind == EXPLOITABILITY} == {2, 6}
+    assert {cell.depth for cell in cells(**asked) if cell.kind == EXPLOITABILITY} == {4}
+    (expert,) = (cell for cell in found if cell.kind == EXPERT)
+    played = {episode for cell in found if cell.kind != EXPERT for episode in cell.episodes}
+    assert played == set(expert.episodes[:400])
+
+
 def test_full_adds_the_ladder_released_leaf_budgets_and_further_experts():
     usual, full = set(cells(seeds=1)), set(cells(tier="full", seeds=1))
     assert usual <= full
@@ -162,7 +173,7 @@ def test_shards_divide_the_cells_and_wait_for_nobody(of):
     assert Counter(task.id for part in parts for task in part.tasks) == Counter(task.id for task in plan.tasks)
     for part in parts:
         assert all(id_ in part.ids for task in part.tasks for id_ in task.of.values())
-        assert len(part.tasks) > len(plan.tasks) / of / 2
+        assert sum(map(cell.estimate, part.tasks)) > sum(map(cell.estimate, plan.tasks)) / of / 2
 
 
 def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, monkeypatch):
