@@ -233,8 +233,9 @@ class Finder:
         return Source(tuple((self.expert(place, seed), EXPERT) for seed in seeds), place.measure)
 
     def alone(self, place: Place) -> Source:
-        """The expert's values in the episodes of the first ten seeds, as one row."""
-        return self.experts(place, [0])
+        """The expert's values in the episodes of the first ten seeds that there are, as one row."""
+        rows = self._alike.get((EXPERT, place.game, place.expert, "", 0, 0, ""), [])
+        return self.experts(place, [min((row.seed for row in rows), default=0)])
 
     # --- statistics
 

@@ -8,7 +8,7 @@ import pytest
 
 from maviper.reproduction import register, report, verdicts
 from maviper.reproduction.cells import table
-from maviper.reproduction.recipes import Book, Number
+from maviper.reproduction.recipes import Book, Finder, Number, Place
 from maviper.reproduction.statistics import OPPOSITE, SAME_SIZE, SIZE_OPEN, SMALLER, Estimate
 from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_COMPARABLE, NOT_DECIDED
 from tests.maviper.reproduction import tables
@@ -225,3 +225,9 @@ def test_experts_are_judged_apart(tmp_path):
     one, other = judge(folder), judge(folder, "maddpg")
     first, second = (each["robust-defenders"].run[0].number for each in (one, other))
     assert first.seeds == second.seeds == 6 and first.value != second.value
+
+
+def test_the_expert_alone_is_found_whatever_seeds_there_are(tmp_path):
+    rows = [table.Row("expert", DECEPTION, "mappo", "", "", 0, 0, "", seed, f"from {seed}", 0.0) for seed in (310, 300)]
+    alone = Finder(table.Results(tmp_path, tuple(sorted(rows)), {})).alone(Place(DECEPTION, "mappo"))
+    assert alone.places == (("from 300", "expert"),)
