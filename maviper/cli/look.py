@@ -327,12 +327,13 @@ def worlds_list(as_json: bool) -> int:
 @click.argument("world")
 @option("--features-file", type=PATH, default=None, help="Names and units of what agents observe (TOML).")
 def worlds_show(world: str, features_file: Path | None, as_json: bool) -> int:
-    """Print the agents of WORLD, their features and actions.
+    """Print the agents of WORLD, their features, actions and measures.
 
-    Each feature is shown with its unit, range and meaning; entities of a game with places, with how they move.
+    Each feature is shown with its unit, range and meaning; entities of a game with places, with how they move; options
+    of a shipped game, with their ranges and defaults.
     """
     from codegen.ir import FORK, PHYSICS
-    from maviper.worlds import find
+    from maviper.worlds import WORLDS, explain_option, find, options_of
     from maviper.worlds.games.particle import FORK_MOTION, ParticleWorld
     from maviper.worlds.matching import with_names
 
@@ -369,6 +370,13 @@ def worlds_show(world: str, features_file: Path | None, as_json: bool) -> int:
             click.echo(f"  gives {output.name:<10} {output.unit} [{output.low:g}, {output.high:g}]")
         if actions:
             click.echo(f"  actions: {', '.join(action.name for action in actions)}")
+    click.echo("\nmeasures")
+    for measure in game.measures:
+        click.echo(f"  {measure.label}, {'lower' if measure.lower_is_better else 'higher'} is better")
+    if (name := game.name.partition(",")[0]) in WORLDS:
+        click.echo("\noptions")
+    for key in options_of(name) if name in WORLDS else ():
+        click.echo(f"  {key:<16} {explain_option(name, key)}")
     return ExitCode.DONE
 
 

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.worlds.games.cooperative_navigation import CooperativeNavigation
-from maviper.worlds.games.coordination import Coordination
-from maviper.worlds.games.particle import ParticleWorld, WorldState
+from maviper.worlds.games.coordination import RULES, Coordination
+from maviper.worlds.games.features import GROUPS
+from maviper.worlds.games.particle import PHYSICS_NAMES, ParticleWorld, WorldState
 from maviper.worlds.games.physical_deception import PhysicalDeception
-from maviper.worlds.games.predator_prey import PredatorPrey
+from maviper.worlds.games.predator_prey import OBSERVATIONS, PredatorPrey
 from maviper.worlds.outside.making import add_maker
 from maviper.worlds.outside.sources import SYSTEM, VMAS, Source, is_named_by_user, parse_source
 from maviper.worlds.outside.spaces import refuse_numbers
@@ -36,6 +37,35 @@ WORLDS: Mapping[str, type[World]] = {
 MAX_OF_A_KIND = 24  # agents, targets, obstacles
 OF_GYMNASIUM = re.compile(r"[A-Za-z0-9_/]+-v[0-9]+")
 SWITCHES = ("velocity", "shuffled", "continuous")
+WORDS = {
+    "features": GROUPS,
+    "physics": PHYSICS_NAMES,
+    "observation": OBSERVATIONS,
+    "rule": RULES,
+}  # that options may be
+MEANINGS = {
+    "defenders": "defenders, and as many landmarks",
+    "velocity": "1: agents also observe their own velocity, as their last two features",
+    "shuffled": "1: each agent sees the landmarks in an order of its own, drawn anew for each episode",
+    "continuous": "1: agents give numbers in place of actions",
+    "features": "further features, several with +; see maviper guide extraction",
+    "physics": "how agents move; see maviper guide games",
+    "agents": "agents, in navigation as many landmarks",
+    "predators": "slower agents that chase",
+    "prey": "faster agents that flee",
+    "obstacles": "fixed obstacles",
+    "observation": "what agents observe; paper: signs of distances, mpe2: distances, released: the authors' code",
+    "conventions": "actions of each agent; 3 with climbing and penalty",
+    "signals": "features of each agent",
+    "levels": "values of a signal",
+    "kinds": "groups of agents that read different signals well",
+    "noise": "percent of wrong readings",
+    "blur": "percent to add where a signal is not read clearly",
+    "payoff": "percent of all or nothing",
+    "agree": "percent that agreeing on a wrong convention is worth",
+    "rule": "payoffs",
+    "table": "which table from states to conventions",
+}
 
 
 def _maker_of(file: str) -> Callable[..., Any]:
@@ -124,6 +154,13 @@ def range_of(game: str, key: str) -> tuple[int, int]:
     return WORLDS[game].ranges.get(key, usual)
 
 
+def explain_option(game: str, key: str) -> str:
+    """What an option of one of our games may be, is by default, and means."""
+    usual = options_of(game)[key]
+    values = ", ".join(WORDS[key]) if key in WORDS else "{} to {}".format(*range_of(game, key))
+    return f"{values} (default: {'none' if usual == '' else usual})  {MEANINGS[key]}"
+
+
 def _number(key: str, text: str, where: str) -> int:
     low, high = range_of(where.partition(",")[0], key)
     if not (text.isascii() and text.isdigit() and len(text) < 9) or not low <= int(text) <= high:
@@ -141,6 +178,7 @@ __all__ = [
     "PredatorPrey",
     "World",
     "WorldState",
+    "explain_option",
     "find",
     "find_built_in",
     "options_of",
