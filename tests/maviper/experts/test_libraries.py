@@ -146,24 +146,6 @@ for turn in range(20):
 save_params(parameters, "actor.safetensors")
 """,
     ),
-    "CleanRL": (
-        ("torch",),
-        CARTPOLE
-        + CLONE
-        + """
-from torch.nn import Linear, Sequential, Tanh
-
-class Agent(torch.nn.Module):
-    def __init__(self):
-        super().__init__()
-        self.critic = Sequential(Linear(4, 64), Tanh(), Linear(64, 64), Tanh(), Linear(64, 1))
-        self.actor = Sequential(Linear(4, 64), Tanh(), Linear(64, 64), Tanh(), Linear(64, 2))
-
-agent = Agent()
-clone(agent.actor, lambda n: torch.randn(n, 4), lambda seen: (seen[:, 2] + seen[:, 3] > 0).long())
-torch.save(agent.state_dict(), "ppo.cleanrl_model")
-""",
-    ),
     "EPyMARL": (
         ("torch",),
         SPREAD
