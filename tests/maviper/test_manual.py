@@ -144,11 +144,14 @@ def test_algorithms_features_targets_and_verdicts_are_all_there():
 
 
 def test_the_ladder_is_the_one_of_the_code():
-    page = manual.page("extraction")
-    for row in rows_of(table_under(page, "What the names stand for:")):
-        for algorithm in row[0].replace("`", "").split(", "):
-            mine = dict(zip(PARTS, (cell.strip("`") for cell in row[1:]), strict=True))
-            assert BUNDLES[algorithm].items() <= mine.items(), algorithm
+    ladder = manual.page("extraction").partition("\n## The ladder from IVIPER to MAVIPER\n")[2].partition("\n## ")[0]
+    said = {}
+    for names, settings in re.findall(r"^- ((?:`[\w-]+`(?:, )?)+): (.*)", ladder, flags=re.M):
+        for name in re.findall(r"[\w-]+", names):
+            said[name] = said.get("maviper", {}) | dict(re.findall(r"`(\w+)=([\w-]+)`", settings))
+    for name, settings in said.items():
+        assert BUNDLES[name].items() <= settings.items() and set(settings) <= set(PARTS), name
+    assert len(said) == 7
 
 
 def test_every_claim_is_there():
@@ -196,7 +199,7 @@ def test_the_files_page_names_every_form():
     forms = {form for text in sources for form in re.findall(r"\"(maviper-[a-z-]+-[0-9]+)\"", text)}
     forms |= {compact.FORM}  # of committed records, which the benchmarks write
     assert forms == set(re.findall(r"`(maviper-[a-z-]+-[0-9]+)`", page))
-    assert f"| `schema_version` | {SCHEMA_VERSION} " in page
+    assert f"`schema_version`: {SCHEMA_VERSION} " in page
 
 
 # --- pictures: what the code renders

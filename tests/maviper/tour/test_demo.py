@@ -47,11 +47,11 @@ def test_every_step_gives_its_expected_outcome(tours):
 def test_the_tours_session_is_a_real_one(tours, request):
     """The session in the manual's tour, line by line."""
     before, rest = PAGE.read_text().split("    $ maviper demo -o demo\n")
-    session, after = rest.split("\n| line ", 1)
+    session, after = rest.split("\n- `expert`", 1)
     found = tours[1][0].stderr
     if request.config.getoption("--update-golden"):
         again = "".join(f"    {line}\n" for line in found.splitlines())
-        PAGE.write_text(f"{before}    $ maviper demo -o demo\n{again}\n| line {after}")
+        PAGE.write_text(f"{before}    $ maviper demo -o demo\n{again}\n- `expert`{after}")
         return
 
     assert found.splitlines() == [line.removeprefix("    ") for line in session.splitlines()]
