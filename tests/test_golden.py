@@ -18,30 +18,31 @@ from codegen.lowering.lower import AUTO, ORDERED, STYLES, lower
 from codegen.profiles import loads, schema
 from codegen.targets import TARGETS, emit
 from codegen.targets.rendered import harness
+from tests.support.generated import FOLDER as DEMO
 from tests.support.small import small_profile
+from tests.support.tiers import first_of
 
 FOLDER = "tests/golden"
-ROOT = Path(__file__).parent.parent
+PROFILES = [small_profile(), loads((DEMO / "profile.json").read_text())]
 COMPILERS = [
-    f"{compiler} {standard}"
-    for compiler, standards in {
-        "gcc": ("-std=c99", "-std=c11"), "clang": ("-std=c99", "-std=c11"),
-        "g++": ("-x c++ -std=c++17", "-x c++ -std=c++20"), "clang++": ("-x c++ -std=c++17",),
-    }.items()
-    for standard in standards
-]  # fmt: skip
+    *("gcc -std=c99", "clang -std=c99", "g++ -x c++ -std=c++17"),
+    *("gcc -std=c11", "clang -std=c11", "g++ -x c++ -std=c++20", "clang++ -x c++ -std=c++17"),
+]
 SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
 def test_every_target_has_its_golden_file(golden):
+    """Python's are beside the demo's profile: module and reader here, those of JAX and PyTorch in test_embedded.py."""
     profile = small_profile()
     files = emit(profile, TARGETS)
     assert len(files) == len(TARGETS) + 1 - 3 + 3 * len(profile.agents), "a reader; a picture and two models an agent"
+    golden("generated/physical_deception", emit(PROFILES[1], ["python", "json"]))
+    asked = obligations.about_c(files["physical_deception.h"], profile, lower(profile))
+    asked += obligations.about_python(files["physical_deception.py"], profile, lower(profile))
+    files = {name: text for name, text in files.items() if not name.endswith(".py")}
     files |= {f"walk_{name}": text for name, text in emit(profile, ["c"], style="walk").items()}
     files |= {f"ordered_{name}": text for name, text in emit(profile, ["c"], style="ordered").items()}
     files |= vectors.files(build(profile, TARGETS), TARGETS)
-    asked = obligations.about_c(files["physical_deception.h"], profile, lower(profile))
-    asked += obligations.about_python(files["physical_deception.py"], profile, lower(profile))
     named = {"c": asked[1], "python": asked[len(profile.agents) + 1]}
     files |= {f"physical_deception_{each.agent}.{kind}.smt2": each.text for kind, each in named.items()}
     golden(FOLDER, files)
@@ -53,13 +54,9 @@ def test_the_golden_files_agree_with_the_reference():
     selfcheck.check_files(small_profile(), emit(small_profile())).ensure()
 
 
-def headers():
-    return [ROOT / FOLDER / "physical_deception.h", ROOT / "generated/physical_deception/physical_deception.h"]
-
-
 @pytest.mark.compile
 @pytest.mark.parametrize("style", [style for style in STYLES if style != AUTO])
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", first_of(3, COMPILERS))
 def test_strict_compilers_and_sanitizers_find_nothing(style, compiler, tmp_path):
     """Compiled with every warning an error, then run under address and undefined sanitizers on boundary vectors: one
     decision, rows and columns, in every style.
@@ -71,8 +68,7 @@ def test_strict_compilers_and_sanitizers_find_nothing(style, compiler, tmp_path)
     level = "-O1" if "-std=c99" in options or "-std=c++17" in options else "-O0"  # an optimiser finds more to warn of
     sanitize = [*SANITIZE, level]
     warnings = [*compiled.STRICT[1:], "-Wno-float-conversion"]
-    for header in headers():
-        profile = loads((header.parent / f"{header.stem}.json").read_text())
+    for profile in PROFILES:
         for name, text in emit(profile, ["c"], style=style).items():
             (tmp_path / name).write_text(text)
         (tmp_path / "harness.c").write_text(
@@ -151,10 +147,10 @@ def driver(profile: ir.PolicyProfile, style: str, folder: Path) -> str:
     return "\n".join([*lines, '    printf("%d differences\\n", wrong);', "    return wrong != 0;", "}", ""])
 
 
-@pytest.mark.parametrize("header", headers(), ids=lambda path: path.parent.name)
-def test_the_python_module_runs_with_nothing_installed(header, tmp_path):
+@pytest.mark.parametrize("profile", PROFILES, ids=["small", "demo"])
+def test_the_python_module_runs_with_nothing_installed(profile, tmp_path):
     """-I -S: no site-packages, no environment; the module must import and decide."""
-    shutil.copy(header.with_suffix(".py"), tmp_path / "policy.py")
+    (tmp_path / "policy.py").write_text(emit(profile, ["python"])["physical_deception.py"])
     code = (
         "import sys; sys.path.insert(0, '.'); import policy;"
         "print([policy.ACT[a]([0.0] * len(policy.FEATURES[a])) for a in policy.AGENTS])"
@@ -162,6 +158,5 @@ def test_the_python_module_runs_with_nothing_installed(header, tmp_path):
     ran = subprocess.run(
         [sys.executable, "-I", "-S", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
     )
-    profile = loads(header.with_suffix(".json").read_text())
     zero = [int(ir.act(policy, np.zeros((1, len(policy.features))))[0]) for policy in profile.agents]
     assert ran.stdout.strip() == str(zero)
