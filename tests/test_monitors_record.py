@@ -41,18 +41,3 @@ def test_a_recorded_row_is_found_again(monkeypatch, tmp_path):
     assert json.loads((tmp_path / "table.json").read_text()) == [ROWS[name]]
     benchmark.record_rows(benchmark.STATES, name, new=True)  # nothing is missing: it is not measured again
     assert benchmark.read_record() == [ROWS[name]]
-
-
-@pytest.mark.slow
-@pytest.mark.compile
-def test_costs_of_all_kinds_of_monitors_are_measured_in_turn(monkeypatch):
-    """One of a stated system, one of a game, one of episodes, one of a proof that is made first."""
-    monkeypatch.setattr(benchmark, "TURNS", 2)
-    for name in (
-        "worlds/crossing/certificate-1-stays_in",
-        "worlds/crossing/always",
-        "verdicts/predator_prey/certificate-1-formula",
-        "verdicts/physical_deception/certificate-7-reaches",
-    ):
-        ((row, found),) = benchmark.costs(name).items()
-        assert row == name and {"ratio", "decision_ns", "step_ns"} == found.keys() and min(found.values()) > 0.0

@@ -1,9 +1,8 @@
 """What a run-time monitor costs, how often it refuses noisy states, and whether its words hold.
 
-    python -m tests.benchmarks.monitor [--json] [--states N] [--only WORD] [--costs] [--record [--new]]
+    python -m tests.benchmarks.monitor [--json] [--states N] [--only WORD] [--record [--new]]
 
 Of all committed proofs that have a monitor, and of some about committed worlds, which are made first.
-With --costs the costs alone, of all of them in turn, TURNS times: of each figure the median.
 With --record what holds for all machines is written to generated/monitors, row by row; with --new what is missing.
 
 Cost: a step of the monitor beside the decision of all agents from the same state, in C, in turn, over states of
@@ -28,7 +27,6 @@ import json
 import math
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -43,7 +41,7 @@ from maviper.files.runs import read_unpacked
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.observing import call_in_file
 from tests.benchmarks.common import figure, reader, tell
-from tests.support.followed import Followed, Shadowed, arriving, flying
+from tests.support.followed import arriving, flying
 from tests.support.monitored import acting, compiled, formula_of, meets
 from tests.support.monitors import certify
 from tests.support.pushed import (
@@ -51,9 +49,6 @@ from tests.support.pushed import (
     NOISE,
     STEPS,
     Watching,
-    cost_following,
-    cost_game,
-    cost_system,
     cost_watched,
     episodes,
     lasting,
@@ -123,7 +118,6 @@ region = { where = ["angle + 0.3[s]*spin > 0.2", "spin >= 0", "v*1[s]/3 + x/7 - 
 }
 STATES = 1_000_000
 SIDE = 2.0  # of the start region of games
-TURNS = 5  # in which all costs are measured, with --costs
 RECORDED = (
     *("states", "vouched", "fails_while_vouched", "lost", "fails_elsewhere", "control_fails"),
     *("calm", "refused", "false_alarms", "warning"),
@@ -203,7 +197,7 @@ def system(certificate: Path, states: int, beside: str = "profile.json", share: 
         watching = Watching(certificate, made, proved, profile)
         calm, refused = unperturbed(watching, max(100, states // 200))
         calm = [watching.measured(w) for w in calm]
-        figures = cost_watched(watching, calm)() | {"calm": sum(map(len, calm)), "refused": refused}
+        figures = cost_watched(watching, calm) | {"calm": sum(map(len, calm)), "refused": refused}
         return figures | perturbed(watching, states, share)
 
 
@@ -213,18 +207,14 @@ def made_anew(name: str, states: int) -> dict[str, Any]:
         return system(certify(Path(folder), name.split("/")[0], MADE[name]), states)
 
 
-def make_lasting(folder: Path) -> Path:
-    """A certificate that the defenders stay within a radius for ever, made anew."""
-    found = verify(load(GENERATED / "proved_defenders" / "profile.json"), "stays_in", steps="always", radius=RADIUS)
-    (folder / "certificate.json").write_text(to_json(found.evidence.certificate))
-    return folder / "certificate.json"
-
-
 def made_lasting(states: int) -> dict[str, Any]:
-    """The figures of a proof for ever about a game, made anew."""
+    """The figures of a proof that the defenders stay within a radius for ever, made anew."""
+    profile = GENERATED / "proved_defenders" / "profile.json"
+    found = verify(load(profile), "stays_in", steps="always", radius=RADIUS)
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
-        profile = GENERATED / "proved_defenders" / "profile.json"
-        return lasting(make_lasting(Path(folder)), profile, states, min(COSTED, states))
+        certificate = Path(folder) / "certificate.json"
+        certificate.write_text(to_json(found.evidence.certificate))
+        return lasting(certificate, profile, states, min(COSTED, states))
 
 
 def file_of(name: str) -> Path:
@@ -244,36 +234,6 @@ def rows() -> dict[str, Callable[[int], dict[str, Any]]]:
         SUMS_FOLLOWED: lambda states: system(files[SUMS_FOLLOWED], states, "../profile.json", PUSHED),
         **{name: partial(system, files[name]) for name in SYSTEMS},
         **{f"worlds/{name}": partial(made_anew, name) for name in MADE},
-    }
-
-
-def ask_costs(name: str, kept: ExitStack) -> Callable[[], dict[str, float]]:
-    """What asks what the monitor of a proof costs."""
-    folder = Path(kept.enter_context(tempfile.TemporaryDirectory(prefix="maviper-")))
-    if name in EPISODES:
-        return cost_following(Followed(file_of(name), folder))
-    if name == FLOWN:
-        return cost_following(Shadowed(file_of(name), folder, BESIDE, OFF))
-    if name == LASTING:
-        return cost_game(kept, make_lasting(folder), GENERATED / "proved_defenders" / "profile.json")
-    if name in (*GAMES, *SUMS):
-        return cost_game(kept, file_of(name), file_of(name).parent / "profile.json")
-    if (made := name.removeprefix("worlds/")) in MADE:
-        return cost_system(kept, certify(folder, made.split("/")[0], MADE[made]), "profile.json")
-    return cost_system(kept, file_of(name), "../profile.json" if name == SUMS_FOLLOWED else "profile.json")
-
-
-def costs(only: str = "") -> dict[str, dict[str, float]]:
-    """What each monitor costs, by the name of its proof: the medians of all of them in turn."""
-    found: dict[str, list[dict[str, float]]] = {}
-    with ExitStack() as kept:
-        asked = {name: ask_costs(name, kept) for name in rows() if only in name}
-        for _ in range(TURNS):
-            for name, ask in asked.items():
-                found.setdefault(name, []).append(ask())
-    return {
-        name: {key: float(np.median([each[key] for each in turns])) for key in turns[0]}
-        for name, turns in found.items()
     }
 
 
@@ -340,14 +300,13 @@ def main() -> None:
     parser = reader(__doc__)
     parser.add_argument("--states", type=int, default=STATES)
     parser.add_argument("--only", default="", metavar="WORD", help="proofs whose name holds it")
-    parser.add_argument("--costs", action="store_true", help="costs alone, of all monitors in turn")
     parser.add_argument("--record", action="store_true", help="renew generated/monitors, a row after the other")
     parser.add_argument("--new", action="store_true", help="of the record only rows that it lacks")
     given = parser.parse_args()
     if given.record:
         record_rows(given.states, given.only, new=given.new)
         return
-    found = costs(given.only).items() if given.costs else measured(given.states, given.only)
+    found = measured(given.states, given.only)
     told = TARGETS if given.json else dict.fromkeys(FIGURES) | TARGETS
     rows = (
         (f"{proof}: {name}", row[name], reach) for proof, row in found for name, reach in told.items() if name in row

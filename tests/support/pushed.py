@@ -7,8 +7,7 @@ Does not: time anything, or share code with proofs.
 """
 
 import json
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -134,21 +133,13 @@ def acting_of(played: Played, w: Any, policy: Any) -> Any:
 
 def shuffled(profile: Any) -> Any:
     """A control that must fail: every leaf has the next action."""
-    return replace(
-        profile,
-        agents=tuple(
-            replace(
-                each,
-                tree=replace(
-                    each.tree,
-                    action=np.where(
-                        each.tree.action >= 0, (each.tree.action + 1) % len(each.actions), each.tree.action
-                    ),
-                ),
-            )
-            for each in profile.agents
-        ),
-    )
+
+    def turn(policy: Any) -> Any:
+        action = policy.tree.action
+        turned = np.where(action >= 0, (action + 1) % len(policy.actions), action)
+        return replace(policy, tree=replace(policy.tree, action=turned))
+
+    return replace(profile, agents=tuple(map(turn, profile.agents)))
 
 
 def unperturbed(watching: Watching, count: int) -> tuple[list[Any], int]:
@@ -214,41 +205,14 @@ def perturbed(watching: Watching, states: int, share: float = 1.0) -> dict[str, 
 # --- costs
 
 COSTED = 140_000  # states whose decisions are timed, each once
-CALM = 5_000  # episodes of a stated system, of whose states these are some
 
 
-def cost_following(followed: Any) -> Callable[[], dict[str, float]]:
-    """Asks what the monitor of a claim that a team arrives costs."""
-    w, _ = followed.played(700, 0, 0.0)
-    acts = followed.acting(w)
-    return lambda: followed.costs(w, acts)
-
-
-def cost_game(kept: ExitStack, certificate: Path, profile_file: Path) -> Callable[[], dict[str, float]]:
-    """Asks what the monitor of a claim about states of a game costs."""
-    profile = load(profile_file)
-    proved: Any = load_proof(certificate, profile)
-    made = kept.enter_context(compiled(profile, proved))
-    box = proved.region.box if proved.stated else None
-    w = episodes(profile, -(-COSTED // STEPS), 0, box).reshape(-1, len(profile.world.coordinates()))[:COSTED]
-    return lambda: made.costs(w, np.zeros(len(w), np.int32))
-
-
-def cost_system(kept: ExitStack, certificate: Path, beside: str) -> Callable[[], dict[str, float]]:
-    """Asks what the monitor of a claim about a stated system costs."""
-    profile = load(certificate.parent / beside)
-    proved = load_proof(certificate, profile)
-    made = kept.enter_context(compiled(profile, proved, read_certificate(certificate)[1].system))
-    watching = Watching(certificate, made, proved, profile)
-    return cost_watched(watching, [watching.measured(w) for w in unperturbed(watching, CALM)[0]])
-
-
-def cost_watched(watching: Watching, calm: Sequence[Any]) -> Callable[[], dict[str, float]]:
-    """Asks what a monitor costs over states by step, mixed: so no branch is foreseen."""
+def cost_watched(watching: Watching, calm: Sequence[Any]) -> dict[str, float]:
+    """The costs of a monitor over states by step, mixed: so no branch is foreseen."""
     whole = np.concatenate(calm)
     at = np.concatenate([np.full(len(w), 0 if watching.cover.ever else step) for step, w in enumerate(calm)])
     order = np.random.default_rng(3).permutation(len(at))[:COSTED]
-    return lambda: watching.made.costs(whole[order], at[order])
+    return watching.made.costs(whole[order], at[order])
 
 
 # --- claims for ever about games: whoever is vouched for is played some steps on
