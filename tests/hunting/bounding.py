@@ -41,3 +41,23 @@ def inwards(extreme, off):
     """A number of few digits, off an extreme by as much or a little less."""
     bound = (extreme + off) * 2**DIGITS
     return Fraction(math.floor(bound) if off > 0 else math.ceil(bound), 2**DIGITS)
+
+
+class Bounded:
+    """A case whose claims bound a sum. `searched` finds the most that a judge knows; `drawn`: claims at most, until
+    that says something.
+    """
+
+    drawn, brink, asked = 20, BRINK, 0
+
+    def near(self, rng, *given):
+        """A claim with a bound close to the most that was searched."""
+        for _ in range(self.drawn):
+            claim = self.searched(self.unbounded(rng, *given), rng)
+            if says_much(claim["reached"]):
+                break
+        return claim | place_bound(rng, claim["reached"], self.brink)
+
+    def violated(self, claim):
+        """Whether what reaches most breaks it, in exact numbers."""
+        return claim["reached"] is not None and claim["reached"] > claim["bound"]

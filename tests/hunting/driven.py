@@ -22,31 +22,27 @@ from codegen.profiles import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
-from tests.hunting.asking import Told
-from tests.hunting.bounding import place_bound, says_much
+from tests.hunting.bounding import Bounded
 from tests.hunting.driving import Plant, Searched
-from tests.hunting.falsifying import judge_forgery
+from tests.hunting.falsifying import ask_claim
 from tests.support import summed
 from tests.support.giving import tamed
-from verify.certificates.systems import to_json
-from verify.checker.accept import accept
-from verify.checker.systems.proofs import from_json
 from verify.decimals import plain
 
 TOGETHER = 4  # claims about one system
-DRAWN = 20  # claims at most, until the extreme says something
 SAMPLES = 600
 BOXES = 20_000
-BRINK = 0.06  # of claims: of most the answer is UNKNOWN, and takes as many boxes as it may
-CHECKED, FORGING = 8, 3  # of so many certificates one is given to the checker again; one is forged
 WIDE = Fraction(16)  # of the ranges: far from where episodes get
 NAMES = ("x", "v", "w")
 FACTORS = [Fraction(each) for each in ("1", "1", "-1", "0.5", "2", "0.1", "-0.3")]
 KINDS = ("decides", "decides", "stays_in", "avoids", "reaches_and_stays", "reaches")
 
 
-class Case:
+class Case(Bounded):
     """A system with claims as the judge reads them."""
+
+    brink = 0.06  # of claims: of most the answer is UNKNOWN, and takes as many boxes as it may
+    checked = 8
 
     def __init__(self, number):
         rng = np.random.default_rng([number, 36])
@@ -57,7 +53,7 @@ class Case:
         self.profile = ensure(summed.profile(*made))
         self.plain = self._plain(rng)
         self.plant = Plant(json.loads(dumps(self.profile)), self.plain)
-        self.claims = [self._claim(rng) for _ in range(TOGETHER)]
+        self.claims = [self.near(rng) for _ in range(TOGETHER)]
 
     def _agent(self, rng, place):
         arithmetic = (DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS)[int(rng.integers(3))]
@@ -108,15 +104,7 @@ class Case:
     def _factor(rng):
         return FACTORS[int(rng.integers(len(FACTORS)))]
 
-    def _claim(self, rng):
-        """A claim with a bound close to the most that was searched."""
-        for _ in range(DRAWN):
-            claim = self.searched(self._unbounded(rng), rng)
-            if says_much(claim["searched"].reached):
-                break
-        return claim | place_bound(rng, claim["searched"].reached, BRINK)
-
-    def _unbounded(self, rng):
+    def unbounded(self, rng):
         """A claim without its bound."""
         kind = str(rng.choice(KINDS))
         claim = {"kind": kind, "when": None, "steps": self.steps, "by": 0}
@@ -140,7 +128,7 @@ class Case:
 
     def searched(self, claim, rng):
         """The claim with the states or starts in which its sum reaches most."""
-        return claim | {"searched": Searched(self.plant, claim, self.plain["start"], rng, SAMPLES)}
+        return claim | {"reached": Searched(self.plant, claim, self.plain["start"], rng, SAMPLES).reached}
 
     def widened(self, rng):
         """The same from a wider box."""
@@ -154,11 +142,6 @@ class Case:
         other = copy.copy(self)
         other.profile, other.plant = profile, Plant(json.loads(dumps(profile)), self.plain)
         return other
-
-    def violated(self, claim):
-        """Whether one of the best that was searched breaks it, in exact numbers."""
-        reached = claim["searched"].reached
-        return reached is not None and reached > claim["bound"]
 
     def replays(self, claim, found):
         """Whether a counterexample starts in the box, moves by the rules with allowed errors, and breaks the claim."""
@@ -251,22 +234,4 @@ def ask(seed, thorough):
     """The answer to the question of a seed."""
     case = one_case(seed // TOGETHER)
     claim = case.claims[seed % TOGETHER]
-    world = case.world([claim])  # alone, so that no other claim takes its boxes
-    result = world.answer(world.asked[0].question, beside=thorough)
-    violated, verdict = case.violated(claim), result.verdict.value
-    told = Told(seed, verdict, claim["kind"], case.levels, conflict=True, judged="violated" if violated else "")
-    told.close = claim["close"]
-    if verdict == "PROVED" and violated:
-        told.wrong.append("PROVED, and the judge has an episode or a state that breaks it")
-    certificate = result.evidence.certificate
-    if verdict == "PROVED":
-        again = from_json(to_json(certificate))
-        if again != certificate:
-            told.wrong.append("PROVED by a certificate that is another one once it is read")
-        if thorough or seed % CHECKED == 0:
-            told.front = accept(again, world.profile, world.statement.system) >= 0
-        if not violated and (thorough or seed % FORGING == 0):
-            judge_forgery(case, claim, 0, certificate, told, np.random.default_rng([seed, 37]))
-    if verdict == "VIOLATED" and not case.replays(claim, result.evidence.counterexample):
-        told.wrong.append("VIOLATED by an episode that is none, or breaks nothing")
-    return told
+    return ask_claim(case, claim, case.world([claim]), 0, seed, thorough)  # alone: no other claim takes its boxes

@@ -1,8 +1,10 @@
-"""False claims close to proved ones, and their certificates as a forger would hand them in.
+"""Answers to claims that a sum stays below a bound, and false claims close to proved ones, as a forger hands them in.
 
-Does: takes a case and a claim of it that is proved; finds a claim, a region or a team beside it with which the judge
-  knows the claim to be false; puts a proof of the one under the other, hashes and all, sometimes with edits.
-Assumes: cases with `claim`s that have a `false` bound, and with `widened`, `altered`, `searched`, `violated`, `world`.
+Does: asks a claim of a case and says what is wrong with the answer; takes a claim that is proved; finds a claim, a
+  region or a team beside it with which the judge knows the claim to be false; puts a proof of the one under the other,
+  hashes and all, sometimes with edits.
+Assumes: cases with `claim`s that have a `false` bound, and with `widened`, `altered`, `searched`, `violated`, `world`,
+  `replays`, `levels` and `checked`: of so many certificates one is given to the checker again.
 Does not: judge.
 """
 
@@ -18,6 +20,7 @@ from codegen.errors import InputError
 from codegen.ir import CONSTANT, NO_FEATURE, PolicyProfile
 from codegen.policy_json import content_hash
 from codegen.sums import Sum
+from tests.hunting.asking import Told
 from tests.hunting.forging import sealed
 from tests.support.altered import altered
 from verify.certificates.systems import to_json
@@ -158,17 +161,40 @@ def is_refused(certificate, claim, profile, system, rng):
     return False
 
 
-def judge_forgery(case, claim, number, certificate, told, rng):
-    """Hands a proof in under a false claim and notes in `told` what became of it. `number`: the claim's place among
-    the questions of its world.
-    """
+FORGING = 3  # of so many certificates one is forged
+
+
+def ask_claim(case, claim, world, place, seed, thorough):
+    """What is wrong with the answer to a claim. `place`: of it among the questions of its world."""
+    result = world.answer(world.asked[place].question, beside=thorough)
+    violated, verdict = case.violated(claim), result.verdict.value
+    told = Told(seed, verdict, claim["kind"], case.levels, conflict=True, judged="violated" if violated else "")
+    told.close = claim["close"]
+    if verdict == "PROVED" and violated:
+        told.wrong.append("PROVED, and the judge has a state or an episode that breaks it")
+    if verdict == "PROVED":
+        certificate = result.evidence.certificate
+        again = from_json(to_json(certificate))
+        if again != certificate:
+            told.wrong.append("PROVED by a certificate that is another one once it is read")
+        if thorough or seed % case.checked == 0:
+            told.front = accept(again, world.profile, world.statement.system) >= 0
+        if not violated and (thorough or seed % FORGING == 0):
+            _judge_forgery(case, claim, certificate, told, np.random.default_rng([seed, 37]))
+    if verdict == "VIOLATED" and not case.replays(claim, result.evidence.counterexample):
+        told.wrong.append("VIOLATED by a state or an episode that is none, or breaks nothing")
+    return told
+
+
+def _judge_forgery(case, claim, certificate, told, rng):
+    """Hands a proof in under a false claim and notes in `told` what became of it."""
     falsified = falsify(case, claim, rng)
     if falsified is None:
         return
     other, false = falsified
     world = other.world([false])
     told.forged += 1
-    if is_refused(certificate, world.claims[number], world.profile, world.statement.system, rng):
+    if is_refused(certificate, world.claims[case.asked], world.profile, world.statement.system, rng):
         told.refused += 1
     else:
         told.wrong.append("a proof of another claim is accepted as one of a claim that is false")

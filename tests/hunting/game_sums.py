@@ -19,32 +19,28 @@ from codegen.policy_json import dumps
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
-from tests.hunting.asking import Told
-from tests.hunting.bounding import place_bound, says_much
-from tests.hunting.falsifying import judge_forgery
+from tests.hunting.bounding import Bounded
+from tests.hunting.falsifying import ask_claim
 from tests.hunting.places import inner
 from tests.hunting.reading import fractions
 from tests.hunting.summing import GOAL, OWN, TEAM, Team
 from tests.support.game_sums import team
-from verify.certificates.systems import to_json
-from verify.checker.accept import accept
-from verify.checker.systems.proofs import from_json
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml, start_region
 from verify.decimals import plain
 
 SAMPLES, PLAYED = 2_000, 12
-DRAWN = 20  # claims at most, until the extreme says something
 BOXES = 50_000
-CHECKED, FORGING = 4, 3  # of so many certificates one is given to the checker again; one is forged
 ERRORS = (1, 2, 3, 6)  # powers of two below 1
 SIDES = (8, 10, 12)  # of starts of episodes, likewise
 EPISODES = ("stays_in", "keeps_apart", "reaches", "covers")
 LEAST_RADIUS = Fraction(1, 1 << 40)
 
 
-class Case:
+class Case(Bounded):
     """A team in a box, with a claim as the judge reads it."""
+
+    checked = 4
 
     def __init__(self, seed):
         rng = np.random.default_rng([seed, 35])
@@ -70,17 +66,13 @@ class Case:
 
     def _claim(self, rng):
         """A claim with a bound close to the most that the judge has sampled."""
-        for _ in range(DRAWN):
-            claim = self.searched(self._unbounded(rng), rng)
-            if says_much(claim["reached"]):
-                break
-        claim |= place_bound(rng, claim["reached"])
+        claim = self.near(rng) | {"kind": self.kind}
         if self.moving:  # a radius is above 0, and that of `keeps_apart` is one below which nobody may come
             ends = (-1 << 20, -LEAST_RADIUS) if self.kind == "keeps_apart" else (LEAST_RADIUS, 1 << 20)
             claim |= {key: min(max(claim[key], ends[0]), ends[1]) for key in ("bound", "false")}
         return claim
 
-    def _unbounded(self, rng):
+    def unbounded(self, rng):
         """A claim without its bound."""
         if self.moving:
             return {"agent": str(rng.choice(TEAM))}
@@ -129,10 +121,6 @@ class Case:
         cornered = rng.random(drawn.shape) < 0.2
         return dict(zip(self.region.box, np.where(cornered, ends[:, rng.integers(2)], drawn).T, strict=True))
 
-    def violated(self, claim):
-        """Whether the state that reaches most breaks it."""
-        return claim["reached"] is not None and claim["reached"] > claim["bound"]
-
     # --- cases beside it
 
     def widened(self, rng):
@@ -179,36 +167,21 @@ class Case:
         eps = f"eps = {plain(self.eps)}\n" if self.eps else ""
         return f'[[property]]\nteam = "defenders"\nformula = "{formula}"\n{eps}'
 
-    def replays(self, start):
+    def replays(self, claim, found):
         """Whether a counterexample is a state of floats in the box that breaks the claim."""
+        start = found.start
         at = {name: start[name] for name in self.region.box}
         inside = all(low <= at[name] <= high for name, (low, high) in self.region.box.items())
-        agent = self.claim["agent"]
+        agent = claim["agent"]
         off = {each.name: start.get(f"{agent}.error_{each.name}", Fraction(0)) for each in self.team.features[agent]}
         small = all(abs(each) <= self.eps for each in off.values())
         if not inside or not small or any(Fraction(float(each)) != each for each in (*at.values(), *off.values())):
             return False
-        reached = self._reach(self.claim, at, off)
-        return reached is not None and reached > self.claim["bound"]
+        reached = self._reach(claim, at, off)
+        return reached is not None and reached > claim["bound"]
 
 
 def ask(seed, thorough):
     """The answer to the question of a seed."""
     case = Case(seed)
-    claim, world = case.claim, case.world([case.claim])
-    result = world.answer(world.asked[case.asked].question, beside=thorough)
-    verdict, violated, certificate = result.verdict.value, case.violated(claim), result.evidence.certificate
-    judged = "violated" if violated else ""
-    told = Told(seed, verdict, case.kind, case.levels, conflict=True, judged=judged, close=claim["close"])
-    if verdict == "PROVED" and violated:
-        told.wrong.append("PROVED, and the judge has a state or an episode that breaks it")
-    if verdict == "PROVED" and (thorough or seed % CHECKED == 0):
-        again = from_json(to_json(certificate))
-        told.front = again == certificate and accept(again, world.profile, world.statement.system) >= 0
-        if not told.front:
-            told.wrong.append("PROVED by a certificate that is another one once it is read")
-    if verdict == "PROVED" and not violated and (thorough or seed % FORGING == 0):
-        judge_forgery(case, claim, case.asked, certificate, told, np.random.default_rng([seed, 37]))
-    if verdict == "VIOLATED" and not case.replays(result.evidence.counterexample.start):
-        told.wrong.append("VIOLATED by a state that is none, or breaks nothing")
-    return told
+    return ask_claim(case, case.claim, case.world([case.claim]), case.asked, seed, thorough)

@@ -23,28 +23,24 @@ from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
 from tests.hunting import giving
-from tests.hunting.asking import Told
-from tests.hunting.bounding import place_bound, says_much
-from tests.hunting.falsifying import judge_forgery
+from tests.hunting.bounding import Bounded
+from tests.hunting.falsifying import ask_claim
 from tests.support import summed
 from tests.support.giving import tamed
-from verify.certificates.systems import to_json
-from verify.checker.accept import accept
-from verify.checker.systems.proofs import from_json
 from verify.decimals import plain
 
-FORGING = 3  # of so many certificates one is forged
 TOGETHER = 4  # claims about one team, which one search decides
 SAMPLES = 2_000
 EXACTLY = 8  # of the states that reach most, which are looked at in exact numbers
-DRAWN = 100  # claims at most, until one reaches that much: an action may never be taken, an output may never change
 FAR = 100_000_000  # beyond all numbers
-CHECKED = 16  # of so many certificates one is given to the checker again
 KINDS = ("output", "outputs", "agents", "robust")
 
 
-class Case:
+class Case(Bounded):
     """Agents of one kind in a box, with claims as the judge reads them and the answers to them."""
+
+    drawn = 100  # an action may never be taken, an output may never change
+    checked = 16
 
     def __init__(self, number):
         rng = np.random.default_rng([number, 34])
@@ -60,17 +56,9 @@ class Case:
         self.box = {each.name: _ends(rng) for each in self.profile.agents[0].features}
         self.eps = float(rng.choice([1, 8, 64])) * 2.0**-8
         self.states = giving.States(json.loads(dumps(self.profile)), self.box, self.eps)
-        self.claims = [self._claim(rng, acting) for _ in range(TOGETHER)]
+        self.claims = [self.near(rng, acting) for _ in range(TOGETHER)]
 
-    def _claim(self, rng, acting):
-        """A claim with a bound close to the most that the judge has sampled."""
-        for _ in range(DRAWN):
-            claim = self.searched(self._unbounded(rng, acting), rng)
-            if says_much(claim["reached"]):
-                break
-        return claim | place_bound(rng, claim["reached"])
-
-    def _unbounded(self, rng, acting):
+    def unbounded(self, rng, acting):
         """A claim without its bound."""
         one, other = (each.agent for each in self.profile.agents)
         kind = "action" if acting else str(rng.choice(KINDS))
@@ -123,8 +111,9 @@ class Case:
         exact = [dict(zip(self.box, map(Fraction, each), strict=True)) for each in (numbers, errors)]
         return giving.exactly(self.states, claim, *exact)
 
-    def replays(self, claim, start):
+    def replays(self, claim, found):
         """Whether a counterexample is a state of floats in the box that breaks it."""
+        start = found.start
         numbers = [start[name] for name in self.box]
         errors = [start.get(f"{self.profile.agents[0].agent}_off.{name}", Fraction(0)) for name in self.box]
         inside = all(low <= each <= high for each, (low, high) in zip(numbers, self.box.values(), strict=True))
@@ -183,22 +172,5 @@ def one_case(number):
 def ask(seed, thorough):
     """The answer to the question of a seed."""
     case, world = one_case(seed // TOGETHER)
-    claim, asked = case.claims[seed % TOGETHER], world.asked[seed % TOGETHER]
-    found = world.answer(asked.question, beside=thorough)
-    violated, verdict = case.violated(claim), found.verdict.value
-    told = Told(seed, verdict, claim["kind"], case.levels, conflict=True, judged="violated" if violated else "")
-    told.close = claim["close"]
-    if verdict == "PROVED" and violated:
-        told.wrong.append("PROVED, and the judge has a state that breaks it")
-    certificate, counterexample = found.evidence.certificate, found.evidence.counterexample
-    if verdict == "PROVED":
-        again = from_json(to_json(certificate))
-        if again != certificate:
-            told.wrong.append("PROVED by a certificate that is another one once it is read")
-        if thorough or seed % CHECKED == 0:
-            told.front = accept(again, world.profile, world.statement.system) >= 0
-        if not violated and (thorough or seed % FORGING == 0):
-            judge_forgery(case, claim, 0, certificate, told, np.random.default_rng([seed, 37]))
-    if verdict == "VIOLATED" and not case.replays(claim, counterexample.start):
-        told.wrong.append("VIOLATED by a state that is none, or breaks nothing")
-    return told
+    place = seed % TOGETHER
+    return ask_claim(case, case.claims[place], world, place, seed, thorough)
