@@ -1,7 +1,6 @@
 """generated/embedding/: the committed code in mpe2 and in a simulation in C plays episodes as our simulator does."""
 
 import ast
-import math
 import shlex
 import shutil
 import subprocess
@@ -12,7 +11,6 @@ import pytest
 
 from codegen.agreement.compiled import STRICT, find_compiler
 from maviper import load
-from maviper.worlds import WorldState
 from maviper.worlds.matching import matching_world
 from tests.support import machines
 from tests.support.embedding import EMBEDDING, EPISODES, FEW, SEED, ours
@@ -57,12 +55,6 @@ def test_the_program_needs_mpe2_and_the_module_only():
     assert {name.split(".")[0] for name in names} - sys.stdlib_module_names == {"mpe2", "physical_deception"}
 
 
-@pytest.mark.parametrize("arguments", [("--episodes", "0"), ("--seed", "-1"), ("--seed", "one"), ("--nothing",)])
-def test_the_program_says_what_is_wrong(arguments):
-    done = subprocess.run([sys.executable, PROGRAM, *arguments], capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and "Traceback" not in done.stderr and arguments[0] in done.stderr
-
-
 # --- C
 
 
@@ -71,13 +63,6 @@ def compilers():
     usual = find_compiler()
     found = [usual] if usual else []
     return found + [[name] for name in ("gcc", "clang") if shutil.which(name) and [name] != usual]
-
-
-@pytest.fixture(scope="module")
-def simulation(tmp_path_factory):
-    program = tmp_path_factory.mktemp("simulation") / "simulation"
-    subprocess.run([*find_compiler(), *FLAGS, str(SIMULATION), "-o", str(program)], check=True)
-    return program
 
 
 def written(starts, place):
@@ -112,63 +97,6 @@ def test_machines_of_32_bits_play_the_same_episodes(machine, team, starts, tmp_p
         np.testing.assert_allclose(*ends, rtol=0, atol=1e-12)
     else:
         assert found == wanted
-
-
-MASK = 2**64 - 1
-
-
-def splitmix64(state):
-    """The outputs from a state, in integers without a width."""
-    while True:
-        state = state + 0x9E3779B97F4A7C15 & MASK
-        z = (state ^ state >> 30) * 0xBF58476D1CE4E5B9 & MASK
-        z = (z ^ z >> 27) * 0x94D049BB133111EB & MASK
-        yield z ^ z >> 31
-
-
-@pytest.mark.compile
-@pytest.mark.parametrize("seed", [0, 12_345, MASK - 10])
-def test_its_own_starts_are_splitmix64s(seed, team, simulation):
-    rows = [splitmix64(seed + episode & MASK) for episode in range(FEW)]
-    goal = np.array([next(row) >> 63 for row in rows])
-    position = np.array([[(next(row) >> 11) * 2.0**-52 - 1.0 for _ in range(10)] for row in rows])
-    drawn = WorldState(position.reshape(FEW, 5, 2), np.zeros((FEW, 3, 2)), goal)
-    assert printed(simulation, "--seed", seed, "--episodes", FEW, "--each") == ours(team, drawn)
-
-
-@pytest.mark.compile
-def test_the_generator_is_the_published_one():
-    given = splitmix64(1234567)
-    assert [next(given) for _ in range(3)] == [6457827717110365317, 3203168211198807973, 9817491932198370423]
-
-
-@pytest.mark.compile
-def test_its_own_starts_give_the_shares_of_ours(team, starts, simulation):
-    of_ours = [int(line.split()[3]) / EPISODES for line in ours(team, starts)[-2:]]
-    n = 100_000
-    of_its = [int(line.split()[3]) / n for line in printed(simulation, "--episodes", n)]
-    for one, other in zip(of_ours, of_its, strict=True):
-        assert abs(one - other) <= WIDE * math.sqrt(other * (1 - other) * (1 / EPISODES + 1 / n))
-
-
-@pytest.mark.compile
-@pytest.mark.parametrize(
-    ("line", "arguments"),
-    [
-        (None, ["--starts"]), (None, ["--starts", "nowhere"]), ("", ["--starts", "bad"]),
-        ("2" + " 0" * 10, ["--starts", "bad"]), ("-1" + " 0" * 10, ["--starts", "bad"]),
-        ("0" + " 0" * 9, ["--starts", "bad"]), ("0" + " 0" * 11, ["--starts", "bad"]),
-        ("0" + " 0" * 9 + " nan", ["--starts", "bad"]), ("0" + " 0" * 9 + " 1e999", ["--starts", "bad"]),
-        (None, ["--episodes", "0"]), (None, ["--episodes", "x"]), (None, ["--seed", "-1"]),
-        (None, ["--seed", str(MASK + 1)]), (None, ["--huh"]),
-    ],
-)  # fmt: skip
-def test_the_simulation_says_what_is_wrong(line, arguments, simulation, tmp_path):
-    if line is not None:
-        (tmp_path / "bad").write_text(line and f"0{' 0' * 10}\n{line}\n")
-    done = subprocess.run([simulation, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and done.stderr.startswith("simulation: ") and not done.stdout
-    assert not line or "line 2" in done.stderr
 
 
 # --- their pages

@@ -15,23 +15,10 @@ from tests.support.heavy import ASIDE, HEAVY
 from tests.support.sources import PACKAGES, functions_of, modules, nodes_of
 
 ROOT = Path(__file__).parent.parent
-VERBS = (
-    "maviper",
-    "maviper.__main__",
-    "maviper.cli",
-    "maviper.importing.verbs",
-)  # load what they do when they are called
-EXTRAS = {  # asked for where they are missing
-    "dask",
-    "distributed",
-    "docutils",
-    "matplotlib",
-    "onnx",
-    "onnxruntime",
-    "sphinx",
-    "torch",
-    "vmas",
-}
+# load what they do when they are called
+VERBS = ("maviper", "maviper.__main__", "maviper.cli", "maviper.importing.verbs")
+# asked for where they are missing
+EXTRAS = {"dask", "distributed", "docutils", "matplotlib", "onnx", "onnxruntime", "sphinx", "torch", "vmas"}
 
 
 @cache

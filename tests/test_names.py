@@ -18,14 +18,8 @@ from verify.checker.certificate import body_hash
 
 pytestmark = pytest.mark.usefixtures("few_states_throughout")
 STRANGE = [
-    "agent_0\u200b",
-    "аgent_0",
-    "agent_0\r",
-    "\x1b[2Kagent_0",
-    "agent_0\naccepted",
-    "agent_0\u202e",
-    "\x9b2J",
-    "é",
+    *("agent_0\u200b", "аgent_0", "agent_0\r", "\x1b[2Kagent_0"),
+    *("agent_0\naccepted", "agent_0\u202e", "\x9b2J", "é"),
 ]
 
 

@@ -96,21 +96,10 @@ def test_what_starts_programs_stands_in_a_table():
 @pytest.mark.parametrize(
     "source",
     [
-        "import pickle",
-        "from pickle import loads",
-        "import yaml",
-        "from numpy import load",
-        "eval(text)",
-        "exec(text)",
-        "np.load(path, allow_pickle=True)",
-        "np.load(path, allow_pickle=asked)",
-        "np.load(path, None, True)",
-        "np.load(path, **given)",
-        "torch.load(path)",
-        "torch.load(path, weights_only=True)",
-        "joblib.load(path)",
-        "spec.loader.exec_module(made)",
-        "importlib.import_module(name)",
+        *("import pickle", "from pickle import loads", "import yaml", "from numpy import load", "eval(text)"),
+        *("exec(text)", "np.load(path, allow_pickle=True)", "np.load(path, allow_pickle=asked)"),
+        *("np.load(path, None, True)", "np.load(path, **given)", "torch.load(path)", "joblib.load(path)"),
+        *("torch.load(path, weights_only=True)", "spec.loader.exec_module(made)", "importlib.import_module(name)"),
     ],
 )
 def test_what_runs_code_is_seen(source):

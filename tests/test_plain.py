@@ -31,22 +31,8 @@ GIVEN = {
 # replay and check find the profile beside another file; compare and extract take experts and worlds; diff,
 # evaluate, play, show and verify take sums
 OTHERS = {
-    "check",
-    "compare",
-    "diff",
-    "demo",
-    "edit",
-    "evaluate",
-    "extract",
-    "guide",
-    "import",
-    "play",
-    "replay",
-    "reproduce",
-    "show",
-    "train",
-    "verify",
-    "worlds",
+    *("check", "compare", "diff", "demo", "edit", "evaluate", "extract", "guide", "import", "play", "replay"),
+    *("reproduce", "show", "train", "verify", "worlds"),
 }
 
 

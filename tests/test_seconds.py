@@ -18,13 +18,6 @@ def record(tmp_path, spent, skipped=()):
     return str(file)
 
 
-def test_skips_are_counted_by_reason(tmp_path, capsys):
-    skipped = {"a.py::x": "no chromium", "a.py::y": "no chromium", "b.py": "no torch"}
-    assert seconds.main([record(tmp_path, {"a.py": 1}, skipped)]) == 0
-    out = capsys.readouterr().out
-    assert "3 skipped" in out and "2  no chromium" in out and "1  no torch" in out
-
-
 def test_the_table_is_renewed_from_a_record(tmp_path, monkeypatch):
     """For the files that ran; of the others it forgets those that are gone."""
     monkeypatch.setattr(seconds, "TABLE", tmp_path / "seconds.json")
@@ -42,44 +35,6 @@ def test_long_files_come_first_and_keep_their_order_and_unknown_ones_come_before
     assert ordered == [item.nodeid for item in seconds.longest_first(backwards, {"a.py": 1, "b.py": 9})]
     assert [name for name in ordered if name.endswith("x")] == ["c.py::x", "new.py::x", "b.py::x", "a.py::x"]
     assert [ordered.index(f"{name}::y") - ordered.index(f"{name}::x") for name in ("a.py", "b.py", "c.py")] == [1, 1, 1]
-
-
-class Worker:
-    """What the scheduler sees of a worker: the tests that it was sent, by place."""
-
-    def __init__(self):
-        self.sent, self.shutting_down, self.gateway = [], False, SimpleNamespace(id="a worker")
-
-    def send_runtest_some(self, places):
-        self.sent += places
-
-    def shutdown(self):
-        self.shutting_down = True
-
-
-def test_a_file_stays_on_one_worker_and_so_do_those_that_share_something():
-    scheduling = pytest.importorskip("tests.support.scheduling")
-    files = [*(f"tests/test_{k}.py" for k in range(9)), *(f"tests/maviper/page/test_{k}.py" for k in range(3))]
-    files[3:3] = [scheduling.PAGES[-1]]
-    files += scheduling.SOURCES
-    assert all((seconds.ROOT / name).exists() for name in scheduling.PAGES + scheduling.SOURCES)
-    tests = [f"{file}::test_{k}" for file in files for k in range(4)]
-    config = SimpleNamespace(getvalue=lambda _: ["2*popen"], option=SimpleNamespace(loadscopereorder=False))
-    scheduler, workers = scheduling.Scheduling(config), [Worker(), Worker()]
-    for worker in workers:
-        scheduler.add_node(worker)
-        scheduler.add_node_collection(worker, tests)
-    scheduler.schedule()
-    for turn in range(len(tests)):
-        for worker in workers:
-            for place in worker.sent[turn : turn + 1]:
-                scheduler.mark_test_complete(worker, place)
-    assert scheduler.tests_finished and not scheduler.has_pending and all(worker.shutting_down for worker in workers)
-    first, second = ({tests[place].split("::")[0] for place in worker.sent} for worker in workers)
-    assert sorted(tests[place] for worker in workers for place in worker.sent) == sorted(tests)
-    assert first | second == set(files) and not first & second and first and second
-    for together in (scheduling.PAGES, scheduling.SOURCES):
-        assert len({name in first for name in files if name.startswith(together)}) == 1
 
 
 def test_a_recorder_adds_up_what_reports_say(tmp_path):
@@ -116,11 +71,12 @@ def test_what_passed_in_an_earlier_run_is_not_run_again(tmp_path):
 
 
 def test_tests_of_some_folders_must_not_be_skipped(tmp_path, capsys):
-    skipped = {"tests/page/a.py::x": "no chromium", "tests/pages.py::y": "no torch"}
+    skipped = {"tests/page/a.py::x": "no chromium", "tests/pages.py::y": "no torch", "b.py": "no torch"}
     file = record(tmp_path, {}, skipped)
     assert seconds.main([file]) == 0
     assert seconds.main([file, "--all-of", "tests/page"]) == 1
     out = capsys.readouterr().out
+    assert "3 skipped" in out and "1  no chromium" in out and "2  no torch" in out
     assert "NOT TO BE SKIPPED: tests/page/a.py::x: no chromium" in out and "TO BE SKIPPED: tests/pages.py" not in out
 
 

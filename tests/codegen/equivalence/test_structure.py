@@ -13,14 +13,8 @@ from tests import faults
 from tests.support.strategies import profiles
 
 NOT_ITS_OWN = (
-    "input check",
-    "range check",
-    "of rows",
-    "last rows",
-    "world state",
-    "rounded before",
-    "order",
-    "for all",
+    *("input check", "range check", "of rows", "last rows"),
+    *("world state", "rounded before", "order", "for all"),
 )
 
 
