@@ -4,11 +4,9 @@ Every example runs the real command. After it, the output folder holds whole fil
 """
 
 import copy
-import hashlib
 import json
 import os
 import random
-import shutil
 import signal
 import subprocess
 import sys
@@ -21,11 +19,8 @@ from hypothesis import strategies as st
 
 from codegen import policy_json, profiles
 from codegen.errors import ExitCode
-from maviper import tour
 from maviper.cli import main
-from maviper.files import runs
 from tests.support.strategies import WORLD
-from tests.support.tiers import sweep
 from verify.claims.region_files import positions
 
 pytestmark = pytest.mark.usefixtures("few_states_throughout")
@@ -76,14 +71,6 @@ def test_an_edit_is_known_or_refused():
 
 def run(*arguments):
     return main.run([str(argument) for argument in arguments])
-
-
-def whole(folder: Path) -> None:
-    """Nothing half written lies in a folder."""
-    for path in folder.rglob("*"):
-        assert not path.name.endswith(".part"), path
-        if path.suffix == ".json":
-            json.loads(path.read_text())
 
 
 @pytest.fixture(scope="module")
@@ -160,51 +147,6 @@ def test_start_regions_that_are_none(document, place, capsys, place_of, value, s
         code = run("-q", *asked)
         assert code in ANSWERS, command
         assert not says or (code == ExitCode.INPUT and says in capsys.readouterr().err)
-
-
-WORDS = ["int", "class", "None", "x", "act", "self", "np", "main", "A" * 64]
-
-
-def renamed(document, names):
-    """The document with these names, by the place of an agent: its own, its first feature's and its second action's."""
-    changed = {key: value for key, value in copy.deepcopy(document).items() if key != "content_hash"}
-    for place, (agent, feature, action) in names.items():
-        named = changed["agents"][place]
-        old, named["agent"] = named["agent"], agent
-        changed["world"]["agents"][place]["name"] = agent
-        for other in changed["agents"]:
-            for seen in other["features"]:
-                seen["meaning"] = seen["meaning"].replace(f"{old}.", f"{agent}.")
-        renames = {named["features"][0]["name"]: feature, named["actions"][1]["name"]: action}
-        named["features"][0]["name"], named["actions"][1]["name"] = feature, action
-        for node in named["tree"]:
-            for key in {"action", "feature"} & node.keys():
-                node[key] = renames.get(node[key], node[key])
-    return changed
-
-
-@pytest.mark.compile
-@pytest.mark.parametrize("first", range(0, len(WORDS), 3), ids=[" ".join(WORDS[k : k + 3]) for k in (0, 3, 6)])
-@pytest.mark.usefixtures("few_observations")
-def test_hostile_but_legal_names_compile(document, place, first):
-    """Words of the target languages as names, each once in every place, three agents at a time: compiled, and in
-    agreement.
-    """
-    names = {agent: [WORDS[(first + agent + turn) % len(WORDS)] for turn in range(3)] for agent in range(3)}
-    file = place / "profile.json"
-    file.write_text(json.dumps(renamed(document, names)))
-    assert run("-q", "compile", file, "-o", place / "out") in (ExitCode.DONE, ExitCode.INCONCLUSIVE)
-    whole(place)
-
-
-@pytest.mark.parametrize("place_of", range(3), ids=["agent", "feature", "action"])
-@pytest.mark.usefixtures("few_observations")
-def test_a_name_of_the_headers_own_is_refused_where_it_would_clash(document, place, place_of):
-    names = [name if index != place_of else "N_ACTIONS" for index, name in enumerate(["agent_0", "goal_dx", "left"])]
-    (place / "profile.json").write_text(json.dumps(renamed(document, {1: names})))
-    code = run("-q", "compile", place / "profile.json", "--target", "c", "-o", place / "out")
-    assert code == ExitCode.INPUT if place_of == 2 else code in (ExitCode.DONE, ExitCode.INCONCLUSIVE)
-    whole(place)
 
 
 TOML_VALUES = st.one_of(
@@ -432,98 +374,6 @@ def test_extract_into_a_folder_with_a_files_name_is_refused(place):
     assert run(*asked) == ExitCode.INPUT
 
 
-@pytest.fixture
-def small_disk(tmp_path):
-    """A file system of a few kilobytes; needs the right to mount one."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    size = 16
-    mounted = shutil.which("mount") and subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", f"size={size}k", "tmpfs", str(place)], capture_output=True, check=False
-    )
-    if not mounted or mounted.returncode != 0:
-        pytest.skip("mounting a small tmpfs is not allowed here")
-    yield place
-    subprocess.run(["umount", str(place)], check=False)
-
-
-@pytest.mark.compile
-@pytest.mark.usefixtures("few_observations")
-def test_a_full_disk_is_said_and_leaves_whole_files(document, place, small_disk, capsys):
-    (place / "profile.json").write_text(json.dumps(document))
-    assert run("compile", place / "profile.json", "-o", small_disk) == ExitCode.MISSING
-    assert "No space left" in capsys.readouterr().err
-    whole(small_disk)
-
-
-def test_an_old_file_survives_a_full_disk(small_disk):
-    target = small_disk / "file"
-    runs.write(target, "old")
-    with pytest.raises(runs.MissingToolError, match="cannot write"):
-        runs.write(target, "x" * 200_000)
-    assert target.read_text() == "old"
-    assert [path.name for path in small_disk.iterdir()] == ["file"]
-
-
-@pytest.fixture
-def read_only(tmp_path):
-    place = tmp_path / "locked"
-    place.mkdir()
-    made = shutil.which("mount") and subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=64k,ro", "tmpfs", str(place)], capture_output=True, check=False
-    )
-    if made and made.returncode == 0:
-        yield place
-        subprocess.run(["umount", str(place)], check=False)
-        return
-    if os.geteuid() == 0:
-        pytest.skip("root may write anywhere, and mounting is not allowed here")
-    place.chmod(0o500)
-    yield place
-
-
-@pytest.mark.parametrize("deeper", [".", "deeper"])
-@pytest.mark.usefixtures("few_observations")
-def test_a_read_only_folder(document, place, read_only, deeper):
-    (place / "profile.json").write_text(json.dumps(document))
-    assert run("-q", "compile", place / "profile.json", "-o", read_only / deeper) == ExitCode.INPUT
-    assert list(read_only.iterdir()) == []
-
-
-# --- interruption at random moments
-
-
-def started(*arguments, cwd):
-    """A command as a process that has printed its first line, so that it listens for signals."""
-    command = [sys.executable, "-m", "maviper", *map(str, arguments)]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=cwd)
-    return process, process.stderr.readline()
-
-
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
-@pytest.mark.parametrize("attempt", sweep(range(4)))
-def test_interrupted_at_a_random_moment(tmp_path, how, attempt):
-    """The tour into a folder that holds an earlier one: every file is the old or the new one, whole."""
-    folder = tmp_path / "demo"
-    folder.mkdir()
-    (folder / "profile.json").write_text("{}")
-    earlier = {"sha256": {"profile.json": hashlib.sha256(b"{}").hexdigest()}}
-    (folder / tour.MANIFEST).write_text(json.dumps(earlier))
-    process, first = started("demo", "-o", folder, "--seed", attempt, cwd=tmp_path)
-    time.sleep(random.Random(f"{how}{attempt}").uniform(0.0, 9.0))
-    process.send_signal(how)
-    _, err = process.communicate(timeout=60)
-    assert first.startswith("maviper") and "Traceback" not in err, err
-    assert process.returncode in (0, ExitCode.INTERRUPTED, -signal.SIGKILL)
-    for path in folder.iterdir():
-        # after kill -9 a hidden scratch file may stay, never a half file under a final name
-        if path.name.startswith(".") and how is signal.SIGKILL:
-            continue
-        assert not path.name.endswith(".part")
-        if path.suffix == ".json":
-            json.loads(path.read_text())
-
-
 LAST = """
 import os, sys, time
 class Last:
@@ -544,36 +394,3 @@ def test_interrupted_after_its_end():
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)
     assert (process.returncode, err) == (0, "") and out.startswith("maviper")
-
-
-WRITER = """
-import signal, sys
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a caller in the background ignores it, and so would we
-from pathlib import Path
-from maviper.files import runs
-runs.write(Path("file"), "a" * 300_000)
-print("ready", file=sys.stderr, flush=True)
-while True:
-    for letter in "ab":
-        runs.write(Path("file"), letter * 300_000)
-"""
-
-
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
-def test_writing_is_atomic_under_signals(tmp_path, how):
-    """A process that does nothing but write the same file, ended at random moments: the file is always whole."""
-    for attempt in range(6):
-        process = subprocess.Popen([sys.executable, "-c", WRITER], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-        assert process.stderr.readline() == "ready\n"
-        time.sleep(0.05 + random.Random(f"{how}{attempt}").uniform(0, 0.1))
-        process.send_signal(how)
-        for _ in range(30):  # Python drops an interrupt that falls into a finalizer
-            try:
-                process.communicate(timeout=1)
-                break
-            except subprocess.TimeoutExpired:
-                process.send_signal(how)
-        text = (tmp_path / "file").read_text()
-        assert text in ("a" * 300_000, "b" * 300_000)
-        if how is signal.SIGINT:
-            assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -234,10 +234,10 @@ def test_unknown_target_and_bad_prefix(profile):
         emit(profile, ["c"], prefix="2fast")
 
 
-def test_names_that_collide_in_code_are_refused(profile):
-    actions = tuple(
-        replace(action, name="x_goal_dx") if k == 0 else action for k, action in enumerate(profile.agents[1].actions)
-    )
+@pytest.mark.parametrize("name", ["x_goal_dx", "N_ACTIONS"])
+def test_names_that_collide_in_code_are_refused(profile, name):
+    first, *others = profile.agents[1].actions
+    actions = (replace(first, name=name), *others)
     agents = (profile.agents[0], replace(profile.agents[1], actions=actions), profile.agents[2])
     with pytest.raises(InputError, match="same name"):
         lower(replace(profile, agents=agents))

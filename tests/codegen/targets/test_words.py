@@ -45,7 +45,9 @@ def _about(name, old, feature):
 
 @pytest.mark.compile
 @pytest.mark.parametrize(
-    "words", [("match", "self", "std"), ("type", "str", "Self"), ("int", "class", "None")], ids=" ".join
+    "words",
+    [("match", "self", "std"), ("type", "str", "Self"), ("int", "class", "None"), ("x", "np", "A" * 64)],
+    ids=" ".join,
 )
 @pytest.mark.usefixtures("unoptimised", "few_completions")
 def test_agents_may_be_called_like_words_of_a_language(profile, words):
