@@ -107,7 +107,8 @@ def check(
         print_json({"accepted": True, **told})
         return ExitCode.DONE
     closed = f"{format_count(proof.closed, proof.unit)}{' closed' if proof.unit == 'branch' else ''}"
-    say(f"accepted  {proof.subject}: {closed}, {format_count(proof.size, 'byte')} of proof")
+    size = f"{format_count(proof.size, 'byte')} of proof" if proof.size else "made again from the proof's recipe"
+    say(f"accepted  {proof.subject}: {closed}, {size}")
     return ExitCode.DONE
 
 

@@ -122,7 +122,7 @@ QUESTION_OPTIONS = (
         type=PATH,
         default=None,
         section=QUESTION,
-        help="A world file (TOML): claims are about the system that it states, those of the file or of --properties.",
+        help="A world file (TOML): claims are about the system that it states. Default: those of the file.",
     ),
     options_of(tables.SystemOptions, "run_reference"),
     REGION,
@@ -218,7 +218,7 @@ def verify(
         return _write_starter(str(profile), output)
     console = console_of(context)
     console.line("verifying", str(profile))
-    if any(each.partition("(")[0].strip() == ROBUST for each in claims):
+    if options.get("world") is None and any(each.partition("(")[0].strip() == ROBUST for each in claims):
         return context.invoke(robust, **_read_robust(claims), profile=profile, output=output, as_json=as_json)
     if output is not None:
         FOLDER.convert(output, next(each for each in context.command.params if each.name == "output"), context)

@@ -154,7 +154,7 @@ class VerifyOptions:
         for name, option in self.unusual.items():
             if self.world is None and name in OF_SYSTEMS and OF_SYSTEMS[name].needs == "world":
                 raise make_world_error(option)
-            if self.world is not None and name not in (*OF_SYSTEMS, "world", "file", "verdict_only"):
+            if self.world is not None and name not in (*OF_SYSTEMS, "world", "file", "claims", "verdict_only"):
                 advice = "leave it out; the file states claims and regions"
                 raise InputError(f"{option} has no effect with --system", option, advice)
         if self.verdict_only and self.run_reference:

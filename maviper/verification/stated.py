@@ -36,6 +36,7 @@ from maviper.worlds.stated.systems import file_of, read
 from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
+from verify.claims.calls import read_call
 from verify.claims.formula import Linear, atoms, below, negate, normal
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
@@ -56,7 +57,7 @@ from verify.systems.curves import with_comparisons
 from verify.systems.enclosures import list_curved
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.observing import as_played
-from verify.systems.properties import claims_in, claims_of, find_numbers, parse_written
+from verify.systems.properties import claims_in, claims_of, claims_said, find_numbers, parse_written
 from verify.systems.statement import Statement
 from verify.systems.system import State
 from verify.verdicts.systems import BOXES, ENCLOSED, Attempt, SystemEvidence, SystemResult, verify_system
@@ -103,7 +104,11 @@ class StatedWorld:
         file = file_of(options.world)
         options = replace(options, world=file)
         given = {WORLD_FILE: file} | ({} if options.file is None else {PROPERTY_FILE: options.file})
-        return _join_parts(profile, read(file), given, _texts(given), options)
+        made = _join_parts(profile, read(file), given, _texts(given), options)
+        if not options.claims:
+            return made
+        asked = made.beside.get(PROPERTY_FILE, "") + worlds.spell_claims(map(read_call, options.claims))
+        return replace(made, given={WORLD_FILE: file}, beside={**made.beside, PROPERTY_FILE: asked})
 
     @staticmethod
     def of_observations(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -156,7 +161,7 @@ class StatedWorld:
         """The command that asks all again, in the folder of the report."""
         options = self.options
         words = ["maviper", "verify", runs.PROFILE_FILE, "--system", WORLD_FILE]
-        words += [] if options.file is None else ["--properties", PROPERTY_FILE]
+        words += ["--properties", PROPERTY_FILE] if PROPERTY_FILE in self.beside else []
         words += [] if options.effort == "normal" else ["--effort", options.effort]
         words += [] if options.max_boxes is None else ["--max-boxes", str(options.max_boxes)]
         return shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
@@ -389,7 +394,7 @@ def _state_episodes(profile: PolicyProfile, posed: Sequence[Posed], options: Ver
 
 
 def _join_game(profile: PolicyProfile, statement: Statement, source: str, options: VerifyOptions) -> StatedWorld:
-    return _join_parts(profile, statement, {}, {WORLD_FILE: source}, replace(options, file=None))
+    return _join_parts(profile, statement, {}, {WORLD_FILE: source}, replace(options, file=None, claims=()))
 
 
 def _join_parts(
@@ -401,10 +406,11 @@ def _join_parts(
 ) -> StatedWorld:
     ensure_plays(origin, statement)
     statement, profile = as_played(statement, origin)
-    if options.file is None:
+    claims = claims_said(options.claims, statement, profile)
+    if options.file is not None:
+        claims = (*claims_in(beside[PROPERTY_FILE], statement, profile, options.file.name), *claims)
+    elif not claims:
         claims = claims_of(statement, profile, given.get(WORLD_FILE, Path(WORLD_FILE)).name)
-    else:
-        claims = claims_in(beside[PROPERTY_FILE], statement, profile, options.file.name)
     return StatedWorld(profile, origin, statement, claims, given, beside, options)
 
 

@@ -19,7 +19,7 @@ step. The goal's place is that of its landmark.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple, cast
@@ -95,8 +95,12 @@ def _spell_document(document: Table) -> str:
     top = "".join(f"{key} = {_spell(value)}\n" for key, value in document.items() if not isinstance(value, dict | list))
     tables = {key: cast("Table", value) for key, value in document.items() if isinstance(value, dict)}
     below = "".join(_spell_table(key, value) for key, value in tables.items())
-    claims = cast("list[Table]", document.get("property", []))
-    return top + below + "".join(f"\n[[property]]\n{_spell_lines(each)}" for each in claims)
+    return top + below + spell_claims(cast("list[Table]", document.get("property", [])))
+
+
+def spell_claims(claims: Iterable[Table]) -> str:
+    """The tables of claims as text."""
+    return "".join(f"\n[[property]]\n{_spell_lines(each)}" for each in claims)
 
 
 def _spell_table(key: str, table: Table) -> str:

@@ -36,8 +36,6 @@ def read_call(written: str) -> dict[str, Any]:
         if key in table:
             raise InputError(f"{key} is given twice", escape_text(written), "leave one of them out")
         table[key] = _read_value(value, written)
-    if not isinstance(table.get("region", ""), str):
-        raise InputError("a region is `start` or a file here", escape_text(written), "write region=near.toml")
     return table
 
 

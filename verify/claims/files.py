@@ -76,6 +76,8 @@ def read_claim(
 ) -> Stated:
     """The claim of a call such as `reaches(radius=0.4, steps=25)`, as if a file had it. `where`: what errors name."""
     table = read_call(written)
+    if not isinstance(table.get("region", ""), str):
+        raise InputError("a region is `start` or a file here", escape_text(written), "write region=near.toml")
     return _Table(table, profile, Place(f"{where} {escape_text(written)}", ""), reading).question(find_region, default)
 
 

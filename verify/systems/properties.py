@@ -19,9 +19,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
 from codegen.numbers import nearest_number, neighbour
+from verify.claims.calls import read_call
 from verify.claims.files import Table, properties, read_each
 from verify.claims.formula import (
     Acts,
@@ -93,6 +94,12 @@ def claims_in(source: str, statement: Statement, profile: PolicyProfile, where: 
     return _ClaimReader.of(statement, profile).read(document, place)
 
 
+def claims_said(calls: Iterable[str], statement: Statement, profile: PolicyProfile) -> tuple[SystemClaim, ...]:
+    """The claims of calls such as `avoids(region={box={x=[1, 2]}}, steps=25)`, as if a file had them."""
+    reader = _ClaimReader.of(statement, profile)
+    return tuple(reader.claim(read_call(each), Place(f"--claim {escape_text(each)}", "")) for each in calls)
+
+
 def parse_written(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> Formula | None:
     """The formula of a claim about decisions as it was written, over variables, outputs and actions; None where it has
     curves or next values.
@@ -129,9 +136,10 @@ class _ClaimReader:
 
     def read(self, document: Table, file: Place) -> tuple[SystemClaim, ...]:
         """The claims of a document. InputError with the places of all that is wrong."""
-        return tuple(read_each(properties(document, file), self._claim))
+        return tuple(read_each(properties(document, file), self.claim))
 
-    def _claim(self, table: Table, where: Place) -> SystemClaim:
+    def claim(self, table: Table, where: Place) -> SystemClaim:
+        """The claim of one table."""
         only(table, KEYS, where)
         label = text(table.get("label", ""), where / "label")
         place = where / "region"

@@ -101,7 +101,7 @@ class Checked(Shown):
 
     subject: str  #: what it proves, from what was checked
     closed: int  #: branches of the proof, or its boxes
-    size: int  #: bytes of proof
+    size: int  #: bytes of proof; 0: a recipe, whose sets the checker makes again
     unit: str = "branch"  #: of what is counted
 
 

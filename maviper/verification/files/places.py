@@ -76,8 +76,8 @@ def list_given(options: VerifyOptions) -> list[Path]:
         text = runs.read(options.file, MAX_FILE_BYTES).decode()
         named = [table.get("region") for table, _ in properties(*parse(text, options.file.name, "not readable", ""))]
         given += [options.file, *(options.file.parent / each for each in named if isinstance(each, str))]
-    asked = [read_call(written).get("region", "") for written in options.claims]
-    return [*map(runs.ensure_visible, (*given, *(Path(each) for each in asked if each)))]
+    asked = [read_call(written).get("region") for written in options.claims]
+    return [*map(runs.ensure_visible, (*given, *(Path(each) for each in asked if isinstance(each, str))))]
 
 
 def ensure_free(output: Path, asked: Sequence[Asked], options: VerifyOptions) -> None:

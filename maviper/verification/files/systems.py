@@ -29,7 +29,7 @@ from verify.certificates.systems import claim_document
 from verify.checker.certificate import MAX_BYTES, Bytes
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves
-from verify.checker.systems.proofs import SystemClaimJson, read_claim
+from verify.checker.systems.proofs import Cover, FlowSets, SystemClaimJson, read_claim
 from verify.exact import read_number
 from verify.flows.episodes import FlowCourse
 from verify.flows.episodes import replay_course as flow_replayed
@@ -107,8 +107,8 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
 def check_certificate(
     path: Path, profile: PolicyProfile | Path | None, world: Path | None
 ) -> tuple[str, int, int, str]:
-    """Returns what the certificate in a file proves, in words, its branches or boxes, its bytes, and what was counted.
-    RefusedError when it does not hold.
+    """Returns what the certificate in a file proves, in words, its branches or boxes, its bytes (0: a recipe), and what
+    was counted. RefusedError when it does not hold.
 
     The pieces of the system are shown again from the rules of the file, then the proof is followed.
     """
@@ -130,7 +130,7 @@ def check_certificate(
     return (
         f"{name_claim(replace(certificate.claim, label=label))}: {said}",
         closed,
-        count_bytes(certificate.proof),
+        0 if isinstance(certificate.proof, Cover | FlowSets) else count_bytes(certificate.proof),
         unit,
     )
 

@@ -1,6 +1,7 @@
 """`maviper verify --system`: verdicts about a stated system, and the files that are left."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -168,7 +169,10 @@ def test_a_counterexample_that_asks_for_more_is_refused(cart, capsys, change, sa
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (["--claim", "reaches"], "--claim has no effect with --system"),
+        (["--property", "reaches"], "--claim has no effect with --system"),
+        (["--claim", "reaches"], "--claim reaches"),
+        (["--claim", "stays_in(region=near.toml)"], "--claim stays_in(region=near.toml): region"),
+        (["--claim", "stays_in(region={box={x=[-2, 2]}}, radius=1)"], "unknown key 'radius'"),
         (["--region", "near.toml"], "--region has no effect with --system"),
         (["--steps", "3"], "--steps has no effect with --system"),
         (["--where"], "--where has no effect with --system"),
@@ -178,6 +182,26 @@ def test_a_counterexample_that_asks_for_more_is_refused(cart, capsys, change, sa
 def test_options_that_do_not_fit(cart, capsys, more, said):
     assert verify(cart, *more) == ExitCode.INPUT
     assert said in capsys.readouterr().err
+
+
+def test_claims_as_they_are_written(cart, capsys):
+    """They are asked after those of a file, without one in place of the world's, and a report's folder has them."""
+    near, slow = "stays_in(region={box={x=[-2, 2.25]}}, label=near)", 'decides(formula="v <= 0 implies v <= 0.5")'
+    assert verify(cart, "--claim", near, "--claim", slow, "-o", str(cart / "report"), "--json") == ExitCode.DONE
+    told = json.loads(capsys.readouterr().out)
+    assert [each["verdict"] for each in told["results"]] == ["PROVED", "PROVED"]
+    assert "--properties properties.toml" in (cart / "report" / "report.txt").read_text()
+    again = ["verify", "profile.json", "--system", "world.toml", "--properties", "properties.toml", "--json"]
+    known = subprocess.run(
+        [sys.executable, "-m", "maviper", *again], cwd=cart / "report", capture_output=True, text=True, check=True
+    )
+    assert json.loads(known.stdout)["results"] == told["results"]
+    assert command(["check", str(cart / "report" / "certificate-1-stays_in.json")]) == ExitCode.DONE
+    said = capsys.readouterr().out
+    assert "(in the file: 'near')" in said and re.search(r": \d+ boxes, made again from the proof's recipe\n", said)
+    (cart / "more.toml").write_text(PROPERTIES)
+    assert verify(cart, "--properties", str(cart / "more.toml"), "--claim", near, "--verdict-only") == ExitCode.VIOLATED
+    assert capsys.readouterr().out.count("PROVED") == 3
 
 
 def test_options_that_need_a_world(cart, capsys):
