@@ -23,7 +23,7 @@ WIDEST = 100  # columns of a page of the manual, on a wider terminal
 
 @click.command(cls=Verb, example="maviper demo -o demo")
 @option("-o", "--output", type=FOLDER, default=Path("demo"), show_default=True, help="The folder for results.")
-@option("--seed", default=None, type=int, help="The seed of the extraction.")
+@option("--seed", default=None, type=int, hidden=True, help="The seed of the extraction.")
 @click.pass_context
 def demo(context: click.Context, output: Path, seed: int | None) -> int:
     """Run the whole chain in about 20 seconds, on a shipped expert.

@@ -276,7 +276,7 @@ def _decide_claims(
     if output is not None:
         _ensure_free(output, loaded, asked, asking, stated, given)
     if asking.verdict_only:
-        answers = list(verdicts([one.question for one in asked], stated))
+        answers = list(verdicts([one.question for one in asked], stated, asking.jobs))
         if junit is not None:
             _write_junit(junit, profile, asked, answers)
         return _end_with(_print_verdicts(asked, answers, stated, as_json), unread)

@@ -18,6 +18,8 @@ QUESTION, EXTENT, BUDGETS = "What is asked", "Where a claim holds", "Budgets"
 
 EFFORT = "How much is tried before the answer is UNKNOWN: low, normal or high, each ten times the one before."
 Effort = Annotated[Literal["low", "normal", "high"], Option("normal", BUDGETS, EFFORT)]
+CLAIMS_AT_ONCE = "Claims at the same time; dask: on the cluster of DASK_SCHEDULER_ADDRESS."
+Jobs = Annotated[int | Literal["dask"], Option(1, BUDGETS, CLAIMS_AT_ONCE, "N|dask", words=("dask",))]
 
 
 class TeamOptions(TypedDict, total=False):
@@ -65,6 +67,7 @@ class LimitOptions(TypedDict, total=False):
 
     where: Annotated[bool, Option(False, EXTENT, "Find where claims about single decisions hold and fail.")]
     effort: Effort
+    jobs: Jobs
     max_cells: Annotated[int | None, Option(None, EXTENT, "Limit on failing cells to find (default: 50000).")]
     solver_units: Annotated[
         int | None,
@@ -101,6 +104,7 @@ class SystemOptions(TypedDict, total=False):
         ),
     ]
     effort: Effort
+    jobs: Jobs
     max_boxes: Annotated[
         int | None,
         Option(

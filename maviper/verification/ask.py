@@ -80,6 +80,8 @@ def resolve_region(about: PolicyProfile, viewed: Viewed | None, name: str) -> Re
     return known if name != RANGES else replace(find_region(START, about), name=RANGES)
 
 
+DASK = "dask"  # in place of a number of jobs: as many as a cluster has
+Jobs = int | str
 MAX_FILE_BYTES = 2**20
 DEFAULT, DEFAULT_OBSERVED = "distinct_targets", "alive_leaves"
 OF_SYSTEMS = table_of(SystemOptions)  # options that claims about stated systems read
@@ -114,6 +116,7 @@ class VerifyOptions:
     world: Path | None = None  # a world file: claims are about the system that it states
     run_reference: bool = False  # also run user code that the file names
     max_boxes: int | None = None
+    jobs: Jobs = 1  # claims at the same time
 
     @classmethod
     def of(cls, options: Mapping[str, Any]) -> "VerifyOptions":
@@ -136,6 +139,8 @@ class VerifyOptions:
     def ensure_usable(self) -> "VerifyOptions":
         """The options themselves; InputError for a limit that is out of its range, or that nothing reads."""
         self._check_world()
+        if self.jobs != DASK and int(self.jobs) < 1:
+            raise InputError(f"--jobs must be at least 1, given {self.jobs}", "--jobs", "leave it out for one")
         if not 0 < self.units < 2**32:
             raise InputError("the solver units must be between 1 and 2**32", "--solver-units", "leave it out")
         if self.max_zones is not None:

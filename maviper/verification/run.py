@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -25,7 +25,7 @@ from codegen.policy_json import dumps
 from codegen.profiles import ensure
 from codegen.rows import Shown
 from maviper.files import runs
-from maviper.verification.ask import Asked, VerifyOptions, make_world_error, questions
+from maviper.verification.ask import DASK, Asked, Jobs, VerifyOptions, make_world_error, questions
 from maviper.verification.bench import Bench
 from maviper.verification.files.places import region_file, repeat_command
 from maviper.verification.files.states import states_files
@@ -35,6 +35,7 @@ from verify.question import AnyClaim, Question
 from verify.reports import report
 from verify.reports.courses import tables
 from verify.result import AnyResult, Verdict
+from verify.spending import tell
 
 if TYPE_CHECKING:
     from maviper.verification.stated import StatedWorld
@@ -76,17 +77,19 @@ def verify_claims(questions: Sequence[Question[AnyClaim]], where: bool = False) 
 
     `where`: also where claims about single decisions hold, and from how many starts those about episodes fail.
     """
-    return list(one_by_one(questions, where))
+    return [result for _, result in one_by_one(dict(enumerate(questions)), where)]
 
 
 def one_by_one(
-    questions: Sequence[Question[AnyClaim]], where: bool = False, stated: StatedWorld | None = None
-) -> Iterator[AnyResult]:
-    """Yields each result of `verify_claims` as soon as it is known. `stated`: the world file that they are about."""
-    with _bench(questions) if stated is None else nullcontext(stated) as bench:
-        for number, question in enumerate(questions, 1):
-            found_in = region_file(number, question.claim) if where else None
-            yield procedure(question.claim).answer(question, bench, found_in)
+    questions: Mapping[int, Question[AnyClaim]], where: bool = False, stated: StatedWorld | None = None
+) -> Iterator[tuple[int, AnyResult]]:
+    """Yields each result of `verify_claims` as soon as it is known, with the number of its question, from 0. `stated`:
+    the world file that they are about.
+    """
+    with _bench([*questions.values()]) if stated is None else nullcontext(stated) as bench:
+        for number, question in questions.items():
+            found_in = region_file(number + 1, question.claim) if where else None
+            yield number, procedure(question.claim).answer(question, bench, found_in)
 
 
 def _bench(questions: Sequence[Question[AnyClaim]]) -> Bench:
@@ -94,13 +97,40 @@ def _bench(questions: Sequence[Question[AnyClaim]]) -> Bench:
 
 
 def verdicts(
-    questions: Sequence[Question[AnyClaim]], stated: StatedWorld | None = None
+    questions: Sequence[Question[AnyClaim]], stated: StatedWorld | None = None, jobs: Jobs = 1
 ) -> Iterator[tuple[Verdict, str]]:
     """The verdict on each question and its reason: those of `verify_claims`, without what a report says beside them."""
     if stated is None:
         _profile_of(questions)
-    for question in questions:
-        yield procedure(question.claim).verdict(question, stated)
+    calls = [(number, question, stated) for number, question in enumerate(questions)]
+    told = (_judge(*each) for each in calls) if jobs == 1 else iter(sorted(_spread(_judge, calls, jobs)))
+    yield from (answer for _, answer in told)
+
+
+def _judge(number: int, question: Question[AnyClaim], stated: StatedWorld | None) -> tuple[int, tuple[Verdict, str]]:
+    return number, procedure(question.claim).verdict(question, stated)
+
+
+def _answer(
+    number: int, question: Question[AnyClaim], where: bool, stated: StatedWorld | None
+) -> tuple[int, AnyResult]:
+    return next(one_by_one({number: question}, where, stated))
+
+
+def _spread(
+    function: Callable[..., tuple[int, Any]], calls: Sequence[tuple[Any, ...]], jobs: Jobs
+) -> Iterator[tuple[int, Any]]:
+    """Yields the numbers of questions with what a function says of each, as they come: from so many processes, or from
+    a cluster's.
+    """
+    from maviper.files import jobs as processes  # here, as most ask in this process
+
+    answers = (
+        processes.on_dask(function, calls, None) if jobs == DASK else processes.as_they_come(function, calls, int(jobs))
+    )
+    for done, answer in enumerate(answers, 1):
+        tell(done, len(calls), "claims decided")
+        yield answer
 
 
 def _profile_of(questions: Sequence[Question[AnyClaim]]) -> ir.PolicyProfile:
@@ -282,19 +312,23 @@ def verify_questions(
     were asked for.
     """
     outcomes: dict[int, AnyResult] = {}
-    order = list(range(len(asked)))
+    questions = {number: one.question for number, one in enumerate(asked)}
     if stated is not None:  # claims about single decisions take least
-        order = sorted(order, key=lambda number: not stated.claims[number].about_decisions)
+        quick = sorted(questions, key=lambda number: not stated.claims[number].about_decisions)
+        questions = {number: questions[number] for number in quick}
+    calls = [(*each, options.where, stated) for each in questions.items()]
+    alone, waiting = options.jobs == 1 or len(calls) == 1, list(questions)
     try:
-        for number, result in zip(
-            order, one_by_one([asked[each].question for each in order], options.where, stated), strict=False
-        ):
-            outcomes[number] = result
-            if told is not None:
-                told(result)
+        for number, result in one_by_one(questions, *calls[0][2:]) if alone else _spread(_answer, calls, options.jobs):
+            outcomes[number] = replace(result, question=questions[number])
+            while told is not None and waiting and waiting[0] in outcomes:  # in the same order, whoever was first
+                told(outcomes[waiting.pop(0)])
     except KeyboardInterrupt:
         if not outcomes and not is_over():
             raise
+    for number in waiting:
+        if told is not None and number in outcomes:
+            told(outcomes[number])
     known = sorted(outcomes)
     answers = tuple(outcomes[number] for number in known)
     return Verified(profile, tuple(asked[number] for number in known), answers, options.cells, stated)

@@ -70,8 +70,19 @@ ROUNDED = (
     "sums was found"
 )
 NO_DECISION = "the claim fails within the agents' roundings, but no state that breaks it was found"
-OF_OBSERVATIONS = ("effort", "file", "region", "observations", "shared", "verdict_only")  # options
-OF_GAMES = ("claims", "names", "file", "region", "team", "parameters", "effort", "max_boxes", "verdict_only")  # options
+OF_OBSERVATIONS = ("effort", "jobs", "file", "region", "observations", "shared", "verdict_only")  # options
+OF_GAMES = (
+    "claims",
+    "names",
+    "file",
+    "region",
+    "team",
+    "parameters",
+    "effort",
+    "jobs",
+    "max_boxes",
+    "verdict_only",
+)  # options
 NO_OBSERVATION = "the claim fails within the agents' roundings, but no observation that breaks it was found"
 NO_STATE = "the claim fails within the agents' roundings, but no state of the game that does was found"
 LOOSER = ("a bound that is looser by a little more than a rounding", "a smaller region")

@@ -12,6 +12,8 @@ from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
 from maviper.verification import run as verification
+from tests.support import stated
+from tests.support.systems import CART
 from verify.verdicts import decisions
 
 EXTRACTED = Path(__file__).parents[3] / "generated" / "physical_deception" / "extracted" / "profile.json"
@@ -69,6 +71,60 @@ def test_an_interrupted_command_keeps_the_verdicts_that_it_has(capsys, profile_f
     assert code == ExitCode.INTERRUPTED and "1 of 2 claims decided" in said
     kept = json.loads((tmp_path / "report.json").read_text())["results"]
     assert [one["property"] for one in kept] == ["distinct_targets"]
+
+
+@pytest.fixture
+def worlds(tmp_path, profile_file):
+    (tmp_path / "cart.json").write_text(stated.profile(stated.BRAKES))
+    (tmp_path / "cart.toml").write_text(CART + stated.PROPERTIES)
+    world = [str(tmp_path / "cart.json"), "--system", str(tmp_path / "cart.toml")]
+    return {"world": world, "game": [profile_file, *TWO, "--where"]}
+
+
+@pytest.mark.parametrize("about", ["world", pytest.param("game", marks=pytest.mark.slow)])
+def test_claims_at_the_same_time_give_the_same_bytes(tmp_path, capsys, worlds, about):
+    asked = worlds[about]
+    code, said, files = told_of(asked, tmp_path / "one", capsys)
+    assert told_of([*asked, "--jobs", "2"], tmp_path / "two", capsys) == (code, said, files) and len(files) > 4
+
+
+@pytest.mark.slow
+def test_verdicts_alone_at_the_same_time(capsys, worlds):
+    code = command(["verify", *worlds["world"], "--verdict-only"])
+    alone = capsys.readouterr().out
+    assert command(["verify", *worlds["world"], "--verdict-only", "--jobs", "2"]) == code
+    assert capsys.readouterr().out == alone and alone.count("\n") == 3
+
+
+def test_no_jobs_are_refused(capsys, profile_file):
+    assert command(["verify", profile_file, "--jobs", "0"]) == ExitCode.INPUT
+    assert "--jobs must be at least 1, given 0" in capsys.readouterr().err
+
+
+def told_of(asked, folder, capsys):
+    code = command(["verify", *asked, "-o", str(folder)])
+    said = capsys.readouterr().out.replace(str(folder), "FOLDER")
+    return code, said, {path.name: path.read_bytes() for path in folder.iterdir() if not path.name.startswith(".")}
+
+
+def slow(number, *more):
+    time.sleep(600 * number)
+    return answer(number, *more)
+
+
+answer = verification._answer
+
+
+@pytest.mark.slow
+def test_claims_at_the_same_time_end_with_the_time(capsys, monkeypatch, profile_file):
+    """What is known by then is told, and no process is waited for."""
+    monkeypatch.setattr(verification, "_answer", slow)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    before = time.monotonic()
+    assert command(["verify", profile_file, *TWO, "--jobs", "2", "--max-seconds", "20"]) == ExitCode.VIOLATED
+    assert time.monotonic() - before < 60
+    said = capsys.readouterr().out
+    assert said.startswith("VIOLATED    distinct_targets") and "\nUNKNOWN     no_double" in said
 
 
 def test_verdicts_are_the_result(tmp_path, capsys):

@@ -1,5 +1,5 @@
-"""Dask for real, under reproduce and compare: a scheduler and two workers on the loopback, of which one is killed, and
-then the scheduler.
+"""Dask for real, under reproduce, compare and verify: a scheduler and two workers on the loopback, of which one is
+killed, and then the scheduler.
 """
 
 import os
@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -17,6 +18,7 @@ from tests.maviper.reproduction.small import contents
 
 pytest.importorskip("distributed", reason="the extra maviper[scale] is not installed")
 pytestmark = pytest.mark.slow
+ROOT = Path(__file__).parents[3]
 GRID = ["--depths", "1", "--algorithms", "maviper-iviper-resampling", "--seeds", "10"]
 ASKED = {
     "reproduce": ["reproduce", "--games", "physical-deception", *GRID],
@@ -119,6 +121,26 @@ def test_a_lost_scheduler_ends_the_run_and_another_run_finishes_it(cluster, loca
     assert 1 < len(before) < CELLS[verb] and not list(folder.rglob("claim-*"))
     assert subprocess.run(command(verb, folder), check=False).returncode == ExitCode.DONE
     assert before.items() <= finished(folder).items() and contents(folder) == whole
+
+
+def test_claims_by_workers_give_the_same_bytes(cluster, tmp_path):
+    subject = ROOT / "generated" / "physical_deception" / "extracted" / "profile.json"
+    claims = [word for name in ("distinct_targets", "alive_leaves", "stays_in(steps=5)") for word in ("--claim", name)]
+    variables = {**os.environ, "DASK_SCHEDULER_ADDRESS": cluster.address}
+    said = []
+    for number, more in enumerate(([], ["--jobs", "dask"])):
+        asked = ["verify", str(subject), *claims, "-o", "report", *more]
+        (tmp_path / str(number)).mkdir()
+        done = subprocess.run(
+            [sys.executable, "-m", "maviper", *asked],
+            cwd=tmp_path / str(number),
+            capture_output=True,
+            env=variables,
+            check=False,
+        )
+        files = {path.name: path.read_bytes() for path in (tmp_path / str(number) / "report").iterdir()}
+        said.append((done.returncode, done.stdout, files))
+    assert said[0] == said[1] and said[0][0] == ExitCode.VIOLATED
 
 
 def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
