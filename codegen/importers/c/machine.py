@@ -49,6 +49,11 @@ def walk(node: Any) -> Iterator[Any]:
         open_ += each
 
 
+def items_of(switch: Any) -> list[Any]:
+    """The statements of a switch: its cases, and what stands before them."""
+    return switch.stmt.block_items or [] if isinstance(switch.stmt, c_ast.Compound) else [switch.stmt]
+
+
 def collect_assigned(node: Any) -> set[str]:
     """The names that are assigned to, counted up or down, or whose address is taken, below a node; but not its own."""
     assigned, own = set[str](), set[str]()
@@ -591,7 +596,7 @@ class Machine:
 
     def _switch(self, node: Any) -> None:
         chosen = self.arithmetic.plain(self.value(node.cond))
-        items = node.stmt.block_items or [] if isinstance(node.stmt, c_ast.Compound) else [node.stmt]
+        items = items_of(node)
         start = next((at for at, each in enumerate(items) if self._is_case(chosen, each)), None)
         if start is None:
             start = next((at for at, each in enumerate(items) if isinstance(each, c_ast.Default)), len(items))

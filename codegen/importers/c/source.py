@@ -24,7 +24,7 @@ from codegen.importers.c.compiled import Asked, ask_compiler
 from codegen.importers.c.inputs import Inputs
 from codegen.importers.c.kinds import STANDARD, Object, Outside, Place, Reference
 from codegen.importers.c.library import PRINTING
-from codegen.importers.c.machine import ADVICE, Machine, collect_assigned, is_const, parameters_of, walk
+from codegen.importers.c.machine import ADVICE, Machine, collect_assigned, is_const, items_of, parameters_of, walk
 from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.symbolic.paths import OUTSIDE, Growth
@@ -55,6 +55,7 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
             if isinstance(each, DECLARING) and each.coord and each.name in text.names:
                 what = f"{escape_text(each.name)} is declared, and a macro of the file, too"
                 raise InputError(what, f"{where}, line {each.coord.line}", "give each a name")
+        _check_cases(parsed, where)
         origins = {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
         return ask_compiler(origins, parsed, text, where, said)
     except ParseError as error:
@@ -64,6 +65,16 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
         raise InputError(f"not C that is understood: {escape_text(what)[:100]}", place, advice) from None
     except RecursionError:
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
+
+
+def _check_cases(parsed: Any, where: str) -> None:
+    """Refuses a switch that leads into a loop or another statement within it: a case is sought in its own block."""
+    nodes = [each for each in walk(parsed) if isinstance(each, c_ast.Switch | c_ast.Case | c_ast.Default)]
+    own = {id(item) for each in nodes if isinstance(each, c_ast.Switch) for item in items_of(each)}
+    for each in nodes:
+        if not isinstance(each, c_ast.Switch) and id(each) not in own:
+            advice = "write the cases in the block of the switch itself"
+            raise InputError("a case stands within another statement", f"{where}, line {each.coord.line}", advice)
 
 
 def _unknown_types(text: str) -> list[str]:

@@ -311,6 +311,13 @@ STEPS: Mapping[str, tuple[Callable[[Any], Any], str]] = {  # of a feature; "": o
 STREAMS = ("any", "all", "sum", "min", "max", "list", "tuple", "enumerate", "zip")  # which take iterators apart
 
 
+def _refuse_whole(m: Any, feature: Feature) -> None:
+    """Refuses a function of NumPy of Python's whole number: what it gives has 64 bits, and later sums wrap."""
+    if m.counts(feature):
+        what = "a whole number, as int() or round() gives it, is given to NumPy"
+        raise Refused(what, "use abs, min or max, which keep it whole")
+
+
 def _call_step(name: str, m: Any, given: Given, named: Named) -> Any:
     """A function of one number: of a constant, computed by Python itself."""
     apply, sense = STEPS[name]
@@ -319,6 +326,8 @@ def _call_step(name: str, m: Any, given: Given, named: Named) -> Any:
     if given and isinstance(given[0], Feature):
         if len(given) > 1 or named or not sense:
             raise Refused(f"{name} of a feature, or with further arguments, is not understood", STATED)
+        if name == "numpy.abs":
+            _refuse_whole(m, given[0])
         m.finite |= name in WHOLE
         return convert_feature(m, given[0]).then(Step(name, apply, sense))
     if name == "numpy.float32":
@@ -350,6 +359,8 @@ def _join_pair(m: Any, function: Any, one: Any, other: Any) -> Any:
     feature, number = (one, other) if first else (other, one)
     if not isinstance(feature, Feature) or not is_number(number):
         return Extreme(function in (min, np.minimum), (one, other))
+    if function not in (min, max):
+        _refuse_whole(m, feature)
     kind = "max" if function in (max, np.maximum) else "min"
     keeps = first and function in (max, min)  # of equal ones Python's give the first; NumPy's depend on the processor
     apply = (lambda value: function(value, number)) if first else partial(function, number)
@@ -366,6 +377,7 @@ def _clip(m: Any, given: Given, named: Named) -> Any:
         raise Refused("a whole array is clipped, or by what is no number", "write np.clip(x[0], low, high)")
     if not isinstance(value, Feature):
         return np.clip(value, *ends)
+    _refuse_whole(m, value)
     key = f"clip{','.join(f'{type(end).__name__}{end!r}' for end in ends)}"
     step = Step(key, lambda given: np.clip(given, *ends), form=("clip", tuple(ends), True))
     return convert_feature(m, value).then(step)

@@ -55,7 +55,7 @@ from codegen.importers.python.values import (
 )
 from codegen.importers.reading import FLOATS
 from codegen.importers.symbolic.affine import Sums
-from codegen.importers.symbolic.feature import Feature, Test
+from codegen.importers.symbolic.feature import Feature, Test, is_whole
 from codegen.importers.symbolic.paths import MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE, Growth
 
 MAX_SHOWN = 60
@@ -220,8 +220,8 @@ class Machine:
         raise Refused("a whole number has too many values", "clip it first: min(max(i, 0), n - 1)")
 
     def counts(self, feature: Feature) -> bool:
-        """Returns True if a feature is a whole number, which may be asked for its value."""
-        return isinstance(feature.value(1.0), int)
+        """Returns True if a feature is a whole number wherever it is finite; max(x, 3) is one only where it is 3."""
+        return is_whole(feature)
 
     def forget_nan(self) -> None:
         """Something is asked of which a NaN is no matter of left and right."""

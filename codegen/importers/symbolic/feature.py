@@ -196,6 +196,15 @@ def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
     return stretches
 
 
+def is_whole(feature: Feature) -> bool:
+    """Returns True if a feature gives whole numbers of Python wherever it is finite; max(x, 3) does only up to 3."""
+    if not isinstance(feature.value(1.0), int):
+        return False
+    ends = {end for low, high, _ in pieces(feature, FLOAT64) for end in (low, high)}
+    values = [feature.value(number(end, FLOAT64)) for end in ends]
+    return all(isinstance(value, int) or not math.isfinite(value) for value in values)
+
+
 def _type_of(feature: Feature, numbers: str, at: int) -> type[object]:
     """The type of what a feature gives at a place: a step changes it once, from one end of a stretch to the other."""
     value: object = feature.value(number(at, numbers))

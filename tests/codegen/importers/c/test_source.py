@@ -183,6 +183,7 @@ REFUSED = [
     ("int f(float x)\n{ while (x > 1) x = x / 2; return 0; }", 2, "deeper than"),
     ("int f(float x)\n{ for (;;) { } return 0; }", 2, "does not end"),
     ("int f(float x)\n{ goto end; end: return 0; }", 2, "goto is not read"),
+    ("int f(float x)\n{ switch (x > 1) { case 0: for (;;) {\ncase 1: return 1; } } }", 3, "a case stands within"),
     ("int f(float x)\n{ return f(x); }", 2, "too deeply"),
     ("int f(void)\n{ return 0; }", None, "no function that decides"),
     ("int f(const float *x)\n{ if (x[0] > 1) return 1; }", None, "without a return"),

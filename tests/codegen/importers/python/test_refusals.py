@@ -12,6 +12,7 @@ from codegen.importers.symbolic import paths
 from tests.support.python_source import imported, nested, same
 
 ACT = "def act(x):\n"
+NUMPY = f"import numpy as np\n{ACT}"
 MOVES = """from enum import Enum, IntEnum
 class M(Enum):
     GO, STAY = 0, 1
@@ -47,6 +48,10 @@ REFUSED = [
     (ACT + "    return 1 if [1.0, 2.0] @ x > 0 else 0\n", 2, "a product of arrays is computed, which NumPy adds in"),
     (ACT + "    return 1 if x[0] * 0.5 - 1 > 0.2 - x[0] * 0.25 else 0\n", 2, "that are computed of one feature"),
     (ACT + "    return 1 if int(x[0]) % 2 else 0\n", 2, "mod of a feature is asked"),
+    (NUMPY + "    return 1 if np.abs(int(x[0])) + 1 > 5 else 0\n", 3, "a whole number, as int() or"),
+    (NUMPY + "    return 1 if np.clip(round(x[0]), 0, 9) * 2 > 5 else 0\n", 3, "is given to NumPy"),
+    (NUMPY + "    return 1 if np.minimum(int(x[0]), -3) < -5 else 0\n", 3, "is given to NumPy"),
+    (ACT + "    return 1 if sum([max(x[0], 3), 1]) > 4.2 else 0\n", 2, "sum() adds floats"),
     (ACT + "    del x[0]\n    return 0\n", 2, "'delete' is not understood"),
     (ACT + "    try:\n        return 1\n    except E:\n        return 0\n", 2, "'try' is not understood"),
     (ACT + "    if x[0] < 1:\n        return undefined(x)\n    return 0\n", 3, "the name 'undefined' is not defined"),
