@@ -15,7 +15,6 @@ import argparse
 import csv
 import functools
 import json
-import lzma
 import platform
 import shutil
 from contextlib import suppress
@@ -29,7 +28,6 @@ from tests.benchmarks import compact
 
 COPIED = (report.PAGE, report.SUMMARY, report.CLAIMS, report.SCRIPT)
 README = "README.md"
-OLD_TABLE = f"{TABLE_FILE}.xz"  # of records that keep nothing else of their cells
 PACKAGES = ("maviper", "numpy", "scipy", "mpe2", "pettingzoo", "torch")  # torch, if there: responders learn with it
 
 
@@ -39,16 +37,12 @@ def recorded(folder: Path, place: Path, options: str = "") -> list[Path]:
     for name in COPIED:
         runs.write(place / name, (folder / name).read_bytes())
     runs.write(place / compact.FILE, cells(folder))
-    (place / OLD_TABLE).unlink(missing_ok=True)
     runs.write(place / README, page(place, options))
     return sorted(path for path in place.rglob("*") if path.is_file())
 
 
 def rows(place: Path) -> list[dict[str, str]]:
     """The table of a record, a row per line-up and measure of each cell."""
-    if not (place / compact.FILE).exists():
-        with lzma.open(place / OLD_TABLE, "rt", encoding="utf-8", newline="") as file:
-            return list(csv.DictReader(file))
     found: list[dict[str, str]] = []
     for name, cell in compact.unpacked(place / compact.FILE)["cells"].items():
         for lineup, columns in cell["values"].items():

@@ -19,7 +19,7 @@ def test_roles_are_those_of_their_record():
     register = (RECORDS / "roles" / "register.toml").read_bytes()
     assert hashlib.sha256(register).hexdigest() in (RECORDS / "roles" / "README.md").read_text()
     tables = (RECORDS / "roles" / "tables.txt").read_text().splitlines()
-    cells = {(row[0], row[1]): row for row in map(str.split, tables) if len(row) == 9 and row[0].isdigit()}
+    cells = {(row[0], row[1]): row for row in map(str.split, tables) if len(row) == 10 and row[0].isdigit()}
     words = {line.split(":")[0].strip(): line.split(":")[1].split() for line in tables if line.startswith("  H")}
     for agents in map(str, tomllib.loads(register.decode())["agents"]):
         none, every = cells[agents, "0"], cells[agents, "1"]
