@@ -1,181 +1,34 @@
 """Built-in claims as objects: `maviper.verify(team, claims.Reaches(steps=25))`.
 
-Does: a class for each built-in claim, with the parameters that it reads as typed fields; name and options of one.
-Assumes: None is as usual (`maviper verify --list`); `verify.claims.catalogue` finds the claim of a name.
+Does: hands on the class of each built-in claim, whose fields are the parameters that it reads; name and options of one.
+Assumes: `verify.claims.built_in` declares the claims.
 Does not: check values, or know a profile: whoever verifies does.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from typing import Any
 
 from codegen.errors import InputError
-from verify.claims.parameters import NAMES, Names, Number, Steps
-
-
-@dataclass(frozen=True)
-class Claim:
-    """A built-in claim about a team of a profile; None: the team with as many agents as landmarks."""
-
-    name: ClassVar[str]
-    team: str | None = None
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """Its parameters that are not None, as options of `maviper.verify`."""
-        said = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: value for name, value in said.items() if value is not None}
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Engaging(Claim):
-    margin: Number | None = None  #: length of the world
-    radius: Number | None = None  #: length of the world
-
-
-@dataclass(frozen=True, kw_only=True)
-class DistinctTargets(_Engaging):
-    """The agents engage different landmarks."""
-
-    name = "distinct_targets"
-
-
-@dataclass(frozen=True, kw_only=True)
-class OwnTarget(_Engaging):
-    """Each agent engages its own landmark."""
-
-    name = "own_target"
-    landmarks: Names | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class NoDouble(Claim):
-    """No landmark has two agents closing on it."""
-
-    name = "no_double"
-    margin: Number | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Aligned(_Engaging):
-    """Each agent closes on a landmark that is ahead of it, by `kappa` times the sideways offset."""
-
-    name = "aligned"
-    kappa: Number | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Assignment(_Engaging):
-    """Agents that engage landmarks do so in some one-to-one matching."""
-
-    name = "assignment"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Steady(Claim):
-    """Another claim stays true where each feature is off by at most `eps`."""
-
-    name = "steady"
-    of: Claim = DistinctTargets()  #: about single decisions
-    eps: Number | None = None  #: in the features' units
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """Its own and the other claim's parameters that are not None, as options of `maviper.verify`."""
-        return {**self.of.options, **super().options, "of": self.of.name}
-
-
-@dataclass(frozen=True, kw_only=True)
-class AliveLeaves(Claim):
-    """Every leaf decides somewhere."""
-
-    name = "alive_leaves"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Agree(Claim):
-    """Two agents always act alike."""
-
-    name = "agree"
-    agents: Names
-
-
-@dataclass(frozen=True, kw_only=True)
-class Differ(Claim):
-    """Two agents never act alike."""
-
-    name = "differ"
-    agents: Names
-
-
-@dataclass(frozen=True, kw_only=True)
-class Monotone(Claim):
-    """Raising a feature never moves an agent's action down in the order, or with `direction` decreasing never up."""
-
-    name = "monotone"
-    feature: str
-    agent: str | None = None
-    direction: str | None = None
-    order: Names | None = None  #: all actions, lowest first
-
-
-@dataclass(frozen=True, kw_only=True)
-class Ignores(Claim):
-    """An agent takes the same action whatever value one feature has."""
-
-    name = "ignores"
-    feature: str
-    agent: str | None = None
-    actions: Names | None = None  #: only whether it takes one of these matters
-
-
-@dataclass(frozen=True, kw_only=True)
-class Symmetric(Claim):
-    """Where features have the opposite sign, an agent takes the opposite action of the order."""
-
-    name = "symmetric"
-    agent: str | None = None
-    features: Names | None = None  #: whose sign changes; None: all
-    order: Names | None = None  #: all actions: the first is opposite to the last
-
-
-@dataclass(frozen=True, kw_only=True)
-class _OfEpisodes(Claim):
-    steps: Steps | None = None
-    radius: Number | None = None  #: length of the world
-
-
-@dataclass(frozen=True, kw_only=True)
-class Reaches(_OfEpisodes):
-    """Each agent comes within the radius of its own landmark at some step."""
-
-    name = "reaches"
-    landmarks: Names | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Covers(_OfEpisodes):
-    """After the last step, the team is matched to the landmarks."""
-
-    name = "covers"
-    landmarks: Names | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class KeepsApart(_OfEpisodes):
-    """No agent of the team ever comes too near to the others."""
-
-    name = "keeps_apart"
-    others: Names | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class StaysIn(_OfEpisodes):
-    """No agent of the team ever goes farther from the origin than the radius: for ever, unless steps are given."""
-
-    name = "stays_in"
+from verify.claims.built_in import Agree as Agree
+from verify.claims.built_in import Aligned as Aligned
+from verify.claims.built_in import AliveLeaves as AliveLeaves
+from verify.claims.built_in import Assignment as Assignment
+from verify.claims.built_in import Claim as Claim
+from verify.claims.built_in import Covers as Covers
+from verify.claims.built_in import Differ as Differ
+from verify.claims.built_in import DistinctTargets as DistinctTargets
+from verify.claims.built_in import Ignores as Ignores
+from verify.claims.built_in import KeepsApart as KeepsApart
+from verify.claims.built_in import Monotone as Monotone
+from verify.claims.built_in import NoDouble as NoDouble
+from verify.claims.built_in import OwnTarget as OwnTarget
+from verify.claims.built_in import Reaches as Reaches
+from verify.claims.built_in import StaysIn as StaysIn
+from verify.claims.built_in import Steady as Steady
+from verify.claims.built_in import Symmetric as Symmetric
+from verify.claims.parameters import NAMES
 
 
 def name_of(claim: str | Claim) -> str:

@@ -24,6 +24,7 @@ from codegen.lowering.render import render
 from codegen.policy_json import dumps
 from codegen.profiles import ensure
 from codegen.rows import Shown
+from maviper.files import jobs as processes
 from maviper.files import runs
 from maviper.verification.ask import DASK, Asked, Jobs, VerifyOptions, make_world_error, questions
 from maviper.verification.bench import Bench
@@ -123,8 +124,6 @@ def _spread(
     """Yields the numbers of questions with what a function says of each, as they come: from so many processes, or from
     a cluster's.
     """
-    from maviper.files import jobs as processes  # here, as most ask in this process
-
     answers = (
         processes.on_dask(function, calls, None) if jobs == DASK else processes.as_they_come(function, calls, int(jobs))
     )

@@ -1,19 +1,20 @@
 """Claims of either kind by name: about single decisions (decisions.py) and about whole episodes (episodes.py).
 
 Does: finds a claim for a profile; tells which parameters a name reads, their usual values, and what it says in general.
-Assumes: parameters have their types; their ranges are checked here. Each kind of claim is one of the FAMILIES.
+Assumes: parameters have their types; their ranges are checked here. built_in.py declares the claims.
 Does not: read files or decide.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
-from itertools import chain
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 from codegen.dynamics import COINCIDENT, partners
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile, WorldSpec
+from verify.claims.built_in import CLAIMS, OfEpisodes
+from verify.claims.built_in import Claim as BuiltIn
 from verify.claims.claim import (
     Parameter,
     TeamClaim,
@@ -28,9 +29,10 @@ from verify.claims.decisions import PLAIN, STEADY, DecisionClaim, ensure_askable
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.parameters import Form, of_form
 from verify.claims.relations import RELATIONS
-from verify.claims.wording import ACCOUNTS, BUILT_IN, PROPERTIES, WITH_ERRORS, WORDS, account_of
+from verify.claims.wording import ACCOUNTS, BUILT_IN, WITH_ERRORS, account_of
 
 Claim = DecisionClaim | EpisodeClaim
+NAMES = tuple(CLAIMS)
 ZONES = "zones"  # given like a parameter of claims about episodes, though it is a budget: how many may be visited
 MAX_ZONES = 10**12
 LISTS = of_form(Form.NAMES)
@@ -43,20 +45,12 @@ COINCIDING = (
 
 def kind_named(name: str, of: str = "") -> type[DecisionClaim]:
     """The class of a property; of `steady` that of the one which it is said of. UnknownNameError for other names."""
-    if name in RELATIONS:
-        return RELATIONS[name]
-    if name not in PROPERTIES:
-        raise UnknownNameError("property", name, PROPERTIES)
     known = BUILT_IN | RELATIONS
+    if name not in (*known, STEADY):
+        raise UnknownNameError("property", name, (*BUILT_IN, STEADY))
     if of and of not in (*PLAIN, *RELATIONS):
         raise UnknownNameError("property", of, (*PLAIN, *RELATIONS), "of")
     return known[of or PLAIN[0]] if name == STEADY else known[name]
-
-
-def read_by(name: str, of: str = "") -> tuple[str, ...]:
-    """The parameters that a named property reads beside its team; `of` is what `steady` is said of."""
-    read = kind_named(name, of).reads
-    return ("eps", "of", *read) if name == STEADY else read
 
 
 def find_property(
@@ -72,7 +66,7 @@ def find_property(
     if team is None or kind.landmark_each:
         team = team_for(name, profile, team, any_size=not kind.landmark_each)
     given = {key: value for key, value in parameters.items() if key not in LISTS or value}
-    check_read(name, [*given, *(["of"] if of else [])], read_by(name, of))
+    check_read(name, [*given, *(["of"] if of else [])], readable(name, of))
     given |= {key: tuple(given[key]) for key in LISTS if key in given}
     if "agent" in kind.reads and not given.get("agent") and len(members := profile.team(team)) == 1:
         given |= {"agent": members[0].agent}
@@ -131,38 +125,6 @@ def check_zones(zones: int) -> int:
     return zones
 
 
-def _read_by_episodes(name: str, of: str = "") -> tuple[str, ...]:
-    return (*_reads(EPISODE_CLAIMS[name]), ZONES)
-
-
-def _reads(kind: type[EpisodeClaim]) -> tuple[str, ...]:
-    """The names of the parameters of claims about episodes."""
-    return ("steps", "radius", kind.whom) if kind.whom else ("steps", "radius")
-
-
-def _decisions_in_general(name: str) -> str:
-    if name == STEADY:
-        return "what the property named by `of` says" + WITH_ERRORS.format(who=" of each of the team")
-    return WORDS[kind_named(name).of].format(team="team")
-
-
-def _episodes_in_general(name: str) -> str:
-    kind = EPISODE_CLAIMS[name]
-    return f"{ACCOUNTS[kind].in_general(kind.lasting)}; where entities push each other {COINCIDING}"
-
-
-def _usual_of_decisions(name: str) -> dict[str, Parameter | None]:
-    if name == STEADY:
-        return {"eps": EPS, "of": PLAIN[0]}
-    return _defaults(kind_named(name), read_by(name))
-
-
-def _usual_of_episodes(name: str) -> dict[str, Parameter | None]:
-    kind = EPISODE_CLAIMS[name]
-    account = ACCOUNTS[kind]
-    return _defaults(kind, _reads(kind)) | dict.fromkeys(account.of_the_world) | dict(account.usually)
-
-
 def _defaults(kind: type[Claim], read: Sequence[str]) -> dict[str, Any]:
     defaults = {item.name: item.default for item in fields(kind)}
     return {key: defaults[key] for key in read}
@@ -174,29 +136,11 @@ def select_stated(claim: TeamClaim) -> dict[str, Parameter]:
     return {key: value for key, value in claim.parameters.items() if key not in usual or value != usual[key]}
 
 
-class Family(NamedTuple):
-    """The built-in claims of one kind, and what is known of each by its name."""
-
-    names: tuple[str, ...]
-    find: Callable[..., Claim]  # of a name, a profile, a team or None, and parameters
-    reads: Callable[[str, str], tuple[str, ...]]  # of a name, and what it is said of or ""
-    usual: Callable[[str], dict[str, Parameter | None]]
-    in_general: Callable[[str], str]
-
-
-FAMILIES = [
-    Family((*PROPERTIES, *RELATIONS), find_property, read_by, _usual_of_decisions, _decisions_in_general),
-    Family(tuple(EPISODE_CLAIMS), find_episode_claim, _read_by_episodes, _usual_of_episodes, _episodes_in_general),
-]
-NAMES = tuple(chain.from_iterable(family.names for family in FAMILIES))
-
-
-def _family(name: str) -> Family:
-    """The family of a named claim. UnknownNameError for a name that there is not."""
-    for family in FAMILIES:
-        if name in family.names:
-            return family
-    raise UnknownNameError("property", name, NAMES)
+def _declared(name: str) -> type[BuiltIn]:
+    """The declaration of a named claim. UnknownNameError for a name that there is not."""
+    if name not in CLAIMS:
+        raise UnknownNameError("property", name, NAMES)
+    return CLAIMS[name]
 
 
 def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **given: Any) -> Claim:
@@ -204,14 +148,18 @@ def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **giv
 
     InputError for one that the claim does not read, UnknownNameError for a name that there is not.
     """
-    return _family(name).find(name, profile, team, **given)
+    find = find_episode_claim if issubclass(_declared(name), OfEpisodes) else find_property
+    return find(name, profile, team, **given)
 
 
 def readable(name: str, of: str = "") -> tuple[str, ...]:
     """Returns the parameters that the named claim reads beside its team; of `steady` also what `of` reads.
     UnknownNameError for names that there are not.
     """
-    return _family(name).reads(name, of)
+    kind = _declared(name)
+    if name == STEADY:
+        return (*kind.parameters(), *kind_named(name, of).reads)
+    return (*kind.parameters(), ZONES) if issubclass(kind, OfEpisodes) else kind.parameters()
 
 
 def names_reading(parameter: str) -> list[str]:
@@ -221,12 +169,24 @@ def names_reading(parameter: str) -> list[str]:
 
 def in_general(name: str) -> str:
     """A named claim in words, without values."""
-    return _family(name).in_general(name)
+    words = _declared(name).words
+    if name not in EPISODE_CLAIMS:
+        return words.format(team="team") + (WITH_ERRORS.format(who=" of each of the team") if name == STEADY else "")
+    kind = EPISODE_CLAIMS[name]
+    own, until = ACCOUNTS[kind].describe_named(None), "up to step `steps`, or for ever" if kind.lasting else ""
+    said = words.format(team="team", radius="`radius`", steps="`steps`", own=own, until=until)
+    return f"{said}; where entities push each other {COINCIDING}"
 
 
 def usual(name: str) -> dict[str, Parameter | None]:
     """The parameters of a named claim with their usual values; None where these depend on the world."""
-    return _family(name).usual(name)
+    if name == STEADY:
+        return {"eps": EPS, "of": PLAIN[0]}
+    if name not in EPISODE_CLAIMS:
+        return _defaults(kind_named(name), readable(name))
+    kind, account = EPISODE_CLAIMS[name], ACCOUNTS[EPISODE_CLAIMS[name]]
+    read = CLAIMS[name].parameters()
+    return _defaults(kind, read) | dict.fromkeys(account.of_the_world) | dict(account.usually)
 
 
 def sentence(claim: EpisodeClaim, world: WorldSpec) -> str:

@@ -17,8 +17,9 @@ import numpy.typing as npt
 
 from codegen.floats import rational_literal
 from codegen.ir import Bool, PolicyProfile
+from verify.claims.built_in import CLAIMS
 from verify.claims.claim import Parameter
-from verify.claims.decisions import BY_NAME, OWN, PLAIN, STEADY, DecisionClaim
+from verify.claims.decisions import BY_NAME, OWN, DecisionClaim
 from verify.claims.episodes import Arrival, Covers, EpisodeClaim, KeepsApart, Reaches, StaysIn
 from verify.claims.formula import TRUE, Acts, And, Formula, Goal, Linear, Not
 from verify.claims.observed import View
@@ -67,40 +68,12 @@ class OwnFormula(DecisionClaim):
 
 
 BUILT_IN: dict[str, type[DecisionClaim]] = {**BY_NAME, AliveLeaves.of: AliveLeaves}
-PROPERTIES = (*PLAIN, STEADY, AliveLeaves.of)
 
 
 WITH_ERRORS = ", even when every feature{who} is off by up to eps, each by an error of its own"
 OF_ALL = " of each of the {team}"  # whose features may be off
 WHOSE = {OWN: ""}  # the same, where it is not said
-WORDS = {
-    "distinct_targets": (
-        "in every world state of the region, the {team} can be matched one-to-one to the landmarks so that each closes "
-        "on its own landmark or is at it"
-    ),
-    "own_target": "in every world state of the region, each of the {team} closes on its fixed landmark or is at it",
-    "no_double": "in no world state of the region do two of the {team} close on exactly the same single landmark",
-    "aligned": (
-        "in every world state of the region, the {team} can be matched one-to-one to the landmarks so that each is at "
-        "its own landmark, or closes on it and is ahead by at least kappa times the sideways offset"
-    ),
-    "assignment": (
-        "in every world state of the region, each of the {team} closes on or is at its landmark in a matching of least "
-        "summed L1 distance"
-    ),
-    "agree": "in every state of the region, the two agents take the action of the same name",
-    "differ": "in no state of the region do the two agents take the action of the same name",
-    "monotone": (
-        "if the feature of the agent is raised and all others stay, its action does not move against the direction"
-    ),
-    "ignores": (
-        "whatever value the feature of the agent takes while all others stay, it takes the same action "
-        "(or, where actions are named, either one of these or none)"
-    ),
-    "symmetric": "where the mirrored features have the opposite sign, the agent takes the action opposite in the order",
-    "alive_leaves": "every leaf of every agent of the {team} is reached in some world state of the region",
-    OWN: "in every world state of the region, the formula holds for what the {team} do",
-}
+OWN_WORDS = "in every world state of the region, the formula holds for what the {team} do"
 
 
 def spell_rounded(rounded: Iterable[tuple[str, str]]) -> list[str]:
@@ -111,7 +84,8 @@ def spell_rounded(rounded: Iterable[tuple[str, str]]) -> list[str]:
 def spell_decisions(claim: DecisionClaim) -> str:
     """The claim in words, without its assumption."""
     errors = WITH_ERRORS.format(who=WHOSE.get(claim.of, OF_ALL)) if claim.eps else ""
-    return (WORDS[claim.of] + errors).format(team=claim.team)
+    words = OWN_WORDS if claim.of == OWN else CLAIMS[claim.of].words
+    return (words + errors).format(team=claim.team)
 
 
 def formula_document(node: Formula) -> dict[str, Any]:
@@ -154,7 +128,6 @@ Told = TypeVar("Told", bound=EpisodeClaim)
 class Account(Generic[Told]):
     """The words and measurements about a claim."""
 
-    words: ClassVar[str]
     nobody_named: ClassVar[str] = ""  # what it means where the parameter that names entities is empty
     landmark_each: ClassVar[bool] = True  # whether it speaks of a landmark for each agent
     of_the_world: ClassVar[tuple[str, ...]] = ("steps",)  # parameters whose usual value the world says
@@ -168,13 +141,9 @@ class Account(Generic[Told]):
         """The claim in words."""
         claim, own = self.claim, self.describe_named(self.claim.named)
         until = "for ever" if claim.ever else f"up to step {claim.steps}"
-        return self.words.format(team=claim.team, radius=claim.radius, steps=claim.steps, own=own, until=until)
-
-    @classmethod
-    def in_general(cls, lasting: bool) -> str:
-        """The claim in words, without values; `lasting`: whether it may be claimed for ever."""
-        own, until = cls.describe_named(None), "up to step `steps`, or for ever" if lasting else ""
-        return cls.words.format(team="team", radius="`radius`", steps="`steps`", own=own, until=until)
+        return CLAIMS[claim.name].words.format(
+            team=claim.team, radius=claim.radius, steps=claim.steps, own=own, until=until
+        )
 
     @staticmethod
     def describe_named(named: tuple[str, ...] | None) -> str:
@@ -237,11 +206,6 @@ class _OfArrival(Account[Arrival]):
 
 
 class _OfReaches(_OfArrival):
-    words = (
-        "from every start of the region, at rest, each of the {team} comes within {radius} of its own landmark "
-        "({own}) at some step up to step {steps}"
-    )
-
     @classmethod
     def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
         """A whole episode, and the landmarks in the world's order."""
@@ -255,11 +219,6 @@ class _OfReaches(_OfArrival):
 
 
 class _OfCovers(_OfArrival):
-    words = (
-        "from every start of the region, at rest, after {steps} steps the {team} are matched one-to-one to the "
-        "landmarks{own}, each within {radius} of its own"
-    )
-
     @staticmethod
     def describe_named(named: tuple[str, ...] | None) -> str:
         """The landmarks, where an order of them is claimed."""
@@ -269,10 +228,6 @@ class _OfCovers(_OfArrival):
 
 
 class _OfKeepsApart(Account[KeepsApart]):
-    words = (
-        "from every start of the region, at rest, each of the {team} stays at least {radius} (L-infinity) "
-        "away from {own} {until}"
-    )
     nobody_named = "one another"
     landmark_each = False
     of_the_world = ("steps", "radius")
@@ -312,10 +267,6 @@ class _OfKeepsApart(Account[KeepsApart]):
 
 
 class _OfStaysIn(Account[StaysIn]):
-    words = (
-        "from every start of the region, at rest, each of the {team} stays within {radius} (L-infinity) of the origin "
-        "{until}"
-    )
     landmark_each = False
     of_the_world = ()
     usually: ClassVar[Mapping[str, Parameter]] = {"steps": ALWAYS, "radius": ARENA}

@@ -1,5 +1,6 @@
 """The table of parameters: every claim's are in it, and files and options take all of it."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,9 +10,14 @@ import click
 from maviper.cli.verify import verify
 from maviper.verification.ask import VerifyOptions
 from verify.claims import files
+from verify.claims.built_in import CLAIMS as CLASSES
 from verify.claims.catalogue import NAMES as CLAIMS
 from verify.claims.catalogue import ZONES, readable
+from verify.claims.decisions import STEADY
+from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.parameters import NAMES, PARAMETERS
+from verify.claims.relations import RELATIONS
+from verify.claims.wording import BUILT_IN
 
 ROOT = Path(__file__).parents[3]
 
@@ -19,6 +25,16 @@ ROOT = Path(__file__).parents[3]
 def test_the_table_has_what_claims_read():
     read = {parameter for claim in CLAIMS for parameter in readable(claim)} - {ZONES}
     assert read == set(NAMES) and len(set(NAMES)) == len(NAMES) == len(PARAMETERS)
+
+
+def test_what_a_claim_means_reads_what_it_is_declared_with():
+    """Certificates rest on the one, users know the other."""
+    kinds = BUILT_IN | RELATIONS
+    assert {name: kinds[name].reads for name in kinds} == {name: CLASSES[name].parameters() for name in kinds}
+    episodes = {name: ("steps", "radius", *filter(None, [kind.whom])) for name, kind in EPISODE_CLAIMS.items()}
+    assert episodes == {name: CLASSES[name].parameters() for name in EPISODE_CLAIMS}
+    assert set(CLASSES) == {*kinds, *EPISODE_CLAIMS, STEADY}
+    assert all(re.search(rf"claims\.{kind.__name__}\(", kind.__doc__) for kind in CLASSES.values())
 
 
 def test_files_options_and_questions_take_what_the_table_has():
