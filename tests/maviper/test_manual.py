@@ -318,10 +318,11 @@ def place(tmp_path, monkeypatch):
 
 
 def steps(text):
-    """What a page has its reader do, in order: ("file", name, text), ("python", program) or ("run", line).
+    """What a page has its reader do, in order: ("file", name, text), ("python", program) or ("run", line, output).
 
     A block belongs to the file that the line before it names last, if that ends with a colon. Other blocks of Python
-    are programs. Of indented lines, those that begin with a program are commands.
+    are programs. Of indented lines, those that begin with a program are commands; the line before may say what one
+    prints.
     """
     fence, block, before = None, [], ""
     for line in text.splitlines():
@@ -336,9 +337,16 @@ def steps(text):
         elif fence is not None:
             block.append(line)
         else:
-            if match := re.match(r" {4}(?:\$ )?((?:maviper|cc|python) \S.*)", line):
-                yield "run", match[1]
+            if match := re.match(r" {4}(?:\$ )?((?:maviper|cc|python|node) \S.*)", line):
+                printed = re.search(r"prints `(.*)`:$", before)
+                yield "run", match[1], printed[1] if printed else ""
             before = line or before
+
+
+def printed_by(program):
+    """What the comments of a program say that it prints, or "" if some say nothing."""
+    said = re.findall(r"(?:print|console\.log)\(.*(?:#|//) (.*)", program)
+    return ", ".join(said) if len(said) == len(re.findall(r"(?:print|console\.log)\(", program)) else ""
 
 
 TRIED = "\n## Policies of other libraries\n"  # from here on, by experts/test_libraries.py
@@ -349,6 +357,7 @@ NEEDS = {  # what a page goes on with only where it is installed
     "supersuit": ("supersuit",),
     "vmas:": ("vmas",),
     "main.c": ("cc",),
+    "node ": ("node",),
 }
 SHORT = ["--steps", "51200", "--set", "checkpoint_steps=25600"]  # of training, which takes minutes as it stands there
 
@@ -371,28 +380,41 @@ def missing(step):
 def test_everything_on_a_page_runs_in_its_order(name, place, monkeypatch, capsys):
     """From an empty folder, but for what the demo writes, up to what needs a package that is not installed."""
     monkeypatch.setattr("webbrowser.open", lambda _: True)
-    known = {"__name__": "__main__"}
+    known, files = {"__name__": "__main__"}, {}
     given = [step for step in steps(manual.page("team")) if step[0] == "file"] if name == "environments" else []
     begun = text_of(name).partition(TRIED)[0].partition(THEIRS)[0]
     for step in [*given, *steps(begun)]:
         if lacks := missing(step):
             pytest.skip(f"not installed: {', '.join(lacks)}; all before it has run")
         match step:
-            case "run", line if line.startswith("maviper train ") and not is_read_later(line, text_of(name)):
+            case "run", line, _ if line.startswith("maviper train ") and not is_read_later(line, text_of(name)):
                 pass
             case "file", file, text:
+                files[file] = text
                 (place / file).write_text(text)
                 monkeypatch.delitem(sys.modules, Path(file).stem, raising=False)
                 if name == "team" and file.endswith(".py"):  # the first part of one program
                     exec(compile(text, f"{name}.md", "exec"), known)
             case "python", program:
+                capsys.readouterr()
                 exec(compile(program, f"{name}.md", "exec"), known)
-            case "run", line if line.startswith("maviper "):
+                out = ", ".join(capsys.readouterr().out.splitlines())
+                assert out == (printed_by(program) or out)
+            case "run", line, _ if line.startswith("maviper "):
                 wanted = re.search(r"# exits with (\d)", line)
                 words = [*words_of(line), *(SHORT if line.startswith("maviper train ") else [])]
                 assert main.run(words) == int(wanted[1] if wanted else 0), (line, capsys.readouterr().err)
-            case "run", line:
-                subprocess.run(["bash", "-ec", line.replace("python ", f"{sys.executable} ", 1)], check=True)
+            case "run", line, out:
+                said = out or printed_by(files.get(line.split()[-1], ""))
+                command = line.replace("python ", f"{sys.executable} ", 1)
+                ran = subprocess.run(["bash", "-ec", command], check=True, capture_output=True, text=True)
+                assert not said or ", ".join(ran.stdout.splitlines()) == said
+
+
+def test_other_output_than_a_page_says_would_be_found():
+    said = [step for step in steps("It prints `2`:\n\n    python two.py\n") if step[0] == "run"]
+    assert said == [("run", "python two.py", "2")] and printed_by("print(1)  # 1\nprint(2)  # 2\n") == "1, 2"
+    assert not printed_by("print(1)  # 1\nprint(2)\n")
 
 
 # --- code
@@ -419,52 +441,19 @@ def test_the_property_and_region_files_of_the_claims_page_are_read(place):
 
 
 @pytest.mark.compile
-def test_the_c_of_the_embedding_page_compiles_and_decides_as_it_says(tmp_path):
+def test_the_c_of_the_embedding_page_compiles_without_a_warning(tmp_path):
     program, function = blocks("embedding", "c")
     (tmp_path / "main.c").write_text(program)
     (tmp_path / "decide.c").write_text(f"int decide(const float *x);\n{function}")
     flags = [*STRICT, f"-I{TEAM}"]
     subprocess.run([*find_compiler(), *flags, "-c", "decide.c", "-o", "decide.o"], cwd=tmp_path, check=True)
     subprocess.run([*find_compiler(), *flags, "main.c", "-o", "main"], cwd=tmp_path, check=True)
-    ran = subprocess.run([str(tmp_path / "main")], capture_output=True, text=True, check=True)
-    assert ran.stdout == "agent_0 1, agent_1 2\n"
     names = re.findall(
         r"`PREFIX_([a-zA-Z_]+)`", "\n".join(table_under(manual.page("embedding"), "### Functions of the header"))
     )
     header = (TEAM / "physical_deception.h").read_text()
     for name in names:
         assert f" physical_deception_{name.replace('A_', 'agent_0_')}(" in header or name == "in_region", name
-
-
-def test_the_python_of_the_embedding_page_decides_as_it_says(tmp_path):
-    (source,) = blocks("embedding", "python")
-    ran = subprocess.run([sys.executable, "-c", source], cwd=TEAM, capture_output=True, text=True, check=True)
-    assert ran.stdout.split() == re.findall(r"print\(.*# (\w+)", source)
-    line = next(line for line in manual.page("embedding").splitlines() if "physical_deception_reader.py" in line)
-    ran = subprocess.run([sys.executable, *shlex.split(line)[1:]], cwd=TEAM, capture_output=True, text=True, check=True)
-    assert ran.stdout == "1 left\n"
-
-
-def test_the_javascript_of_the_embedding_page_decides_as_it_says(tmp_path):
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("node is not installed")
-    (source,) = blocks("embedding", "javascript")
-    team = loads((TEAM / "profile.json").read_bytes())
-    (tmp_path / "physical_deception.mjs").write_text(emit(team, ["javascript"])["physical_deception.mjs"])
-    (tmp_path / "main.mjs").write_text(source)
-    ran = subprocess.run([node, "main.mjs"], cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert ran.stdout == "left\n"
-
-
-@pytest.mark.slow
-@pytest.mark.solver
-def test_the_python_page_prints_what_it_says(place, capsys):
-    names = {}
-    for source in blocks("python", "python"):
-        exec(source, names)
-    said = [each for source in blocks("python", "python") for each in re.findall(r"print\(.*# (.*)", source)]
-    assert capsys.readouterr().out.splitlines() == said and len(said) == 13
 
 
 # --- the README
@@ -476,20 +465,10 @@ CHECKED = {  # what is trusted of each kind of proof, by the row of the README's
 }
 
 
-@pytest.mark.slow
-@pytest.mark.compile
-@pytest.mark.solver
-def test_the_readmes_python_prints_what_it_says(place, capsys):
-    (source,) = blocks("README", "python")
-    assert len([line for line in source.splitlines() if line]) == 8
-    exec(source, {})
-    said = [each.strip() for comment in re.findall(r"print\(.*# (.*)", source) for each in comment.split(",")]
-    assert capsys.readouterr().out.splitlines() == said
-
-
 def test_the_readme_is_short_links_pages_and_keeps_its_two_lines():
     text = README.read_text()
     assert len(text.splitlines()) <= MAX_README_LINES
+    assert all(map(printed_by, (*blocks("README", "python"), *blocks("python", "python")[:2])))
     linked = re.findall(r"\[([^\]]+)\]\(maviper/manual/(\w+)\.md\)", text)
     assert {topic for _, topic in linked} <= set(PAGES) and len(linked) <= 16
     for word in ("maviper demo", "pytest"):
