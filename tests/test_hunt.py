@@ -138,12 +138,15 @@ def test_an_answer_that_depends_on_neighbours_is_noticed(fault, monkeypatch):
 @pytest.mark.parametrize(
     ("attribute", "wrong"),
     [
-        ("_after", lambda piece, name, actions: piece.move.get(name, Affine())),  # as if no action moved anything
-        ("_beyond", lambda piece: TRUE),  # as if no state lay in a piece
+        (
+            "system.Piece.total",
+            lambda piece, name, actions: piece.move.get(name, Affine()),
+        ),  # as if no action moved anything
+        ("curves._beyond", lambda piece: TRUE),  # as if no state lay in a piece
     ],
 )
 def test_wrong_next_values_are_found(attribute, wrong, monkeypatch):
-    monkeypatch.setattr(f"verify.systems.curves.{attribute}", wrong)
+    monkeypatch.setattr(f"verify.systems.{attribute}", wrong)
     assert any(hunt.KINDS["following"](seed, False).wrong for seed in range(30))
 
 

@@ -22,7 +22,6 @@ from codegen.ir import GOAL, AgentPolicy, Bool, Float64, Floats, PolicyProfile, 
 from codegen.observe import observe
 from maviper.worlds.stated.observing import (
     PLACE,
-    bound_region,
     ensure_observed,
     find_coordinate,
     find_goal,
@@ -37,7 +36,7 @@ from verify.states.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import choose_actions, list_roundings, with_roundings
 from verify.systems.statement import Statement
-from verify.systems.system import State, Variable
+from verify.systems.system import State, Variable, bounds_of
 
 Number = TypeVar("Number")
 STATE_SCALES = (
@@ -80,7 +79,7 @@ def iterate_states(profile: PolicyProfile, statement: Statement, claim: SystemCl
     erring = np.array([find_coordinate(one.name) not in profile.world.coordinates() for one in drawable])
     for pushed in (erring, np.ones_like(erring)):
         for region in claim.regions:
-            ends = _find_ends(drawable, bound_region(region, _list_ranges(drawable)))
+            ends = _find_ends(drawable, bounds_of(region, _list_ranges(drawable)))
             drawn: Float64 = rng.uniform(ends[:, 0], ends[:, 1], (STATES, len(drawable)))
             if pushed.any():
                 extreme: Bool = pushed & (rng.random(drawn.shape) < EXTREME)
@@ -120,7 +119,7 @@ def _list_ranges(drawable: Sequence[Variable]) -> dict[str, Interval]:
 def _bound_all(claim: SystemClaim, drawable: Sequence[Variable]) -> dict[str, Interval]:
     """The box around all regions of a claim, but for differences."""
     ranges = _list_ranges(drawable)
-    boxes = [bound_region(region, ranges) for region in claim.regions] or [ranges]
+    boxes = [bounds_of(region, ranges) for region in claim.regions] or [ranges]
     return {
         one.name: (min(each[one.name][0] for each in boxes), max(each[one.name][1] for each in boxes))
         for one in drawable
@@ -204,7 +203,7 @@ def _list_places(game: PlayedGame) -> tuple[list[str], Float64]:
     entities = (*world.agents, *world.landmarks)
     known = {one.name for one in game.statement.system.variables}
     names = [f"{each.name}.{axis}" for each in entities for axis in "xy" if f"{each.name}.{axis}" in known]
-    bounds = bound_region(game.statement.system.start, {one.name: one.range for one in game.statement.system.variables})
+    bounds = bounds_of(game.statement.system.start, {one.name: one.range for one in game.statement.system.variables})
     ends = [[float(place_in(end, bounds[name], 0)) for end in bounds[name]] for name in names]
     return names, np.array(ends, np.float64)
 

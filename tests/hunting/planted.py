@@ -27,7 +27,7 @@ from verify.episodes import certificates as making
 from verify.episodes import unroll
 from verify.kinds import MACHINE
 from verify.question import DecisionQuestion
-from verify.reach import decide
+from verify.reach import programs
 from verify.reach.decide import ClaimSearch
 from verify.states import shares
 from verify.systems import lowered, properties
@@ -123,14 +123,14 @@ def _answer_equal(answer: Any) -> Any:
 
 def _witness(patch: Any) -> None:
     """The start that shows that there is one is asked of the first claim about episodes."""
-    inhabitant, known = decide.inhabitant, list[tuple[Any, Any]]()
+    inhabitant, known = programs.inhabitant, list[tuple[Any, Any]]()
 
     def noted(search: Any) -> None:
         if not search.claim.about_decisions:
             _first(known, search.system, search.claim)
 
     _after_making(patch, noted)
-    patch.setattr(decide, "inhabitant", lambda system, claim: inhabitant(system, _first(known, system, claim)))
+    patch.setattr(programs, "inhabitant", lambda system, claim: inhabitant(system, _first(known, system, claim)))
 
 
 def _budget(patch: Any) -> None:

@@ -6,11 +6,10 @@ from fractions import Fraction as F
 import numpy as np
 
 from tests.support.system_cases import box, form, policy, team
-from verify.checker.covers.sweep import Cells
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Feature, Measure, Piece, System, Variable
 
-PLAIN = Cells((0,), {})
+PLAIN = ((0,), {})
 
 
 def line(start, threshold, measure=Measure.VALUE, bounds=None, numbers="float32", **piece):

@@ -6,7 +6,7 @@ import numpy as np
 
 from codegen.floats import FLOAT64
 from tests.verify.reach import random_systems
-from verify.checker.covers.sweep import BoxSweep, Cells, FormSweep
+from verify.checker.covers.sweep import BoxSweep, FormSweep
 from verify.checker.reading import RejectedError
 
 
@@ -24,7 +24,7 @@ def recipe(random, system):
         for column in range(columns)
         if random.random() < 0.4
     }
-    return Cells(cuts, widths)
+    return cuts, widths
 
 
 def question(random):
@@ -44,9 +44,9 @@ def shown(question, cells, forms=False):
     system, profile, claim = question
     try:
         if forms:
-            FormSweep(profile, system, claim).run(Cells(cells.cuts))
+            FormSweep(profile, system, claim).run(cells[0])
         else:
-            BoxSweep(profile, system, claim).run(cells)
+            BoxSweep(profile, system, claim).run(*cells)
     except RejectedError:
         return False
     return True

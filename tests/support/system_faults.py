@@ -18,7 +18,7 @@ from verify.claims.formula import FALSE, TRUE, Acts, Linear, negate
 from verify.reach import replay
 from verify.solver import terms, unrolled
 from verify.systems import observing
-from verify.systems.system import Affine, Measure, Piece
+from verify.systems.system import FREE, Affine, Measure, Piece
 
 
 @dataclass(frozen=True)
@@ -146,9 +146,9 @@ READING = [
     fault(Leap, "__init__", "errors are half as wide", BROKEN, attribute("errors", lambda leap: {name: (low, (low + high) / 2) for name, (low, high) in leap.errors.items()})),
     fault(Leap, "key", "leaps with other errors are alike", BROKEN, changed(lambda key: tuple(each[:2] for each in key))),
     fault(Leap, "key", "leaps with other forms are alike", BROKEN, changed(lambda key: tuple((each[0], *each[2:]) for each in key))),
-    fault(reading, "bounds_in", "starts are narrower", BROKEN, changed(narrower)),
-    fault(reading, "bounds_in", "a start is one state", BROKEN, changed(lambda bounds: (bounds[0], bounds[0]))),
-    fault(reading, "bounds_in", "what a polytope bounds is forgotten", ANSWERED, lambda f: lambda name, region, ranges: f(name, () if ranges else region, ranges)),
+    fault(reading, "bounds_of", "starts are narrower", BROKEN, changed(lambda bounds: {name: narrower(ends) for name, ends in bounds.items()})),
+    fault(reading, "bounds_of", "a start is one state", BROKEN, changed(lambda bounds: {name: (low, low) for name, (low, _) in bounds.items()})),
+    fault(reading, "bounds_of", "what a polytope bounds is forgotten", ANSWERED, lambda f: lambda region, ranges: f(region if FREE in ranges.values() else (), ranges)),
     fault(reading, "_total", "actions have no effect", BROKEN, lambda f: lambda name, piece, effects, number: f(name, piece, (), number)),
     fault(reading, "_total", "the first agent alone acts", BROKEN, lambda f: lambda name, piece, effects, number: f(name, piece, effects[:1], number)),
     fault(reading, "_total", "a variable moves by itself alone", BROKEN, lambda f: (lambda name, *given: ((form := f(name, *given)) and Affine.of({each: factor for each, factor in form.terms if each == name}, form.constant)))),

@@ -7,30 +7,25 @@ Does not: read or write files.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 
 from codegen.errors import InputError
-from verify.certificates.proofs import encode_numbers
-from verify.certificates.systems import certify
-from verify.checker.accept import accept
 from verify.checker.covers.boxes import StartBox
 from verify.checker.covers.rounding import ceiling, floor
 from verify.checker.flows.intervals import Spans, finite, hull
 from verify.checker.flows.series import FlowReading, Stepping, StepPrograms
 from verify.checker.flows.sweep import NOT_SHOWN, FlowSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
-from verify.checker.systems.proofs import FlowSets
 from verify.flows.episodes import FlowPlay, FlowReplay
 from verify.flows.search import PlanSearch
 from verify.question import Question
 from verify.reach.decide import ensure_stated
-from verify.reach.programs import inhabitant
-from verify.reach.results import OpenState, ReachOutcome, about_nothing
+from verify.reach.programs import prove
+from verify.reach.results import OpenState, ReachOutcome
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
@@ -107,17 +102,9 @@ def _try_plans(question: Question[SystemClaim], search: PlanSearch) -> ReachOutc
     """PROVED by the first plan whose certificate the checker accepts."""
     assert isinstance(question.subject, ClosedLoop)
     profile, system, claim = question.profile, question.subject.system, question.claim
-    state: Mapping[str, Fraction] | Verdict | None = None
-    for candidate in search.plans():
-        state = state or inhabitant(system, claim)
-        if isinstance(state, Verdict):
-            return about_nothing(claim, state)
-        plan = candidate.plan
-        cuts = encode_numbers(list(plan.cuts))
-        proof = FlowSets(plan.order, plan.steps, candidate.widths, cuts, plan.every, plan.levels)
-        made = certify(profile, system, claim, state, proof)
+    for proof in search.plans():
         with suppress(RejectedError):
-            return ReachOutcome(Verdict.PROVED, certificate=made, branches=accept(made, profile, system))
+            return prove(profile, system, claim, proof)
     return None
 
 

@@ -23,14 +23,13 @@ from verify.checker.flows.intervals import Spans
 from verify.checker.flows.series import FlowReading, Stepping
 from verify.checker.flows.steps import EXACT, FlowStep, Frame, build_frames
 from verify.checker.flows.sweep import FlowSweep
-from verify.checker.systems.reading import bounds_in
 from verify.reach.play import holds_states, observe_planes, value
 from verify.reach.replay import is_start
 from verify.reach.results import SystemCounterexample, Values
 from verify.states.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import ARRAYS, function
-from verify.systems.system import Interval, System
+from verify.systems.system import Interval, System, bounds_of
 
 PARTS = 8  # of a period
 MAX_FOUND = 16
@@ -254,7 +253,7 @@ class FlowPlay:
     def _start_ranges(self) -> dict[str, Interval]:
         """The bounds of starts, by variable."""
         ranges = {one.name: one.range for one in self._system.variables}
-        return {name: bounds_in(name, self._system.start, ranges) for name in ranges}
+        return bounds_of(self._system.start, ranges)
 
     def _starts(self, count: int, random: np.random.Generator) -> Planes | None:
         """Random starts, half of the numbers at a bound in half of them; None where none was found."""

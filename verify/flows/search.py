@@ -9,11 +9,9 @@ Does not: prove: a plan that is found here is run again as a certificate.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 from math import floor, log2
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +20,7 @@ from verify.checker.covers.boxes import StartBox, halves
 from verify.checker.flows.sweep import FEW as FEW_SETS
 from verify.checker.flows.sweep import PARTS, FlowSweep, LevelSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
+from verify.checker.systems.proofs import WHOLE, FlowSets
 from verify.reach.covering import CutPart
 from verify.spending import tell
 from verify.systems.claims import SystemClaim
@@ -43,13 +42,6 @@ NARROW = 1e-200
 FEW = 8  # parts that are looked at for what would help
 AT_ONCE = 128  # parts that are swept together
 SMALLER = "a start region in smaller parts: a larger --effort"
-
-
-class FoundPlan(NamedTuple):
-    """A plan by which the claim was shown; `widths` by variable."""
-
-    plan: Plan
-    widths: dict[str, Fraction]
 
 
 class _Cutting:
@@ -98,8 +90,8 @@ class PlanSearch:
         """Sets that were asked about, over all attempts; few sets of a step count as more."""
         return self.sweep.spent
 
-    def plans(self) -> Iterator[FoundPlan]:
-        """Plans that show the claim, the cheap ones first: in each turn with one more way to step, and with more sets
+    def plans(self) -> Iterator[FlowSets]:
+        """Proofs that show the claim, the cheap ones first: in each turn with one more way to step, and with more sets
         for those of before.
         """
         whole, tries, pending = self.sweep.whole, list[_Trying](), list(self._hows)
@@ -109,7 +101,7 @@ class PlanSearch:
             while pending and len(tries) <= turn:
                 self.how = how = pending.pop(0)
                 if self._find_open([whole], Plan((), *how), self._once) == []:
-                    yield FoundPlan(Plan((0,), *how), {})
+                    yield FlowSets(*how, {}, WHOLE)
                 if self._points_are_shown(whole):
                     tries.append(_Trying(how, _Cutting(whole)))
             tries = [each for each in tries if each.goes_on]
@@ -121,38 +113,38 @@ class PlanSearch:
                     return
                 yield from self._by(whole, each, max(FIRST, self._once) * 4 ** max(turn - number, 0))
 
-    def _by(self, whole: StartBox, trying: _Trying, allowed: int) -> Iterator[FoundPlan]:
-        """Plans with one order and number of steps: cuts, cells of what is tested, levels, cells of all in turn."""
+    def _by(self, whole: StartBox, trying: _Trying, allowed: int) -> Iterator[FlowSets]:
+        """Proofs with one order and number of steps: cuts, cells of what is tested, levels, cells of all in turn."""
         how = trying.how
-        plan = self._by_cuts(trying.cutting, how, min(allowed, self._left))
-        if plan is not None:
-            yield FoundPlan(plan, {})
+        cuts = self._by_cuts(trying.cutting, how, min(allowed, self._left))
+        if cuts is not None:
+            yield FlowSets(*how, {}, cuts)
         if trying.cells is None:
             trying.cells = list(self._cells(whole, how))
             trying.levels = list(self._levels(trying.cells, how))
         few = [widths for widths in trying.cells if len(widths) < max(map(len, trying.cells))]
         yield from self._by_cells(few, trying, allowed)
         for levels in tuple(trying.levels):
-            found = self._descend(levels, 4 * allowed if levels.plan.every == JOINS else allowed)
-            if found is not None:
-                yield self._name_widths(found)
+            if self._descend(levels, 4 * allowed if levels.plan.every == JOINS else allowed):
+                yield self._name_widths(levels.plan, levels.levels)
             if levels.levels >= MAX_LEVELS:
                 trying.levels.remove(levels)
         yield from self._by_cells([widths for widths in trying.cells if widths not in few], trying, allowed)
 
-    def _by_cells(self, cells: Sequence[dict[int, float]], trying: _Trying, allowed: int) -> Iterator[FoundPlan]:
-        """Plans with cells of one width; those that left something open are not tried again."""
+    def _by_cells(self, cells: Sequence[dict[int, float]], trying: _Trying, allowed: int) -> Iterator[FlowSets]:
+        """Proofs with cells of one width; those that left something open are not tried again."""
         for widths in cells:
             plan = Plan((), *trying.how, widths)
             open_ = self._find_open([trying.cutting.whole], plan, min(allowed, self._left))
             if open_ == []:
-                yield self._name_widths(replace(plan, cuts=(0,)))
+                yield self._name_widths(plan)
             if open_ is not None:
                 assert trying.cells is not None
                 trying.cells.remove(widths)
 
-    def _name_widths(self, plan: Plan) -> FoundPlan:
-        return FoundPlan(plan, {self._names[column]: Fraction(width) for column, width in plan.widths.items()})
+    def _name_widths(self, plan: Plan, levels: int = 0) -> FlowSets:
+        widths = {self._names[column]: Fraction(width) for column, width in plan.widths.items()}
+        return FlowSets(plan.order, plan.steps, widths, WHOLE, plan.every, levels)
 
     def _levels(self, cells: Sequence[dict[int, float]], how: tuple[int, int]) -> Iterator[LevelSweep]:
         """Sweeps by levels, which begin with the widest cells of all variables."""
@@ -160,9 +152,9 @@ class PlanSearch:
         for every in (JOINS, self.sweep.last) if 0 < len(widest) <= LEVELLED and self.sweep.last > JOINS else ():
             yield LevelSweep(self.sweep, Plan((0,), *how, widest, every, 1))
 
-    def _descend(self, levels: LevelSweep, allowed: int) -> Plan | None:
-        """The plan with as many levels as show the claim; None where they take too many sets, and most boxes of the
-        level before were not shown.
+    def _descend(self, levels: LevelSweep, allowed: int) -> bool:
+        """Follows as many levels as show the claim; whether they do, as they may take too many sets where most boxes of
+        the level before were not shown.
         """
         self.sweep.most = self.sweep.spent + min(allowed, self._left)
         try:
@@ -170,13 +162,13 @@ class PlanSearch:
                 if levels.share > NEARLY:
                     self.sweep.most = self.sweep.spent + self._left
                 if levels.descend():
-                    return replace(levels.plan, levels=levels.levels)
+                    return True
                 self.why = levels.why or self.why
         except RejectedError as error:
             self.why = str(error)
         finally:
             tell(min(self.spent, self._most), self._most, "sets of states")
-        return None
+        return False
 
     @property
     def _once(self) -> int:
@@ -215,7 +207,7 @@ class PlanSearch:
             self.open = [whole]
         return not open_
 
-    def _by_cuts(self, cutting: _Cutting, how: tuple[int, int], allowed: int) -> Plan | None:
+    def _by_cuts(self, cutting: _Cutting, how: tuple[int, int], allowed: int) -> bytes | None:
         """Cuts of the start after which all of its parts are shown; None where some are left open, in `pending`."""
         end = self.spent + allowed
         each = self._once
@@ -224,24 +216,14 @@ class PlanSearch:
             some, cutting.pending = cutting.pending[:count], cutting.pending[count:]
             open_ = self._find_open([part.box for part in some], Plan((), *how), each * len(some))
             for part in some if open_ is None else [some[place] for place in open_]:
-                column = self._widest(part, cutting.whole)
-                if column is None or part.depth >= MAX_DEPTH:
-                    cutting.lost.append(part)
-                else:
-                    cutting.pending += part.cut(column)
+                halved = part.cut(cutting.whole, self._weights, MAX_DEPTH)
+                cutting.pending += halved
+                cutting.lost += [] if halved else [part]
         self.open = [part.box for part in (*cutting.lost, *cutting.pending)]
         if self.open:
             cutting.pending = [] if cutting.lost else cutting.pending
             return None
-        return Plan(tuple(cutting.root.cuts()), *how)
-
-    def _widest(self, part: CutPart, whole: StartBox) -> int | None:
-        """The variable along which a part is widest, beside the whole start; none that has no float within."""
-        (low, high), width = part.box, whole.high - whole.low
-        middle = 0.5 * low + 0.5 * high
-        with np.errstate(all="ignore"):
-            ratios = np.where((low < middle) & (middle < high), self._weights * (high - low) / width, 0.0)
-        return int(ratios.argmax()) if ratios.max() > 0 else None
+        return cutting.root.cuts
 
     def _cells(self, whole: StartBox, how: tuple[int, int]) -> Iterator[dict[int, float]]:
         """Widths of cells, the wide ones first: of the variables that are tested, then of all."""

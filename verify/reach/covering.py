@@ -20,11 +20,13 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Float64, PolicyProfile
+from verify.certificates.proofs import encode_numbers
 from verify.checker.covers.boxes import BoxList, Parts, StartBox, halves, unit_of
 from verify.checker.covers.images import BoxMotion
 from verify.checker.covers.sweep import BoxSweep, FormSweep, Swept
 from verify.checker.reading import RejectedError
 from verify.checker.systems.branch_proofs import depends_on
+from verify.checker.systems.proofs import WHOLE, Cover
 from verify.checker.systems.reading import sides_of
 from verify.claims.formula import coordinates
 from verify.spending import FORM, OPTION, BudgetSpentError, Spending
@@ -39,15 +41,6 @@ MOST, LARGEST = 2_000_000, 200_000  # boxes for all, and of one list; what they 
 NARROW = 1e-200  # what a variable has to range over
 MAX_DEPTH = 24  # of cuts of the start
 PLAYED = (256, 1_024, 4_096)  # starts that are played in what is open: after first cuts, after cells, at the end
-
-
-@dataclass(frozen=True)
-class Covering:
-    """The way a cover is made, as verify/checker/covers reads it: boxes in cells, `widths` by variable, or forms."""
-
-    cuts: tuple[int, ...]
-    widths: Mapping[str, Fraction]
-    forms: bool = False
 
 
 class OpenParts(NamedTuple):
@@ -66,19 +59,28 @@ class CutPart:
     column: int = -1
     halves: list[CutPart] = field(default_factory=list["CutPart"])
 
-    def cut(self, column: int) -> list[CutPart]:
-        """Its halves."""
-        self.column = column
-        self.halves = [CutPart(half, self.depth + 1) for half in halves(self.box, column)]
+    def cut(self, whole: StartBox, weights: Float64, deepest: int = MAX_DEPTH) -> list[CutPart]:
+        """Its halves along the variable in which it is widest, beside the whole and by weights [variables]; none where
+        no such variable has a float within, and for a part that was cut so often.
+        """
+        (low, high), middle = self.box, 0.5 * self.box.low + 0.5 * self.box.high
+        with np.errstate(all="ignore"):
+            ratios = np.where((low < middle) & (middle < high), weights * (high - low) / (whole.high - whole.low), 0.0)
+        if self.depth < deepest and ratios.max() > 0:
+            self.column = int(ratios.argmax())
+            self.halves = [CutPart(half, self.depth + 1) for half in halves(self.box, self.column)]
         return self.halves
 
-    def cuts(self) -> Iterator[int]:
-        """All cuts in it, in the order in which the checker reads them."""
+    @property
+    def cuts(self) -> bytes:
+        """All cuts in it, as the checker reads them."""
+        numbers = list[int]()
         pending: list[CutPart] = [self]
         while pending:
             part = pending.pop()
-            yield part.column + 1
+            numbers.append(part.column + 1)
             pending += reversed(part.halves)
+        return encode_numbers(numbers)
 
 
 class Search:
@@ -97,11 +99,12 @@ class Search:
         self._modes = [column for column, one in enumerate(system.variables) if one.modes]  # never joined
         counting = _relevant(profile, system, claim) - set_anew(system)
         self._columns = [column for column, name in enumerate(self._names) if name in counting]
+        self._weights = np.array([float(name in counting) for name in self._names])
 
-    def iterate_covers(self) -> Iterator[Covering | OpenParts]:
+    def iterate_covers(self) -> Iterator[Cover | OpenParts]:
         """Covers that show the claim, the cheap ones first. What is left open stands between them. BudgetSpentError."""
         if self._start is None:
-            yield Covering((0,), {})
+            yield Cover({}, WHOLE)
             return
         self._open = [self._start]
         if self._boxes is not None:
@@ -120,7 +123,7 @@ class Search:
         assert self._start is not None
         return OpenParts(self._open or [self._start], played)
 
-    def _by_cells(self, boxes: int) -> Iterator[Covering]:
+    def _by_cells(self, boxes: int) -> Iterator[Cover]:
         """Cells, the wide ones first, each with at most so many boxes."""
         assert self._start is not None and self._boxes is not None
         for number, widths in enumerate(self._cells(self._start)):
@@ -131,7 +134,7 @@ class Search:
             if not swept.stopped:  # what they leave open, they leave open again
                 self._failed.add(number)
             if not swept.open.any():
-                yield Covering((0,), {self._names[at]: Fraction(widths[at]) for at in widths})
+                yield Cover({self._names[at]: Fraction(widths[at]) for at in widths}, WHOLE)
 
     def _sweep(
         self,
@@ -169,7 +172,7 @@ class Search:
     def _limit_boxes(self, boxes: int) -> int:
         return max(min(boxes, MOST - self._spending.boxes), 0)
 
-    def _by_cuts(self, boxes: int, sweep: BoxSweep | FormSweep | None) -> Iterator[Covering]:
+    def _by_cuts(self, boxes: int, sweep: BoxSweep | FormSweep | None) -> Iterator[Cover]:
         """Cuts of the start after which all parts are shown."""
         if self._start is None or sweep is None:
             return
@@ -181,20 +184,13 @@ class Search:
             left = [pending[at] for at in np.flatnonzero(open_).tolist()]
             self._open = [part.box for part in left]
             if not left:
-                yield Covering(tuple(root.cuts()), {}, sweep is self._forms)
+                yield Cover({}, root.cuts, "forms" if sweep is self._forms else "boxes")
                 return
             if 2 * len(left) > end - self._spending.boxes:  # each half is a box at least
                 return
-            columns = [self._widest(part, self._start) for part in left]
-            if any(column is None or part.depth >= MAX_DEPTH for part, column in zip(left, columns, strict=True)):
+            pending = [half for part in left for half in part.cut(self._start, self._weights)]
+            if len(pending) < 2 * len(left):
                 return
-            pending = [half for part, at in zip(left, columns, strict=True) if at is not None for half in part.cut(at)]
-
-    def _widest(self, part: CutPart, start: StartBox) -> int | None:
-        """The variable along which a part is widest, beside the whole start."""
-        whole, own = start.high - start.low, part.box.high - part.box.low
-        ratios = {at: own[at] / whole[at] for at in self._columns if whole[at] > 0}
-        return max(ratios, key=lambda at: ratios[at]) if ratios and max(ratios.values()) > 0 else None
 
 
 def estimate_ranges(motion: BoxMotion, start: StartBox, count: int, steps: int) -> Float64:

@@ -14,10 +14,9 @@ as it knows nothing of the variables not followed.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
@@ -25,20 +24,17 @@ import numpy as np
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile
 from codegen.numbers import nearest_double
-from verify.certificates.proofs import encode_numbers
-from verify.certificates.systems import certify
-from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
 from verify.checker.systems.branch_proofs import acting, needs_stated, ways
 from verify.checker.systems.proofs import Cover, FollowedPart, Walks
 from verify.checker.systems.reading import UNIT, Branch, SystemReading
 from verify.claims.formula import FALSE, Or, agents, coordinates
 from verify.question import Budgets, Question
-from verify.reach.covering import Covering, OpenParts, Search, close_names
+from verify.reach.covering import OpenParts, Search, close_names
 from verify.reach.play import Starts, courses
-from verify.reach.programs import inhabitant, witnesses
+from verify.reach.programs import prove, witnesses
 from verify.reach.replay import replay_course, shrink_counterexample
-from verify.reach.results import OpenState, ReachOutcome, SystemCounterexample, about_nothing
+from verify.reach.results import OpenState, ReachOutcome, SystemCounterexample
 from verify.reach.search import Merging, Open, ReachBudgetError, SystemProver, Unfolding
 from verify.reach.unbounded import lasting
 from verify.result import Verdict
@@ -200,12 +196,7 @@ class SymbolicSearch:
                 raise _OpenError
 
     def _certify_parts(self, parts: list[FollowedPart]) -> ReachOutcome:
-        state = inhabitant(self._system, self._claim)
-        if isinstance(state, Verdict):
-            return about_nothing(self._claim, state)
-        certificate = certify(self._profile, self._system, self._claim, state, Walks(tuple(parts)))
-        closed = accept(certificate, self._profile, self._system)
-        return ReachOutcome(Verdict.PROVED, certificate=certificate, branches=closed)
+        return prove(self._profile, self._system, self._claim, Walks(tuple(parts)))
 
 
 def helping(system: System, claim: SystemClaim, first: str) -> tuple[str, ...]:
@@ -265,7 +256,6 @@ class ClaimSearch:
         self.profile, self.system, self.claim, self.budgets = profile, system, claim, budgets
         self.spending = Spending(budgets.max_boxes)
         self._open: OpenState | None = None
-        self._start: Mapping[str, Fraction] | Verdict | None = None
 
     def decide(self) -> ReachOutcome:
         """The answer, with what was spent on it."""
@@ -295,21 +285,11 @@ class ClaimSearch:
     def _try_covers(self) -> ReachOutcome | None:
         """PROVED where boxes that the checker accepts cover all episodes; VIOLATED by a start of a part left open."""
         for cover in Search(self.profile, self.system, self.claim, self.spending).iterate_covers():
-            found = self._accept(cover) if isinstance(cover, Covering) else self._play_open(cover)
-            if found is not None:
+            if isinstance(cover, Cover):
+                with suppress(RejectedError):  # a razor-thin one is refused, as the checker rounds outward
+                    return prove(self.profile, self.system, self.claim, cover)
+            elif (found := self._play_open(cover)) is not None:
                 return found
-        return None
-
-    def _accept(self, covering: Covering) -> ReachOutcome | None:
-        """The answer by a cover that the checker accepts; a razor-thin one it refuses, as it rounds outward."""
-        self._start = self._start or inhabitant(self.system, self.claim)
-        if isinstance(self._start, Verdict):
-            return about_nothing(self.claim, self._start)
-        proof = Cover(covering.widths, encode_numbers(covering.cuts), "forms" if covering.forms else "boxes")
-        made = certify(self.profile, self.system, self.claim, self._start, proof)
-        with suppress(RejectedError):
-            count = accept(made, self.profile, self.system)
-            return ReachOutcome(Verdict.PROVED, certificate=made, branches=count)
         return None
 
     # --- episodes

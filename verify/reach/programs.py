@@ -20,9 +20,13 @@ from math import lcm
 import highspy
 import numpy as np
 
-from codegen.ir import Float64, Int32
+from codegen.ir import Float64, Int32, PolicyProfile
+from verify.certificates.systems import certify
+from verify.checker.accept import accept
+from verify.checker.systems.proofs import SystemProof
 from verify.checker.systems.reading import UNIT, Branch, Direction, Row, SystemReading
 from verify.reach.replay import Course, is_start
+from verify.reach.results import ReachOutcome, about_nothing
 from verify.result import Verdict
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
@@ -202,33 +206,26 @@ def kernel(equations: Sequence[Sequence[Fraction]], count: int) -> list[Fraction
     """The solution of homogeneous equations in `count` numbers whose first number that is not 0 is 1; None where there
     is no such solution but 0, or more than one.
     """
-    rows, pivots = [list(equation) for equation in equations], list[int]()
-    for column in range(count):
-        done = len(pivots)
-        pivot = next((place for place in range(done, len(rows)) if rows[place][column]), None)
-        if pivot is None:
-            continue
-        rows[done], rows[pivot] = rows[pivot], rows[done]
-        lead = rows[done][column]
-        rows[done] = [number / lead for number in rows[done]]
-        for place, row in enumerate(rows):
-            if place != done and row[column]:
-                rows[place] = [here - row[column] * there for here, there in zip(row, rows[done], strict=True)]
-        pivots.append(column)
-    free = [column for column in range(count) if column not in pivots]
-    if len(free) != 1:
+    asked = [({at: number for at, number in enumerate(each) if number}, Fraction(0)) for each in equations]
+    solved = _eliminate(asked)
+    if solved is None or len(solved) != count - 1:
         return None
-    solution = [Fraction(0)] * count
-    solution[free[0]] = Fraction(1)
-    for place, column in enumerate(pivots):
-        solution[column] = -rows[place][free[0]]
-    first = next(number for number in solution if number)
-    return [number / first for number in solution]
+    solution = _put_back(solved, dict.fromkeys(range(count), Fraction(1)))
+    first = next(number for _, number in sorted(solution.items()) if number)
+    return [solution[at] / first for at in range(count)]
 
 
 def solve_equations(equations: Sequence[Equation], near: Mapping[int, Fraction]) -> dict[int, Fraction] | None:
     """Exact values of unknowns, close to those given, with which each sum has its value; None where there are none."""
-    rows, values, exact = list(equations), dict(near), list[tuple[int, Mapping[int, Fraction], Fraction]]()
+    solved = _eliminate(equations)
+    return None if solved is None else _put_back(solved, near)
+
+
+def _eliminate(equations: Sequence[Equation]) -> list[tuple[int, Equation]] | None:
+    """Equations that mean the same, none of which names the unknowns that those before it are about; None where they
+    contradict.
+    """
+    rows, solved = list(equations), list[tuple[int, Equation]]()
     while rows:
         weights, value = rows.pop()
         if not weights:
@@ -237,9 +234,15 @@ def solve_equations(equations: Sequence[Equation], near: Mapping[int, Fraction])
             continue
         pivot, lead = max(weights.items(), key=lambda one: abs(one[1]))
         weights, value = {unknown: weight / lead for unknown, weight in weights.items()}, value / lead
-        exact.append((pivot, weights, value))
+        solved.append((pivot, (weights, value)))
         rows = [_without(row, pivot, weights, value) for row in rows]
-    for pivot, weights, value in reversed(exact):
+    return solved
+
+
+def _put_back(solved: Sequence[tuple[int, Equation]], near: Mapping[int, Fraction]) -> dict[int, Fraction]:
+    """The values that eliminated unknowns have where all others have those given."""
+    values = dict(near)
+    for pivot, (weights, value) in reversed(solved):
         values[pivot] = value - sum(
             (weight * values[other] for other, weight in weights.items() if other != pivot), Fraction(0)
         )
@@ -384,6 +387,15 @@ def inhabitant(system: System, claim: SystemClaim) -> Mapping[str, Fraction] | V
                 return course.start
         answer = Verdict.UNKNOWN
     return answer
+
+
+def prove(profile: PolicyProfile, system: System, claim: SystemClaim, proof: SystemProof) -> ReachOutcome:
+    """The answer by a proof, where the claim is about something. RejectedError where the checker refuses it."""
+    state = inhabitant(system, claim)
+    if isinstance(state, Verdict):
+        return about_nothing(claim, state)
+    made = certify(profile, system, claim, state, proof)
+    return ReachOutcome(Verdict.PROVED, certificate=made, branches=accept(made, profile, system))
 
 
 def _round_point(branch: Branch, point: Mapping[int, float], bits: int) -> Exactly:

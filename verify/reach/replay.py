@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 from codegen.ir import PolicyProfile
 from verify.claims.formula import holds
@@ -59,37 +60,61 @@ def is_start(system: System, claim: SystemClaim, state: State) -> bool:
 def _play_course(
     profile: PolicyProfile, system: System, claim: SystemClaim, course: Course
 ) -> SystemCounterexample | None:
-    states, actions, errors, pieces = [dict(course.start)], list[Mapping[str, str]](), list[Values](), list[int]()
-    for step in range(claim.steps + 1):
-        state = states[-1]
-        if holds(claim.violation_at(step), state, {}):
-            taken = tuple(system.pieces[piece].choice for piece in pieces)
-            return SystemCounterexample(tuple(states), tuple(actions), tuple(errors), tuple(pieces), step, taken)
-        if step == claim.steps or holds(claim.fulfilment_at(step), state, {}):
+    taken, state = list[ExactStep](), course.start
+    for number in range(claim.steps + 1):
+        if holds(claim.violation_at(number), state, {}):
+            return SystemCounterexample(
+                (dict(course.start), *(step.after for step in taken)),
+                tuple(step.actions for step in taken),
+                tuple(step.error for step in taken),
+                tuple(step.piece for step in taken),
+                number,
+                tuple(system.pieces[step.piece].choice for step in taken),
+            )
+        if number == claim.steps or holds(claim.fulfilment_at(number), state, {}):
             return None
-        wanted = course.pieces[step] if step < len(course.pieces) else None
-        piece = piece_of(system, state, wanted)
-        if piece is None:
+        wanted = course.pieces[number] if number < len(course.pieces) else None
+        errors: Values = course.errors[number] if number < len(course.errors) else {}
+        step = take_step(profile, system, state, errors, wanted)
+        if step is None:
             return None
-        given: Values = course.errors[step] if step < len(course.errors) else {}
-        error = within(system.pieces[piece], given)
-        joint = _name_actions(profile, choose_actions(system, profile, state))
-        states.append(system.pieces[piece].step(state, joint, error))
-        actions.append(joint)
-        errors.append(error)
-        pieces.append(piece)
+        taken.append(step)
+        state = step.after
     return None
+
+
+class ExactStep(NamedTuple):
+    """A step: which piece moves the state, what agents do, its errors, and the next state."""
+
+    piece: int
+    actions: Mapping[str, str]
+    error: Values
+    after: Values
+
+
+def take_step(
+    profile: PolicyProfile, system: System, state: State, errors: Values, wanted: int | None = None
+) -> ExactStep | None:
+    """The step from a state by the wanted piece, if it holds that, and errors that are cut to their bounds; None where
+    nothing is stated.
+    """
+    number = piece_of(system, state, wanted)
+    if number is None:
+        return None
+    piece, actions = system.pieces[number], _name_actions(profile, choose_actions(system, profile, state))
+    error = within(piece, errors)
+    return ExactStep(number, actions, error, piece.step(state, actions, error))
+
+
+def within(piece: Piece, given: Values) -> dict[str, Fraction]:
+    """The errors of a step, each cut to its bounds."""
+    return {name: min(max(given.get(name, Fraction(0)), low), high) for name, (low, high) in piece.error.items()}
 
 
 def piece_of(system: System, state: State, wanted: int | None = None) -> int | None:
     """The first piece that holds a state, or the one wanted if it does; None where nothing is stated."""
     holding = [number for number, piece in enumerate(system.pieces) if piece.holds(state)]
     return wanted if wanted in holding else next(iter(holding), None)
-
-
-def within(piece: Piece, given: Values) -> dict[str, Fraction]:
-    """The errors of a step, each cut to its bounds."""
-    return {name: min(max(given.get(name, Fraction(0)), low), high) for name, (low, high) in piece.error.items()}
 
 
 def _name_actions(profile: PolicyProfile, actions: Mapping[str, int]) -> dict[str, str]:

@@ -24,11 +24,11 @@ from codegen.ir import Int32, PolicyProfile, act
 from codegen.numbers import nearest_number, neighbour
 from verify.claims.formula import Formula, holds
 from verify.reach.play import Planes, Starts, observe_planes, random_starts, value
-from verify.reach.replay import Course, piece_of, replay_course, within
+from verify.reach.replay import Course, replay_course, take_step
 from verify.reach.results import SystemCounterexample
 from verify.states.values import Batch
 from verify.systems.claims import SystemClaim
-from verify.systems.observing import choose_actions, list_roundings, list_settings, observe_state, with_roundings
+from verify.systems.observing import list_roundings, list_settings, observe_state, with_roundings
 from verify.systems.statement import Statement
 from verify.systems.system import State
 
@@ -43,16 +43,14 @@ def truly(
     start, roundings = state, list_roundings(statement)
     errors: list[Mapping[str, Fraction]] = []
     for step in range(0 if claim.about_decisions else claim.steps):
-        number = piece_of(system, state, counterexample.pieces[step] if step < len(counterexample.pieces) else None)
-        if number is None:
-            break
         given = counterexample.errors[step] if step < len(counterexample.errors) else dict[str, Fraction]()
-        piece = system.pieces[number]
-        error = within(piece, {name: value for name, value in given.items() if name not in roundings})
-        actions = choose_actions(system, profile, state)
-        joint = {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}
-        state = with_roundings(statement, piece.step(state, joint, error))
-        errors.append({**error, **{name: state[name] for name in roundings}})
+        stated = {name: value for name, value in given.items() if name not in roundings}
+        wanted = counterexample.pieces[step] if step < len(counterexample.pieces) else None
+        taken = take_step(profile, system, state, stated, wanted)
+        if taken is None:
+            break
+        state = with_roundings(statement, taken.after)
+        errors.append({**taken.error, **{name: state[name] for name in roundings}})
     return replay_course(profile, system, claim, Course(start, errors, counterexample.pieces))
 
 

@@ -25,8 +25,6 @@ import numpy as np
 
 from codegen.ir import Bool, Float64, Int64, PolicyProfile
 from verify.certificates.proofs import encode_numbers
-from verify.certificates.systems import certify
-from verify.checker.accept import accept
 from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import BoxList, Parts, StartBox, together
 from verify.checker.covers.images import BoxMotion
@@ -36,14 +34,13 @@ from verify.checker.systems.proofs import WHOLE, Invariant, InvariantPart, Invar
 from verify.checker.systems.reading import Branch
 from verify.claims.formula import conjunction, disjunction, holds
 from verify.reach.covering import POINTS, CutPart, close_names, estimate_ranges, set_anew
-from verify.reach.programs import inhabitant
-from verify.reach.replay import piece_of
+from verify.reach.programs import inhabitant, prove
+from verify.reach.replay import take_step
 from verify.reach.results import OpenState, ReachOutcome, about_nothing
 from verify.reach.search import ReachBudgetError, SystemProver, Unfolding
 from verify.result import Verdict
 from verify.spending import Spending, tell
 from verify.systems.claims import SystemClaim, atom
-from verify.systems.observing import choose_actions
 from verify.systems.system import Polytope, System
 
 Bounds = Mapping[str, tuple[float, float]]
@@ -285,29 +282,21 @@ class RegionSearch:
         self.spent = 0
         self.walking = Spending(0)
 
-    def part(self, steps: int, approaches: Sequence[Approach]) -> InvariantPart:
-        """The regions as an invariant. LeftError for a part of them that leaves, RejectedError where they are none for
+    def part(self, steps: int, approaches: Sequence[Approach], left: int | None = None) -> InvariantPart:
+        """The regions as an invariant. `left`: one step is followed by exact rows, which may take what boxes leave of
+        so many; None: boxes show all. LeftError for a part of them that leaves, RejectedError where they are none for
         another reason.
         """
-        sweep = RegionSweep(self._profile, self._system, self._claim, self._regions, steps)
+        sweep = RegionSweep(self._profile, self._system, self._claim, self._regions, steps if left is None else 0)
+        numbers, walks = range(len(self._regions)), list[bytes | None]([None] * len(self._regions))
         with np.errstate(all="ignore"):
             approach = self._approach(sweep, steps, approaches)
-            cuts = [self._cuts(sweep, number, steps) for number in range(len(self._regions))]
-        regions = tuple(map(InvariantRegion, self._regions, cuts))
-        return InvariantPart({}, steps, b"", regions, approach.cuts, approach.joined)
-
-    def walk_regions(self, approaches: Sequence[Approach], left: int) -> InvariantPart:
-        """The same where one step is followed by exact rows, which may take what boxes leave of so many. LeftError,
-        RejectedError.
-        """
-        self.walking = Spending(left)
-        sweep = RegionSweep(self._profile, self._system, self._claim, self._regions, 0)
-        with np.errstate(all="ignore"):
-            approach = self._approach(sweep, 1, approaches)
-            cuts = [self._cuts(sweep, number, 1) for number in range(len(self._regions))]
-        walks = [self._walk(sweep, number) for number in range(len(self._regions))]
+            cuts = [self._cuts(sweep, number, steps) for number in numbers]
+        if left is not None:
+            self.walking = Spending(left)
+            walks = [self._walk(sweep, number) for number in numbers]
         regions = tuple(map(InvariantRegion, self._regions, cuts, walks))
-        return InvariantPart({}, 1, b"", regions, approach.cuts, approach.joined)
+        return InvariantPart({}, steps, b"", regions, approach.cuts, approach.joined)
 
     def _walk(self, sweep: RegionSweep, number: int) -> bytes:
         """The proof of one step from a region. RejectedError where there is none."""
@@ -347,7 +336,8 @@ class RegionSearch:
         whole = sweep.parts[number].whole
         if whole is None:
             raise RejectedError("a region of the invariant is empty")
-        root, count = CutPart(whole), 1
+        root, count, weights = CutPart(whole), 1, np.zeros(len(whole.low))
+        weights[sweep.motion.followed] = 1.0
         open_: list[CutPart] = [root]
         while open_:
             left = self._mark_leaving(sweep, number, open_)
@@ -357,9 +347,10 @@ class RegionSearch:
             if open_ and (count > MAX_PARTS or self.spent > self._most):
                 raise self._leaving(sweep, number, open_[0])
             for node in open_:
-                node.cut(self._column(sweep, node.box, whole))
+                if not node.cut(whole, weights, MAX_PARTS):
+                    raise self._leaving(sweep, number, node)
             open_ = [each for node in open_ for each in node.halves]
-        return encode_numbers(root.cuts())
+        return root.cuts
 
     def _mark_leaving(self, sweep: RegionSweep, number: int, nodes: Sequence[CutPart]) -> Bool:
         """Marks the parts that may leave, [n]."""
@@ -369,12 +360,6 @@ class RegionSearch:
         left = np.zeros(len(nodes), dtype=np.bool_)
         left[sweep.find_open_parts(boxes)] = True
         return left
-
-    def _column(self, sweep: RegionSweep, box: StartBox, whole: StartBox) -> int:
-        """The followed variable along which a part is widest, beside the region."""
-        columns = sweep.motion.followed
-        widths = np.where(whole.high > whole.low, (box.high - box.low) / (whole.high - whole.low), 0.0)[columns]
-        return int(columns[int(widths.argmax())])
 
     def _leaving(self, sweep: RegionSweep, number: int, node: CutPart) -> LeftError:
         """A part that may leave, and where it may go."""
@@ -417,13 +402,10 @@ class RegionSearch:
                 return None
             if not holds(self._inside, here, {}):
                 return states if step == steps else None
-            number = piece_of(self._system, here)
-            if step == steps or number is None:
+            taken = take_step(self._profile, self._system, here, dict.fromkeys(here, end)) if step < steps else None
+            if taken is None:
                 return None
-            piece, actions = self._system.pieces[number], choose_actions(self._system, self._profile, here)
-            joint = {one.agent: one.actions[actions[one.agent]].name for one in self._profile.agents}
-            error = {name: min(max(end, low), high) for name, (low, high) in piece.error.items()}
-            states.append(piece.step(here, joint, error))
+            states.append(taken.after)
         return None
 
 
@@ -477,7 +459,7 @@ class InvariantSearch:
     def iterate_invariants(self) -> Iterator[tuple[InvariantPart, ...]]:
         """Lists of parts, each of which may show the whole claim, in the order in which they are tried."""
         if self.claim.invariant:
-            part = self._walk_regions(self.claim.invariant)
+            part = self._of_regions(self.claim.invariant, IN_A_ROW[:1], min(FEW, self._most), walked=True)
             left = max(self._most - self.walking.total, 0)
             part = self._of_regions(self.claim.invariant, IN_A_ROW, left) if part is None else part
             self.given, self.left = self.left, None
@@ -500,38 +482,27 @@ class InvariantSearch:
         later = usable and part is None
         return self._of_regions(asked, IN_A_ROW[1:], self._most // LATER) if later else part
 
-    def _walk_regions(self, regions: Sequence[Polytope]) -> InvariantPart | None:
-        """Regions as an invariant, where exact rows show one step from them."""
-        search = RegionSearch(self._profile, self.system, self.claim, regions, min(FEW, self._most))
-        try:
-            return search.walk_regions(self._approaches(regions), max(self._most - self.spent, 0))
-        except RejectedError:
-            return None
-        finally:
-            self._by_regions += search.spent
-            self.walking.states += search.walking.states
-            self.walking.programs += search.walking.programs
-            self._cells.most = max(self._cells.most - search.walking.total, 0)
-
-    def _approaches(self, regions: Sequence[Polytope]) -> list[Approach]:
+    def _of_regions(
+        self, regions: Sequence[Polytope], in_a_row: Sequence[int], most: int, walked: bool = False
+    ) -> InvariantPart | None:
+        """Regions as an invariant, where they are one. `walked`: where exact rows show one step from them."""
         named = {name for region in regions for half in region for name in names_of(half)}
-        return self._cells.approaches([one.name for one in self.system.variables if one.name in named])
-
-    def _of_regions(self, regions: Sequence[Polytope], in_a_row: Sequence[int], most: int) -> InvariantPart | None:
-        """Regions as an invariant, where they are one."""
-        approaches = self._approaches(regions)
+        approaches = self._cells.approaches([one.name for one in self.system.variables if one.name in named])
         for steps in in_a_row:
             search = RegionSearch(self._profile, self.system, self.claim, regions, most)
             try:
-                return search.part(steps, approaches)
+                return search.part(steps, approaches, max(self._most - self.spent, 0) if walked else None)
             except LeftError as left:
-                self.left = left if self.left is None or left.exact is not None else self.left
+                self.left = left if not walked and (self.left is None or left.exact is not None) else self.left
                 if left.begins:  # more steps ask for more
                     break
             except RejectedError:  # not bounded, not finite, or too many
                 pass
             finally:
                 self._by_regions += search.spent
+                self.walking.states += search.walking.states
+                self.walking.programs += search.walking.programs
+                self._cells.most = max(self._cells.most - search.walking.total, 0)
         return None
 
     def _groups(self, joined: bool) -> list[tuple[str, ...]]:
@@ -571,13 +542,8 @@ def lasting(profile: PolicyProfile, system: System, claim: SystemClaim, most: in
     """The answer, after about so many boxes at most."""
     search = InvariantSearch(profile, system, claim, most)
     for parts in search.iterate_invariants():
-        state = inhabitant(system, claim)
-        if isinstance(state, Verdict):
-            return search.add_spending(about_nothing(claim, state))
-        made = certify(profile, system, claim, state, Invariant(parts))
         with suppress(RejectedError):
-            sets = accept(made, profile, system)
-            return search.add_spending(ReachOutcome(Verdict.PROVED, certificate=made, branches=sets))
+            return search.add_spending(prove(profile, system, claim, Invariant(parts)))
     return _unknown(search, most)
 
 

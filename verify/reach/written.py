@@ -18,7 +18,6 @@ from typing import TypeAlias
 from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
 from verify.checker.covers.boxes import linear
 from verify.checker.reading import RejectedError
-from verify.checker.systems.cases import box_of
 from verify.checker.systems.enclosures import ONE, Range, enclose, exactly, minus, plus, times
 from verify.checker.systems.reading import sides_of
 from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction
@@ -38,7 +37,7 @@ from verify.systems.expressions import (
     total,
 )
 from verify.systems.statement import Rule, Statement
-from verify.systems.system import State, ensure_in_steps
+from verify.systems.system import State, box_of, ensure_in_steps
 
 MAX_BITS = 4_096  # of a number that is kept exact
 AT_0 = {"sin": Fraction(0), "cos": Fraction(1), "tan": Fraction(0), "exp": Fraction(1)}

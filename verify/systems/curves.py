@@ -218,7 +218,7 @@ def without_next(
         elsewhere = _beyond(piece)
         for actions in _joint(moving, acting):
             done = [negate(Acts(agent, _number(acting[agent], name))) for agent, name in actions.items()]
-            after = {name + PRIME: _after(piece, name, actions) for name in named}
+            after = {name + PRIME: piece.total(name, actions.items()) for name in named}
             errors = {name + PRIME: piece.error[name] for name in named if name in piece.error}
             surely = _put(stated, after, errors, max)
             maybe = conjunction(*_iterate_implied(stated, after, errors, exact))
@@ -238,14 +238,6 @@ def _joint(moving: Sequence[str], acting: Mapping[str, AgentPolicy]) -> Iterator
 
 def _number(policy: AgentPolicy, name: str) -> int:
     return [action.name for action in policy.actions].index(name)
-
-
-def _after(piece: Piece, name: str, actions: Action) -> Affine:
-    """The next value of a variable, without its error."""
-    form = piece.move.get(name, Affine())
-    for choice in actions.items():
-        form = form.plus(piece.effect.get(choice, {}).get(name, Affine()))
-    return form
 
 
 def _beyond(piece: Piece) -> Formula:

@@ -9,11 +9,14 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from enum import Enum
 from fractions import Fraction
 from typing import Any, cast
 
 from codegen.floats import rational_literal
-from verify.systems.system import Affine, Feature, Flow, FlowCase, HalfSpace, Interval, Piece, System, Variable
+from verify.systems.system import Affine, Feature, Flow, FlowCase, HalfSpace, Piece, System
+
+OPTIONAL = ("jumps", "jitter", "seen", "kept", "cases", "when", "choice")  # left out of all but cases where empty
 
 
 def content_hash(system: System) -> str:
@@ -25,90 +28,43 @@ def content_hash(system: System) -> str:
 def document(system: System) -> dict[str, Any]:
     """All that a system states, as plain data; numbers are exact texts."""
     return {
-        "name": system.name,
-        "variables": [[one.name, one.unit, *_interval(one.range), *_modes(one)] for one in system.variables],
-        "features": {
-            agent: {name: _feature(feature) for name, feature in features.items()}
-            for agent, features in system.features.items()
-        },
-        "start": [_half(half) for half in system.start],
-        "pieces": [_piece(piece) for piece in system.pieces],
-        "steps": system.steps,
-        "reference": system.reference,
-        **({} if system.flow is None else {"flow": _flow(system.flow)}),
-    }
-
-
-def _modes(variable: Variable) -> list[list[str]]:
-    return [list(variable.modes)] if variable.modes else []
-
-
-def _flow(flow: Flow) -> dict[str, Any]:
-    return {
-        "period": rational_literal(flow.period),
-        "rates": {name: _expression(rate) for name, rate in flow.rates.items()},
-        "held": [
-            [agent, action, {name: rational_literal(value) for name, value in values.items()}]
-            for (agent, action), values in sorted(flow.held.items())
+        "variables": [
+            [one.name, one.unit, *plain(one.range), *([list(one.modes)] if one.modes else [])]
+            for one in system.variables
         ],
-        "error": {name: _interval(bounds) for name, bounds in flow.error.items()},
-        **({"jumps": {name: _expression(value) for name, value in flow.jumps.items()}} if flow.jumps else {}),
-        **({"jitter": _interval(flow.jitter)} if any(flow.jitter) else {}),
-        **({"seen": [dict(each) for each in flow.seen], "kept": dict(flow.kept)} if flow.kept else {}),
-        **({"cases": [_case(each) for each in flow.cases]} if flow.cases else {}),
+        **{
+            name: plain(getattr(system, name)) for name in ("name", "features", "start", "pieces", "steps", "reference")
+        },
+        **({} if system.flow is None else {"flow": plain(system.flow)}),
     }
 
 
-def _case(case: FlowCase) -> dict[str, Any]:
-    return {
-        "where": {name: _interval(bounds) for name, bounds in case.where.items()},
-        "when": [_half(half) for half in case.when],
-        "rates": {name: _expression(rate) for name, rate in case.rates.items()},
-        "error": {name: _interval(bounds) for name, bounds in case.error.items()},
-        "jumps": {name: _expression(value) for name, value in case.jumps.items()},
-        "choice": dict(case.choice),
-    }
+def plain(value: Any) -> Any:
+    """A part of a system as plain data: an expression as a list, its kind first; all else by its members."""
+    match value:
+        case Fraction():
+            return rational_literal(value)
+        case Affine(terms, constant):
+            return {"terms": plain(dict(terms)), "constant": plain(constant)}
+        case HalfSpace(form, strict):
+            return {"below" if strict else "most": plain(form)}
+        case Piece() | Flow() | FlowCase() | Feature():
+            members = {each.name: getattr(value, each.name) for each in fields(value)}
+            stated = (name for name in members if name not in OPTIONAL or type(value) is FlowCase or any(members[name]))
+            return {
+                name: _choices(members[name]) if name in ("effect", "held") else plain(members[name]) for name in stated
+            }
+        case Mapping():
+            return {name: plain(each) for name, each in cast("Mapping[str, Any]", value).items()}
+        case tuple():
+            return [plain(each) for each in cast("tuple[Any, ...]", value)]
+        case Enum():
+            return value.value
+        case _ if is_dataclass(value):
+            return [type(value).__name__, *(plain(getattr(value, each.name)) for each in fields(value))]
+        case _:
+            return value
 
 
-def _expression(part: Any) -> Any:
-    """An expression as nested lists, each with its kind first; the members of its data classes are all that it says."""
-    if is_dataclass(part):
-        return [type(part).__name__, *(_expression(getattr(part, each.name)) for each in fields(part))]
-    if isinstance(part, tuple):
-        return [_expression(each) for each in cast("tuple[Any, ...]", part)]
-    return rational_literal(part) if isinstance(part, Fraction) else part
-
-
-def _interval(bounds: Interval) -> list[str]:
-    return [rational_literal(bound) for bound in bounds]
-
-
-def _affine(form: Affine) -> dict[str, Any]:
-    return {
-        "terms": {name: rational_literal(factor) for name, factor in form.terms},
-        "constant": rational_literal(form.constant),
-    }
-
-
-def _half(half: HalfSpace) -> dict[str, Any]:
-    return {"below" if half.strict else "most": _affine(half.form)}
-
-
-def _feature(feature: Feature) -> dict[str, Any]:
-    bounds = None if feature.bounds is None else _interval(feature.bounds)
-    return {"form": _affine(feature.form), "measure": feature.measure.value, "bounds": bounds}
-
-
-def _forms(forms: Mapping[str, Affine]) -> dict[str, Any]:
-    return {name: _affine(form) for name, form in forms.items()}
-
-
-def _piece(piece: Piece) -> dict[str, Any]:
-    entry = {
-        "where": {name: _interval(bounds) for name, bounds in piece.where.items()},
-        "move": _forms(piece.move),
-        "effect": [[agent, action, _forms(forms)] for (agent, action), forms in sorted(piece.effect.items())],
-        "error": {name: _interval(bounds) for name, bounds in piece.error.items()},
-    }
-    entry |= {"when": [_half(half) for half in piece.when]} if piece.when else {}
-    return entry | ({"choice": dict(piece.choice)} if piece.choice else {})
+def _choices(given: Mapping[tuple[str, str], Any]) -> list[list[Any]]:
+    return [[agent, action, plain(each)] for (agent, action), each in sorted(given.items(), key=lambda one: one[0])]

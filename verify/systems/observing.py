@@ -162,12 +162,24 @@ def _exact(real: AgentPolicy, each: ir.Sum, features: Mapping[str, Feature], sta
 # --- expressions in floats
 
 
+def _power(exponent: int) -> Callable[[Any], Any]:
+    return lambda base: base**exponent
+
+
+def _divide(one: Any, other: Any) -> Any:
+    return one / other
+
+
 class Computing(NamedTuple):
-    """A way to compute in float64: how a constant becomes a number, the clip of a number to bounds, and functions."""
+    """A way to compute in float64: how a constant becomes a number, the clip of a number to bounds, functions, powers
+    and quotients.
+    """
 
     constant: Callable[[Fraction], Any]
     clip: Callable[[Any, Any, Any], Any]
     functions: Mapping[str, Callable[[Any], Any]]
+    power: Callable[[int], Callable[[Any], Any]] = _power
+    divide: Callable[[Any, Any], Any] = _divide
 
 
 def _root(number: float) -> float:
@@ -211,8 +223,8 @@ def function(expression: Expression, by: Computing = SINGLE) -> Callable[[Mappin
         case Name(name):
             return itemgetter(name)
         case Power(base, exponent):
-            under = function(base, by)
-            return lambda state: under(state) ** exponent
+            under, raised = function(base, by), by.power(exponent)
+            return lambda state: raised(under(state))
         case Call(_, argument, (least, most)):
             inner, low, high = function(argument, by), by.constant(least), by.constant(most)
             return lambda state: by.clip(inner(state), low, high)
@@ -227,4 +239,4 @@ def function(expression: Expression, by: Computing = SINGLE) -> Callable[[Mappin
             return lambda state: one(state) * other(state)
         case Quotient(left, right):
             one, other = function(left, by), function(right, by)
-            return lambda state: one(state) / other(state)
+            return lambda state: by.divide(one(state), other(state))

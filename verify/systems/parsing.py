@@ -220,7 +220,17 @@ def feature_of(text: str, functions: Collection[str], names: Names, where: Place
 
 def half_spaces(text: str, names: Names, where: Place | str) -> Polytope:
     """The half spaces of a comparison, `0 <= x - y < 1`. InputError for anything else."""
-    return read_with(text, names, where, lambda reader, tree: tuple(reader.half_spaces(tree)))
+
+    def read(reader: "_Expressions", tree: Node) -> Polytope:
+        if not isinstance(tree, Joined) or tree.level is not Level.RELATION:
+            raise reader.source.wrong("not a comparison", tree.token.place, SIGNS)
+        unequal = next((sign for sign, _ in tree.rest if sign.text == "!="), None)
+        if unequal is not None:
+            raise reader.source.wrong("not a comparison that a region can have", unequal.place, UNION)
+        (region,) = reader.polytopes(tree)
+        return region
+
+    return read_with(text, names, where, read)
 
 
 def conditions(text: str, names: Names, where: Place | str) -> list[Polytope]:
@@ -372,47 +382,42 @@ class _Expressions(Arithmetic[Expression]):
         return Typed(Name(made.add((one.value for one in given), self.source.text[place + len(CHOICE) :])), unit)
 
     def polytopes(self, tree: Node) -> list[Polytope]:
-        """The polytopes of a condition."""
+        """Polytopes of which a state lies in one just where the condition of a tree holds."""
+        match tree:
+            case Joined(_, Level.OR, first, rest):
+                union = [each for part in (first, *(other for _, other in rest)) for each in self.polytopes(part)]
+            case Joined(_, Level.AND, first, rest):
+                union = _every([self.polytopes(part) for part in (first, *(other for _, other in rest))])
+            case Prefixed(_, signs, inside) if "not" in signs:
+                union = self.polytopes(inside)
+                union = outside(union) if len(signs) % 2 else union
+            case Joined(_, Level.RELATION, first, rest):
+                sides = [first, *(other for _, other in rest)]
+                union = _every([self._compare(*each) for each in zip(sides, rest, strict=False)])
+            case _:
+                raise self.source.wrong("not a condition", tree.token.place, COMPARING)
+        if len(union) > MAX_POLYTOPES:
+            raise self.source.wrong("too many alternatives", tree.token.place, "split the case")
+        return union
 
-        def less(left: Node, sign: Token, right: Node) -> Affine:
-            del sign
-            form = affine(self.less(left, right).value)
-            if form is None:
-                raise self.source.wrong("not an affine form", left.token.place, LINES)
-            return form
-
-        return polytopes(self.source, tree, less)
+    def _compare(self, left: Node, than: tuple[Token, Node]) -> list[Polytope]:
+        sign, right = than
+        less = affine(self.less(left, right).value)
+        if less is None:
+            raise self.source.wrong("not an affine form", left.token.place, LINES)
+        more = Affine().plus(less, OPPOSITE)
+        match sign.text:
+            case "<=" | "<":
+                return [(HalfSpace(less, sign.text == "<"),)]
+            case ">=" | ">":
+                return [(HalfSpace(more, sign.text == ">"),)]
+            case "==":
+                return [(HalfSpace(less), HalfSpace(more))]
+            case _:
+                return [(HalfSpace(less, True),), (HalfSpace(more, True),)]
 
     def make_node_error(self, node: Node) -> InputError:
         return self.source.wrong("not an expression", node.token.place, HOW)
-
-    def half_spaces(self, tree: Node) -> list[HalfSpace]:
-        """The half spaces of a comparison."""
-        if not isinstance(tree, Joined) or tree.level is not Level.RELATION:
-            raise self.source.wrong("not a comparison", tree.token.place, SIGNS)
-        halves: list[HalfSpace] = []
-        left = tree.first
-        for sign, right in tree.rest:
-            less = affine(self.less(left, right).value)
-            if less is None:
-                raise self.source.wrong("not an affine form", left.token.place, LINES)
-            halves += self._compare_to_zero(less, sign)
-            left = right
-        return halves
-
-    def _compare_to_zero(self, less: Affine, sign: Token) -> list[HalfSpace]:
-        """`less` compared with 0."""
-        more = Affine().plus(less, Fraction(-1))
-        match sign.text:
-            case "<=" | "<":
-                return [HalfSpace(less, sign.text == "<")]
-            case ">=" | ">":
-                return [HalfSpace(more, sign.text == ">")]
-            case "==":
-                return [HalfSpace(less), HalfSpace(more)]
-            case _:
-                what = "not a comparison that a region can have"
-                raise self.source.wrong(what, sign.place, UNION if sign.text == "!=" else SIGNS)
 
     def _small(self, expression: Expression, token: Token) -> Expression:
         """The expression itself. InputError for one that is large or deep, and for powers of powers, whose numbers
@@ -436,32 +441,8 @@ class _Expressions(Arithmetic[Expression]):
 
 
 MAX_POLYTOPES = 1_000
-Compare = Callable[[Node, Token, Node], Affine]  # one side less the other, as an affine form
 COMPARING = "write comparisons, and join them by and, or, not"
 OPPOSITE = Fraction(-1)
-
-
-def polytopes(source: Source, node: Node, less: Compare) -> list[Polytope]:
-    """Polytopes of which a state lies in one just where the condition of a tree holds."""
-    match node:
-        case Joined(_, Level.OR, first, rest):
-            union = [each for part in (first, *(other for _, other in rest)) for each in polytopes(source, part, less)]
-        case Joined(_, Level.AND, first, rest):
-            union = _every([polytopes(source, part, less) for part in (first, *(other for _, other in rest))])
-        case Prefixed(_, signs, inside) if "not" in signs:
-            union = polytopes(source, inside, less)
-            union = outside(union) if len(signs) % 2 else union
-        case Joined(_, Level.RELATION, first, rest):
-            sides = [first, *(other for _, other in rest)]
-            signs = [sign for sign, _ in rest]
-            union = _every(
-                [_compare_to_zero(source, less(*each), each[1]) for each in zip(sides, signs, sides[1:], strict=False)]
-            )
-        case _:
-            raise source.wrong("not a condition", node.token.place, COMPARING)
-    if len(union) > MAX_POLYTOPES:
-        raise source.wrong("too many alternatives", node.token.place, "split the case")
-    return union
 
 
 def outside(regions: Sequence[Polytope]) -> list[Polytope]:
@@ -480,22 +461,6 @@ def _every(parts: Sequence[Sequence[Polytope]]) -> list[Polytope]:
 
 def _opposite(half: HalfSpace) -> HalfSpace:
     return HalfSpace(Affine().plus(half.form, OPPOSITE), not half.strict)
-
-
-def _compare_to_zero(source: Source, less: Affine, sign: Token) -> list[Polytope]:
-    """`less` compared with 0."""
-    more = Affine().plus(less, OPPOSITE)
-    match sign.text:
-        case "<=" | "<":
-            return [(HalfSpace(less, sign.text == "<"),)]
-        case ">=" | ">":
-            return [(HalfSpace(more, sign.text == ">"),)]
-        case "==":
-            return [(HalfSpace(less), HalfSpace(more))]
-        case "!=":
-            return [(HalfSpace(less, True),), (HalfSpace(more, True),)]
-        case _:
-            raise source.wrong("not a comparison", sign.place, COMPARING)
 
 
 Actions = Mapping[str, Sequence[str]]  # of each agent

@@ -22,12 +22,14 @@ the agents observe it, and their actions are held until the next of these sample
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from fractions import Fraction
 from itertools import combinations, product
+from math import inf
 from types import MappingProxyType
+from typing import cast
 
 from codegen.errors import InputError
 from verify.systems.expressions import Affine, Box, Expression, Interval, State
@@ -100,6 +102,14 @@ class Piece:
         """Returns True if the piece says how a state moves."""
         inside = all(low <= state[name] <= high for name, (low, high) in self.where.items())
         return inside and all(half.holds(state) for half in self.when)
+
+    def total(self, name: str, choices: Iterable[tuple[str, str]]) -> Affine:
+        """The next value of a variable as one exact form, for the actions of some agents, without the error."""
+        form = self.move.get(name, Affine())
+        for choice in choices:
+            added = self.effect.get(choice, {})
+            form = form.plus(added[name]) if name in added else form
+        return form
 
     def step(self, state: State, actions: Mapping[str, str], error: State) -> dict[str, Fraction]:
         """The next state, for a joint action by agents' names and an error of each variable that has one."""
@@ -188,6 +198,10 @@ def ensure_in_steps(system: System, what: str) -> None:
         raise InputError(f"{what} does not know continuous time", f"system {system.name}: dynamics.flow", IN_STEPS)
 
 
+FREE: Interval = (
+    cast("Fraction", -inf),
+    cast("Fraction", inf),
+)  # bounds of what nothing bounds: exact numbers lie between
 MAX_INEQUALITIES = 4_000  # of one elimination
 
 
@@ -204,6 +218,20 @@ def narrow(ends: Interval, factor: Fraction, end: Fraction) -> Interval:
     """Cuts an interval to what is below an end, or above it where the factor is negative; empty where they cross."""
     low, high = ends
     return (low, min(high, end)) if factor > 0 else (max(low, end), high)
+
+
+def bounds_of(region: Polytope, ranges: Mapping[str, Interval]) -> dict[str, Interval]:
+    """The ranges within what half spaces of one variable say, which may be wider than the polytope; empty ones cross.
+    What has no range is left out.
+    """
+    bounds = dict(ranges)
+    for half in region:
+        match half.form.terms:
+            case ((name, factor),) if name in bounds:
+                bounds[name] = narrow(bounds[name], factor, -half.form.constant / factor)
+            case _:
+                pass
+    return bounds
 
 
 def is_empty(region: Polytope) -> bool | None:

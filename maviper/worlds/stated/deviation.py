@@ -11,10 +11,10 @@ so Python's are asked number by number, and once for an argument that an express
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
@@ -28,8 +28,7 @@ from maviper.worlds.outside.processes import Copy
 from maviper.worlds.outside.sources import GYMNASIUM, fault, is_named_by_user, output_aside, parse_source
 from maviper.worlds.stated.systems import Floats, Moving, MovingRule
 from verify.spending import tell
-from verify.systems.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
-from verify.systems.observing import SINGLE
+from verify.systems.observing import ARRAYS, SINGLE, Computing
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Measure, ensure_in_steps
 
@@ -171,72 +170,63 @@ def _locate_variables(statement: Statement) -> dict[str, tuple[int, int]]:
 Columns: TypeAlias = Mapping[str, Float64]  # of a table of states, by variable
 
 
-class RuleColumns:
+def _each(function: Callable[[float], float]) -> Callable[[Float64], Float64]:
+    """A function of numbers as one of columns; an argument that an expression has several times is asked once."""
+
+    @lru_cache(maxsize=64)
+    def of(numbers: bytes) -> Float64:
+        return np.array([function(number) for number in np.frombuffer(numbers).tolist()])
+
+    return lambda column: of(column.tobytes())
+
+
+@cache
+def _power(exponent: int) -> Callable[[Float64], Float64]:
+    return _each(lambda number: number**exponent)
+
+
+def _divide(one: Float64, other: Float64) -> Float64:
+    if not other.all():
+        raise ZeroDivisionError("float division by zero")
+    return one / other
+
+
+COLUMNS = Computing(
+    ARRAYS.constant,
+    ARRAYS.clip,
+    {name: _each(function) for name, function in SINGLE.functions.items()},
+    _power,
+    _divide,
+)
+
+
+class RuleColumns(MovingRule):
     """A rule, over the rows of a table."""
 
     def __init__(self, rule: Rule) -> None:
-        self._rule, self._one = rule, MovingRule(rule)
-        self.error = self._one.error
+        super().__init__(rule, COLUMNS)
 
     def holding(self, state: Columns) -> Bool:
         """The rows whose states lie in its box and meet its conditions, [rows]."""
         rows = np.ones(len(next(iter(state.values()))), dtype=np.bool_)
-        for name, (low, high) in self._rule.where.items():
-            rows &= (state[name] >= float(low)) & (state[name] <= float(high))
-        if self._rule.when:  # exact numbers decide
+        for name, low, high in self.where:
+            rows &= (state[name] >= low) & (state[name] <= high)
+        if self.when:  # exact numbers decide
             for row in np.flatnonzero(rows).tolist():
-                rows[row] = self._one.holds({name: float(column[row]) for name, column in state.items()})
+                rows[row] = self.holds({name: float(column[row]) for name, column in state.items()})
         return rows
 
     def move_states(self, state: Columns, actions: Mapping[str, Sequence[str]]) -> dict[str, Float64]:
         """The next states for joint actions, [rows] by agent, without errors, each as by `MovingRule.move_state`."""
-        known: dict[Expression, Float64] = {}
-        after = {name: _column(each, state, known) for name, each in self._rule.move.items()}
+        count = len(next(iter(state.values())))
+        after = {name: np.array(np.broadcast_to(move(state), count)) for name, move in self.move.items()}
         for agent, taken in actions.items():
-            for (of, action), effects in self._rule.effect.items():
-                rows = np.flatnonzero(np.array(taken) == action) if of == agent else np.zeros(0, dtype=np.int64)
-                for name, each in effects.items() if len(rows) else ():
-                    some = {other: column.take(rows) for other, column in state.items()}
-                    after[name][rows] += _column(each, some, {})
+            for action in dict.fromkeys(taken):
+                rows = np.flatnonzero(np.array(taken) == action)
+                some = {name: column.take(rows) for name, column in state.items()}
+                for name, added in self.effect.get((agent, action), {}).items():
+                    after[name][rows] += added(some)
         return after
-
-
-def _column(expression: Expression, state: Columns, known: dict[Expression, Float64]) -> Float64:
-    """The values of an expression, [rows], a new array. `known`: of calls and powers that were met."""
-    rows = len(next(iter(state.values())))
-    match expression:
-        case Number(constant):
-            return np.full(rows, float(constant))
-        case Pi():
-            return np.full(rows, math.pi)
-        case Name(name):
-            return state[name].copy()
-        case Sum(left, right):
-            return _column(left, state, known) + _column(right, state, known)
-        case Product(left, right):
-            return _column(left, state, known) * _column(right, state, known)
-        case Quotient(left, right):
-            below = _column(right, state, known)
-            if not below.all():
-                raise ZeroDivisionError("float division by zero")
-            return _column(left, state, known) / below
-        case Power() | Call():
-            if expression not in known:
-                known[expression] = _evaluate_each(expression, state, known)
-            return known[expression].copy()
-
-
-def _evaluate_each(expression: Power | Call, state: Columns, known: dict[Expression, Float64]) -> Float64:
-    """The values of a power or of a function, number by number, as Python has them."""
-    match expression:
-        case Power(base, exponent):
-            return np.array([number**exponent for number in _column(base, state, known).tolist()])
-        case Call(function, argument, bounds):
-            inner = _column(argument, state, known)
-            if bounds is None:
-                return np.array([SINGLE.functions[function](number) for number in inner.tolist()])
-            low, high = map(float, bounds)
-            return np.array([min(max(number, low), high) for number in inner.tolist()])
 
 
 STEPS = 100_000

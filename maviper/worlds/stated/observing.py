@@ -28,7 +28,7 @@ from verify.states.state import error_name, meaning_of, measurable
 from verify.states.state import observe_state as observe_game
 from verify.systems.observing import observe_state
 from verify.systems.statement import Statement
-from verify.systems.system import Polytope, State, narrow
+from verify.systems.system import Polytope, State
 
 PLACE = f"{GOAL}_place"  # the goal's place: a world file has no goal
 UNIT = Fraction(1, 2**53)  # of a rounding, of what is rounded
@@ -169,17 +169,6 @@ def find_goal(region: Polytope) -> str | None:
     equal = {(one, other) for one, other in ordered if (other, one) in ordered}
     marks = sorted({name.rpartition(".")[0] for pair in equal for name in pair} - {PLACE})
     return next((mark for mark in marks if all((f"{PLACE}.{axis}", f"{mark}.{axis}") in equal for axis in "xy")), None)
-
-
-def bound_region(region: Polytope, ranges: Mapping[str, Interval]) -> dict[str, Interval]:
-    """The ranges within what half spaces of one variable say; those of variables without a range are left out."""
-    bounds = dict(ranges)
-    for half in region:
-        if len(half.form.terms) == 1:
-            ((name, factor),) = half.form.terms
-            if name in bounds:
-                bounds[name] = narrow(bounds[name], factor, -half.form.constant / factor)
-    return bounds
 
 
 def place_in(exact: Fraction, ends: Interval, step: int) -> Fraction:

@@ -21,8 +21,8 @@ from codegen.ir import Float64
 from maviper.files import kinds, runs
 from maviper.worlds.outside.sources import SYSTEM, is_named_by_user
 from verify.systems.files import MAX_BYTES, statement_of
-from verify.systems.observing import function
-from verify.systems.system import Flow, FlowCase, Interval
+from verify.systems.observing import SINGLE, Computing, function
+from verify.systems.system import Flow, FlowCase, Interval, bounds_of
 
 if TYPE_CHECKING:
     from verify.systems.statement import Rule, Statement
@@ -142,31 +142,31 @@ def file_of(world: str | Path) -> Path:
 class MovingRule:
     """A rule in floats."""
 
-    def __init__(self, rule: Rule) -> None:
+    def __init__(self, rule: Rule, by: Computing = SINGLE) -> None:
         self.error = {name: _floats(bounds) for name, bounds in rule.error.items()}
-        self._where = [(name, *_floats(bounds)) for name, bounds in rule.where.items()]
-        self._when = rule.when
+        self.where = [(name, *_floats(bounds)) for name, bounds in rule.where.items()]
+        self.when = rule.when
         self.case = (rule.where, rule.when)
-        self._move = {name: function(move) for name, move in rule.move.items()}
-        self._effect = {
-            choice: {name: function(added) for name, added in effects.items()}
+        self.move = {name: function(move, by) for name, move in rule.move.items()}
+        self.effect = {
+            choice: {name: function(added, by) for name, added in effects.items()}
             for choice, effects in rule.effect.items()
         }
 
     def holds(self, state: Mapping[str, float]) -> bool:
         """Returns True if a state lies in its box and meets its conditions."""
-        if not all(low <= state[name] <= high for name, low, high in self._where):
+        if not all(low <= state[name] <= high for name, low, high in self.where):
             return False
-        return not self._when or self._meets({name: Fraction(number) for name, number in state.items()})
+        return not self.when or self._meets({name: Fraction(number) for name, number in state.items()})
 
     def _meets(self, exact: Mapping[str, Fraction]) -> bool:
-        return all(half.holds(exact) for half in self._when)
+        return all(half.holds(exact) for half in self.when)
 
     def move_state(self, state: Mapping[str, float], actions: Mapping[str, str]) -> Floats:
         """The next state for a joint action by names, without an error."""
-        after = {name: move(state) for name, move in self._move.items()}
+        after = {name: move(state) for name, move in self.move.items()}
         for choice in actions.items():
-            for name, added in self._effect.get(choice, {}).items():
+            for name, added in self.effect.get(choice, {}).items():
                 after[name] += added(state)
         return after
 
@@ -233,13 +233,4 @@ def start(statement: Statement, rng: np.random.Generator) -> Floats:
 
 def box(statement: Statement) -> dict[str, Interval]:
     """The bounds of each variable that the start region states by itself."""
-    bounds = {each.name: each.range for each in statement.system.variables}
-    for half in statement.system.start:
-        match half.form.terms:
-            case ((name, factor),):
-                low, high = bounds[name]
-                end = -half.form.constant / factor
-                bounds[name] = (low, min(high, end)) if factor > 0 else (max(low, end), high)
-            case _:
-                pass
-    return bounds
+    return bounds_of(statement.system.start, {each.name: each.range for each in statement.system.variables})

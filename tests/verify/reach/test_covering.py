@@ -23,10 +23,11 @@ from tests.support.system_cases import (
     switching,
     team,
 )
+from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import Parts
 from verify.checker.covers.images import BoxMotion
-from verify.checker.covers.sweep import Cells
-from verify.reach.covering import Covering, Search, estimate_ranges
+from verify.checker.systems.proofs import Cover
+from verify.reach.covering import Search, estimate_ranges
 from verify.spending import BudgetSpentError, Spending
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.properties import claims_of
@@ -38,14 +39,14 @@ ENOUGH = 1_000_000
 
 def cells(found, system):
     columns = {one.name: column for column, one in enumerate(system.variables)}
-    return Cells(found.cuts, {columns[name]: float(width) for name, width in found.widths.items()})
+    return list(numbers(found.cuts)), {columns[name]: float(width) for name, width in found.cells.items()}
 
 
 def coverings(system, profile, claim, most=ENOUGH):
     """What covers one claim, until the budget ends."""
     search = Search(profile, system, claim, Spending(most))
     with suppress(BudgetSpentError):
-        yield from (found for found in search.iterate_covers() if isinstance(found, Covering))
+        yield from (found for found in search.iterate_covers() if isinstance(found, Cover))
 
 
 def first(system, profile, claim, most=ENOUGH):

@@ -38,7 +38,7 @@ from verify.claims.formula import FALSE, Acts, Not, Or, holds, negate
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
 from verify.reach import decide as deciding
-from verify.reach import replay
+from verify.reach import programs, replay
 from verify.reach.decide import ClaimSearch, decide
 from verify.reach.replay import Course, replay_course
 from verify.reports.systems import facts, lines
@@ -400,7 +400,7 @@ def test_what_is_said_of_no_answer_fits_what_the_claim_is_about(spent, monkeypat
 @pytest.mark.parametrize("empty", [True, False])
 def test_a_claim_about_nothing_says_of_what(empty, monkeypatch):
     verdict = Verdict.VACUOUS if empty else Verdict.UNKNOWN
-    monkeypatch.setattr(deciding, "inhabitant", lambda *given: verdict)
+    monkeypatch.setattr(programs, "inhabitant", lambda *given: verdict)
     system, profile = drifting()
     moving = stays(system, 1, x=(-9, 9))
     still = SystemClaim(Pattern.DECIDES, (box(x=(0, 1)),), formula=Acts("a", 0))

@@ -162,7 +162,7 @@ def test_a_walk_ends_where_the_budget_does(profile):
     claim = in_the_arena("agent_0", "x", F(11, 5))
     search = RegionSearch(profile, system_of(profile), claim, claim.invariant, 400)
     with pytest.raises(RejectedError, match="too many symbolic states"):
-        search.walk_regions([Approach()], 2_000)
+        search.part(1, [Approach()], 2_000)
     assert 2_000 <= search.walking.total + search.spent < 4_000 and search.walking.left == 0
 
 
@@ -174,4 +174,4 @@ def test_a_team_that_leaves_the_arena(profile):
     assert found.verdict is Verdict.VIOLATED and abs(found.counterexample.states[-1]["agent_0.x"]) > ARENA
     near = in_the_arena("agent_0", "x", F(11, 10))
     with pytest.raises(RejectedError, match="may leave"):
-        RegionSearch(profile, system_of(profile), near, near.invariant, 400).walk_regions([Approach()], 10**6)
+        RegionSearch(profile, system_of(profile), near, near.invariant, 400).part(1, [Approach()], 10**6)

@@ -31,6 +31,7 @@ import numpy as np
 from codegen.ir import NO_FEATURE, AgentPolicy, Bool, Float64, Int64, splits
 from verify.checker.covers.boxes import BoxList, end_of, linear, opposite
 from verify.checker.covers.rounding import ceiling, floor
+from verify.checker.covers.trees import choices_of
 from verify.checker.reading import RejectedError
 from verify.checker.systems.reading import goes_left
 from verify.claims.formula import FALSE, TRUE, Formula, Linear, Or
@@ -514,24 +515,15 @@ class FormPieces:
         if (piece, joint) not in self._places:
             size = len(self._names)
             matrix, low, high = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+            choices, of = choices_of(joint, self._policies), self._pieces[piece]
             for row, name in enumerate(self._names):
-                form, error = self._total(piece, name, joint), self._pieces[piece].error.get(name, ZERO)
+                form, error = of.total(name, choices), of.error.get(name, ZERO)
                 for read, factor in form.terms:
                     matrix[row, self._columns[read]] = weight(factor)
                 low[row], high[row] = floor(form.constant + error[0]), ceiling(form.constant + error[1])
             self._places[piece, joint] = len(self._known)
             self._known.append(_Known(matrix, low, high))
         return self._places[piece, joint]
-
-    def _total(self, piece: int, name: str, joint: int) -> Affine:
-        """The next value of a variable as one exact form, without the error."""
-        stated = self._pieces[piece]
-        form = stated.move.get(name, Affine())
-        for policy in reversed(self._policies):
-            joint, action = divmod(joint, len(policy.actions))
-            choice = policy.agent, policy.actions[action].name
-            form = form.plus(stated.effect.get(choice, {}).get(name, Affine()))
-        return form
 
 
 def _with_error(low: Float64, high: Float64) -> tuple[Float64, Float64]:

@@ -18,11 +18,11 @@ import numpy as np
 from codegen.ir import AgentPolicy, Bool, Float64, Int64, PolicyProfile
 from verify.checker.covers.boxes import BoxList, Cut, LineCuts, half_line, linear, together
 from verify.checker.covers.rounding import Factor, around, ceiling, floor, sum_down
-from verify.checker.covers.trees import TreeCuts, digits, split_by_trees
+from verify.checker.covers.trees import TreeCuts, choices_of, split_by_trees
 from verify.checker.reading import RejectedError
-from verify.checker.systems.cases import box_of, has_cases, hull_of
+from verify.checker.systems.cases import has_cases, hull_of
 from verify.systems.claims import SystemClaim
-from verify.systems.system import Affine, Box, Piece, System, find_gap
+from verify.systems.system import Box, Piece, System, box_of, find_gap
 
 Terms = tuple[tuple[tuple[str, Fraction], ...], ...]  # of each variable's next value
 
@@ -72,7 +72,7 @@ class BoxMotion:
     def __init__(self, profile: PolicyProfile, system: System) -> None:
         columns = {one.name: column for column, one in enumerate(system.variables)}
         self._trees = [TreeCuts(system, policy, columns) for policy in profile.agents]
-        self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
+        self._pieces = [PieceImage(system, piece, profile.agents) for piece in system.pieces]
         self.several = any(tree.several for tree in self._trees)
 
     def move_boxes(self, boxes: BoxList) -> BoxList:
@@ -91,12 +91,10 @@ class BoxMotion:
 class PieceImage:
     """One piece: the bounds of its box, and the motions of the joint actions that were met."""
 
-    def __init__(
-        self, system: System, piece: Piece, policies: Sequence[AgentPolicy], trees: Sequence[TreeCuts]
-    ) -> None:
+    def __init__(self, system: System, piece: Piece, policies: Sequence[AgentPolicy]) -> None:
         self._names = [one.name for one in system.variables]
         self._columns = {name: column for column, name in enumerate(self._names)}
-        self._piece, self._policies, self._trees = piece, policies, trees
+        self._piece, self._policies = piece, policies
         lines = [half_line(linear(half), self._columns) for half in box_of(piece.where)]
         self._where = LineCuts([line for line in lines if line is not None], len(self._names))
         self._when = [Cut(linear(half), self._columns) for half in piece.when]
@@ -137,8 +135,8 @@ class PieceImage:
         """Notes how some joint actions move boxes."""
         kinds, shifts = self._kinds.tolist(), self._shifts.tolist()
         for joint in joints:
-            effects = self._effects(joint)
-            forms = [self._total(name, effects) for name in self._names]
+            choices = choices_of(joint, self._policies)
+            forms = [self._piece.total(name, choices) for name in self._names]
             terms = tuple(form.terms for form in forms)
             kinds.append(self._kind(terms))
             ends = [self._bound_shift(name, form.constant) for name, form in zip(self._names, forms, strict=True)]
@@ -162,18 +160,6 @@ class PieceImage:
             return around(constant)
         low, high = self._piece.error[name]
         return floor(constant + low), ceiling(constant + high)
-
-    def _total(self, name: str, effects: Sequence[Mapping[str, Affine]]) -> Affine:
-        """The next value of a variable as one exact form, without the error."""
-        form = self._piece.move.get(name, Affine())
-        for effect in effects:
-            form = form.plus(effect[name]) if name in effect else form
-        return form
-
-    def _effects(self, joint: int) -> list[Mapping[str, Affine]]:
-        """Returns the effect of each agent's action in a joint action."""
-        chosen = zip(self._policies, digits(joint, self._trees), strict=True)
-        return [self._piece.effect.get((policy.agent, policy.actions[action].name), {}) for policy, action in chosen]
 
 
 class StatedStates:

@@ -44,7 +44,7 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.branch_proofs import close_branches, ensure_asked, needs_stated, ways
 from verify.checker.systems.proofs import FollowedPart, Invariant, InvariantPart, SystemCertificate
 from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.system import HalfSpace, Interval, Polytope, System, ensure_in_steps
+from verify.systems.system import FREE, HalfSpace, Polytope, System, bounds_of, ensure_in_steps
 
 MAX_STEPS = 8  # out of the list, or in the regions
 AT_ONCE = 1 << 14  # cells that are moved together
@@ -297,19 +297,12 @@ def outside_of(regions: Sequence[RegionCut], boxes: BoxList) -> BoxList:
 
 def _start_in_region(system: System, region: Polytope, names: set[str]) -> System:
     """The system as if a region were its start, and as if the bounds of the region were the ranges."""
-    bounds: dict[str, list[Fraction | None]] = {name: [None, None] for name in names}
-    for one in system.variables:
-        if one.modes and one.name in names:
-            bounds[one.name] = list(one.range)
-    for half in region:
-        if len(half.form.terms) == 1:
-            ((name, factor),) = half.form.terms
-            bounds[name][int(factor > 0)] = -half.form.constant / factor  # any of several: all of them are asked
-    ranges: dict[str, Interval] = {}
-    for name, (low, high) in bounds.items():
-        if low is None or high is None:
+    ranges = bounds_of(
+        region, {one.name: one.range if one.modes else FREE for one in system.variables if one.name in names}
+    )
+    for name, ends in ranges.items():
+        if not set(FREE).isdisjoint(ends):
             raise RejectedError(f"the invariant does not bound {name}")
-        ranges[name] = low, high
     variables = tuple(replace(one, range=ranges.get(one.name, one.range)) for one in system.variables)
     return replace(system, variables=variables, start=region)
 

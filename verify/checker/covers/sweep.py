@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
@@ -42,17 +41,6 @@ from verify.systems.system import Polytope, System, ensure_in_steps
 MAX_COLUMNS = 64  # of a form
 MAX_VARIABLES = 128  # of forms, so that all sums are short
 S = TypeVar("S", BoxList, FormList)
-
-
-@dataclass(frozen=True)
-class Cells:
-    """The cuts of the start, and the cells in which boxes are joined. `cuts`: for each box in turn, 0 where it is swept
-    as it is, else 1 more than the column of the variable at whose middle it is cut, the lower half first. `widths`: of
-    cells, by column; none: boxes are not joined.
-    """
-
-    cuts: Sequence[int]
-    widths: Mapping[int, float] = field(default_factory=dict[int, float])
 
 
 class Swept(NamedTuple):
@@ -110,13 +98,16 @@ class CoverSweep(ABC, Generic[S]):
     def _move(self, sets: S) -> S:
         """Sets that hold all next states."""
 
-    def run(self, cells: Cells) -> int:
+    def run(self, cuts: Sequence[int], widths: Mapping[int, float] | None = None) -> int:
         """Sweeps the start, cut as a proof says; returns the number of sets asked about. RejectedError where one may
         break the claim, or leave what is stated.
+
+        `cuts`: for each box in turn, 0 where it is swept as it is, else 1 more than the column of the variable at whose
+        middle it is cut, the lower half first. `widths`: of the cells in which boxes are joined, by column.
         """
         swept = 0
-        for starts in self.parts.cut(cells.cuts):
-            left = self.find_open_parts(starts, self.most - swept, cells.widths)
+        for starts in self.parts.cut(cuts):
+            left = self.find_open_parts(starts, self.most - swept, widths)
             swept += left.sets
             if left.open.any():
                 raise RejectedError(left.why)
@@ -281,4 +272,4 @@ def check_certificate(
         raise RejectedError("a cell has a width out of range")
     widths = {columns[name]: floor(width) for name, width in proof.cells.items()}
     sweep = BoxSweep(profile, system, claim, watch) if proof.sets == "boxes" else FormSweep(profile, system, claim)
-    return sweep.run(Cells(list(numbers(proof.cuts)), widths))
+    return sweep.run(list(numbers(proof.cuts)), widths)

@@ -228,11 +228,6 @@ class TreeCuts:
             self._cuts[node] = _sides(cuts, left, right)
 
     @property
-    def actions(self) -> int:
-        """The number of the agent's actions."""
-        return self._actions
-
-    @property
     def several(self) -> bool:
         """True if the tree tests several variables at once, by which boxes are cut into pieces that nothing joins."""
         return bool(self._cuts)
@@ -298,11 +293,6 @@ def _within(cuts: Sequence[Cut], boxes: BoxList) -> BoxList:
 class Chooses(Protocol):
     """Something that sends boxes down the tree of an agent."""
 
-    @property
-    def actions(self) -> int:
-        """The number of the agent's actions."""
-        ...
-
     def split_at_tests(self, boxes: BoxList) -> BoxList:
         """The boxes, each with this agent's action as one more digit of its joint action."""
         ...
@@ -316,10 +306,10 @@ def split_by_trees(trees: Sequence[Chooses], boxes: BoxList) -> BoxList:
     return boxes
 
 
-def digits(joint: int, trees: Sequence[Chooses]) -> tuple[int, ...]:
-    """The action of each agent in a joint action."""
-    actions: list[int] = []
-    for tree in reversed(trees):
-        joint, action = divmod(joint, tree.actions)
-        actions.append(action)
-    return tuple(reversed(actions))
+def choices_of(joint: int, policies: Sequence[AgentPolicy]) -> list[tuple[str, str]]:
+    """The action of each agent in a joint action, by names."""
+    chosen: list[tuple[str, str]] = []
+    for policy in reversed(policies):
+        joint, action = divmod(joint, len(policy.actions))
+        chosen.append((policy.agent, policy.actions[action].name))
+    return chosen[::-1]

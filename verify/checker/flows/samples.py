@@ -116,11 +116,6 @@ class LateTrees:
         seen = [{name: columns[each.get(name, name)] for name in columns} for each in system.flow.seen]
         self.ways = [TreeCuts(system, policy, each) for each in seen]
 
-    @property
-    def actions(self) -> int:
-        """The number of the agent's actions."""
-        return self.ways[0].actions
-
     def split_at_tests(self, boxes: BoxList) -> BoxList:
         """The boxes by what the agent may do, whichever way it is."""
         if len(self.ways) == 1:

@@ -32,7 +32,7 @@ from codegen.ir import Bool, Float64, Int64, PolicyProfile
 from verify.checker.certificate import REMAKE, numbers
 from verify.checker.covers.boxes import BoxList, Parts, RegionCut, StartBox, cut, least_of_runs, linear, multipliers
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
-from verify.checker.covers.trees import digits, split_by_trees
+from verify.checker.covers.trees import choices_of, split_by_trees
 from verify.checker.flows.intervals import Spans
 from verify.checker.flows.samples import PACE, FlowCases, LateTrees, pace_flow, pace_of
 from verify.checker.flows.series import FlowReading, Stepping
@@ -215,8 +215,8 @@ class FlowSweep:
     def _of_joint(self, joint: int) -> dict[str, tuple[float, float]]:
         if joint not in self._held:
             held: dict[str, tuple[float, float]] = {}
-            for policy, action in zip(self._profile.agents, digits(joint, self._trees), strict=True):
-                values = self._flow.held[policy.agent, policy.actions[action].name]
+            for choice in choices_of(joint, self._profile.agents):
+                values = self._flow.held[choice]
                 held |= {name: (floor(value), ceiling(value)) for name, value in values.items()}
             if any(self._flow.jitter):
                 held[PACE] = floor(self._pace[0]), ceiling(self._pace[1])
@@ -302,8 +302,7 @@ class FlowSweep:
 
     def name_actions(self, joint: int) -> dict[str, str]:
         """A joint action by names."""
-        chosen = zip(self._profile.agents, digits(joint, self._trees), strict=True)
-        return {policy.agent: policy.actions[action].name for policy, action in chosen}
+        return dict(choices_of(joint, self._profile.agents))
 
     # --- parts that are left open
 

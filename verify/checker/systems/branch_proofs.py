@@ -18,7 +18,7 @@ from codegen.ir import ROOT, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.certificate import REMAKE, ensure_about, numbers
 from verify.checker.reading import RejectedError
-from verify.checker.systems.cases import box_of, ensure_cases, has_cases, hull_of
+from verify.checker.systems.cases import ensure_cases, has_cases, hull_of
 from verify.checker.systems.proofs import FollowedPart, Hull, SystemCertificate, Walks
 from verify.checker.systems.reading import (
     Branch,
@@ -52,7 +52,7 @@ from verify.claims.formula import (
 )
 from verify.systems import documents
 from verify.systems.claims import SystemClaim, SystemPremise, atom
-from verify.systems.system import State, System, Variable, ensure_in_steps
+from verify.systems.system import State, System, Variable, box_of, ensure_in_steps
 
 Decided = tuple[Branch, tuple[Effect, ...]]
 

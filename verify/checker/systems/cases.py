@@ -20,7 +20,19 @@ import numpy as np
 
 from codegen.ir import Bool
 from verify.checker.reading import RejectedError
-from verify.systems.system import Affine, Box, HalfSpace, Interval, Piece, Polytope, System, Variable
+from verify.systems.system import (
+    FREE,
+    Affine,
+    Box,
+    HalfSpace,
+    Interval,
+    Piece,
+    Polytope,
+    System,
+    Variable,
+    bounds_of,
+    box_of,
+)
 
 MAX_CELLS, MAX_SUMS = 200_000, 32
 Sum = tuple[tuple[str, Fraction], ...]  # of variables, its first factor 1
@@ -57,17 +69,8 @@ def ensure_cases(system: System) -> None:
 
 def ensure_starts(mode: Variable, start: Polytope) -> None:
     """RejectedError unless the start is one value of a mode."""
-    ends: dict[bool, list[Fraction]] = {True: [], False: []}
-    for half in start:
-        if [name for name, _ in half.form.terms] == [mode.name]:
-            ((_, factor),) = half.form.terms
-            ends[factor > 0].append(-half.form.constant / factor)
-    if (
-        not ends[True]
-        or not ends[False]
-        or min(ends[True]) != max(ends[False])
-        or not is_mode_value(min(ends[True]), mode)
-    ):
+    low, high = bounds_of(start, {mode.name: FREE})[mode.name]
+    if low != high or not is_mode_value(low, mode):
         raise RejectedError(f"episodes do not start in one mode of {mode.name}")
 
 
@@ -136,17 +139,6 @@ def _meets_tests(tests: Sequence[HalfSpace], places: Mapping[Sum, int], cells: S
 def tests_of(piece: Piece) -> list[HalfSpace]:
     """All that a state of a piece meets, as half spaces."""
     return [*piece.when, *box_of(piece.where)]
-
-
-def box_of(box: Box) -> Polytope:
-    """A box as half spaces."""
-    halves: list[HalfSpace] = []
-    for name, (low, high) in box.items():
-        halves += [
-            HalfSpace(Affine.of({name: Fraction(-1)}, low)),
-            HalfSpace(Affine.of({name: Fraction(1)}, -high)),
-        ]
-    return tuple(halves)
 
 
 def _sum(half: HalfSpace) -> Sum:

@@ -30,7 +30,7 @@ from verify.checker.reading import RejectedError
 from verify.checker.thresholds import find_real_end
 from verify.claims.formula import FALSE, TRUE, And, Formula, Linear, Or, below, disjunction
 from verify.systems.claims import atom
-from verify.systems.system import Affine, Feature, Interval, Measure, Piece, Polytope, System
+from verify.systems.system import FREE, Affine, Feature, Interval, Measure, Piece, Polytope, System, bounds_of
 
 Weights = Mapping[int, Fraction]  # by unknown
 Terms = tuple[tuple[Fraction, str], ...]  # weight, variable
@@ -267,7 +267,10 @@ class SystemReading:
         return self._states(step, region, dict[str, Interval]())
 
     def _states(self, step: int, region: Polytope, ranges: Mapping[str, Interval]) -> Branch | None:
-        bounds = {name: bounds_in(name, region, ranges) for name in self.order}
+        bounds = bounds_of(region, {name: ranges.get(name, FREE) for name in self.order})
+        unbounded = [name for name, ends in bounds.items() if not set(FREE).isdisjoint(ends)]
+        if unbounded:
+            raise RejectedError(f"a hull does not bound {unbounded[0]}")
         if any(low > high for low, high in bounds.values()):
             return None
         loose = [name for name in self.order if bounds[name][0] < bounds[name][1]]
@@ -375,18 +378,6 @@ class Leap:
                 unknowns.append((branch.step, name))
             weights[name] = by_unknown
         return Motion(weights, tuple(unknowns))
-
-
-def bounds_in(name: str, region: Polytope, ranges: Mapping[str, Interval]) -> Interval:
-    """Bounds of a variable: its range, and what a polytope says of it alone. They may be wider than the polytope."""
-    lower, upper = ([bound] for bound in ranges[name]) if name in ranges else (list[Fraction](), list[Fraction]())
-    for half in region:
-        if [each for each, _ in half.form.terms] == [name]:
-            factor = half.form.terms[0][1]
-            (upper if factor > 0 else lower).append(-half.form.constant / factor)
-    if not lower or not upper:
-        raise RejectedError(f"a hull does not bound {name}")
-    return max(lower), min(upper)
 
 
 def _total(name: str, piece: Piece, effects: Sequence[Effect], number: int) -> Affine:

@@ -15,11 +15,10 @@ from tests.support.system_cases import box, form, policy, stays, team
 from tests.verify.reach import random_modes
 from verify.checker.covers import forms, sweep
 from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.sweep import Cells
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Feature, Piece, System, Variable
 
-HALVES = Cells((1, 0, 1, 0, 0), {})
+HALVES = ((1, 0, 1, 0, 0), {})
 
 
 def attacked(seeds, episodes):
@@ -150,7 +149,7 @@ FAULTS = [
     (forms, "opposite", lambda f: lambda inequality: inequality),
     (forms.FormRegion, "within", lambda f: lambda self, listed: listed.take(slice(0, 0))),
     (forms.FormRegion, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
-    (forms.FormPieces, "_total", lambda f: lambda self, piece, name, joint: f(self, piece, name, 1)),
+    (forms, "choices_of", lambda f: lambda joint, policies: f(1, policies)),
     (forms.FormPieces, "_find_pairs", lambda f: lambda *given: _alone(f(*given))),
     (forms.FormPieces, "_room", lambda f: lambda self, joint, pairs, low, high: _only(self, joint, pairs)),
     (forms.FormPieces, "_cut_and_moved", lambda f: lambda *given: f(*given).take(slice(0, 0))),

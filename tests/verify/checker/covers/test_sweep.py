@@ -23,14 +23,13 @@ from verify.certificates.systems import to_json
 from verify.checker.accept import accept
 from verify.checker.certificate import body_hash
 from verify.checker.covers import boxes, images, rounding, sweep, trees
-from verify.checker.covers.sweep import Cells
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Cover, from_json
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Feature, Piece, System, Variable
 
-CELLS = (PLAIN, Cells((0,), {0: 0.5}), Cells((1, 0, 1, 0, 0), {0: 2.0}))
+CELLS = (PLAIN, ((0,), {0: 0.5}), ((1, 0, 1, 0, 0), {0: 2.0}))
 
 
 def attacked(seeds, episodes):
@@ -96,7 +95,7 @@ def test_a_sum_of_two_variables_is_cut():
 
 def test_recipes_that_name_what_there_is_not():
     asked = (*line((0, 1), -5.0), claimed("stays_in", 1, x=(0, 1)))
-    for bad in (Cells((), {}), Cells((1, 0), {}), Cells((2, 0, 0), {}), Cells((0, 0), {}), Cells((0,), {0: 1e-300})):
+    for bad in (((), {}), ((1, 0), {}), ((2, 0, 0), {}), ((0, 0), {}), ((0,), {0: 1e-300})):
         assert not shown(asked, bad)
 
 
@@ -139,7 +138,7 @@ FAULTS = [
     (boxes.Cut, "_by_one", lambda f: lambda self, listed, line: f(listed, line).take(slice(0, 0))),
     (boxes.RegionCut, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
     (boxes.RegionCut, "within", lambda f: lambda self, listed: listed.take(slice(0, 0))),
-    (images.PieceImage, "_total", lambda f: lambda self, name, effects: f(self, name, [])),
+    (images, "choices_of", lambda f: lambda joint, policies: []),
     (images.PieceImage, "within", lambda f: lambda self, listed: f(self, listed).take(slice(0, 0))),
     (images._BoxMotion, "move_bounds", lambda f: lambda self, bounds, shift: f(self, bounds, np.abs(shift))),
     (images._BoxMotion, "move_bounds", lambda f: lambda self, bounds, shift: f(self, np.abs(bounds), shift)),
@@ -173,9 +172,9 @@ def test_planted_faults_are_caught(number, monkeypatch):
 
 def certificate(profile, system, claim, state, cells):
     names = [one.name for one in system.variables]
-    widths = {names[column]: F(width) for column, width in cells.widths.items()}
+    widths = {names[column]: F(width) for column, width in cells[1].items()}
     hashes = content_hash(profile), documents.content_hash(system)
-    return of_hashes(*hashes, claim, state, Cover(widths, encode_numbers(cells.cuts)))
+    return of_hashes(*hashes, claim, state, Cover(widths, encode_numbers(cells[0])))
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from tests.support.system_guards import SEARCHED, answer, judged, opinion
 from tests.verify.reach import random_modes
 from verify.checker.covers import images
 from verify.checker.covers import trees as cover_trees
-from verify.checker.covers.sweep import BoxSweep, Cells
+from verify.checker.covers.sweep import BoxSweep
 from verify.checker.reading import RejectedError
 from verify.checker.systems import branch_proofs, cases, reading
 from verify.checker.systems.branch_proofs import SystemQuestions
@@ -98,7 +98,7 @@ def covered(question):
     """Whether boxes around whole starts show a claim."""
     system, profile, claim = question
     with suppress(RejectedError):
-        return BoxSweep(profile, system, claim).run(Cells([0])) > 0
+        return BoxSweep(profile, system, claim).run([0]) > 0
     return False
 
 
