@@ -30,7 +30,7 @@ from maviper.verification.ask import DASK, Asked, Jobs, VerifyOptions, make_worl
 from maviper.verification.bench import Bench
 from maviper.verification.files.places import region_file, repeat_command
 from maviper.verification.files.states import states_files
-from maviper.verification.procedures import Procedure
+from maviper.verification.procedures import DECISIONS, EPISODES, Procedure
 from verify.kinds import Kind
 from verify.question import AnyClaim, Question
 from verify.reports import report
@@ -42,18 +42,6 @@ if TYPE_CHECKING:
     from maviper.verification.stated import StatedWorld
 
 
-def _decisions() -> Procedure:
-    from maviper.verification.procedures import DECISIONS
-
-    return DECISIONS
-
-
-def _episodes() -> Procedure:
-    from maviper.verification.procedures import EPISODES
-
-    return EPISODES
-
-
 def _systems() -> Procedure:
     from maviper.verification.stated import SYSTEMS
 
@@ -61,9 +49,9 @@ def _systems() -> Procedure:
 
 
 PROCEDURES: Mapping[Kind, Callable[[], Procedure]] = {
-    Kind.DECISIONS: _decisions,
-    Kind.LEAVES: _decisions,
-    Kind.EPISODES: _episodes,
+    Kind.DECISIONS: lambda: DECISIONS,
+    Kind.LEAVES: lambda: DECISIONS,
+    Kind.EPISODES: lambda: EPISODES,
     Kind.SYSTEMS: _systems,
 }
 
