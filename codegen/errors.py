@@ -98,7 +98,7 @@ class HangingToolError(MaviperError):
 
 
 MAX_NAMES_SHOWN = 10
-LISTS = {"property": "maviper verify --list", "world": "maviper worlds list"}  # kind of name -> what prints them all
+LISTS = {"claim": "maviper verify --list", "world": "maviper worlds list"}  # kind of name -> what prints them all
 STEERING = frozenset(("Cc", "Cf", "Zl", "Zp"))  # categories of control and format characters and of ends of lines
 
 

@@ -13,11 +13,11 @@ import sys
 import textwrap
 import time
 from bisect import bisect_left
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import ExitStack, contextmanager
 from functools import cached_property
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
@@ -62,6 +62,13 @@ def format_rate(rate: float) -> str:
 def say(text: str) -> None:
     """A result on standard output, line by line as a terminal may see it."""
     click.echo("\n".join(map(visible, text.split("\n"))))
+
+
+def say_json(document: Mapping[str, Any]) -> None:
+    """A result on standard output, as JSON."""
+    from codegen.policy_json import layout
+
+    click.echo(layout(document))
 
 
 class Console:
@@ -110,6 +117,13 @@ class Console:
             self.line(label, text)
         elif sys.stdout is not None:
             print(self._lay_out(label, text, sys.stdout), flush=True)
+
+    def give(self, document: Mapping[str, Any], lines: Iterable[str] = ()) -> None:
+        """The result of a command on standard output: the document where JSON is asked for, else the lines."""
+        if self.json:
+            say_json(document)
+        elif text := "\n".join(lines):
+            say(text)
 
     def _lay_out(self, label: str, text: str, stream: TextIO) -> str:
         """A label in its column, then the text: on a terminal in lines of words, each below the text."""

@@ -138,31 +138,21 @@ def _describe_file(name: str) -> str:
 
 def story(made: Toured, files: Mapping[str, str | bytes]) -> dict[str, Any]:
     """Returns what the first page tells of the tour, for `report/story.html.j2`. `files`: all that it can link."""
-    before, after = made.before.profile, made.profile
-    world = matching_world(before)
+    before, world = made.before.profile, matching_world(made.before.profile)
     assert world is not None
-    _, theirs = _success(before, world)
-    stages = [("extracted", before, made.before.results, f"{EXTRACTED}/report.html")]
-    if made.repair.after is not None:
-        stages.append(("repaired", after, made.repair.results, ""))
-    unknown = dict.fromkeys(("leaves", "depth", "verdict", "report"), "")
-    rows: list[dict[str, Any]] = [{"name": "neural", "success": theirs, **unknown}]
-    for name, profile, results, report in stages:
-        trees = sizes(profile, [policy.agent for policy in profile.agents]).values()
-        row = {"leaves": sum(each["leaves"] for each in trees), "depth": max(each["depth"] for each in trees)}
-        (verdict,) = [result.verdict.value for result in results]
-        rows.append({"name": name, "success": _success(profile, world)[0], **row, "verdict": verdict, "report": report})
     (claimed,) = made.before.document["results"]
     team = [policy.agent for policy in before.team(DEFENDERS)]
     return {
         "team": DEFENDERS,
-        "teams": rows,
+        "teams": stages(made, world),
         "wrong": [draw_picture(claimed)] if claimed["counterexample"] and made.repair.after is not None else [],
         "guards": [
             {"agent": one.agent, "node": one.node, "landmark": one.landmark, "leaves": len(ir.leaves(one.tree))}
             for one in made.repair.repair.guards
         ],
-        "trees": [{"title": f"The trees as {name}", "svg": svg(profile, team)} for name, profile, *_ in stages],
+        "trees": [
+            {"title": f"The trees as {name}", "svg": svg(profile, team)} for name, profile, *_ in _list_stages(made)
+        ],
         "proofs": [
             {"file": name, "branches": result.evidence.branches}
             for name, result in zip(made.repair.certificates, made.repair.results, strict=False)
@@ -173,6 +163,25 @@ def story(made: Toured, files: Mapping[str, str | bytes]) -> dict[str, Any]:
         "example": files["example.c"],
         "files": [(name, _describe_file(name)) for name in sorted({*files, "README.md", MANIFEST} - {"report.html"})],
     }
+
+
+def stages(made: Toured, world: World) -> list[dict[str, Any]]:
+    """A row for the neural team, and one for each team of trees: how it does, how large it is, what was decided."""
+    unknown = dict.fromkeys(("leaves", "depth", "verdict", "report"), "")
+    rows: list[dict[str, Any]] = [{"name": "neural", "success": _success(made.before.profile, world)[1], **unknown}]
+    for name, profile, results, report in _list_stages(made):
+        trees = sizes(profile, [policy.agent for policy in profile.agents]).values()
+        row = {"leaves": sum(each["leaves"] for each in trees), "depth": max(each["depth"] for each in trees)}
+        (verdict,) = [result.verdict.value for result in results]
+        rows.append({"name": name, "success": _success(profile, world)[0], **row, "verdict": verdict, "report": report})
+    return rows
+
+
+def _list_stages(made: Toured) -> list[tuple[str, ir.PolicyProfile, tuple[Any, ...], str]]:
+    """The teams of trees: name, profile, results, and the report of what is not on the first page."""
+    before = ("extracted", made.before.profile, tuple(made.before.results), f"{EXTRACTED}/report.html")
+    after = ("repaired", made.profile, tuple(made.repair.results), "")
+    return [before, after] if made.repair.after is not None else [before]
 
 
 def _verdicts(made: Toured) -> list[dict[str, Any]]:
@@ -228,6 +237,7 @@ def run_tour(folder: Path, console: Console, seed: int | None) -> int:
     unexpected = _find_surprises(made, world)
     for reason in unexpected:
         console.line("unexpected", reason)
+    console.give({"wrote": str(folder), "teams": stages(made, world), "unexpected": unexpected})
     return ExitCode.VIOLATED if unexpected else ExitCode.DONE
 
 

@@ -6,25 +6,26 @@ Does not: compute anything.
 """
 
 from pathlib import Path
-from typing import Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
-from maviper.cli.options import Verb, console_of, options_of, output, print_json
+from maviper.cli.options import Verb, options_of, output
 from maviper.options import CompareOptions
+
+if TYPE_CHECKING:
+    from maviper.console import Console
 
 
 @click.command(
     cls=Verb,
-    json=True,
     example="maviper compare cooperative-navigation --max-episodes 400 -o compared\n"
     "maviper compare mygame:act --world mygame:make --depths 2,3 -o mine",
 )
 @click.argument("expert")
 @options_of(CompareOptions)
 @output("The folder of the comparison.")
-@click.pass_context
-def compare(context: click.Context, expert: str, output: Path, as_json: bool, **options: Unpack[CompareOptions]) -> int:
+def compare(console: "Console", expert: str, output: Path, **options: Unpack[CompareOptions]) -> int:
     """Compare algorithms and depths on an expert, over seeds.
 
     EXPERT is named as for `maviper extract`. Each algorithm is given the same number of episodes at every depth and
@@ -34,14 +35,9 @@ def compare(context: click.Context, expert: str, output: Path, as_json: bool, **
     The folder gets this table as CSV and LaTeX, a figure and the best trees. An interrupted call goes on when it is
     repeated, and several calls may work on one folder at the same time.
     """
-    console = console_of(context)
     console.line("comparing", expert)
-    from maviper.console import say
     from maviper.reproduction.compare import compare_algorithms, request
 
     found = compare_algorithms(expert, output, request(options), console)
-    if as_json:
-        print_json(found.document)
-    else:
-        say("\n".join(found.lines))
+    console.give(found.document, found.lines)
     return found.code

@@ -10,14 +10,14 @@ Does not: decide, train, refine, play or count.
 
 from collections.abc import Collection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 from click.core import ParameterSource
 
 from codegen.errors import ExitCode
 from codegen.wording import format_count
-from maviper.cli.options import PATH, PROFILE, SETTING, Verb, Verbs, console_of, option, options_of, print_json
+from maviper.cli.options import PATH, PROFILE, SETTING, Verb, Verbs, option, options_of
 from maviper.options import EvaluateOptions, ExploitOptions, table_of
 from maviper.options.verbs import ANSWERS
 
@@ -40,14 +40,14 @@ WORLD = option(
 def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
     if asked and not context.resilient_parsing:
         from codegen.profiles import schema
+        from maviper.console import say_json
 
-        print_json(schema())
+        say_json(schema())
         context.exit(ExitCode.DONE)
 
 
 @click.command(
     cls=Verb,
-    renamed={"--world": "maviper play --world"},
     example="maviper show demo/profile.json --agent agent_0",
 )
 @PROFILE
@@ -72,9 +72,8 @@ def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bo
     help="Print the JSON schema of profiles, and nothing of PROFILE.",
 )
 @option("-o", "--output", type=PATH, default=None, help="The file (default: print, or play.html).")
-@click.pass_context
 def show(
-    context: click.Context,
+    console: "Console",
     profile: Path,
     agent: str | None,
     form: str,
@@ -91,7 +90,6 @@ def show(
     does, where a claim fails, and how an episode goes on.
     """
     from codegen.errors import InputError
-    from maviper.console import say
     from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.page.page import FILE
@@ -102,19 +100,18 @@ def show(
     if form == HTML:
         if (agent, obs, state) != (None, None, None):
             raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
-        _write(loaded, output or Path(FILE), context, world)
+        console.give({"wrote": str(_write(loaded, output or Path(FILE), console, world))})
         return ExitCode.DONE
     if world is not None:
         raise InputError("only a page records an episode of a world", "--world", "add --format html, or leave it out")
     if form == SVG and (obs, state) != (None, None):
         raise InputError("a picture shows no single decision", "--format svg", "leave --obs and --state out")
-    text = "\n".join(
-        _render_lines(loaded, agent, form) if obs is None and state is None else _decisions(loaded, agent, obs, state)
-    )
+    one = obs is not None or state is not None
+    lines = _decisions(loaded, agent, obs, state) if one else _render_lines(loaded, agent, form)
     if output is None:
-        say(text)
+        console.give({"format": form, "lines": lines}, lines)
     else:
-        runs.write(output, text + "\n")
+        console.give({"wrote": str(runs.write(output, "\n".join(lines) + "\n"))})
     return ExitCode.DONE
 
 
@@ -123,10 +120,7 @@ def show(
 @WORLD
 @option("--certificate", type=PATH, default=None, help="Show its claim first, and what a monitor of its proof says.")
 @option("-o", "--output", type=PATH, default=None, help="The page (default: play.html beside the profile).")
-@click.pass_context
-def play(
-    context: click.Context, profile: Path, world: str | None, certificate: Path | None, output: Path | None
-) -> int:
+def play(console: "Console", profile: Path, world: str | None, certificate: Path | None, output: Path | None) -> int:
     """Open a page that plays PROFILE in the browser.
 
     As `maviper show --format html`, with the page opened. Where no browser can be opened, the line names the file.
@@ -141,14 +135,15 @@ def play(
     file = runs.target(
         runs.ensure_other(output or profile.parent / FILE, _list_given(profile, world, certificate)), FILE
     )
-    written = _write(loaded, file, context, world, certificate)
+    written = _write(loaded, file, console, world, certificate)
     if not webbrowser.open(written.resolve().as_uri()):
-        console_of(context).line("", "no browser could be opened: open the file in one")
+        console.line("", "no browser could be opened: open the file in one")
+    console.give({"wrote": str(written)})
     return ExitCode.DONE
 
 
 def _write(
-    profile: "PolicyProfile", file: Path, context: click.Context, world: str | None, certificate: Path | None = None
+    profile: "PolicyProfile", file: Path, console: "Console", world: str | None, certificate: Path | None = None
 ) -> Path:
     from maviper.evaluation.players import playing
     from maviper.files import runs
@@ -160,7 +155,7 @@ def _write(
     if certificate is not None:
         contents = with_proof(contents, profile, certificate)
     written = runs.write(file, page(profile, contents))
-    console_of(context).line("page", str(written))
+    console.line("page", str(written))
     return written
 
 
@@ -213,7 +208,6 @@ RARE = ("steps", "refinement_episodes", "seed")  # given by --set
 
 @click.command(
     cls=Verb,
-    json=True,
     settings=RARE,
     example="maviper evaluate demo/profile.json --against random --episodes 500\n"
     "maviper evaluate demo/profile.json --exploit defenders --against scripted",
@@ -223,8 +217,7 @@ RARE = ("steps", "refinement_episodes", "seed")  # given by --set
 @option("--exploit", metavar="TEAM", section=ANSWERS, help="What do the opponents of this team gain by answering it?")
 @options_of(ExploitOptions, "networks", *RARE)
 @SETTING
-@click.pass_context
-def evaluate(context: click.Context, subject: str, exploit: str | None, as_json: bool, **options: Any) -> int:
+def evaluate(console: "Console", subject: str, exploit: str | None, **options: Any) -> int:
     """Measure a profile or an expert in play.
 
     SUBJECT is a profile, or an expert named as for `maviper extract`. A name that ends in .json is always a profile.
@@ -239,23 +232,19 @@ def evaluate(context: click.Context, subject: str, exploit: str | None, as_json:
     refined in play and, with --networks, two trained networks answer them. The best responder is chosen on some
     episodes; its gain over the own opponents, measured on others, is a lower bound on the exploitability.
     """
-    console = console_of(context)
+    context = click.get_current_context()
     given = {name for name in options if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
     if exploit is not None:
         _ensure_unread(given & {"replaced", "team", "why"}, "with --exploit")
         asked = cast("ExploitOptions", {name: options[name] for name in table_of(ExploitOptions)})
-        return _exploit(console, subject, exploit, as_json, asked)
+        return _exploit(console, subject, exploit, asked)
     _ensure_unread(given & {"networks", *RARE}, "without --exploit TEAM")
     console.line("evaluating", subject)
-    from maviper.console import say
     from maviper.evaluation.run import document, evaluate_live, lines, request
 
     asked = request(subject, **cast("EvaluateOptions", {name: options[name] for name in table_of(EvaluateOptions)}))
     measured = evaluate_live(asked, console)
-    if as_json:
-        print_json(document(asked, measured))
-    else:
-        say("\n".join(lines(asked, measured)))
+    console.give(document(asked, measured), lines(asked, measured))
     return ExitCode.DONE
 
 
@@ -268,27 +257,13 @@ def _ensure_unread(names: Collection[str], where: str) -> None:
         raise InputError(f"{flag} has no effect {where}", flag, "leave it out")
 
 
-@click.command(cls=Verb, json=True, hidden=True, example="maviper exploit demo/profile.json defenders")
-@click.argument("subject")
-@click.argument("team")
-@options_of(ExploitOptions)
-@click.pass_context
-def exploit(context: click.Context, subject: str, team: str, as_json: bool, **options: Unpack[ExploitOptions]) -> int:
-    """Find what the opponents of TEAM gain by answering its policies."""
-    return _exploit(console_of(context), subject, team, as_json, options)
-
-
-def _exploit(console: "Console", subject: str, team: str, as_json: bool, options: ExploitOptions) -> int:
+def _exploit(console: "Console", subject: str, team: str, options: ExploitOptions) -> int:
     """Says what the opponents of a team gain."""
-    from maviper.console import say
     from maviper.extraction.exploiting import exploit_team, lines
 
     console.line("exploiting", f"{team} of {subject}")
     exploitability = exploit_team(subject, team, console, **options)
-    if as_json:
-        print_json(exploitability.document())
-    else:
-        say("\n".join(lines(exploitability)))
+    console.give(exploitability.document(), lines(exploitability))
     return ExitCode.DONE
 
 
@@ -297,8 +272,8 @@ def worlds() -> None:
     """List the games, show one, or state and check one of your own."""
 
 
-@worlds.command("list", cls=Verb, json=True, example="maviper worlds list")
-def worlds_list(as_json: bool) -> int:
+@worlds.command("list", cls=Verb, example="maviper worlds list")
+def worlds_list(console: "Console") -> int:
     """List the worlds, their options and their shipped experts.
 
     Options are shown with their defaults. EXPERT@SEED is the expert of one training seed.
@@ -306,27 +281,23 @@ def worlds_list(as_json: bool) -> int:
     from maviper.experts.network import SHIPPED
     from maviper.worlds import WORLDS, find, options_of
 
-    if as_json:
-        shipped = {name: [each for each in SHIPPED if each.startswith(name)] or [f"{name}@scripted"] for name in WORLDS}
-        teams = {name: {team: list(members) for team, members in find(name).teams.items()} for name in WORLDS}
-        known = {
-            name: {"teams": teams[name], "options": dict(options_of(name)), "experts": shipped[name]} for name in WORLDS
-        }
-        print_json({"worlds": known})
-        return ExitCode.DONE
+    known, lines = dict[str, Any](), list[str]()
     for name in WORLDS:
-        agents = ", ".join(f"{team} ({len(members)})" for team, members in find(name).teams.items())
-        click.echo(f"{name}  {agents}")
-        click.echo(f"  options: {', '.join(f'{key}={value}' for key, value in options_of(name).items())}")
-        experts = ", ".join(expert for expert in SHIPPED if expert.startswith(name))
-        click.echo(f"  experts: {experts or f'{name}@scripted'}")
+        teams = {team: list(members) for team, members in find(name).teams.items()}
+        options = dict(options_of(name))
+        experts = [expert for expert in SHIPPED if expert.startswith(name)] or [f"{name}@scripted"]
+        known[name] = {"teams": teams, "options": options, "experts": experts}
+        lines.append(f"{name}  {', '.join(f'{team} ({len(members)})' for team, members in teams.items())}")
+        lines.append(f"  options: {', '.join(f'{key}={value}' for key, value in options.items())}")
+        lines.append(f"  experts: {', '.join(experts)}")
+    console.give({"worlds": known}, lines)
     return ExitCode.DONE
 
 
-@worlds.command("show", cls=Verb, json=True, example="maviper worlds show physical-deception,defenders=3")
+@worlds.command("show", cls=Verb, example="maviper worlds show physical-deception,defenders=3")
 @click.argument("world")
 @option("--features-file", type=PATH, default=None, help="Names and units of what agents observe (TOML).")
-def worlds_show(world: str, features_file: Path | None, as_json: bool) -> int:
+def worlds_show(console: "Console", world: str, features_file: Path | None) -> int:
     """Print the agents of WORLD, their features, actions and measures.
 
     Each feature is shown with its unit, range and meaning; entities of a game with places, with how they move; options
@@ -339,44 +310,28 @@ def worlds_show(world: str, features_file: Path | None, as_json: bool) -> int:
 
     game = find(world, giving=True)
     game = game if features_file is None else with_names(game, features_file)
-    if as_json:
-        agents = [
-            {
-                "agent": agent,
-                "team": game.team_of(agent),
-                "features": {one.name: str(one.meaning or "") for one in features},
-                "actions": [action.name for action in actions],
-                "outputs": [output.name for output in outputs],
-            }
-            for agent, features, actions, outputs in zip(
-                game.agents, game.features, game.actions, game.given, strict=True
-            )
-        ]
-        print_json({"world": game.name, "reference": game.spec.reference, "agents": agents})
-        return ExitCode.DONE
     pace = f" of {game.spec.dt} s" if game.spec.dt else ""
-    click.echo(f"{game.name}, after {game.spec.reference}, {format_count(game.spec.episode_steps, 'step')}{pace}")
+    lines = [f"{game.name}, after {game.spec.reference}, {format_count(game.spec.episode_steps, 'step')}{pace}"]
     if game.spec.options.get(PHYSICS) == FORK:
-        click.echo(f"{PHYSICS}={FORK}: {FORK_MOTION}; the verifier covers mpe2's motion only")
+        lines.append(f"{PHYSICS}={FORK}: {FORK_MOTION}; the verifier covers mpe2's motion only")
     for entity in (*game.spec.agents, *game.spec.landmarks) if isinstance(game, ParticleWorld) else ():
-        click.echo(f"  {entity.name:<16} {_body(entity, game.spec)}")
-    everything = zip(game.agents, game.features, game.actions, game.given, strict=True)
-    for agent, features, actions, outputs in everything:
-        click.echo(f"\n{agent}, team {game.team_of(agent)}")
-        for feature in features:
-            meaning = feature.meaning or "no meaning"
-            click.echo(f"  {feature.name:<16} {feature.unit} [{feature.low:g}, {feature.high:g}]  {meaning}")
-        for output in outputs:
-            click.echo(f"  gives {output.name:<10} {output.unit} [{output.low:g}, {output.high:g}]")
-        if actions:
-            click.echo(f"  actions: {', '.join(action.name for action in actions)}")
-    click.echo("\nmeasures")
+        lines.append(f"  {entity.name:<16} {_body(entity, game.spec)}")
+    agents: list[dict[str, Any]] = []
+    for agent, features, actions, outputs in zip(game.agents, game.features, game.actions, game.given, strict=True):
+        does = {"actions": [action.name for action in actions], "outputs": [output.name for output in outputs]}
+        seen = {one.name: str(one.meaning or "") for one in features}
+        agents.append({"agent": agent, "team": game.team_of(agent), "features": seen, **does})
+        lines += ["", f"{agent}, team {game.team_of(agent)}"]
+        for one in features:
+            lines.append(f"  {one.name:<16} {one.unit} [{one.low:g}, {one.high:g}]  {one.meaning or 'no meaning'}")
+        lines += [f"  gives {one.name:<10} {one.unit} [{one.low:g}, {one.high:g}]" for one in outputs]
+        lines += [f"  actions: {', '.join(does['actions'])}"] if actions else []
+    lines += ["", "measures"]
     for measure in game.measures:
-        click.echo(f"  {measure.label}, {'lower' if measure.lower_is_better else 'higher'} is better")
+        lines.append(f"  {measure.label}, {'lower' if measure.lower_is_better else 'higher'} is better")
     if (name := game.name.partition(",")[0]) in WORLDS:
-        click.echo("\noptions")
-    for key in options_of(name) if name in WORLDS else ():
-        click.echo(f"  {key:<16} {explain_option(name, key)}")
+        lines += ["", "options", *(f"  {key:<16} {explain_option(name, key)}" for key in options_of(name))]
+    console.give({"world": game.name, "reference": game.spec.reference, "agents": agents}, lines)
     return ExitCode.DONE
 
 
@@ -392,7 +347,7 @@ def _body(entity: "EntitySpec", spec: "WorldSpec") -> str:
 @worlds.command("new", cls=Verb, example="maviper worlds new cart.toml")
 @click.argument("file", type=PATH)
 @option("--flow", is_flag=True, help="In continuous time: derivatives, and samples at a period.")
-def worlds_new(file: Path, flow: bool) -> int:
+def worlds_new(console: "Console", file: Path, flow: bool) -> int:
     """Write a world file to start from, for you to edit.
 
     FILE states a system of your own: its variables with units and ranges, what agents observe and do, where episodes
@@ -401,15 +356,14 @@ def worlds_new(file: Path, flow: bool) -> int:
     from maviper.worlds.checking import new
 
     new(file, flow)
-    click.echo(f"written; maviper worlds check {file}")
+    console.give({"wrote": str(file)}, [f"wrote {file}; check it with `maviper worlds check {file}`"])
     return ExitCode.DONE
 
 
-@worlds.command("check", cls=Verb, json=True, example="maviper worlds check mygame:make,n=2")
+@worlds.command("check", cls=Verb, example="maviper worlds check mygame:make,n=2")
 @click.argument("world")
 @option("--run-reference", is_flag=True, help="Also run user code (an environment) that a world file names.")
-@click.pass_context
-def worlds_check(context: click.Context, world: str, run_reference: bool, as_json: bool) -> int:
+def worlds_check(console: "Console", world: str, run_reference: bool) -> int:
     """Report what WORLD provides, what is missing and what is wrong.
 
     Prints one line per finding. Exits with 2 if the world cannot be used.
@@ -421,15 +375,11 @@ def worlds_check(context: click.Context, world: str, run_reference: bool, as_jso
     If a world file names a reference, 100,000 steps of that environment are compared with what the file states. A
     step that is off by more than the stated error is a fault.
     """
-    console = console_of(context)
     console.line("checking", world)
     from maviper.worlds.checking import check, usable
     from verify.spending import listening
 
     with console.following("checking") as listener, listening(listener):
-        findings = check(
-            world, run_reference, (lambda _: None) if as_json else (lambda finding: click.echo(str(finding)))
-        )
-    if as_json:
-        print_json({"usable": usable(findings), "findings": [str(finding) for finding in findings]})
+        findings = check(world, run_reference, lambda finding: None if console.json else click.echo(str(finding)))
+    console.give({"usable": usable(findings), "findings": [str(finding) for finding in findings]})
     return ExitCode.DONE if usable(findings) else ExitCode.INPUT

@@ -9,10 +9,10 @@ import click
 
 from maviper.cli import exits
 from maviper.cli.compare import compare
-from maviper.cli.look import evaluate, exploit, play, show, worlds
+from maviper.cli.look import evaluate, play, show, worlds
 from maviper.cli.make import compile_verb, edit, extract, import_verb, train
 from maviper.cli.options import Verbs
-from maviper.cli.prove import check, diff, repair, replay, robust
+from maviper.cli.prove import check, diff, repair, replay
 from maviper.cli.start import demo, guide, reproduce
 from maviper.cli.verify import verify
 
@@ -24,8 +24,6 @@ CHAPTERS = {
     "Verify": (verify, check, replay, repair, diff),
 }
 MORE = (train, reproduce)  # not on the first screen
-MOVED = {"properties list": "verify --list", "properties new": "verify --new", "schema": "show --schema"}
-REPLACED = {"exploit": "evaluate SUBJECT --exploit TEAM", "robust": 'verify --claim "robust(observations=FILE)"'}
 EXIT_CODES = """\b
 Exit codes:
   0   done, and everything asked was proved
@@ -46,8 +44,6 @@ NAMES = {chapter: [str(command.name) for command in commands] for chapter, comma
 @click.group(
     cls=Verbs,
     chapters=NAMES,
-    moved=MOVED,
-    replaced=REPLACED,
     example="maviper demo -o demo",
     epilog=EXIT_CODES,
 )
@@ -61,7 +57,7 @@ def cli(context: click.Context, quiet: bool, verbose: bool, as_json: bool) -> No
     context.obj = {"quiet": quiet, "verbose": verbose, "json": as_json}
 
 
-for command in (*(command for commands in CHAPTERS.values() for command in commands), *MORE, exploit, robust):
+for command in (*(command for commands in CHAPTERS.values() for command in commands), *MORE):
     cli.add_command(command)
 
 

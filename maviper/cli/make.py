@@ -21,12 +21,10 @@ from maviper.cli.options import (
     SETTING,
     FolderPath,
     Verb,
-    console_of,
     names,
     option,
     options_of,
     output,
-    print_json,
 )
 from maviper.options import CompileOptions, ExtractOptions, ImportOptions, TrainOptions
 from maviper.options.extraction import SETTINGS
@@ -34,16 +32,14 @@ from maviper.options.verbs import IMPORTED, TARGETS, WRITTEN
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
+    from maviper.console import Console
 
 
 CONTRACTS = "contracts"  # a target beside those of code
-RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"}
 
 
 @click.command(
     cls=Verb,
-    json=True,
-    renamed=RENAMED,
     settings=SETTINGS,
     example="maviper extract physical-deception -o small.json --max-episodes 500\n"
     "maviper extract physical-deception -o run --max-depth 5 --seeds 4",
@@ -52,8 +48,7 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
 @options_of(ExtractOptions)
 @SETTING
 @output("The profile's JSON file, or a run folder.", FolderPath(".json"))
-@click.pass_context
-def extract(context: click.Context, expert: str, output: Path, as_json: bool, **options: Unpack[ExtractOptions]) -> int:
+def extract(console: "Console", expert: str, output: Path, **options: Unpack[ExtractOptions]) -> int:
     """Extract decision trees from an expert, as a policy profile.
 
     EXPERT is the name of a world, an expert file, a run folder, sb3:FILE.zip of stable-baselines3 (maviper guide own),
@@ -71,13 +66,11 @@ def extract(context: click.Context, expert: str, output: Path, as_json: bool, **
     from maviper.extraction.run import extract_named, request
     from maviper.files.runs import PROFILE_FILE
 
-    asked = request(options, _command(context, expert, options))
-    console = console_of(context)
+    asked = request(options, _command(expert, options))
     profile = extract_named(expert, output, asked, console)
     file = output if output.suffix == ".json" else output / PROFILE_FILE
     console.line("next", f"maviper verify {file} -o report")
-    if as_json:
-        print_json({"wrote": str(file), **_describe(profile), "evaluation": dict(profile.provenance.evaluation)})
+    console.give({"wrote": str(file), **_describe(profile), "evaluation": dict(profile.provenance.evaluation)})
     return ExitCode.DONE
 
 
@@ -90,8 +83,9 @@ def _describe(profile: "PolicyProfile") -> dict[str, Any]:
     return {"id": content_hash(profile), "leaves": sizes}
 
 
-def _command(context: click.Context, expert: str, options: Mapping[str, object]) -> str:
+def _command(expert: str, options: Mapping[str, object]) -> str:
     """The command line that asks for the same, without what only says how it runs on."""
+    context = click.get_current_context()
     said = [
         f"--set {name}={value}" if name in SETTINGS else f"--{name.replace('_', '-')} {value}"
         for name, values in sorted(options.items())
@@ -105,8 +99,7 @@ def _command(context: click.Context, expert: str, options: Mapping[str, object])
 @click.argument("world")
 @options_of(TrainOptions)
 @output("The run folder.")
-@click.pass_context
-def train(context: click.Context, world: str, output: Path, **options: Unpack[TrainOptions]) -> int:
+def train(console: "Console", world: str, output: Path, **options: Unpack[TrainOptions]) -> int:
     """Train an expert for WORLD into a run folder.
 
     Training needs the extra maviper[train]. WORLD is a game, with options after commas (predator-prey,prey=1), or
@@ -118,7 +111,6 @@ def train(context: click.Context, world: str, output: Path, **options: Unpack[Tr
     from maviper.experts.cards import how_learned
     from maviper.experts.training.train import EXPERT_FILE, train_expert
 
-    console = console_of(context)
     card = train_expert(world, output, console, **options)
     for label, value in card["measured"].items():
         if isinstance(value, list):
@@ -129,6 +121,7 @@ def train(context: click.Context, world: str, output: Path, **options: Unpack[Tr
     if "stopped" in card:
         console.line("stopped", f"{card['stopped']}; the last good checkpoints were kept")
     console.line("wrote", str(output / EXPERT_FILE))
+    console.give({"wrote": str(output / EXPERT_FILE), **card})
     return ExitCode.VIOLATED if "stopped" in card else ExitCode.DONE
 
 
@@ -145,7 +138,7 @@ def _agents(_context: click.Context, parameter: click.Parameter, value: str | No
     return files
 
 
-@click.command("import", cls=Verb, json=True, example="maviper import policy.py -o profile.json")
+@click.command("import", cls=Verb, example="maviper import policy.py -o profile.json")
 @click.argument("file", type=PATH, required=False)
 @option(
     "--agents",
@@ -157,13 +150,11 @@ def _agents(_context: click.Context, parameter: click.Parameter, value: str | No
 )
 @options_of(ImportOptions)
 @output("The profile's file, a .json.", PATH)
-@click.pass_context
 def import_verb(
-    context: click.Context,
+    console: "Console",
     file: Path | None,
     agents: dict[str, Path] | None,
     output: Path,
-    as_json: bool,
     **options: Unpack[ImportOptions],
 ) -> int:
     """Import decision trees of other programs: exact, or refused.
@@ -178,7 +169,6 @@ def import_verb(
     observations, and for Python at every number of the source. A file that is not understood in full is refused.
     `maviper guide importing` says what can come in.
     """
-    console = console_of(context)
     console.line("importing", "" if file is None else str(file))
     from codegen import policy_json
     from maviper.files import runs
@@ -190,8 +180,7 @@ def import_verb(
         _say(policy, profile.provenance.training, console)
     runs.write(output, policy_json.dumps(profile))
     console.line("wrote", str(output))
-    if as_json:
-        print_json({"wrote": str(output), **_describe(profile), "facts": dict(profile.provenance.training)})
+    console.give({"wrote": str(output), **_describe(profile), "facts": dict(profile.provenance.training)})
     return ExitCode.DONE
 
 
@@ -230,12 +219,11 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     console.line("NaN", str(facts[f"{policy.agent} NaN"]))
 
 
-@click.command(cls=Verb, json=True, example="maviper edit demo/profile.json agent_0/3=0.3 -o edited.json")
+@click.command(cls=Verb, example="maviper edit demo/profile.json agent_0/3=0.3 -o edited.json")
 @PROFILE
 @click.argument("changes", nargs=-1, required=True, metavar="AGENT/NODE=NUMBER...")
 @option("-o", "--output", type=PATH, default=None, help="The file (default: PROFILE itself).")
-@click.pass_context
-def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output: Path | None, as_json: bool) -> int:
+def edit(console: "Console", profile: Path, changes: tuple[str, ...], output: Path | None) -> int:
     """Change thresholds of PROFILE on purpose.
 
     The tree compares with the largest number of its type that is not above NUMBER. The file says what was changed by
@@ -251,18 +239,14 @@ def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output
         agent, node, value = parse_change(text, edited)
         edited = change_threshold(edited, agent, node, value)
     written = runs.write(file, policy_json.dumps(edited))
-    console_of(context).line("wrote", f"{written}  id {policy_json.content_hash(edited)[:16]}")
-    if as_json:
-        print_json({"wrote": str(written), **_describe(edited)})
+    console.line("wrote", f"{written}  id {policy_json.content_hash(edited)[:16]}")
+    console.give({"wrote": str(written), **_describe(edited)})
     return ExitCode.DONE
 
 
 @click.command(
     "compile",
     cls=Verb,
-    json=True,
-    renamed=dict.fromkeys(("--budget", "--solver-units"), "--effort low|normal|high")
-    | {"--contracts": "--target c,contracts"},
     example="maviper compile demo/profile.json -o code",
 )
 @PROFILE
@@ -278,13 +262,11 @@ def edit(context: click.Context, profile: Path, changes: tuple[str, ...], output
 )
 @options_of(CompileOptions)
 @output("The folder for the code.")
-@click.pass_context
 def compile_verb(
-    context: click.Context,
+    console: "Console",
     profile: Path,
     targets: tuple[str, ...],
     output: Path,
-    as_json: bool,
     **options: Unpack[CompileOptions],
 ) -> int:
     """Compile a profile to code that decides the same.
@@ -311,7 +293,6 @@ def compile_verb(
       drop     removes leaves that no state of --region reaches; the region
                becomes part of the code's contract
     """
-    console = console_of(context)
     console.line("compiling", str(profile))
     from codegen.policy_json import content_hash
     from maviper.cli.results import say_agreement, say_contracts, say_proofs
@@ -336,12 +317,11 @@ def compile_verb(
         say_proofs(code.proofs, console)
     if code.proven:
         say_contracts(code.proven, console)
-    if as_json:
-        told = {"observations": code.report.observations, "differ": 0, "skipped": list(code.report.skipped)}
-        proofs = [str(proof) for proof in code.proofs.proofs] if code.proofs else []
-        contracts = str(code.proven) if code.proven else ""
-        wrote = [str(output / name) for name in code.files]
-        print_json({"wrote": wrote, **told, "proofs": proofs, "contracts": contracts, "complete": code.complete})
+    told = {"observations": code.report.observations, "differ": 0, "skipped": list(code.report.skipped)}
+    proofs = [str(proof) for proof in code.proofs.proofs] if code.proofs else []
+    contracts = str(code.proven) if code.proven else ""
+    wrote = [str(output / name) for name in code.files]
+    console.give({"wrote": wrote, **told, "proofs": proofs, "contracts": contracts, "complete": code.complete})
     return ExitCode.DONE if code.complete else ExitCode.INCONCLUSIVE
 
 

@@ -18,9 +18,11 @@ from typing import Any, cast
 import click
 
 from codegen.errors import InputError, escape_text, steers, suggestion
+from maviper.cli.olds import renamed, rewrite_claims, rewrite_command
 from maviper.options.table import Option as Table
 from maviper.options.table import split_setting, table_of
 from maviper.options.verbs import QUESTION
+from maviper.options.verbs import RARER as MORE
 
 MAX_COLUMN = 30  # of names beside their texts; a longer name stands on a line of its own
 
@@ -43,24 +45,21 @@ class Option(click.Option):
 
 
 class Verb(click.Command):
-    """A command with an example, sections of options, and options that were written otherwise before: `renamed` has the
-    new words of each. One that the command still reads is hidden; any other one is the new option by another name.
+    """A command with an example and sections of options. An option of before that it still reads is hidden, and so are
+    `settings`, which are given by --set.
     """
 
     def __init__(
         self,
         *names: Any,
         example: str = "",
-        renamed: Mapping[str, str] | None = None,
         settings: Sequence[str] = (),
-        json: bool = False,
         **more: Any,
     ) -> None:
         # of each command, not of the group: click keeps the help option of whoever asks first, with or without a parent
         super().__init__(*names, **{"context_settings": {"help_option_names": ["-h", "--help"]}, **more})
         self.example, self.settings = example, {name: f"--{name.replace('_', '-')}" for name in settings}
-        self.json = json  # whether it can print its result as JSON
-        self.renamed = {flag: f"--set {name}=..." for name, flag in self.settings.items()} | dict(renamed or {})
+        self.renamed = {flag: f"--set {name}=..." for name, flag in self.settings.items()} | renamed(str(self.name))
         for parameter in self.params:
             if isinstance(parameter, click.Option) and not self.renamed.keys().isdisjoint(parameter.opts):
                 parameter.hidden = True
@@ -84,15 +83,16 @@ class Verb(click.Command):
             said |= {GENERAL[word]: True for word in args[:end] if word in GENERAL}
             args = [word for word in args[:end] if word not in GENERAL] + args[end:]
             end = args.index("--") if "--" in args else len(args)
-            if said.get("json") and not self.json and not isinstance(self, click.Group):
-                ctx.fail(f"{ctx.command_path} prints no JSON: leave --json out")
-        today = [self._today(ctx, word) for word in args[:end]]
+        for word in args[:end]:
+            if (old := word.partition("=")[0]) in self.renamed:
+                say_new(ctx, old, self.renamed[old])
+        today = map(self._today, rewrite_claims(args[:end], str(self.name)))
         return super().parse_args(ctx, [*self._spread_settings(ctx, today), *args[end:]])
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Runs the command, with `as_json` where it can print JSON."""
-        if self.json:
-            ctx.params["as_json"] = bool(ctx.obj and ctx.obj.get("json"))
+        """Runs the command with its console."""
+        if not isinstance(self, click.Group):
+            ctx.params["console"] = console_of(ctx)
         return super().invoke(ctx)
 
     def _spread_settings(self, ctx: click.Context, words: Iterable[str]) -> Iterator[str]:
@@ -118,25 +118,23 @@ class Verb(click.Command):
             told = "" if "(default" in (known[name].help or "") else f" (default: {usual})"
             click.echo(f"{name:<20}{known[name].metavar}\n    {known[name].help}{told}")
 
-    def _today(self, ctx: click.Context, word: str) -> str:
+    def _today(self, word: str) -> str:
         name, separator, value = word.partition("=")
-        if name not in self.renamed:
+        if name not in self.renamed or any(name in parameter.opts for parameter in self.params):
             return word
-        say_new(ctx, name, self.renamed[name])
-        known = any(name in parameter.opts for parameter in self.params)
-        return word if known else f"{self.renamed[name]}{separator}{value}"
+        return f"{self.renamed[name]}{separator}{value}"
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The options under their headings, in the order in which headings first appear; --help is the last one."""
+        """The options under their headings, in the order in which headings first appear; rarer ones are last."""
         sections: dict[str, list[tuple[str, str]]] = {}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
-            if record is not None:
+            if record is not None and (parameter.name != "help" or isinstance(self, click.Group)):
                 sections.setdefault(getattr(parameter, "section", "Options"), []).append(record)
-        general = sections.pop("Options", [])
-        wide = [len(name) for records in (general, *sections.values()) for name, _ in records]
+        last = [(heading, sections.pop(heading)) for heading in (MORE, "Options") if heading in sections]
+        wide = [len(name) for _, records in (*sections.items(), *last) for name, _ in records]
         width = max((each for each in wide if each <= MAX_COLUMN), default=0)
-        for heading, records in (*sections.items(), *([("Options", general)] if general else [])):
+        for heading, records in (*sections.items(), *last):
             with formatter.section(heading):
                 formatter.write_dl([(f"{name:<{width}}", text) for name, text in records])
 
@@ -147,35 +145,21 @@ class Verb(click.Command):
                 for line in self.example.splitlines():
                     formatter.write(f"{'':>{formatter.current_indent}}{line}\n")
         if ctx.parent is not None and not isinstance(self, click.Group):
-            flags = "-q, -v and --json" if self.json else "-q and -v"
-            formatter.write(f"\nAlso {flags}: see `maviper --help`.\n")
+            formatter.write("\nAlso -q, -v, --json and -h: see `maviper --help`.\n")
         super().format_epilog(ctx, formatter)
 
 
 class Verbs(Verb, click.Group):
-    """A group that shows each command in one whole line and suggests the closest one. `moved`: the words of commands
-    that are others now; `replaced`: old commands that still work, with what says the same.
-    """
+    """A group that shows each command in one whole line and suggests the closest one."""
 
-    def __init__(
-        self,
-        *names: Any,
-        chapters: Mapping[str, Sequence[str]] | None = None,
-        moved: Mapping[str, str] | None = None,
-        replaced: Mapping[str, str] | None = None,
-        **more: Any,
-    ) -> None:
+    def __init__(self, *names: Any, chapters: Mapping[str, Sequence[str]] | None = None, **more: Any) -> None:
         super().__init__(*names, **more)
-        self.chapters, self.moved, self.replaced = dict(chapters or {}), dict(moved or {}), dict(replaced or {})
+        self.chapters = dict(chapters or {})
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click's, with the words of today for older ones, and a suggestion."""
-        for old, new in self.moved.items():
-            if args[: len(old.split())] == old.split():
-                say_new(ctx, old, new)
-                args = [*new.split(), *args[len(old.split()) :]]
-        if args and args[0] in self.replaced:
-            say_new(ctx, args[0], self.replaced[args[0]])
+        if ctx.parent is None:
+            args = rewrite_command(args, lambda old, new: say_new(ctx, old, new))
         if args and self.get_command(ctx, args[0]) is None and not args[0].startswith("-"):
             ctx.fail(f"unknown command '{escape_text(args[0])}'; {suggestion(args[0], self.list_commands(ctx))}")
         return super().resolve_command(ctx, args)
@@ -299,8 +283,8 @@ SETTING = option(
     multiple=True,
     expose_value=False,
     metavar="NAME=VALUE",
-    section="How it runs",
-    help="A rarer setting (repeatable; --set help lists them).",
+    section=MORE,
+    help="A rarer setting (--set help lists them).",
 )
 
 
@@ -315,7 +299,7 @@ REGION = option(
     show_default=True,
     metavar="REGION",
     section=QUESTION,
-    help="`start` (the start region) or a region file (TOML).",
+    help="`start` (where episodes start), or a region file (TOML).",
 )
 
 
@@ -323,13 +307,6 @@ def console_of(context: click.Context) -> Any:
     """The console, quiet where --quiet was given. While the command runs, it is `maviper.console.current`."""
     from maviper import console
 
-    console.current = console.Console(context.obj["quiet"], json=bool(context.obj.get("json")))
+    console.current = console.Console(context.obj["quiet"], json=context.obj["json"])
     context.call_on_close(lambda: setattr(console, "current", None))
     return console.current
-
-
-def print_json(document: Mapping[str, Any]) -> None:
-    """Prints a result as JSON."""
-    from codegen.policy_json import layout
-
-    click.echo(layout(document))

@@ -1,4 +1,4 @@
-"""The commands check, replay, repair, diff and robust.
+"""The commands check, replay, repair and diff, and the claim robust.
 
 Does: has a certificate checked, a counterexample replayed, a profile repaired, two profiles compared, or radii around
   observations computed; says what came out, and writes what was asked for.
@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import click
 
@@ -22,13 +22,11 @@ from maviper.cli.options import (
     PROFILE,
     REGION,
     RESULTS,
+    SETTING,
     Verb,
-    console_of,
-    fraction,
     option,
     options_of,
     output,
-    print_json,
 )
 from maviper.options import DiffOptions, RepairOptions
 from maviper.options.verbs import QUESTION
@@ -41,10 +39,12 @@ if TYPE_CHECKING:
     from maviper.verification.robust import Changes, Radii
 
 
+ROBUST = "--claim robust"
+BUDGETS_OF_DIFF = ("max_nodes", "max_cells", "semantics")  # given by --set
+
+
 @click.command(
     cls=Verb,
-    json=True,
-    renamed={"--world": "--system"},
     example="maviper check generated/proved_defenders/certificate-1-distinct_targets.json",
 )
 @click.argument("certificate", type=PATH)
@@ -67,14 +67,12 @@ if TYPE_CHECKING:
     default=None,
     help="The world file of a certificate about a stated system (default: world.toml beside it).",
 )
-@click.pass_context
 def check(
-    context: click.Context,
+    console: "Console",
     certificate: Path,
     profile: Path | None,
     against: Path | None,
     world: Path | None,
-    as_json: bool,
 ) -> int:
     """Check that a certificate proves its claim.
 
@@ -96,26 +94,21 @@ def check(
     Exits with 0 if the proof holds, with 1 if it does not, and with 2 if the
     file cannot be read or is about another profile.
     """
-    from maviper.console import say
     from maviper.verification.files.certificates import check_file
     from verify.spending import listening
 
-    with console_of(context).following("checking") as listener, listening(listener):
+    with console.following("checking") as listener, listening(listener):
         proof = check_file(certificate, profile, against, world)
-    if as_json:
-        told = {"subject": proof.subject, "closed": proof.closed, "unit": proof.unit, "bytes": proof.size}
-        print_json({"accepted": True, **told})
-        return ExitCode.DONE
     closed = f"{format_count(proof.closed, proof.unit)}{' closed' if proof.unit == 'branch' else ''}"
+    told = {"subject": proof.subject, "closed": proof.closed, "unit": proof.unit, "bytes": proof.size}
     size = f"{format_count(proof.size, 'byte')} of proof" if proof.size else "made again from the proof's recipe"
-    say(f"accepted  {proof.subject}: {closed}, {size}")
+    line = f"accepted  {proof.subject}: {closed}, {size}"
+    console.give({"accepted": True, **told}, [line])
     return ExitCode.DONE
 
 
 @click.command(
     cls=Verb,
-    json=True,
-    renamed={"--world": "--system"},
     example="maviper replay report/counterexample-1-distinct_targets.json",
 )
 @click.argument("counterexample", type=PATH)
@@ -129,10 +122,7 @@ def check(
     default=None,
     help="The world file of a counterexample in a stated system (default: world.toml beside it).",
 )
-@click.pass_context
-def replay(
-    context: click.Context, counterexample: Path, profile: Path | None, world: Path | None, as_json: bool
-) -> int:
+def replay(console: "Console", counterexample: Path, profile: Path | None, world: Path | None) -> int:
     """Replay a counterexample, with the same profile or another.
 
     `maviper verify -o` writes a COUNTEREXAMPLE for each violated claim. The reference, the compiled C and the
@@ -145,7 +135,6 @@ def replay(
     from maviper.verification.files.counterexamples import ensure_counterexample
     from maviper.verification.files.counterexamples import replay as replayed
 
-    console = console_of(context)
     ensure_counterexample(counterexample)  # before the profile beside it, which need not be there
     outcome = replayed(counterexample, find_profile(profile, beside=counterexample, sums=True), world)
     if not outcome.same_policy:
@@ -157,17 +146,14 @@ def replay(
     told, _, said = outcome.says.partition(" ")
     console.line(told, f"{said}, which all act the same" if outcome.by else said)
     console.result("VIOLATED" if outcome.violated else "holds", outcome.property)
-    if as_json:
-        told = {"property": outcome.property, "violated": outcome.violated, "same_policy": outcome.same_policy}
-        print_json({**told, "actions": dict(outcome.actions), "says": outcome.says, "replayed_by": list(outcome.by)})
+    facts = {"property": outcome.property, "violated": outcome.violated, "same_policy": outcome.same_policy}
+    told = {"actions": dict(outcome.actions), "says": outcome.says, "replayed_by": list(outcome.by)}
+    console.give(facts | told)
     return ExitCode.VIOLATED if outcome.violated else ExitCode.DONE
 
 
 @click.command(
     cls=Verb,
-    json=True,
-    renamed={f"--{each}": f'--claim "own_target({each}=...)"' for each in ("team", "margin", "radius", "landmarks")}
-    | {"--property": "--claim"},
     example="maviper repair demo/profile.json --max-depth 8 -o repaired",
 )
 @PROFILE
@@ -180,16 +166,14 @@ def replay(
     help='distinct_targets or own_target, with parameters if you like: "own_target(radius=0.2)".',
 )
 @REGION
-@options_of(RepairOptions)
+@options_of(RepairOptions, "max_depth", "episodes")
 @output("The folder for the repaired profile.")
-@click.pass_context
 def repair(
-    context: click.Context,
+    console: "Console",
     profile: Path,
     claim: str,
     region: str,
     output: Path,
-    as_json: bool,
     **options: Unpack[RepairOptions],
 ) -> int:
     """Change the leaves that violate a claim until it is proved.
@@ -206,7 +190,6 @@ def repair(
     Exits with 0 if the claim is proved within --max-depth, with 1 if the
     trees are deeper, and with 3 if no repair was found. Then nothing is written.
     """
-    console = console_of(context)
     console.line("repairing", str(profile))
     from codegen.policy_json import content_hash, dumps
     from maviper.cli.results import exit_code, say_repair, say_verdict
@@ -227,8 +210,7 @@ def repair(
         outcome = repair_profile(before, name, region, asked, profile.name)
     if outcome.after is None:
         _say_unrepaired(outcome, output, given, console)
-        if as_json:
-            print_json({"repaired": False, "reason": outcome.repair.reason})
+        console.give({"repaired": False, "reason": outcome.repair.reason})
         return ExitCode.INCONCLUSIVE
     say_repair(outcome, console)
     for result in outcome.results:
@@ -239,11 +221,9 @@ def repair(
     console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(outcome.after)[:16]}")
     for name in outcome.certificates:
         console.line("certificate", f"{output / name}; maviper check {output / name}")
-    if as_json:
-        verdicts = [result.verdict.value for result in outcome.results]
-        print_json(
-            {"repaired": True, "verdicts": verdicts, "wrote": str(output), **json.loads(outcome.files[COST_FILE])}
-        )
+    verdicts = [result.verdict.value for result in outcome.results]
+    told = {"repaired": True, "verdicts": verdicts, "wrote": str(output)}
+    console.give(told | json.loads(outcome.files[COST_FILE]))
     console.result("next", f"maviper diff {profile} {output / runs.PROFILE_FILE}")
     depth, most = outcome.repair.depth, asked.max_depth
     if most is not None and depth > most:
@@ -268,23 +248,21 @@ def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], co
 
 @click.command(
     cls=Verb,
-    json=True,
-    renamed=dict.fromkeys(("--max-nodes", "--max-cells"), "--effort low|normal|high"),
+    settings=BUDGETS_OF_DIFF,
     example="maviper diff demo/extracted/profile.json demo/profile.json -o changed",
 )
 @click.argument("first", type=PATH)
 @click.argument("second", type=PATH)
 @REGION
 @options_of(DiffOptions)
+@SETTING
 @option("-o", "--output", type=FOLDER, default=None, section=RESULTS, help="Folder for data, certificate and page.")
-@click.pass_context
 def diff(
-    context: click.Context,
+    console: "Console",
     first: Path,
     second: Path,
     region: str,
     output: Path | None,
-    as_json: bool,
     **options: Unpack[DiffOptions],
 ) -> int:
     """Find every state in which two profiles act differently.
@@ -301,14 +279,12 @@ def diff(
     Exits with 0 if all agents are proved to act alike, with 1 if some agent acts
     differently, and with 3 if a budget ended before there was an answer.
     """
-    console = console_of(context)
     console.line("comparing", f"{first} with {second}")
     from codegen.policy_json import dumps
     from maviper.cli.results import exit_code
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.verification.diff import AGAINST_FILE, compare_profiles, request
-    from verify.reports.differences import as_json as written
     from verify.spending import listening
 
     one, other = load(first, sums=True), load(second, sums=True)
@@ -324,8 +300,7 @@ def diff(
         console.line(label, text)
     if output is not None:
         _write(output, comparison, given, Path(region), console)
-    if as_json:
-        click.echo(written(comparison.facts), nl=False)
+    console.give(comparison.facts)
     return exit_code(comparison.verdicts)
 
 
@@ -351,47 +326,18 @@ def _write(
         console.line("certificate", f"{folder / CERTIFICATE_FILE}; maviper check {folder / CERTIFICATE_FILE}")
 
 
-@click.command(
-    cls=Verb, json=True, hidden=True, example="maviper robust profile.json observations.csv --certify -o radii"
-)
-@PROFILE
-@click.argument("observations", type=PATH)
-@option("--agent", default=None, metavar="NAME", help="The agent (default: the only one).")
-@option("--error", default=None, metavar="NUMBER", help="Of outputs: how far features may be off, or x=0.01,v=0.2.")
-@option("--most", callback=fraction, metavar="NUMBER", help="Of outputs: exit with 1 if one changes by more.")
-@option("--least", callback=fraction, metavar="NUMBER", help="Exit with 1 if a radius is smaller.")
-@option("--certify", is_flag=True, help="Prove each radius, and check its certificate.")
-@option("-o", "--output", type=FOLDER, default=None, help="Folder for radii.csv and the certificates.")
-@click.pass_context
-def robust(
-    context: click.Context,
-    profile: Path,
-    observations: Path,
-    agent: str | None,
-    error: str | None,
-    most: Fraction | None,
-    least: Fraction | None,
-    certify: bool,
-    output: Path | None,
-    as_json: bool,
+def tell_radii(
+    console: "Console", profile: Path, observations: Path, output: Path | None, asked: Mapping[str, Any]
 ) -> int:
-    """Compute how far observations may be off.
-
-    OBSERVATIONS is a CSV file whose first line names the features, or a JSON list. The radius is the largest error that
-    changes no action: each feature may be off by up to that much (L-infinity). It is computed exactly from the tree,
-    rounding to float32 included. Numbers beyond the ranges of features count too.
-
-    Of an agent that gives numbers, the table says how far each output may change where features are off by up to
-    --error: the least and the most that the code can give, rounding included. They are exact unless sums are tested.
-
-    Without -o, the table is printed as CSV.
+    """Computes how far the observations of a file may be off, and writes what was asked for: the claim `robust`, with
+    what it says besides the file (`agent`, `error`, `least`, `most`, `certify`).
     """
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.verification.robust import Changes, find_agent
     from maviper.verification.robust import robust as radii
 
-    console = console_of(context)
+    agent, certify, least, most = (asked.get(key) for key in ("agent", "certify", "least", "most"))
     loaded = load(profile, sums=True)
     gives = bool(find_agent(loaded, agent).outputs)
     _ensure_asked(gives, least, most)
@@ -399,17 +345,14 @@ def robust(
     if output is not None:
         runs.room(output)
         outputs.ensure_free(output, kept, {}, [profile, observations], None if certify else outputs.NOTHING)
-    table = radii(loaded, observations, agent, certify, error)
+    table = radii(loaded, observations, agent, bool(certify), asked.get("error"))
     if isinstance(table, Changes):
         code = _tell_changes(console, table, most)
     else:
-        code = _tell_radii(console, table, least, certify)
+        code = _tell_radii(console, table, least, bool(certify))
     if output is not None:
         outputs.write_set(output, table.files, kept, keep=[profile, observations])
-    if as_json:
-        print_json(table.document())
-    elif output is None:
-        click.echo(table.files[kept.mark], nl=False)
+    console.give(table.document(), table.files[kept.mark].splitlines() if output is None else ())
     return code
 
 
@@ -418,13 +361,13 @@ def _ensure_asked(gives: bool, least: Fraction | None, most: Fraction | None) ->
     proved.
     """
     if most is not None and not gives:
-        raise InputError("--most is for agents that give numbers", "--most", "write --least, of radii")
+        raise InputError("most is for agents that give numbers", ROBUST, "write least=NUMBER, of radii")
     if least is not None and gives:
-        raise InputError("--least is for agents that take actions", "--least", "write --most, of changes of outputs")
+        raise InputError("least is for agents that take actions", ROBUST, "write most=NUMBER, of changes of outputs")
     if least is not None and least <= 0:
-        raise InputError(f"no radius is below {least}, so this cannot fail", "--least", "write a number above 0")
+        raise InputError(f"no radius is below {least}, so this cannot fail", ROBUST, "write a number above 0")
     if most is not None and most < 0:
-        raise InputError("no output changes by less than 0, so this cannot hold", "--most", "write 0 or more")
+        raise InputError("no output changes by less than 0, so this cannot hold", ROBUST, "write 0 or more")
 
 
 def _tell_radii(console: "Console", table: "Radii", least: Fraction | None, certify: bool) -> ExitCode:

@@ -10,13 +10,17 @@ import os
 import shutil
 import sys
 from pathlib import Path
-from typing import Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
 from codegen.errors import ExitCode
-from maviper.cli.options import FOLDER, Verb, console_of, option, options_of, output
+from maviper.cli.options import FOLDER, Verb, option, options_of, output
 from maviper.options import ReproduceOptions
+
+if TYPE_CHECKING:
+    from maviper.console import Console
+
 
 WIDEST = 100  # columns of a page of the manual, on a wider terminal
 
@@ -24,14 +28,12 @@ WIDEST = 100  # columns of a page of the manual, on a wider terminal
 @click.command(cls=Verb, example="maviper demo -o demo")
 @option("-o", "--output", type=FOLDER, default=Path("demo"), show_default=True, help="The folder for results.")
 @option("--seed", default=None, type=int, hidden=True, help="The seed of the extraction.")
-@click.pass_context
-def demo(context: click.Context, output: Path, seed: int | None) -> int:
+def demo(console: "Console", output: Path, seed: int | None) -> int:
     """Run the whole chain in about 20 seconds, on a shipped expert.
 
     It extracts trees, finds a state in which a claim about them fails, repairs them until the claim is proved, has
     the proof checked, compiles them and writes reports.
     """
-    console = console_of(context)
     console.line("maviper", "physical deception: from a neural team to trees, a proof and code")
     from maviper.tour import run_tour
 
@@ -40,7 +42,7 @@ def demo(context: click.Context, output: Path, seed: int | None) -> int:
 
 @click.command(cls=Verb, example="maviper guide\nmaviper guide claims")
 @click.argument("topic", required=False)
-def guide(topic: str | None) -> int:
+def guide(console: "Console", topic: str | None) -> int:
     """Print a page of the manual, or the list of its topics.
 
     On a terminal the page is laid out at its width, and opens in your pager.
@@ -50,10 +52,14 @@ def guide(topic: str | None) -> int:
     if topic is None:
         titles = manual.topics()
         width = max(map(len, titles))
-        for kind, names in manual.KINDS.items():
-            click.echo(f"{kind}:")
-            for name in names:
-                click.echo(f"  {name:<{width}}  {titles[name]}")
+        lines = [
+            line
+            for kind, names in manual.KINDS.items()
+            for line in (f"{kind}:", *(f"  {name:<{width}}  {titles[name]}" for name in names))
+        ]
+        console.give({"topics": dict(titles)}, lines)
+    elif console.json:
+        console.give({"topic": topic, "page": manual.page(topic)})
     elif sys.stdout.isatty():
         text = _laid_out(manual.page(topic))
         os.dup2(sys.stdout.fileno(), 1)  # a pager writes there
@@ -84,8 +90,7 @@ def _laid_out(page: str) -> str:
 )
 @options_of(ReproduceOptions)
 @output("The folder of the reproduction.")
-@click.pass_context
-def reproduce(context: click.Context, output: Path, **options: Unpack[ReproduceOptions]) -> int:
+def reproduce(console: "Console", output: Path, **options: Unpack[ReproduceOptions]) -> int:
     """Reproduce the experiments of the MAVIPER paper.
 
     Every extraction, cross-play and expert is a cell: a folder with the values of all its episodes. Cells that are
@@ -94,12 +99,9 @@ def reproduce(context: click.Context, output: Path, **options: Unpack[ReproduceO
 
     A cell that fails is reported, the others go on, and the command ends with exit code 1.
     """
-    console = console_of(context)
     console.line("reproducing", str(output))
-    from maviper.console import say
     from maviper.reproduction.run import reproduce_paper, request
 
     done = reproduce_paper(output, request(options), console)
-    if done.lines:
-        say("\n".join(done.lines))
+    console.give({"made": done.made, "failed": done.failed, "lines": done.lines}, done.lines)
     return done.code

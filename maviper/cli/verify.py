@@ -1,12 +1,11 @@
 """The command verify.
 
 Does: asks what the options ask, prints verdicts, writes the report and what belongs to it; lists the built-in claims;
-  writes a property file to start from.
+  writes a file of claims to start from.
 Assumes: `maviper.verification.run` decides; `maviper.verification.ask.VerifyOptions` has a field for each option.
 Does not: decide verdicts, or check values beyond their form.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,23 +14,21 @@ import click
 
 from codegen.errors import ExitCode, InputError
 from codegen.wording import format_count
-from maviper import options as tables
 from maviper.cli.options import (
     FOLDER,
     PATH,
     PROFILE,
     REGION,
     RESULTS,
+    SETTING,
     FolderPath,
     Verb,
     console_of,
     option,
     options_of,
-    print_json,
 )
-from maviper.cli.prove import robust
-from maviper.options.verbs import BUDGETS, QUESTION
-from verify.claims.parameters import NAMES as PARAMETERS
+from maviper.cli.prove import tell_radii
+from maviper.options.verbs import EXTENT, QUESTION, RARER, VERIFY_SETTINGS, LimitOptions, QuestionOptions, SystemOptions
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
@@ -61,20 +58,21 @@ def _write_starter(subject: str, output: Path | None) -> int:
     return ExitCode.DONE
 
 
-def print_properties(as_json: bool) -> int:
-    """Prints the built-in properties, for people or as JSON."""
+def _list_claims(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    """Prints the built-in claims, and ends."""
+    if not asked or context.resilient_parsing:
+        return
     from maviper.verification.starters import list_properties
 
-    if as_json:
-        print_json({"properties": list_properties()})
-        return ExitCode.DONE
-    for entry in list_properties():
-        click.echo(f"{entry['name']}: {entry['sentence']}")
+    known, lines = list_properties(), list[str]()
+    for entry in known:
+        lines.append(f"{entry['name']}: {entry['sentence']}")
         for name, default in entry["parameters"].items():
-            click.echo(f"  {name} (default: {default or _of_the_world(entry['name'], name)})")
-    click.echo(f"{ROBUST}: no error of features changes what is done at the observations of a file")
-    click.echo(f"  {', '.join(OF_ROBUST)} (see `maviper guide claims`)")
-    return ExitCode.DONE
+            lines.append(f"  {name} (default: {default or _of_the_world(entry['name'], name)})")
+    lines.append(f"{ROBUST}: no error of features changes what is done at the observations of a file")
+    lines.append(f"  {', '.join(OF_ROBUST)} (see `maviper guide claims`)")
+    console_of(context).give({"claims": known}, lines)
+    context.exit(ExitCode.DONE)
 
 
 def _of_the_world(claim: str, parameter: str) -> str:
@@ -89,78 +87,51 @@ def _of_the_world(claim: str, parameter: str) -> str:
     return "any matching" if claim == "covers" else "the order of the world"
 
 
-def _list_properties(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
-    if asked and not context.resilient_parsing:
-        print_properties(bool(context.obj and context.obj.get("json")))
-        context.exit(ExitCode.DONE)
-
-
-QUESTION_OPTIONS = (
-    option(
-        "--claim",
-        "claims",
-        multiple=True,
-        metavar="CLAIM",
-        section=QUESTION,
-        help='A built-in claim, such as "reaches(steps=25)" (repeatable; default: distinct_targets).',
-    ),
-    option("--property", "names", multiple=True, metavar="NAME"),
-    option("--properties", "file", type=PATH, default=None, section=QUESTION, help="A property file (TOML)."),
-    option(
-        "--list",
-        is_flag=True,
-        is_eager=True,
-        expose_value=False,
-        callback=_list_properties,
-        section=QUESTION,
-        help="List the built-in claims with their parameters.",
-    ),
-    option("--new", is_flag=True, section=QUESTION, help="Write claims to start from, for PROFILE or a world's name."),
-    option(
-        "--system",
-        "world",
-        type=PATH,
-        default=None,
-        section=QUESTION,
-        help="A world file (TOML): claims are about the system that it states. Default: those of the file.",
-    ),
-    options_of(tables.SystemOptions, "run_reference"),
-    REGION,
-)
-
-
-MAX_SECONDS = option(
-    "--max-seconds",
-    type=click.FloatRange(0, min_open=True),
-    section=BUDGETS,
-    help="End after so many seconds; claims without an answer by then are UNKNOWN.",
-)
-CALL = '--claim "{}"'
-OLD_OPTIONS = {
-    **{f"--{each}": CALL.format(f"NAME({each}=...)") for each in (*PARAMETERS, "team")},
-    "--property": CALL.format("NAME"),
-    **dict.fromkeys(("--solver-units", "--max-zones", "--max-boxes", "--max-cells"), "--effort low|normal|high"),
-    "--world": "--system",
-}
-
-
-def add_verify_options(command: Any) -> Any:
-    """Adds all of them to a command."""
-    of_systems = options_of(tables.SystemOptions, "max_boxes")
-    for each in reversed((*QUESTION_OPTIONS, options_of(tables.VerifyOptions), of_systems, MAX_SECONDS)):
-        command = each(command)
-    return command
-
-
 @click.command(
     cls=Verb,
-    json=True,
-    renamed=OLD_OPTIONS,
+    settings=VERIFY_SETTINGS,
     example="maviper verify demo/profile.json --region near.toml\n"
     'maviper verify demo/profile.json --claim "reaches(steps=25)" -o report',
 )
 @PROFILE
-@add_verify_options
+@option(
+    "--claim",
+    "claims",
+    multiple=True,
+    metavar="CLAIM",
+    section=QUESTION,
+    help='A claim, such as "reaches(steps=25)" (repeatable; default: distinct_targets).',
+)
+@option("--claims", "file", type=PATH, default=None, metavar="FILE", section=QUESTION, help="A file of claims (TOML).")
+@option(
+    "--list",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_list_claims,
+    section=QUESTION,
+    help="List the built-in claims with their parameters.",
+)
+@option("--new", is_flag=True, section=QUESTION, help="Write a file of claims to start from. PROFILE may be a world.")
+@REGION
+@option(
+    "--system",
+    "world",
+    type=PATH,
+    default=None,
+    metavar="FILE",
+    section=QUESTION,
+    help="A world file (TOML): claims are about the system that it states. Default: those of the file.",
+)
+@options_of(QuestionOptions)
+@options_of(LimitOptions, "where", "effort", "jobs")
+@option(
+    "--max-seconds",
+    type=click.FloatRange(0, min_open=True),
+    metavar="SECONDS",
+    section=EXTENT,
+    help="End then; claims that are still open are UNKNOWN.",
+)
 @option(
     "-o",
     "--output",
@@ -169,64 +140,36 @@ def add_verify_options(command: Any) -> Any:
     section=RESULTS,
     help="Folder for report, certificates and page; with --new, the file.",
 )
-@option("--verdict-only", is_flag=True, section=RESULTS, help="Print the verdicts alone, in less time.")
-@option("--junit", type=PATH, default=None, section=RESULTS, help="File for the verdicts as JUnit XML, for CI.")
-@option("--smt", type=FOLDER, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
-@click.pass_context
+@option("--junit", type=PATH, default=None, metavar="FILE", section=RESULTS, help="File for the verdicts, for CI.")
+@option("--verdict-only", is_flag=True, section=RARER, help="Print the verdicts alone, in less time.")
+@option("--smt", type=FOLDER, default=None, metavar="FOLDER", section=RARER, help="Folder for the queries to Z3.")
+@options_of(SystemOptions, "run_reference", "max_boxes")
+@options_of(LimitOptions, "max_cells", "solver_units", "max_zones")
+@SETTING
 def verify(
-    context: click.Context,
-    profile: Path,
-    claims: tuple[str, ...],
-    output: Path | None,
-    new: bool,
-    as_json: bool,
-    **options: Any,
+    console: "Console", profile: Path, claims: tuple[str, ...], output: Path | None, new: bool, **options: Any
 ) -> int:
     """Decide claims about a profile for every state of a region.
 
-    Verdicts are about the deployed float arithmetic, rounding included. --list has the built-in claims. For claims of
-    your own, --new writes a starter property file.
+    Verdicts are about the deployed float arithmetic, rounding included. -o writes a report, a counterexample of each
+    violated claim (`maviper replay`) and a certificate of each proved one (`maviper check`).
 
-    reaches, covers and keeps_apart are about whole episodes that start in the region, at rest. reaches: each agent
-    comes within the radius of its own landmark at some step. covers: after the last step, the team is matched to the
-    landmarks. keeps_apart: no agent of the team comes too near to the others. Contact forces are over-approximated, so
-    in worlds with contacts proofs need starts that are apart.
-
-    If a claim is violated, --where lists every failing cell: one leaf per agent, and bounds on positions. It also gives
-    the exact share of the region that these cells cover, and the largest region found in which the claim is proved
-    although it could fail. With -o, this region is written as a file that --region reads.
-
-    With --system, claims are about the system that a world file defines: stays_in, avoids, reaches and
-    reaches_and_stays with regions of its variables, and formulas over single decisions. Verdicts are then of the stated
-    dynamics, with the error that the file states; if it names an environment, 100,000 steps of that are compared with
-    the statement.
-    `maviper guide systems` has the form of the file.
-
-    \b
-    A region file states exact bounds. Positions that it omits have the bounds of
-    the start region:
-      goals = ["landmark_0"]
-      default = [-1, 1]
-      [box]
-      "agent_0.x" = [-0.5, 0.25]
-      [difference]
-      "agent_0.x - agent_1.x" = [0, 1]
-      [apart]
-      "landmark_0 - landmark_1" = 0.2
+    `maviper guide claims` says how to write claims and regions, and `maviper guide systems` how to state a world.
     """
+    context = click.get_current_context()
     if new:
         return _write_starter(str(profile), output)
-    console = console_of(context)
     console.line("verifying", str(profile))
-    if options.get("world") is None and any(each.partition("(")[0].strip() == ROBUST for each in claims):
-        return context.invoke(robust, **_read_robust(claims), profile=profile, output=output, as_json=as_json)
+    if options["world"] is None and any(each.partition("(")[0].strip() == ROBUST for each in claims):
+        observations, asked = _read_robust(claims)
+        return tell_radii(console, profile, observations, output, asked)
     if output is not None:
         FOLDER.convert(output, next(each for each in context.command.params if each.name == "output"), context)
-    return _decide_claims(profile, {**options, "claims": claims}, output, as_json, context.obj["verbose"], console)
+    return _decide_claims(profile, {**options, "claims": claims}, output, context.obj["verbose"], console)
 
 
-def _read_robust(claims: Sequence[str]) -> dict[str, Any]:
-    """What the claim `robust` says of the observations of a file, as the parameters of its command."""
+def _read_robust(claims: Sequence[str]) -> tuple[Path, dict[str, Any]]:
+    """What the claim `robust` says: the file of observations, and the rest by name."""
     from verify.claims.calls import read_call
     from verify.decimals import number
 
@@ -240,14 +183,11 @@ def _read_robust(claims: Sequence[str]) -> dict[str, Any]:
         raise InputError(f"{ROBUST} needs observations", "--claim", f"write {ROBUST}(observations=FILE)")
     bounds = {key: number(call[key], f"--claim: {key}") for key in ("most", "least") if key in call}
     texts = {key: str(call[key]) for key in ("agent", "error") if key in call}
-    usual = dict.fromkeys(("agent", "error", "most", "least"))
     certify = call.get("certify", False) in (True, "true", "yes")
-    return usual | texts | bounds | {"observations": Path(str(call["observations"])), "certify": certify}
+    return Path(str(call["observations"])), {**texts, **bounds, "certify": certify}
 
 
-def _decide_claims(
-    profile: Path, options: dict[str, Any], output: Path | None, as_json: bool, full: bool, console: "Console"
-) -> int:
+def _decide_claims(profile: Path, options: dict[str, Any], output: Path | None, full: bool, console: "Console") -> int:
     """Decides, prints and writes; the exit code."""
     from maviper.cli.exits import limit_seconds
     from maviper.cli.results import exit_code, say_details, say_results, say_verdict
@@ -279,7 +219,7 @@ def _decide_claims(
         answers = list(verdicts([one.question for one in asked], stated, asking.jobs))
         if junit is not None:
             _write_junit(junit, profile, asked, answers)
-        return _end_with(_print_verdicts(asked, answers, stated, as_json), unread)
+        return _end_with(_print_verdicts(asked, answers, stated, console), unread)
     with console.following("deciding") as listener, listening(listener):
         said = stated.said if stated else []
     for about, words in said:
@@ -303,8 +243,8 @@ def _decide_claims(
     console.result("next", _next_command(written, done, asked))
     for label, text in written if full or asking.where else ():
         console.line(label, text)
-    if as_json or full:
-        click.echo(done.printed(as_json), nl=False)
+    if console.json or full:
+        click.echo(done.printed(console.json), nl=False)
     if open_claims and is_over():
         return _end_with(exit_code([*(result.verdict for result in done.results), Verdict.UNKNOWN]), unread)
     if open_claims:
@@ -314,7 +254,7 @@ def _decide_claims(
 
 
 def _end_with(code: int, unread: "Sequence[InputError]") -> int:
-    """The exit code. The fault of properties that cannot be read is told after the verdicts on the others."""
+    """The exit code. The fault of claims that cannot be read is told after the verdicts on the others."""
     for fault in unread:
         raise fault
     return code
@@ -370,23 +310,19 @@ def _print_verdicts(
     asked: "Sequence[Asked]",
     decided: "Sequence[tuple[Verdict, str]]",
     stated: "StatedWorld | None",
-    as_json: bool,
+    console: "Console",
 ) -> int:
     """A line of standard output for each verdict, or an object for all; the exit code."""
     from maviper.cli.results import exit_code
-    from maviper.console import say
 
     documents: list[dict[str, str]] = []
-    answers: list[Verdict] = []
+    lines: list[str] = []
     for one, (verdict, reason) in zip(asked, decided, strict=True):
-        answers.append(verdict)
         told = {"verdict": verdict.value, "property": one.claim.shown, "team": one.claim.team}
         documents.append(told | {"region": one.region.name, "reason": reason})
-        if not as_json:
-            say(f"{verdict.value:<11} {one.words}" + (f": {reason}" if reason else ""))
-    if as_json:
-        click.echo(json.dumps(({"of": stated.about} if stated else {}) | {"results": documents}, indent=2))
-    return exit_code(answers)
+        lines.append(f"{verdict.value:<11} {one.words}" + (f": {reason}" if reason else ""))
+    console.give(({"of": stated.about} if stated else {}) | {"results": documents}, lines)
+    return exit_code([verdict for verdict, _ in decided])
 
 
 def _export(asked: "Sequence[Asked]", folder: Path, console: "Console") -> None:

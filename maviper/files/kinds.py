@@ -38,7 +38,7 @@ REPORT = Kind("a report", "no command takes it; it is for you to read")
 DIFFERENCE = Kind("a comparison of two profiles", "no command takes it; it is for you to read")
 CONFIG = Kind("the configuration of a run", "`maviper extract --resume` takes its folder")
 CELL = Kind("a cell of a comparison", "`maviper compare -o` or `reproduce -o` takes the folder of all cells")
-PROPERTIES = Kind("a property file", "`maviper verify --properties` takes it")
+CLAIMS = Kind("a file of claims", "`maviper verify --claims` takes it")
 REGION = Kind("a region file", "`--region` takes it")
 
 NAMED = {
@@ -61,7 +61,7 @@ IN_HEADERS = {b'"maviper-expert-': EXPERT, b'"maviper-training-': TRAINING}
 _SAYS = re.compile(rb'"(?:certificate|counterexample|states|zones|report|difference|format)"\s*:\s*"maviper-([a-z-]+)-')
 _PROFILE = re.compile(rb'"schema_version"\s*:')
 _WORLD = re.compile(rb"^\s*\[(?:variables|agents|dynamics)\b", re.MULTILINE)
-_PROPERTIES = re.compile(rb"^\s*\[\[property\]\]", re.MULTILINE)
+_CLAIMS = re.compile(rb"^\s*\[\[(?:claim|property)\]\]", re.MULTILINE)
 _REGION = re.compile(rb"^\s*(?:\[(?:box|difference|apart)\]|(?:default|goals)\s*=)", re.MULTILINE)
 
 
@@ -72,7 +72,7 @@ def kind_of(data: bytes) -> Kind | None:
             return next((kind for says, kind in IN_HEADERS.items() if says in data[:HEADER]), None)
         if _WORLD.search(data):
             return WORLD
-        return PROPERTIES if _PROPERTIES.search(data) else REGION if _REGION.search(data) else None
+        return CLAIMS if _CLAIMS.search(data) else REGION if _REGION.search(data) else None
     said = _SAYS.search(data)
     if said:
         return NAMED.get(said[1].decode())

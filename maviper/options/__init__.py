@@ -8,6 +8,7 @@ Does not: run a verb, or know click.
 from maviper.options.extraction import ExtractOptions
 from maviper.options.table import complete_options, make_request, speak_python, spell_out, table_of
 from maviper.options.verbs import (
+    VERIFY_SETTINGS,
     CompareOptions,
     CompileOptions,
     DiffOptions,
@@ -23,6 +24,7 @@ from maviper.options.verbs import (
 )
 
 __all__ = [
+    "VERIFY_SETTINGS",
     "CompareOptions",
     "CompileOptions",
     "DiffOptions",

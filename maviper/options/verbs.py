@@ -13,13 +13,14 @@ from typing import Annotated, Any, Literal, TypedDict
 from maviper.options.table import PARAMETERS, Option, of_claims
 from verify.claims.parameters import Names, Number, Parameters
 
-QUESTION, EXTENT, BUDGETS = "What is asked", "Where a claim holds", "Budgets"
+QUESTION, EXTENT, BUDGETS = "What is asked", "How far it goes", "Budgets"
+RARER = "More"
 
 
-EFFORT = "How much is tried before the answer is UNKNOWN: low, normal or high, each ten times the one before."
-Effort = Annotated[Literal["low", "normal", "high"], Option("normal", BUDGETS, EFFORT)]
+EFFORT = "How much is tried before the answer is UNKNOWN; each is ten times the one before."
+Effort = Annotated[Literal["low", "normal", "high"], Option("normal", EXTENT, EFFORT)]
 CLAIMS_AT_ONCE = "Claims at the same time; dask: on the cluster of DASK_SCHEDULER_ADDRESS."
-Jobs = Annotated[int | Literal["dask"], Option(1, BUDGETS, CLAIMS_AT_ONCE, "N|dask", words=("dask",))]
+Jobs = Annotated[int | Literal["dask"], Option(1, EXTENT, CLAIMS_AT_ONCE, "N|dask", words=("dask",))]
 
 
 class TeamOptions(TypedDict, total=False):
@@ -44,15 +45,15 @@ class QuestionOptions(TypedDict, total=False):
         Option(
             False,
             QUESTION,
-            "Claims are about what agents observe, not about world states (without meanings of features: always).",
+            "Claims are about what agents observe, not about states of the world.",
         ),
     ]
     shared: Annotated[
         Names | None,
         Option(
             None,
-            QUESTION,
-            "With --observations: features that all agents that have them observe alike.",
+            RARER,
+            "With --observations: features that agents observe alike.",
             "A,B|all",
             commas=True,
         ),
@@ -65,7 +66,7 @@ class QuestionOptions(TypedDict, total=False):
 class LimitOptions(TypedDict, total=False):
     """Where a claim holds, and what may be spent on that."""
 
-    where: Annotated[bool, Option(False, EXTENT, "Find where claims about single decisions hold and fail.")]
+    where: Annotated[bool, Option(False, EXTENT, "List the cells where a claim fails, and their share of the region.")]
     effort: Effort
     jobs: Jobs
     max_cells: Annotated[int | None, Option(None, EXTENT, "Limit on failing cells to find (default: 50000).")]
@@ -83,6 +84,9 @@ class LimitOptions(TypedDict, total=False):
     ]
 
 
+VERIFY_SETTINGS = ("max_cells", "solver_units", "max_zones", "max_boxes", "semantics")  # given by --set
+
+
 class VerifyOptions(TeamOptions, QuestionOptions, Parameters, LimitOptions, total=False):
     """What is asked of a claim."""
 
@@ -98,8 +102,8 @@ class SystemOptions(TypedDict, total=False):
         bool,
         Option(
             False,
-            QUESTION,
-            "With --system: also run user code (an environment) that the file names, to measure the statement.",
+            RARER,
+            "With --system: compare it with the environment it names.",
             needs="world",
         ),
     ]

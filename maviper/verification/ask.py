@@ -22,7 +22,7 @@ from maviper.claims import Claim as BuiltIn
 from maviper.claims import complete_parameters, name_of
 from maviper.files import kinds, runs
 from maviper.files.profiles import find_region
-from maviper.options import SystemOptions, complete_options, table_of
+from maviper.options import VERIFY_SETTINGS, SystemOptions, complete_options, table_of
 from maviper.options import VerifyOptions as Options
 from verify.checker.thresholds import sides
 from verify.claims import parameters
@@ -142,14 +142,14 @@ class VerifyOptions:
         if self.jobs != DASK and int(self.jobs) < 1:
             raise InputError(f"--jobs must be at least 1, given {self.jobs}", "--jobs", "leave it out for one")
         if not 0 < self.units < 2**32:
-            raise InputError("the solver units must be between 1 and 2**32", "--solver-units", "leave it out")
+            raise InputError("the solver units must be between 1 and 2**32", "--set solver_units", "leave it out")
         if self.max_zones is not None:
             with with_option_names():
                 check_zones(self.max_zones)
         if self.max_cells is not None and not self.where:
-            raise InputError("--max-cells has no effect without --where", "--max-cells", "add --where")
+            raise InputError("--set max_cells has no effect without --where", "--set max_cells", "add --where")
         if self.max_cells is not None and not 0 < self.max_cells <= MAX_CELLS:
-            raise InputError(f"the number of cells must be between 1 and {MAX_CELLS}", "--max-cells")
+            raise InputError(f"the number of cells must be between 1 and {MAX_CELLS}", "--set max_cells")
         if self.verdict_only and self.where:
             raise InputError("--where has no effect with --verdict-only", "--where", "leave one of them out")
         return self
@@ -166,8 +166,8 @@ class VerifyOptions:
             what = "--run-reference has no effect with --verdict-only"
             raise InputError(what, "--run-reference", "leave one of them out")
         if self.max_boxes is not None and self.max_boxes < 1:
-            what = f"--max-boxes must be at least 1, given {self.max_boxes}"
-            raise InputError(what, "--max-boxes", "leave it out for the usual")
+            what = f"--set max_boxes must be at least 1, given {self.max_boxes}"
+            raise InputError(what, "--set max_boxes", "leave it out for the usual")
 
     @property
     def unusual(self) -> dict[str, str]:
@@ -177,10 +177,13 @@ class VerifyOptions:
             "claims": "claim",
             "names": "claim",
             "world": "system",
-            "file": "properties",
+            "file": "claims",
             "parameters": next(iter(self.parameters), ""),
         }
-        return {name: "--" + called.get(name, name).replace("_", "-") for name in given}
+        return {
+            name: f"--set {name}" if name in VERIFY_SETTINGS else "--" + called.get(name, name).replace("_", "-")
+            for name in given
+        }
 
     @property
     def usual(self) -> Budgets:
@@ -261,12 +264,12 @@ def questions(
     `aside` gets what is wrong with some properties of a file, so that the others are answered; else it is raised.
     """
     if options.semantics not in SEMANTICS:
-        raise InputError("the semantics must be machine or real", "--semantics")
+        raise InputError("the semantics must be machine or real", "--set semantics")
     viewed = _find_view(profile, options)
     about = profile if viewed is None else viewed.profile
     region = resolve_region(about, viewed, options.region)
     posed = pose_claims(about, viewed, region, options, aside)
-    words = ["maviper", "verify", profile_name, "--properties", options.file.name if options.file else ""]
+    words = ["maviper", "verify", profile_name, "--claims", options.file.name if options.file else ""]
     words += [] if region.name in (START, SEEN) else ["--region", region.name]
     asked_for: list[Asked] = []
     for claim, place, zones, by_file in posed:
@@ -356,17 +359,17 @@ def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
     fixed = [claim for claim in claims if options.semantics not in claim.arithmetics]
     if fixed:
         what = f"{fixed[0].name} is decided for the deployed arithmetic only"
-        raise InputError(what, "--semantics", "leave it out, or ask only about the other properties")
+        raise InputError(what, "--set semantics", "leave it out, or ask only about the other claims")
     read = {limit for claim in claims for limit in claim.limits}
     if "solver_units" not in read:
         if options.solver_units is not None:
             what = "none of these claims is decided by the solver"
-            raise InputError(what, "--solver-units", "leave it out")
+            raise InputError(what, "--set solver_units", "leave it out")
         if options.smt is not None:
             what = "none of these claims gives a query to the solver"
             raise InputError(what, "--smt", f"{', '.join(names_reading(ZONES))} are decided by zones")
     if "max_zones" not in read and options.max_zones is not None:
-        raise InputError("none of these claims is decided by zones", "--max-zones", "leave it out")
+        raise InputError("none of these claims is decided by zones", "--set max_zones", "leave it out")
     if "max_cells" not in read and options.where:
         what = f"--where is about single decisions; {', '.join(names_reading(ZONES))} are about episodes"
         raise InputError(what, "--where", "leave it out: the report has the share of sampled starts that fail")
@@ -406,10 +409,12 @@ def from_file(
     """
     try:
         data = runs.read(path, MAX_FILE_BYTES)
-        kinds.ensure(data, str(path), kinds.PROPERTIES.called, kinds.PROPERTIES)
+        kinds.ensure(data, str(path), kinds.CLAIMS.called, kinds.CLAIMS)
         source = data.decode()
     except UnicodeDecodeError:
-        raise InputError("not a readable property file", f"{path}: not UTF-8 text", "is this the right file?") from None
+        raise InputError(
+            "not a readable file of claims", f"{path}: not UTF-8 text", "is this the right file?"
+        ) from None
 
     def region(name: str) -> Region:
         inside = name if name in (START, SEEN, RANGES) else str(path.parent / name)
@@ -441,11 +446,11 @@ def _line(words: Sequence[str], question: Question[Claim]) -> str:
     if question.viewed is not None:
         shared = question.viewed.view.shared
         words = [*words, "--observations", *(["--shared", ",".join(shared)] if shared else [])]
-    words = [*words, *(["--semantics", semantics] if semantics != MACHINE else [])]
+    words = [*words, *(["--set", f"semantics={semantics}"] if semantics != MACHINE else [])]
     effort = find_effort(question.budgets)
     words = [*words, *(["--effort", effort] if effort not in ("normal", "") else [])]
     if "solver_units" in question.claim.limits and not effort:
-        words += ["--solver-units", str(units)]
+        words += ["--set", f"solver_units={units}"]
     return shlex.join(word.encode(errors="replace").decode() for word in words)
 
 

@@ -53,11 +53,11 @@ def request(**options: Unpack[DiffOptions]) -> Any:
     asked = make_request(DiffOptions, options)
     budgets = _budgets(asked)
     if asked.semantics not in SEMANTICS:
-        raise InputError("the semantics must be machine or real", "--semantics")
+        raise InputError("the semantics must be machine or real", "--set semantics")
     if not 0 < budgets.max_nodes <= MAX_NODES:
-        raise InputError(f"the number of nodes must be between 1 and {MAX_NODES}", "--max-nodes")
+        raise InputError(f"the number of nodes must be between 1 and {MAX_NODES}", "--set max_nodes")
     if not 0 < budgets.max_cells <= MAX_CELLS:
-        raise InputError(f"the number of zones must be between 1 and {MAX_CELLS}", "--max-cells")
+        raise InputError(f"the number of zones must be between 1 and {MAX_CELLS}", "--set max_cells")
     return asked
 
 

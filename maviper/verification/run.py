@@ -266,7 +266,7 @@ def pose_questions(
     """
     if options.world is None and not sums_in(profile):
         if options.max_boxes is not None:
-            raise make_world_error("--max-boxes")
+            raise make_world_error("--set max_boxes")
         return questions(profile, profile_name, options, aside), None
     from maviper.verification.stated import StatedWorld
 

@@ -129,10 +129,10 @@ class StatedWorld:
         for name, option in options.unusual.items():
             if name not in OF_OBSERVATIONS:
                 what = f"{option} has no effect on claims about numbers and sums"
-                raise InputError(what, option, "leave it out; claims are those of --properties FILE")
+                raise InputError(what, option, "leave it out; claims are those of --claims FILE")
         if options.file is None:
             what = "claims about agents that give numbers or test sums are formulas of a file"
-            raise InputError(what, "--properties", f'write a property with formula = "{_example(profile)}"')
+            raise InputError(what, "--claims", f'write a claim with formula = "{_example(profile)}"')
         given = {PROPERTY_FILE: options.file}
         beside = _texts(given)
         viewed = Viewed(profile, View(select_features(profile, options.shared or ())))
@@ -172,9 +172,9 @@ class StatedWorld:
         """The command that asks all again, in the folder of the report."""
         options = self.options
         words = ["maviper", "verify", runs.PROFILE_FILE, "--system", WORLD_FILE]
-        words += ["--properties", PROPERTY_FILE] if PROPERTY_FILE in self.beside else []
+        words += ["--claims", PROPERTY_FILE] if PROPERTY_FILE in self.beside else []
         words += [] if options.effort == "normal" else ["--effort", options.effort]
-        words += [] if options.max_boxes is None else ["--max-boxes", str(options.max_boxes)]
+        words += [] if options.max_boxes is None else ["--set", f"max_boxes={options.max_boxes}"]
         return shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
 
     @property

@@ -47,9 +47,9 @@ def kind_named(name: str, of: str = "") -> type[DecisionClaim]:
     """The class of a property; of `steady` that of the one which it is said of. UnknownNameError for other names."""
     known = BUILT_IN | RELATIONS
     if name not in (*known, STEADY):
-        raise UnknownNameError("property", name, (*BUILT_IN, STEADY))
+        raise UnknownNameError("claim", name, (*BUILT_IN, STEADY))
     if of and of not in (*PLAIN, *RELATIONS):
-        raise UnknownNameError("property", of, (*PLAIN, *RELATIONS), "of")
+        raise UnknownNameError("claim", of, (*PLAIN, *RELATIONS), "of")
     return known[of or PLAIN[0]] if name == STEADY else known[name]
 
 
@@ -103,7 +103,7 @@ def find_episode_claim(name: str, profile: PolicyProfile, team: str | None = Non
     `radius`: without it RADIUS, of `keeps_apart` the largest distance at which two of them touch.
     """
     if name not in EPISODE_CLAIMS:
-        raise UnknownNameError("property", name, EPISODE_CLAIMS)
+        raise UnknownNameError("claim", name, EPISODE_CLAIMS)
     kind = EPISODE_CLAIMS[name]
     account = ACCOUNTS[kind]
     listed = {
@@ -139,7 +139,7 @@ def select_stated(claim: TeamClaim) -> dict[str, Parameter]:
 def _declared(name: str) -> type[BuiltIn]:
     """The declaration of a named claim. UnknownNameError for a name that there is not."""
     if name not in CLAIMS:
-        raise UnknownNameError("property", name, NAMES)
+        raise UnknownNameError("claim", name, NAMES)
     return CLAIMS[name]
 
 

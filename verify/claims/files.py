@@ -1,6 +1,6 @@
 """Property files: claims that a user writes down, in TOML.
 
-Does: finds and reads the `[[property]]` tables of a file, and tells what is wrong in all of them at once: built-in
+Does: finds and reads the `[[claim]]` tables of a file, and tells what is wrong in all of them at once: built-in
   properties with their parameters, and formulas of the user's own.
 Assumes: region files are found by the function that is handed in.
 Does not: run anything that a file holds. That is why files are TOML and not Python: formulas are parsed, never
@@ -58,10 +58,10 @@ def read_properties(
 
     InputError with the line of each table that cannot be read, and the column in a formula.
     """
-    document, file = parse(source, where, "not a readable property file", ADVICE)
+    document, file = parse(source, where, "not a readable file of claims", ADVICE)
     for key in document:
-        if key != "property":
-            raise UnknownNameError("key", key, ("property",), file / key)
+        if key not in CLAIMS:
+            raise UnknownNameError("key", key, CLAIMS[:1], file / key)
     tables = properties(document, file)
     return read_each(tables, lambda table, place: _Table(table, profile, place, reading).question(find_region, default))
 
@@ -82,7 +82,7 @@ def read_claim(
 
 
 class _Table:
-    """One `[[property]]` table."""
+    """One `[[claim]]` table."""
 
     def __init__(self, table: Mapping[str, Any], profile: PolicyProfile, place: Place, reading: Reading | None) -> None:
         self._table, self._profile, self._place, self._reading = table, profile, place, reading
@@ -122,7 +122,7 @@ class _Table:
 
     def _read_built_in(self, given: dict[str, Any]) -> Claim:
         if "name" not in self._table:
-            raise InputError("a property needs a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
+            raise InputError("a claim needs a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
         for key in LISTS:
             names: object = self._table.get(key, [])
             if not is_list(names) or not all(isinstance(name, str) for name in names):
@@ -150,7 +150,7 @@ class _Table:
         for key in ("name", *NUMBERS, *TEXTS, *LISTS, *COUNTS):
             if key in self._table and key not in OF_FORMULAS:
                 raise InputError(
-                    f"a property with a formula has no {key}", self._where(key), "remove it, or remove the formula"
+                    f"a claim with a formula has no {key}", self._where(key), "remove it, or remove the formula"
                 )
         written = self._text("formula")
         stated = self._parse_formula("formula", given.get("margin", ZERO), given.get("radius", RADIUS))
@@ -164,7 +164,7 @@ class _Table:
             raise InputError(
                 f"the formula is about actions of the {' and the '.join(sorted({team, *teams}))}",
                 self._where("formula"),
-                "a property is about one team: write one property per team",
+                "a claim is about one team: write one claim per team",
             )
         claim = OwnFormula(
             team,
@@ -240,20 +240,25 @@ class _Table:
 
 Table = Mapping[str, object]
 Read = TypeVar("Read")
-MAX_PROPERTIES = 200
+MAX_CLAIMS = 200
+CLAIMS = ("claim", "property")  # what their tables are called; the second for files of before
 
 
 def properties(document: Table, file: Place) -> list[tuple[Table, Place]]:
     """The tables with their places. InputError for none, for too many, and for what is no table."""
-    stated = document.get("property", [])
-    place = file / "property"
-    listed = stated if is_list(stated) else []
-    tables: list[tuple[Table, Place]] = [(each, place / i) for i, each in enumerate(listed) if is_table(each)]
-    if not tables or len(tables) < len(listed):
-        raise InputError("no property in the file", file, "begin each with a line [[property]]")
-    if len(tables) > MAX_PROPERTIES:
-        raise InputError(f"a file may hold at most {MAX_PROPERTIES} properties", file, "split the file")
+    stated = [(each, file / key / i) for key in CLAIMS for i, each in enumerate(listed_in(document, key))]
+    tables = [(each, place) for each, place in stated if is_table(each)]
+    if not tables or len(tables) < len(stated):
+        raise InputError("no claim in the file", file, "begin each with a line [[claim]]")
+    if len(tables) > MAX_CLAIMS:
+        raise InputError(f"a file may hold at most {MAX_CLAIMS} claims", file, "split the file")
     return tables
+
+
+def listed_in(document: Table, key: str) -> list[object]:
+    """The tables under a key of a document, which may be none."""
+    listed = document.get(key, [])
+    return listed if is_list(listed) else []
 
 
 def read_each(tables: list[tuple[Table, Place]], read: Callable[[Table, Place], Read]) -> list[Read]:
@@ -269,7 +274,7 @@ def read_each(tables: list[tuple[Table, Place]], read: Callable[[Table, Place], 
         return claims
     first, several = faults[0], len(faults) > 1
     told = "\n".join(f"- {fault}".replace("\n", "\n  ") for fault in faults)
-    what = f"{len(faults)} of {len(tables)} properties cannot be read" if several else first.what
+    what = f"{len(faults)} of {len(tables)} claims cannot be read" if several else first.what
     where, advice = (told, "") if several else (first.where, first.next_step)
     if claims:
         raise PartlyReadError(what, where, advice, claims)

@@ -14,6 +14,7 @@ from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, NAME
 from codegen.wording import format_count
+from verify.claims.files import CLAIMS, listed_in
 from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
 from verify.language.units import PURE, Typed, Unit, format_unit, unit_of
@@ -54,7 +55,7 @@ KEYS = (
     "agents",
     "start",
     "dynamics",
-    "property",
+    *CLAIMS,
 )
 MAX_BYTES = 2**20
 MAX_STEPS = 10_000
@@ -107,7 +108,7 @@ def state_world(document: Mapping[str, object], where: Place) -> Statement:
     made = pieces(rules, variables, place)
     variables, start = (*variables, *late.variables), (*start, *late.start)
     system = System(called or "system", variables, features, start, made, steps, reference, flow)
-    stated = {key: value for key, value in document.items() if key == "property"}
+    stated = {key: value for key, value in document.items() if key in CLAIMS}
     observed = document.get("observed", False)
     if not isinstance(observed, bool):
         raise InputError("not true or false", where / "observed", "leave it out where variables are no features")
@@ -233,8 +234,8 @@ def _clock(document: Mapping[str, object], variables: tuple[Variable, ...], cons
     """The number of the step as a variable, where a file speaks of it and nothing of its own is named so."""
     named = {each.name for each in variables} | constants.meant.keys()
     told = [document.get(key, {}) for key in ("agents", "dynamics", "start")]
-    claims = document.get("property", [])
-    told += [{**each, "label": ""} for each in (claims if is_list(claims) else []) if is_table(each)]
+    claims = [each for key in CLAIMS for each in listed_in(document, key)]
+    told += [{**each, "label": ""} for each in claims if is_table(each)]
     if STEP in named or "dynamics" not in document or not any(_says(each, STEP) for each in told):
         return ()
     steps = document.get("steps")

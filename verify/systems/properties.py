@@ -1,4 +1,4 @@
-"""Claims about a system, from the `[[property]]` tables of a world file or of a file of their own.
+"""Claims about a system, from the `[[claim]]` tables of a world file or of a file of their own.
 
 Does: reads names, regions, steps and formulas; spells a claim from its data alone; numbers beside a feature as the
   agents compare them; `out(AGENT).OUTPUT` as the input that it is, and each comparison with an input as one for each
@@ -23,7 +23,7 @@ from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
 from codegen.numbers import nearest_number, neighbour
 from verify.claims.calls import read_call
-from verify.claims.files import Table, properties, read_each
+from verify.claims.files import CLAIMS, Table, properties, read_each
 from verify.claims.formula import (
     Acts,
     And,
@@ -88,9 +88,9 @@ def claims_of(statement: Statement, profile: PolicyProfile, where: str) -> tuple
 
 
 def claims_in(source: str, statement: Statement, profile: PolicyProfile, where: str) -> tuple[SystemClaim, ...]:
-    """The claims of a property file, likewise."""
-    document, place = parse(source, where, "not a readable property file", ADVICE)
-    only(document, ("property",), place)
+    """The claims of a file of claims, likewise."""
+    document, place = parse(source, where, "not a readable file of claims", ADVICE)
+    only(document, CLAIMS, place)
     return _ClaimReader.of(statement, profile).read(document, place)
 
 
@@ -146,7 +146,7 @@ class _ClaimReader:
         stated, regions = self._regions(table, "region", where)
         words = " or ".join(_words(each, place) for each in stated)
         name = text(table.get("name", Pattern.DECIDES.value), where / "name")
-        only({name: None}, (*PATTERNS, ROBUST), where, "property")
+        only({name: None}, (*PATTERNS, ROBUST), where, "claim")
         if name == ROBUST:
             return self._robust(table, SystemClaim(Pattern.DECIDES, regions, label=label, region=words), where)
         pattern = PATTERNS[name]
@@ -263,7 +263,7 @@ class _ClaimReader:
         it.
         """
         if "formula" not in table:
-            raise InputError("a property needs a name or a formula", where, f"names: {', '.join((*PATTERNS, ROBUST))}")
+            raise InputError("a claim needs a name or a formula", where, f"names: {', '.join((*PATTERNS, ROBUST))}")
         place, curves = where / "formula", Curves(self._statement.names)
         written = text(table["formula"], place)
         vocabulary = self.vocabulary(curves)
@@ -569,7 +569,7 @@ def _sum(terms: Sequence[tuple[str, Fraction]], places: int) -> str:
 
 
 def spell_formula(formula: Formula, actions: Mapping[str, Sequence[str]]) -> str:
-    """A formula in the language of property files. `actions`: of each agent, by number."""
+    """A formula in the language of files of claims. `actions`: of each agent, by number."""
     match formula:
         case Linear(terms, bound, strict):
             half = HalfSpace(Affine.of({name: factor for factor, name in terms}, -bound), strict)

@@ -130,7 +130,7 @@ def _read(path: Path) -> EpisodeJson:
 def _claim(episode: EpisodeJson, profile: PolicyProfile, path: Path) -> EpisodeClaim:
     """The claim of the file; InputError for a name or a parameter that there is not, or out of its range."""
     if episode.claim not in EPISODE_CLAIMS:
-        raise UnknownNameError("property", episode.claim, EPISODE_CLAIMS, str(path))
+        raise UnknownNameError("claim", episode.claim, EPISODE_CLAIMS, str(path))
     read = readable(episode.claim)
     for name in episode.parameters:
         if name not in read:

@@ -30,13 +30,13 @@ def repeat_command(asked: Asked, wanted: int | None) -> str:
     if wanted is None:
         return asked.command
     limited = "max_cells" in asked.claim.limits and wanted != usual_of(asked.question.budgets).max_cells
-    return f"{asked.command} --where" + (f" --max-cells {wanted}" if limited else "")
+    return f"{asked.command} --where" + (f" --set max_cells={wanted}" if limited else "")
 
 
 def repeat_options(options: VerifyOptions) -> str:
     """The command line that asks the claims of options again, run beside `profile.json`, region and property file."""
     words = ["maviper", "verify", runs.PROFILE_FILE, "--region", Path(options.region).name]
-    words += [] if options.file is None else ["--properties", options.file.name]
+    words += [] if options.file is None else ["--claims", options.file.name]
     words += [word for call in list_calls(options) for word in ("--claim", call)]
     return shlex.join(words)
 

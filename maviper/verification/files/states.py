@@ -53,7 +53,7 @@ LARGEST = 10**100  # number in a formula
 PATTERNS = ("counterexample-*.json", "states-*.json")
 ADVICE = "make it again with `maviper verify -o`"
 ONLY_REAL = "is one of real arithmetic only: trees learn what the deployed arithmetic decides"
-ADVICE_REAL = "ask `maviper verify -o` without --semantics real"
+ADVICE_REAL = "ask `maviper verify -o` without --set semantics=real"
 
 
 class StatesJson(msgspec.Struct, forbid_unknown_fields=True):

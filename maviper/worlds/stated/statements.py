@@ -89,7 +89,7 @@ def _within(variable: Variable, rng: np.random.Generator) -> float:
     return float(rng.integers(int(low), int(high) + 1)) if variable.modes else float(rng.uniform(low, high))
 
 
-NO_CLAIMS = "add [[property]], or give `maviper verify` a file of them"
+NO_CLAIMS = "add [[claim]], or give `maviper verify` a file of them"
 
 
 def check_statement(statement: Statement) -> Iterator[Finding]:

@@ -36,7 +36,7 @@ def test_help_states_the_exit_codes(capsys):
         (["compile", "{profile}", "--prefix", "9", "-o", "{out}"], "not a usable prefix"),
         (["verify", "{profile}", "--region", "nowhere.toml"], "cannot read the file"),
         (["verify", "{profile}", "--margin", "-1"], "margin must be between 0 and"),
-        (["verify", "{profile}", "--steps", "3"], "none of these claims has the parameter steps"),
+        (["verify", "{profile}", "--steps", "3"], "distinct_targets has no parameter steps"),
         (["verify", "{profile}", "--claim", "reaches(steps=-1)"], "steps must be between"),
         (
             ["verify", "{profile}", "--claim", "reaches(margin=1/40)"],

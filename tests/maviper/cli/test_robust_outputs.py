@@ -80,7 +80,7 @@ def test_a_run_replaces_its_table(place, capsys):
         (["--error", "-0.1"], "the error of x is below 0"),
         (["--error", "v=much"], "not a number"),
         (["--error", "0.1", "--certify"], "leave it out; `maviper verify` proves"),
-        (["--error", "0.1", "--least", "1"], "write --most"),
+        (["--error", "0.1", "--least", "1"], "write most=NUMBER"),
         (["--error", "0.1", "--most", "-1"], "so this cannot hold"),
     ],
 )
