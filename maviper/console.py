@@ -13,7 +13,7 @@ import sys
 import textwrap
 import time
 from bisect import bisect_left
-from collections.abc import Callable, Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import cached_property
 from importlib.util import find_spec
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
-from codegen.wording import visible
+from codegen.wording import align_columns, visible
 
 if TYPE_CHECKING:
     from rich.console import Console as RichConsole
@@ -59,9 +59,48 @@ def format_rate(rate: float) -> str:
     return f"{rate:,.0f}/s" if rate >= 10 else f"{rate:.2g}/s"
 
 
+def find_width(stream: "TextIO | None") -> int | None:
+    """The columns of a stream's terminal; None for what is no terminal."""
+    if stream is None or not stream.isatty():
+        return None
+    return max(shutil.get_terminal_size().columns, LABEL_WIDTH + LEAST_WIDTH)
+
+
+def wrap(line: str, width: int | None, indent: int) -> str:
+    """A line in lines of words, those after the first one indented."""
+    if width is None or len(line) <= width:
+        return line
+    return textwrap.fill(line, width, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
+
+
+def tabulate(table: Sequence[Sequence[str]], named: int = 1) -> list[str]:
+    """A table as lines for standard output, its first row the head. On a terminal that is too narrow each row is a
+    list: its first `named` cells, then a line for each other one.
+    """
+    lines, width = align_columns(table), find_width(sys.stdout)
+    if width is None or max(map(len, lines)) <= width:
+        return lines
+    head, *rows = table
+    room = max(map(len, head[named:]))
+    return [
+        line
+        for row in rows
+        for line in (
+            ", ".join(filter(None, row[:named])),
+            *(
+                f"  {name:<{room}}  {cell}".rstrip()
+                for name, cell in zip(head[named:], row[named:], strict=True)
+                if cell
+            ),
+        )
+    ]
+
+
 def say(text: str) -> None:
-    """A result on standard output, line by line as a terminal may see it."""
-    click.echo("\n".join(map(visible, text.split("\n"))))
+    """A result on standard output, line by line as a terminal may see it: long ones are broken between words."""
+    width = find_width(sys.stdout)
+    for line in map(visible, text.split("\n")):
+        click.echo(wrap(line, width, len(line) - len(line.lstrip()) + 4))
 
 
 def say_json(document: Mapping[str, Any]) -> None:
@@ -127,15 +166,8 @@ class Console:
 
     def _lay_out(self, label: str, text: str, stream: TextIO) -> str:
         """A label in its column, then the text: on a terminal in lines of words, each below the text."""
-        said = visible(f"{label:<{LABEL_WIDTH - 1}} {text}".rstrip())
-        if not stream.isatty():
-            return said
-        width = max(shutil.get_terminal_size().columns, LABEL_WIDTH + LEAST_WIDTH)
-        if len(said) > width:
-            said = textwrap.fill(
-                said, width, subsequent_indent=" " * LABEL_WIDTH, break_long_words=False, break_on_hyphens=False
-            )
-        return self._colour_label(said, label)
+        said, width = visible(f"{label:<{LABEL_WIDTH - 1}} {text}".rstrip()), find_width(stream)
+        return said if width is None else self._colour_label(wrap(said, width, LABEL_WIDTH), label)
 
     def _colour_label(self, line: str, label: str) -> str:
         if label not in COLOURS or self.rich.no_color or self.rich.is_dumb_terminal:

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple, Unpack
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from codegen.rows import Shown
-from codegen.wording import align_columns, format_count
-from maviper.console import LABEL_WIDTH, Console
+from codegen.wording import format_count
+from maviper.console import LABEL_WIDTH, Console, tabulate
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, counting_played, points
 from maviper.evaluation.crossplay import (
@@ -310,15 +310,15 @@ def lines(asked: Request, answer: Evaluation) -> list[str]:
         said += [
             "",
             *([f"against {opponents}"] if len(asked.world.teams) > 1 else []),
-            *align_columns(_standings(rows)),
+            *tabulate(_standings(rows), 3 if asked.expert else 2),
         ]
         said += _ratios(rows) if asked.expert else []
     for name, rows in answer.why.items():
         opponents = f"against {asked.against.get(name, 'itself')}, " if len(asked.world.teams) > 1 else ""
         said += ["", f"why, {opponents}gap = individual + shift + interaction; positive: worse than the expert"]
-        said += align_columns(_causes(rows))
+        said += tabulate(_causes(rows), 2)
     if answer.trees:
-        said += ["", *align_columns(_trees(answer.trees))]
+        said += ["", *tabulate(_trees(answer.trees))]
     return said
 
 

@@ -18,7 +18,8 @@ from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from codegen.profiles import loads
 from codegen.rows import Shown, spell
-from codegen.wording import align_columns, format_count
+from codegen.wording import format_count
+from maviper.console import tabulate
 from maviper.episodes import measures
 from maviper.files import runs
 from maviper.page.latex import escape
@@ -407,12 +408,17 @@ def _lines(cells: _Cells, rows: Rows, differences: Rows, best: str, making: Maki
         shown = [row for row in rows if row["measure"] == measure.label]
         lower = ", lower is better" if measure.lower_is_better else ""
         lines += ["", f"{measure.label}{lower}; the expert's is {spell(shown[0]['expert'])}"]
-        lines += align_columns([HEAD, *map(_row, shown)])
+        lines += tabulate([HEAD, *map(_row, shown)], 2)
     if differences:
         least = register.read().least_seeds
         few = f"under {least} {units.split()[1].removesuffix('s')}s decide nothing"
         lines += ["", f"differences of ratios; the chance of any false word is at most 5 %; {few}"]
-        lines += align_columns([[each["about"], _shown(each, "difference"), each["told"]] for each in differences])
+        lines += tabulate(
+            [
+                ("ratios", "difference", "verdict"),
+                *((each["about"], _shown(each, "difference"), each["told"]) for each in differences),
+            ]
+        )
     return [*lines, "", f"{BEST}: {best}", *RULE, *making.lines]
 
 

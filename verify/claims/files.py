@@ -247,7 +247,7 @@ CLAIMS = ("claim", "property")  # what their tables are called; the second for f
 def properties(document: Table, file: Place) -> list[tuple[Table, Place]]:
     """The tables with their places. InputError for none, for too many, and for what is no table."""
     stated = [(each, file / key / i) for key in CLAIMS for i, each in enumerate(listed_in(document, key))]
-    tables = [(each, place) for each, place in stated if is_table(each)]
+    tables: list[tuple[Table, Place]] = [(each, place) for each, place in stated if is_table(each)]
     if not tables or len(tables) < len(stated):
         raise InputError("no claim in the file", file, "begin each with a line [[claim]]")
     if len(tables) > MAX_CLAIMS:
