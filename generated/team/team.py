@@ -142,11 +142,11 @@ for row in table.rows:
 from pathlib import Path
 
 Path("claims.toml").write_text("""
-[[property]]
+[[claim]]
 label = "who is behind catches up"
 formula = "rear.gap > 0.05 implies acts(rear) == right"
 
-[[property]]
+[[claim]]
 name = "ignores"
 agent = "rear"
 feature = "x"
@@ -212,7 +212,7 @@ print(*sorted(path.name for path in code.write("firmware").iterdir()))
 #     maviper evaluate extracted.json --world mygame:make --expert mygame:act --episodes 200
 #     maviper compare mygame:act --world mygame:make --depths 1,2 --seeds 5 --max-episodes 150 -o compared
 #     maviper edit extracted.json rear/0=0.05
-#     maviper verify extracted.json --properties claims.toml -o answers
+#     maviper verify extracted.json --claims claims.toml -o answers
 #     maviper check answers/certificate-1-formula.json --profile extracted.json
 #     maviper compile extracted.json --target c -o code
 #

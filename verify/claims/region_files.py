@@ -81,7 +81,7 @@ def is_start(profile: PolicyProfile, region: Region) -> bool:
         return False
 
 
-ADVICE = "see `maviper verify --help` for the form of a region file"
+ADVICE = "see `maviper guide claims` for the form of a region file"
 
 
 def read_region(source: str, world: WorldSpec, name: str, velocities: Sequence[str] = ()) -> Region:

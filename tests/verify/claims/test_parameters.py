@@ -1,11 +1,10 @@
-"""The table of parameters: every claim's are in it, and files and options take all of it."""
+"""The table of parameters: every claim's are in it, and files and Python take all of it."""
 
 import re
 from pathlib import Path
 
-import click
-
-from maviper.cli.verify import verify
+from maviper.options import VerifyOptions as Options
+from maviper.options import table_of
 from maviper.verification.ask import VerifyOptions
 from verify.claims import files
 from verify.claims.built_in import CLAIMS as CLASSES
@@ -35,11 +34,7 @@ def test_what_a_claim_means_reads_what_it_is_declared_with():
     assert all(re.search(rf"claims\.{kind.__name__}\(", kind.__doc__) for kind in CLASSES.values())
 
 
-def test_files_options_and_questions_take_what_the_table_has():
-    options = {each.name: each for each in verify.params if each.name in NAMES}
-    assert set(options) == set(NAMES) and set(NAMES) < set(files.KEYS)
-    for name, form, told in PARAMETERS:
-        assert options[name].help == told
-        assert options[name].type is not click.INT and (options[name].metavar == form.value)
+def test_files_python_and_questions_take_what_the_table_has():
+    assert set(NAMES) < set(files.KEYS) and set(NAMES) < set(table_of(Options))
     given = VerifyOptions.of({"names": ("covers",), "steps": 3, "radius": None, "max_zones": 7, "team": "a"})
     assert given.parameters == {"steps": 3} and given.max_zones == 7 and given.team == "a"
