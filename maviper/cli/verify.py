@@ -160,7 +160,7 @@ def verify(
     if new:
         return _write_starter(str(profile), output)
     console.line("verifying", str(profile))
-    if options["world"] is None and any(each.partition("(")[0].strip() == ROBUST for each in claims):
+    if options.get("world") is None and any(each.partition("(")[0].strip() == ROBUST for each in claims):
         observations, asked = _read_robust(claims)
         return tell_radii(console, profile, observations, output, asked)
     if output is not None:
