@@ -307,6 +307,7 @@ def console_of(context: click.Context) -> Any:
     """The console, quiet where --quiet was given. While the command runs, it is `maviper.console.current`."""
     from maviper import console
 
-    console.current = console.Console(context.obj["quiet"], json=context.obj["json"])
+    said = context.obj or {}
+    console.current = console.Console(said.get("quiet", False), json=said.get("json", False))
     context.call_on_close(lambda: setattr(console, "current", None))
     return console.current

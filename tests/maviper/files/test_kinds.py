@@ -24,17 +24,17 @@ FILES = {
     kinds.CERTIFICATE: one("certificate-1-distinct_targets.json"),
     kinds.COUNTEREXAMPLE: one("counterexample-*.json", VERDICTS),
     kinds.REPORT: one("report.json"),
-    kinds.PROPERTIES: VERDICTS / "properties.toml",
+    kinds.CLAIMS: VERDICTS / "properties.toml",
     kinds.EXPERT: one("*.safetensors", ROOT / "maviper" / "experts" / "shipped"),
 }
 HEADERS = {"expert": kinds.EXPERT, "training": kinds.TRAINING}
 TAKERS = [
     (["show", "{}"], {kinds.PROFILE}, "a policy profile"),
-    (["evaluate", "{}"], {kinds.PROFILE, kinds.EXPERT, kinds.PROPERTIES}, "a policy profile"),
+    (["evaluate", "{}"], {kinds.PROFILE, kinds.EXPERT, kinds.CLAIMS}, "a policy profile"),
     (["check", "{}", "--profile", str(PROFILE)], {kinds.CERTIFICATE}, "a certificate"),
     (["replay", "{}", "--profile", str(PROFILE)], {kinds.COUNTEREXAMPLE}, "a counterexample"),
     (["verify", str(PROFILE), "--region", "{}"], set(), "a region file"),
-    (["verify", str(PROFILE), "--properties", "{}"], {kinds.PROPERTIES}, "a property file"),
+    (["verify", str(PROFILE), "--claims", "{}"], {kinds.CLAIMS}, "a file of claims"),
     (
         ["extract", "physical-deception", "--counterexamples", "{}", "-o", "x.json"],
         {kinds.COUNTEREXAMPLE},

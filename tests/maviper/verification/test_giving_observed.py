@@ -169,7 +169,7 @@ ROBUST = 'name = "robust"\nagent = "agent_0"\noutput = "u0"\n'
         (ROBUST + "eps = { x9 = 1 }\nmost = 1", "unknown feature 'x9'"),
         (ROBUST + 'eps = 1\nmost = 1\nformula = "x0 <= 1"', "unknown key 'formula'"),
         ('formula = "x0 <= 1"\neps = 1', "decides has no eps"),
-        ('name = "distinct_targets"', "unknown property"),
+        ('name = "distinct_targets"', "unknown claim"),
     ],
 )
 def test_what_cannot_be_claimed_is_refused_with_its_place(claim, says, tmp_path):

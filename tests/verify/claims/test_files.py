@@ -191,10 +191,10 @@ def test_the_goal_is_the_goal_even_where_landmarks_coincide(profile):
 
 
 ERRORS = [
-    ("[[property]", "not a readable property file", "line 1"),
-    ("", "no property in the file", "p.toml"),
-    ("property = 3", "no property in the file", "p.toml"),
-    ("[[proprty]]\n", "did you mean 'property'", "p.toml"),
+    ("[[property]", "not a readable file of claims", "line 1"),
+    ("", "no claim in the file", "p.toml"),
+    ("property = 3", "no claim in the file", "p.toml"),
+    ("[[clam]]\n", "did you mean 'claim'", "p.toml"),
     ("[[property]]\n", "a name or a formula", "line 1: property 1"),
     ('[[property]]\nname = "distinct_target"', "did you mean 'distinct_targets'", "line 2: property 1, name"),
     ('[[property]]\nnme = "x"', "did you mean 'name'", "line 2: property 1, nme"),
@@ -220,7 +220,7 @@ ERRORS = [
     ('[[property]]\nformula = "true"\nregion = 3', "region must be", "line 3: property 1, region"),
     ('[[property]]\nformula = "true"\nregion = "none.toml"', "cannot read the file", "line 3: property 1, region"),
     ('[[property]]\nformula = "true"\n[property.region.box]\n"agent_0.z" = [0, 1]', "mean 'agent_0.", "1, region"),
-    ('property = [{name = "x"}]', "unknown property", "p.toml, line 1: property 1, name"),
+    ('property = [{name = "x"}]', "unknown claim", "p.toml, line 1: property 1, name"),
     ('[[property]]\nname = "reaches"\nmargin = 1', "reaches has no parameter margin", "line 3: property 1, margin"),
     ('[[property]]\nname = "reaches"\nsteps = 2.5', "a whole number", "line 3: property 1, steps"),
     ('[[property]]\nname = "reaches"\nsteps = true', "a whole number", "line 3: property 1, steps"),
@@ -248,7 +248,7 @@ def test_all_that_is_wrong_is_told_at_once(profile):
     source = "[[property]]\nname = 'no_doubl'\n[[property]]\nformula = 'true'\n[[property]]\nformula = 'agent_0.x >'\n"
     with pytest.raises(InputError) as error:
         read(source, profile)
-    assert error.value.what == "2 of 3 properties cannot be read"
+    assert error.value.what == "2 of 3 claims cannot be read"
     for told in ("p.toml, line 2: property 1, name", "did you mean 'no_double'", "p.toml, line 6: property 3, formula"):
         assert told in error.value.where, error.value.where
     assert "    agent_0.x >\n" in error.value.where

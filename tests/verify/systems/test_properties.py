@@ -91,9 +91,9 @@ def test_a_property_without_a_name_is_told_all_names():
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ("", "no property in the file"),
+        ("", "no claim in the file"),
         ("[[property]]\n", "needs a name or a formula"),
-        ('[[property]]\nname = "stay_in"\n', "unknown property 'stay_in'"),
+        ('[[property]]\nname = "stay_in"\n', "unknown claim 'stay_in'"),
         ('[[property]]\nname = "stays_in"\n', "needs a region"),
         ('[[property]]\nname = "stays_in"\nregion = { box = { w = 1 } }\n', "unknown variable 'w'"),
         ('[[property]]\nname = "stays_in"\nregion = { where = ["x"] }\n', "not a comparison"),
@@ -117,7 +117,7 @@ def test_a_property_without_a_name_is_told_all_names():
         ('[[property]]\nformula = "x >"\n', "ends too early"),
         ("[[property]]\nspeed = 3\n", "unknown key 'speed'"),
         ("[[proberty]]\n", "unknown key 'proberty'"),
-        ("property = 3\n", "no property in the file"),
+        ("property = 3\n", "no claim in the file"),
     ],
 )
 def test_bad_properties(text, what):
@@ -149,7 +149,7 @@ def test_faults_have_their_lines_and_all_are_told():
     lines = len(CART.splitlines())
     with pytest.raises(InputError) as raised:
         ensure_claims(statement_of(CART + wrong, "f"), "f")
-    assert raised.value.what == "2 of 3 properties cannot be read"
+    assert raised.value.what == "2 of 3 claims cannot be read"
     assert f"f, line {lines + 3}: property 1, region.where 2, column 6" in raised.value.where
     assert f"f, line {lines + 6}: property 2, formula, column 5" in raised.value.where and "^" in raised.value.where
     with pytest.raises(InputError) as raised:
