@@ -198,7 +198,7 @@ OPTIONS = {
     "--margin": ["", "nan", "inf", "-1", "1e999", "1/0", "2/-3", "9" * 5000, "0x1"],
     "--radius": ["", "nan", "-0.5", "1_000", "1/3"],
     "--solver-units": ["", "0", "-1", "1", "2.5", "9" * 30],
-    "--properties": ["", ".", "no/such", "profile.json"],
+    "--claims": ["", ".", "no/such", "profile.json"],
     "--kappa": ["", "1"],
     "--eps": ["", "0", "nan", "1/100"],
     "--landmarks": ["", ",", "landmark_0", "landmark_0,landmark_0"],
@@ -248,7 +248,7 @@ def property_files(draw):
 def test_random_property_files(document, shared_place, source):
     (shared_place / "profile.json").write_text(json.dumps(document))
     (shared_place / "p.toml").write_text(source)
-    asked = ("-q", "verify", shared_place / "profile.json", "--properties", shared_place / "p.toml", "--json")
+    asked = ("-q", "verify", shared_place / "profile.json", "--claims", shared_place / "p.toml", "--json")
     assert run(*asked) in ANSWERS
 
 
@@ -256,7 +256,7 @@ def test_random_property_files(document, shared_place, source):
 def test_property_files_that_are_not_text(document, place, source):
     (place / "profile.json").write_text(json.dumps(document))
     (place / "p.toml").write_bytes(source)
-    assert run("-q", "verify", place / "profile.json", "--properties", place / "p.toml") == ExitCode.INPUT
+    assert run("-q", "verify", place / "profile.json", "--claims", place / "p.toml") == ExitCode.INPUT
 
 
 @pytest.mark.solver
@@ -267,7 +267,7 @@ def test_ctrl_c_while_a_property_is_decided(document, place):
         f"acts(agent_{k % 2}) != stay or {n} * agent_0.x + agent_1.y > 0" for k, n in enumerate(range(99))
     )
     (place / "p.toml").write_text(f'[[property]]\nformula = "{hard}"\n' * 60)
-    command = [sys.executable, "-m", "maviper", "verify", "profile.json", "--properties", "p.toml"]
+    command = [sys.executable, "-m", "maviper", "verify", "profile.json", "--claims", "p.toml"]
     process = subprocess.Popen(command, cwd=place, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     first = process.stderr.readline()  # it listens
     time.sleep(1)

@@ -109,7 +109,7 @@ def test_texts_of_property_files(table, changed, tmp_path, capsys):
     for text in (HOSTILE, table.get(changed, "") + f"\n{FORGED}", f"{table.get(changed, '')} \r\u2028\u202e"):
         lines = [f"{json.dumps(key)} = {json.dumps(value)}" for key, value in (table | {changed: text}).items()]
         place.write_text("[[property]]\n" + "\n".join(lines) + "\n")
-        shown(capsys, tmp_path / "out", "verify", PROFILE, "--properties", place, "-o", tmp_path / "out")
+        shown(capsys, tmp_path / "out", "verify", PROFILE, "--claims", place, "-o", tmp_path / "out")
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_names_of_files(tmp_path, capsys):
     shutil.copy(PROFILE, profile)
     for command in (
         ("show", profile), ("compile", profile, "-o", out), ("evaluate", profile, "--episodes", "5"), ("check", region),
-        ("verify", profile), ("verify", PROFILE, "--region", region), ("verify", PROFILE, "--properties", region),
+        ("verify", profile), ("verify", PROFILE, "--region", region), ("verify", PROFILE, "--claims", region),
         ("verify", PROFILE, "-o", tmp_path / name), ("show", tmp_path / "none" / name), ("replay", profile), (name,),
         ("guide", name), ("show", profile, f"--{name}"), ("worlds", "show", name), ("repair", profile, "-o", out),
         ("extract", name, "-o", out / "x.json"), ("extract", "physical-deception", "-o", profile),

@@ -112,7 +112,7 @@ def test_a_region_file_that_no_file_can_be_called_is_refused(document, tmp_path,
     file, claims = tmp_path / "profile.json", tmp_path / "claims.toml"
     file.write_text(json.dumps(document))
     claims.write_text('[[property]]\nname = "alive_leaves"\nregion = "a\\u0000b"\n')
-    assert main.run(["verify", str(file), "--properties", str(claims), "-o", str(tmp_path / "out")]) == 2
+    assert main.run(["verify", str(file), "--claims", str(claims), "-o", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err
     assert "an invisible character" in said and plain(said.replace("\n", ""))
 

@@ -84,6 +84,8 @@ def rewrite_claims(words: Sequence[str], command: str) -> list[str]:
     named, rest = _take(rest, (PROPERTY.removeprefix("--"),))
     if not given and not named:
         return rest
+    if not named and not {"--claims", "--properties", "--system", "--world"}.isdisjoint(rest):
+        return [*words]  # nothing that they are parameters of
     from verify.claims.catalogue import NAMES as CLAIMS
     from verify.claims.catalogue import readable
 

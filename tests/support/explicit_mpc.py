@@ -90,7 +90,7 @@ def prove_lasting(folder):
     start, inside = "x = [-1, 1], v = [-0.5, 0.5]", "x = [-0.5, 0.5], v = [-0.2, 0.2]"
     (folder / "cart.json").write_text(dumps(controller()))
     (folder / "world.toml").write_text(WORLD.replace(start, inside) + LASTING)
-    asked = ["verify", str(folder / "cart.json"), "--system", str(folder / "world.toml"), "--max-boxes", "300000"]
+    asked = ["verify", str(folder / "cart.json"), "--system", str(folder / "world.toml"), "--set", "max_boxes=300000"]
     assert main.run([*asked, "-o", str(folder / "out")]) == 0
     (path,) = (folder / "out").glob("certificate-*.json")
     return path

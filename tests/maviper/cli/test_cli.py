@@ -43,7 +43,7 @@ def test_help_states_the_exit_codes(capsys):
             "reaches has no parameter margin",
         ),
         (["verify", "{profile}", "--claim", "reaches(landmarks=[landmark_2])"], "unknown landmark"),
-        (["verify", "{profile}", "--claim", "covers", "--max-zones", "0"], "zones must be between"),
+        (["verify", "{profile}", "--claim", "covers", "--set", "max_zones=0"], "zones must be between"),
         (["verify", "none.json"], "cannot read the file"),
         (["verify", "{profile}", "--region", "strat"], "'strat' is neither `start` nor a file"),
         (["verify", "{folder}"], "a folder, not a profile"),
@@ -161,7 +161,7 @@ def test_verify_inconclusive_is_exit_3(capsys, profile_file, tmp_path):
     region.write_text('[difference]\n"agent_0.x - agent_1.x" = [3, 4]\n')
     code, out, _ = run(capsys, "-q", "verify", "-v", profile_file, "--region", region)
     assert code == ExitCode.INCONCLUSIVE and "VACUOUS" in out
-    assert run(capsys, "-q", "verify", profile_file, "--solver-units", "5")[0] == ExitCode.INCONCLUSIVE
+    assert run(capsys, "-q", "verify", profile_file, "--set", "solver_units=5")[0] == ExitCode.INCONCLUSIVE
 
 
 @pytest.mark.solver

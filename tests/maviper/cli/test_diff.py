@@ -84,7 +84,7 @@ def test_a_difference_is_told_with_shares_zones_and_examples(files, tmp_path, ca
     assert "different   agent_0:" in streams.err and "exactly" in streams.err and "states met" in streams.err
     assert facts["certificate"]["checker"] == "accepted"  # of the others
     assert command([*asked[:3], "--agent", "agent_1"]) == ExitCode.DONE
-    assert command([*asked[:3], "--max-nodes", "1"]) == ExitCode.INCONCLUSIVE
+    assert command([*asked[:3], "--set", "max_nodes=1"]) == ExitCode.INCONCLUSIVE
     assert "a larger --effort" in capsys.readouterr().err
 
 
@@ -92,9 +92,9 @@ def test_a_difference_is_told_with_shares_zones_and_examples(files, tmp_path, ca
     ("more", "said"),
     [
         (["--agent", "agent_9"], "agent_9"),
-        (["--max-nodes", "0"], "--max-nodes"),
-        (["--max-cells", "0"], "--max-cells"),
-        (["--semantics", "other"], "machine or real"),
+        (["--set", "max_nodes=0"], "--set max_nodes"),
+        (["--set", "max_cells=0"], "--set max_cells"),
+        (["--set", "semantics=other"], "machine or real"),
         (["--region", "nowhere.toml"], "nowhere.toml"),
     ],
 )
@@ -105,7 +105,7 @@ def test_what_cannot_be_asked_is_said(files, more, said, capsys):
 
 def test_real_arithmetic_is_said(files, tmp_path, capsys):
     asked = ["diff", files["first"], files["other"], "--agent", "agent_0", "--agent", "agent_1"]
-    assert command([*asked, "--semantics", "real", "-o", str(tmp_path)]) == ExitCode.VIOLATED
+    assert command([*asked, "--set", "semantics=real", "-o", str(tmp_path)]) == ExitCode.VIOLATED
     assert "alike in the whole region in real arithmetic" in (tmp_path / "play.html").read_text()
     said = capsys.readouterr().err
     assert "of region start in real arithmetic, exactly" in said

@@ -28,7 +28,7 @@ FOLDERS = {  # command -> its work, its arguments, and files that another may ha
     "reproduce": ("maviper.reproduction.run.make_cells", "--quick", ("report.html", "cells.csv", "figures")),
     "robust": ("maviper.verification.robust.robust", "cart.json rows.csv", ("radii.csv",)),
     "train": ("maviper.experts.training.train.train", "physical-deception", ("expert.safetensors", "config.json")),
-    "verify": ("maviper.verification.run.verify_questions", "cart.json --properties claim", ("report.json",)),
+    "verify": ("maviper.verification.run.verify_questions", "cart.json --claims claim", ("report.json",)),
 }
 FILES = {  # command -> its work, its arguments
     "edit": ("maviper.importing.edits.change_threshold", "cart.json cart/0=0.25"),
@@ -61,9 +61,9 @@ GIVEN = (  # command lines; the file in `out` is given, and its content that of 
     ("show", "out/game.json:game.json -o out/game.json"),
     ("show --format html", "out/game.json:game.json -o out/game.json"),
     ("show --format html", "game.json --world system:out/world.toml:region -o out/world.toml"),
-    ("verify", "out/report.html:cart.json --properties claim -o out"),
-    ("verify", "out/certificate-1-formula.json:cart.json --properties claim -o out"),
-    ("verify", "cart.json --properties out/play.html:claim -o out"),
+    ("verify", "out/report.html:cart.json --claims claim -o out"),
+    ("verify", "out/certificate-1-formula.json:cart.json --claims claim -o out"),
+    ("verify", "cart.json --claims out/play.html:claim -o out"),
     ("verify", "game.json --region out/report.txt:region -o out"),
 )
 
@@ -165,7 +165,7 @@ def test_what_stays_as_it_is_may_be_given(place, monkeypatch):
     """The profile that results lie beside, and code that is the profile."""
     began = []
     for line in (
-        "verify out/profile.json --properties out/claim -o out",
+        "verify out/profile.json --claims out/claim -o out",
         "diff out/profile.json out/against.json -o out",
         "compile out/watched.json --target json --prefix watched -o out",
         "compile out/watched.json --target c --pass merge --prefix watched -o out",
@@ -189,7 +189,7 @@ def test_what_the_manual_says_is_replaced(place):
     for line in (
         "show cart.json -o out/rules.txt",
         "compile cart.json --target c --prefix watched -o out",
-        "verify cart.json --properties claim -o out",
+        "verify cart.json --claims claim -o out",
     ):
         assert run(line) != ExitCode.INPUT
     assert not any(path.read_bytes() == b"here first" for path in (place / "out").iterdir())

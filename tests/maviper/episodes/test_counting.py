@@ -93,7 +93,7 @@ def test_claims_and_shares_are_about_what_was_seen(tmp_path, capsys):
     (tmp_path / "pole.json").write_text(dumps(looked()))
     claim = '[[property]]\nformula = "angle > -1"\n[[property]]\nformula = "acts(pole) == left"\nregion = "start"\n'
     (tmp_path / "claims.toml").write_text(claim)
-    asked = ["verify", str(tmp_path / "pole.json"), "--properties", str(tmp_path / "claims.toml"), "--json"]
+    asked = ["verify", str(tmp_path / "pole.json"), "--claims", str(tmp_path / "claims.toml"), "--json"]
     code, out, err = run(capsys, *asked)
     first, second = json.loads(out)["results"]
     assert code == ExitCode.VIOLATED and (first["verdict"], second["verdict"]) == ("PROVED", "VIOLATED"), err

@@ -40,7 +40,7 @@ def place(tmp_path):
 
 def test_no_certificate_of_before_stands_beside_violated(place):
     given, out = names(place / "out"), place / "out"
-    asked = ["--properties", place / "claim", "-o", out]
+    asked = ["--claims", place / "claim", "-o", out]
     assert run("verify", place / "late.json", *asked) == 0
     assert "certificate-1-formula.json" in names(out)
     assert run("verify", place / "early.json", *asked, "--where") == 1
@@ -64,7 +64,7 @@ def test_a_profile_that_no_run_wrote_is_never_written_over(place, capsys):
     """Neither by a verb for the first time, nor after the verb was run on that very profile in its place."""
     out, other = place / "out", place / "late.json"
     (out / "profile.json").write_text((place / "early.json").read_text())
-    asked = ["--properties", place / "claim"]
+    asked = ["--claims", place / "claim"]
     for _ in range(2):
         before = texts(out)
         for verb in (["verify", other, *asked], ["diff", other, place / "early.json"], ["repair", other]):
@@ -86,7 +86,7 @@ def test_another_verb_is_no_earlier_run(place):
         (place / name).write_text(policy_json.dumps(far(threshold, 1)))
     assert run("diff", place / "a", place / "b", "-o", place / "both") == 1
     before = (place / "both" / "profile.json").read_bytes()
-    assert run("verify", place / "late.json", "--properties", place / "claim", "-o", place / "both") == 2
+    assert run("verify", place / "late.json", "--claims", place / "claim", "-o", place / "both") == 2
     assert run("diff", place / "b", place / "a", "-o", place / "both") == 1
     assert (place / "both" / "profile.json").read_bytes() != before
     (region := place / "both" / "certificate.json").write_text("[box]\n")
@@ -155,9 +155,9 @@ def test_queries_of_before_go_too(place):
     folder = place / "queries"
     (place / "two").write_text(CLAIM.format(0.25) + CLAIM.format(0.5))
     asked = ["verify", place / "late.json", "--verdict-only", "--smt", folder]
-    assert run(*asked, "--properties", place / "two") == 0
+    assert run(*asked, "--claims", place / "two") == 0
     assert "02-formula-no-goal.smt2" in names(folder)
-    assert run(*asked, "--properties", place / "claim") == 0
+    assert run(*asked, "--claims", place / "claim") == 0
     assert not {name for name in names(folder) if name.startswith("02-")}
 
 
@@ -193,11 +193,11 @@ def test_a_listed_run_writes_over_nothing_that_is_not_its_own(tmp_path):
 def test_a_region_that_a_property_file_names_stays_in_the_folder_of_results(place):
     """Region files are seen from the folder of the property file, which need not be the region's own."""
     out, claim = place / "out", place / "claim"
-    assert run("verify", place / "early.json", "--properties", claim, "-o", out, "--where") == 1
+    assert run("verify", place / "early.json", "--claims", claim, "-o", out, "--where") == 1
     found = out / "region-1-formula.toml"
     text = found.read_text()
     (place / "asked").write_text(f'{CLAIM.format(0.25)}region = "out/{found.name}"\n')
-    again = ["--properties", place / "asked", "-o", out]
+    again = ["--claims", place / "asked", "-o", out]
     assert run("verify", place / "early.json", *again) == 0 and found.read_text() == text
     assert run("verify", place / "early.json", *again, "--where") == 2 and found.read_text() == text
 
@@ -225,8 +225,8 @@ def test_a_file_that_a_run_was_given_is_neither_written_over_nor_removed(place, 
         ("certificate-1-robust.json", rows, ["robust", place / "early.json", "GIVEN", "--certify"]),
         ("certificate-2-robust.json", early, ["robust", "GIVEN", out / "seen"]),
         ("certificate-2-robust.json", rows, ["robust", place / "early.json", "GIVEN"]),
-        ("report.html", early, ["verify", "GIVEN", "--properties", claim]),
-        ("play.html", CLAIM.format(0.25), ["verify", place / "early.json", "--properties", "GIVEN"]),
+        ("report.html", early, ["verify", "GIVEN", "--claims", claim]),
+        ("play.html", CLAIM.format(0.25), ["verify", place / "early.json", "--claims", "GIVEN"]),
     ):
         (out / name).write_text(text)
         code = run(*[out / name if word == "GIVEN" else word for word in words], "-o", out)

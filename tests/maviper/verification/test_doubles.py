@@ -45,7 +45,7 @@ def place(tmp_path, monkeypatch):
 
 
 def test_verdicts_and_certificates(place, capsys):
-    assert main.run(["verify", "cart.json", "--properties", "cart.toml", "-o", "answers"]) == 1
+    assert main.run(["verify", "cart.json", "--claims", "cart.toml", "-o", "answers"]) == 1
     said = "".join(capsys.readouterr())
     assert "PROVED" in said and "VIOLATED" in said and "no page" not in said
     assert (place / "answers" / FILE).exists()

@@ -44,7 +44,7 @@ def test_it_is_proved_to_come_near_and_stay(tmp_path):
     (tmp_path / "cart.json").write_text(dumps(profile))
     (tmp_path / "world.toml").write_text(WORLD + CLAIMS)
     asked = ["verify", str(tmp_path / "cart.json"), "--system", str(tmp_path / "world.toml")]
-    assert main.run([*asked, "--max-boxes", "300000", "-o", str(tmp_path / "out")]) == 1
+    assert main.run([*asked, "--set", "max_boxes=300000", "-o", str(tmp_path / "out")]) == 1
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert [result["verdict"] for result in report["results"]] == ["PROVED", "PROVED", "VIOLATED"]
     for path in (tmp_path / "out").glob("certificate-*.json"):

@@ -108,7 +108,7 @@ def answered(tmp_path_factory):
         '[[property]]\nname = "keeps_apart"\nradius = 2\nsteps = 3\n\n'
         '[[property]]\nname = "stays_in"\nradius = 2\nsteps = 3\n'
     )
-    words = ["verify", str(folder / "team.json"), "--properties", str(folder / "claims.toml")]
+    words = ["verify", str(folder / "team.json"), "--claims", str(folder / "claims.toml")]
     code = main.run([*words, "--region", str(folder / "region.toml"), "-o", str(folder / "out")])
     assert code == 1
     return folder
@@ -137,8 +137,8 @@ def test_what_is_not_decided_is_refused(answered, asked_for, message, capsys):
 
 
 def test_boxes_are_counted_of_world_files_alone(capsys):
-    assert main.run(["verify", str(FOLDER / "profile.json"), "--max-boxes", "5"]) == 2
-    assert "--max-boxes has no effect without --system" in capsys.readouterr().err
+    assert main.run(["verify", str(FOLDER / "profile.json"), "--set", "max_boxes=5"]) == 2
+    assert "--set max_boxes has no effect without --system" in capsys.readouterr().err
 
 
 def pose(folder, profile, region, *names, **given):
@@ -157,7 +157,7 @@ def test_regions_of_one_name_are_told_apart(answered, tmp_path, capsys):
         (tmp_path / folder / "r.toml").write_text(region_toml(region))
         claims.append(f'[[property]]\nname = "stays_in"\nradius = 2\nsteps = 3\nregion = "{folder}/r.toml"\n')
     (tmp_path / "claims.toml").write_text("\n".join(claims))
-    words = ["verify", str(answered / "team.json"), "--properties", str(tmp_path / "claims.toml")]
+    words = ["verify", str(answered / "team.json"), "--claims", str(tmp_path / "claims.toml")]
     assert main.run([*words, "--verdict-only"]) == 2
     assert "start in one region" in capsys.readouterr().err
 

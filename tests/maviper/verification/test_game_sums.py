@@ -125,7 +125,7 @@ def test_a_file_that_forgets_roundings_shows_another_number(monkeypatch):
     [
         (["--claim", "alive_leaves"], "alive_leaves is not about single states"),
         (["--where"], "--where has no effect"),
-        (["--semantics", "real"], "--semantics has no effect"),
+        (["--set", "semantics=real"], "--set semantics has no effect"),
         (["--region", "{folder}/apart.toml"], "keeps pairs apart"),
     ],
 )
@@ -145,7 +145,7 @@ def test_a_property_file_is_about_states_of_the_game(proof, capsys):
         '[[property]]\nlabel = "the same"\nformula = "acts(agent_0) == left or not acts(agent_0) == left"\n'
         '[[property]]\nlabel = "by goal"\nformula = "goal == landmark_0 or acts(agent_0) == up or agent_0.x <= 1"\n'
     )
-    words = ["verify", str(proof / "team.json"), "--properties", str(proof / "claims.toml"), "--verdict-only"]
+    words = ["verify", str(proof / "team.json"), "--claims", str(proof / "claims.toml"), "--verdict-only"]
     assert main.run(words) == 0
     said = capsys.readouterr().out
     assert said.count("PROVED") == 3 and "by goal, region start, goal landmark_1" in said

@@ -48,7 +48,7 @@ def place(tmp_path_factory):
     given = ["import", "--agents", f"cart={folder / 'cart.py'}", "--arrays", "float64", "--outputs", "push"]
     assert run([*given, "-o", str(folder / "cart.json")]) == 0
     claims = written(folder, *VERDICTS)
-    asked = ["verify", str(folder / "cart.json"), "--properties", str(claims), "--region", str(folder / "region.toml")]
+    asked = ["verify", str(folder / "cart.json"), "--claims", str(claims), "--region", str(folder / "region.toml")]
     assert run([*asked, "-o", str(folder / "out")]) == 1
     return folder
 
@@ -59,7 +59,7 @@ def test_the_command_says_which_region_the_ranges_are(place, tmp_path, capsys, r
     profile = load(place / "cart.json", sums=True)
     seen = tuple((-0.1, -0.1, 0.1, 0.1) for _ in profile.agents[0].features)
     (tmp_path / "cart.json").write_text(dumps(replace(profile, agents=(replace(profile.agents[0], seen=seen),))))
-    asked = ["verify", str(tmp_path / "cart.json"), "--properties", str(written(tmp_path, HARDER))]
+    asked = ["verify", str(tmp_path / "cart.json"), "--claims", str(written(tmp_path, HARDER))]
     within = [] if region is None else ["--region", str(place / region) if region.endswith("toml") else region]
     assert run([*asked, *within]) == (3 if named == "seen" else 1)
     assert f"over observations, region {named}: " in capsys.readouterr().err
@@ -69,7 +69,7 @@ def test_a_copy_observes_what_it_copies(place, tmp_path, capsys):
     """The words name the features that are off: all others are the agent's own."""
     claims = written(tmp_path, JUMPS)
     asked = ["verify", str(place / "cart.json"), "-o", str(tmp_path / "out")]
-    assert run([*asked, "--properties", str(claims), "--region", str(place / "region.toml")]) == 1
+    assert run([*asked, "--claims", str(claims), "--region", str(place / "region.toml")]) == 1
     world = tmp_path / "world.toml"
     source = (tmp_path / "out" / "world.toml").read_text() + claims.read_text()
     world.write_text(source)
@@ -182,8 +182,8 @@ def test_what_cannot_be_claimed_is_refused_with_its_place(claim, says, tmp_path)
     [
         ([], "write a property with formula = "),
         (["--claim", "alive_leaves"], "--claim has no effect"),
-        (["--properties", "claims.toml", "--semantics", "real"], "--semantics has no effect"),
-        (["--properties", "claims.toml", "--region", "apart.toml"], "bounds of single variables"),
+        (["--claims", "claims.toml", "--set", "semantics=real"], "--set semantics has no effect"),
+        (["--claims", "claims.toml", "--region", "apart.toml"], "bounds of single variables"),
     ],
 )
 def test_options_of_other_claims_are_refused(options, says, tmp_path, monkeypatch, capsys):

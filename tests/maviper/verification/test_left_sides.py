@@ -102,7 +102,7 @@ def test_a_left_side_must_be_met(tmp_path):
 def test_a_vacuous_claim_is_no_success(tmp_path, capsys):
     profile = imported(tmp_path, DOSE)
     (tmp_path / "claims.toml").write_text("[[property]]\nformula = 'level > 1 and level < 0 implies level > 5'\n")
-    assert run(["verify", str(profile), "--properties", str(tmp_path / "claims.toml")]) == 3
+    assert run(["verify", str(profile), "--claims", str(tmp_path / "claims.toml")]) == 3
     assert "no world state of the region meets the condition: level > 1 and level < 0" in capsys.readouterr().out
 
 
@@ -116,7 +116,7 @@ def test_a_decimal_is_the_number_that_the_program_reads(tmp_path, capsys, arrays
         "acts(step) == low implies -0.1 > -x0 or x0 == 0.1 or 0.1 > x0": "PROVED",
     }
     assert verdicts(profile, claims) == list(claims.values())
-    assert run(["verify", str(profile), "--properties", str(tmp_path / "claims.toml"), "--verdict-only"]) == 1
+    assert run(["verify", str(profile), "--claims", str(tmp_path / "claims.toml"), "--verdict-only"]) == 1
     said = {"float32": "0.1, read as 0.100000001490116\n", "float64": "0.1, read as 0.10000000000000001\n"}
     assert capsys.readouterr().err.count(said[arrays]) == 1
     assert '"0.1, read as' in answered(profile, claims).reports["report.json"]

@@ -67,7 +67,7 @@ def folder(tmp_path_factory):
     asked = [
         "verify",
         str(place / "profile.json"),
-        "--properties",
+        "--claims",
         str(place / "claims.toml"),
         "-o",
         str(place / "out"),
@@ -80,7 +80,7 @@ def test_a_report_names_lines_of_the_header_that_is_compiled(folder):
     falls = f"{CLAIMS}{FALLS}"
     (folder / "falls.toml").write_text(falls)
     profile = str(folder / "profile.json")
-    asked = ["--properties", str(folder / "falls.toml"), "-o", str(folder / "falls")]
+    asked = ["--claims", str(folder / "falls.toml"), "-o", str(folder / "falls")]
     assert main.run(["verify", profile, *asked]) == 1
     main.run(
         ["compile", profile, "--target", "c", "-o", str(folder / "code")]
@@ -174,7 +174,7 @@ def test_a_counterexample_with_a_broken_view_is_an_input_error(folder, tmp_path,
 
 
 def test_where_gives_the_exact_share_and_a_region(folder, tmp_path, capsys):
-    arguments = ["verify", str(folder / "profile.json"), "--properties", str(tmp_path / "c.toml"), "--where", "--json"]
+    arguments = ["verify", str(folder / "profile.json"), "--claims", str(tmp_path / "c.toml"), "--where", "--json"]
     (tmp_path / "c.toml").write_text(CLAIMS.split("[[property]]")[2].join(["[[property]]", ""]))
     assert main.run([*arguments, "-o", str(tmp_path / "out")]) == 1
     where = json.loads(capsys.readouterr().out)["results"][0]["where"]

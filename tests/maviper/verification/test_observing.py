@@ -42,7 +42,7 @@ def verdicts(capsys, folder, numbers, semantics="machine", end=0.0):
     (folder / "pole.json").write_text(policy_json.dumps(pole(numbers, end)))
     claims = [f'[[property]]\nformula = "{text.format(end=end)}"\n' for text in CLAIMS]
     (folder / "claims.toml").write_text("".join(claims))
-    asked = ["--properties", str(folder / "claims.toml"), "--semantics", semantics, "--verdict-only", "--json"]
+    asked = ["--claims", str(folder / "claims.toml"), "--set", f"semantics={semantics}", "--verdict-only", "--json"]
     _, out, err = run(capsys, "verify", str(folder / "pole.json"), *asked)
     return [one["verdict"] for one in json.loads(out)["results"]] if out else err
 

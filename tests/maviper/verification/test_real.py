@@ -52,7 +52,16 @@ def folder(tmp_path_factory, profile):
         ("same", "", "both"),
     ):
         words = ["--region", str(found / region)] if region else []
-        asked = ["-q", "verify", str(found / f"{policy}.json"), *words, "--semantics", "real", "-o", str(found / out)]
+        asked = [
+            "-q",
+            "verify",
+            str(found / f"{policy}.json"),
+            *words,
+            "--set",
+            "semantics=real",
+            "-o",
+            str(found / out),
+        ]
         assert main.run(asked) == 1
     return found
 
@@ -76,7 +85,7 @@ def test_a_rational_state_is_written_exactly_and_not_said_to_be_replayed(folder,
     for text in texts:
         assert written[0] in text and "not replayed: the state is no float64 state" in text
         assert "which was replayed" not in text and "replayed by" not in text and "it can be replayed" not in text
-    asked = ["verify", folder / "same.json", "--region", folder / "third.toml", "--semantics", "real"]
+    asked = ["verify", folder / "same.json", "--region", folder / "third.toml", "--set", "semantics=real"]
     assert "judged in exact arithmetic; not replayed" in run(capsys, *asked)[1]
     _, _, err = run(capsys, *asked, "-v")
     assert "judged in exact arithmetic; not replayed" in err and written[0] in err and "replayed by" not in err
@@ -136,7 +145,7 @@ def test_what_is_learned_fails_in_the_deployed_arithmetic(folder):
             read_failing([folder / out], world)
         with pytest.raises(InputError, match="real arithmetic only") as caught:
             read_failing([folder / out / NAMED], world)
-        assert "--semantics real" in caught.value.next_step
+        assert "--set semantics=real" in caught.value.next_step
     (found,), skipped = read_failing([folder / "both", folder / "third"], world)
     assert len(skipped) == 1 and "real arithmetic only" in skipped[0]
 
@@ -179,7 +188,7 @@ def test_a_file_of_the_deployed_arithmetic_holds_no_fractions(folder, tmp_path):
 def test_errors_of_features_are_rational_too(folder, tmp_path, capsys):
     """Everything settled at thirds, and errors that must be exact."""
     out = tmp_path / "steady"
-    options = ["--claim", "steady(eps=1/4, of=own_target)", "--semantics", "real"]
+    options = ["--claim", "steady(eps=1/4, of=own_target)", "--set", "semantics=real"]
     assert run(capsys, "verify", folder / "roles.json", *options, "--region", folder / "third.toml", "-o", out)[0] == 1
     name = "counterexample-1-steady.json"
     found = maviper.replay(out / name, folder / "roles.json")
@@ -192,7 +201,7 @@ def test_leaves_are_asked_about_in_real_arithmetic(folder, tmp_path, capsys):
     asked = ["verify", folder / "paper.json", "--claim", "alive_leaves", "--region", folder / "sliver.toml"]
     for semantics, dead in (("machine", "agent_0 leaf 2"), ("real", "agent_0 leaf 1")):
         code, out, _ = run(
-            capsys, *asked, "--semantics", semantics, "--smt", tmp_path / semantics, "-o", tmp_path / "out"
+            capsys, *asked, "--set", f"semantics={semantics}", "--smt", tmp_path / semantics, "-o", tmp_path / "out"
         )
         assert code == 1 and f"dead: {dead}" in out and ("real arithmetic" in out) == (semantics == "real")
         report = json.loads((tmp_path / "out" / "report.json").read_text())["results"][0]
@@ -212,7 +221,7 @@ def test_where_it_fails_is_asked_in_real_arithmetic(folder, capsys):
     """All of the sliver on paper, nothing of it as deployed."""
     asked = ["verify", folder / "paper.json", "--region", folder / "sliver.toml", "--where"]
     assert "everywhere" in run(capsys, *asked, "-v")[1]
-    code, out, _ = run(capsys, *asked, "--semantics", "real", "--json")
+    code, out, _ = run(capsys, *asked, "--set", "semantics=real", "--json")
     assert code == 1
     (result,) = json.loads(out)["results"]
     assert result["where"]["exact"]["fraction"] == "1" and result["where"]["zones"] >= 1

@@ -28,7 +28,7 @@ def file(tmp_path):
 
 def asked(capsys, profile, text, folder, *more):
     (folder / "claims.toml").write_text(text)
-    return run(capsys, "verify", str(profile), "--properties", str(folder / "claims.toml"), *more)
+    return run(capsys, "verify", str(profile), "--claims", str(folder / "claims.toml"), *more)
 
 
 @pytest.mark.solver

@@ -169,14 +169,13 @@ def test_a_counterexample_that_asks_for_more_is_refused(cart, capsys, change, sa
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (["--property", "reaches"], "--claim has no effect with --system"),
         (["--claim", "reaches"], "--claim reaches"),
         (["--claim", "stays_in(region=near.toml)"], "--claim stays_in(region=near.toml): region"),
         (["--claim", "stays_in(region={box={x=[-2, 2]}}, radius=1)"], "unknown key 'radius'"),
         (["--region", "near.toml"], "--region has no effect with --system"),
-        (["--steps", "3"], "--steps has no effect with --system"),
+        (["--steps", "3"], "No such option: --steps"),
         (["--where"], "--where has no effect with --system"),
-        (["--properties", "none.toml"], "cannot read the file"),
+        (["--claims", "none.toml"], "cannot read the file"),
     ],
 )
 def test_options_that_do_not_fit(cart, capsys, more, said):
@@ -190,8 +189,8 @@ def test_claims_as_they_are_written(cart, capsys):
     assert verify(cart, "--claim", near, "--claim", slow, "-o", str(cart / "report"), "--json") == ExitCode.DONE
     told = json.loads(capsys.readouterr().out)
     assert [each["verdict"] for each in told["results"]] == ["PROVED", "PROVED"]
-    assert "--properties properties.toml" in (cart / "report" / "report.txt").read_text()
-    again = ["verify", "profile.json", "--system", "world.toml", "--properties", "properties.toml", "--json"]
+    assert "--claims properties.toml" in (cart / "report" / "report.txt").read_text()
+    again = ["verify", "profile.json", "--system", "world.toml", "--claims", "properties.toml", "--json"]
     known = subprocess.run(
         [sys.executable, "-m", "maviper", *again], cwd=cart / "report", capture_output=True, text=True, check=True
     )
@@ -200,15 +199,15 @@ def test_claims_as_they_are_written(cart, capsys):
     said = capsys.readouterr().out
     assert "(in the file: 'near')" in said and re.search(r": \d+ boxes, made again from the proof's recipe\n", said)
     (cart / "more.toml").write_text(PROPERTIES)
-    assert verify(cart, "--properties", str(cart / "more.toml"), "--claim", near, "--verdict-only") == ExitCode.VIOLATED
+    assert verify(cart, "--claims", str(cart / "more.toml"), "--claim", near, "--verdict-only") == ExitCode.VIOLATED
     assert capsys.readouterr().out.count("PROVED") == 3
 
 
 def test_options_that_need_a_world(cart, capsys):
-    assert command(["verify", str(cart / "profile.json"), "--max-boxes", "3"]) == ExitCode.INPUT
-    assert "--max-boxes has no effect without --system" in capsys.readouterr().err
-    assert verify(cart, "--max-boxes", "0") == ExitCode.INPUT
-    assert "--max-boxes must be at least 1" in capsys.readouterr().err
+    assert command(["verify", str(cart / "profile.json"), "--set", "max_boxes=3"]) == ExitCode.INPUT
+    assert "--set max_boxes has no effect without --system" in capsys.readouterr().err
+    assert verify(cart, "--set", "max_boxes=0") == ExitCode.INPUT
+    assert "--set max_boxes must be at least 1" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ def place(tmp_path_factory):
     (folder / "profile.json").write_text(profile(BRAKES))
     (folder / "cart.toml").write_text(CART + ERROR)
     (folder / "claims.toml").write_text(PROPERTIES + FAR + NEVER)
-    asked = ["--properties", str(folder / "claims.toml"), "--max-boxes", "100000", "-o", str(folder / "report")]
+    asked = ["--claims", str(folder / "claims.toml"), "--set", "max_boxes=100000", "-o", str(folder / "report")]
     assert verify(folder, *asked) == ExitCode.VIOLATED
     return folder / "report"
 
@@ -60,7 +60,7 @@ def test_the_commands_of_the_page_run_in_its_folder(place, monkeypatch, tmp_path
 def test_an_unknown_says_what_is_open_and_what_may_help(tmp_path, capsys):
     (tmp_path / "profile.json").write_text(profile(BRAKES))
     (tmp_path / "cart.toml").write_text(CART + ERROR + PROPERTIES.split("[[property]]")[1].join(["[[property]]", ""]))
-    asked = ["--max-boxes", "1", "-o", str(tmp_path / "report")]
+    asked = ["--set", "max_boxes=1", "-o", str(tmp_path / "report")]
     assert verify(tmp_path, *asked) == ExitCode.INCONCLUSIVE
     told = json.loads((tmp_path / "report" / "report.json").read_text())["results"][0]
     assert told["open"]["bounds"].keys() == {"x", "v"}

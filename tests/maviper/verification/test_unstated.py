@@ -46,7 +46,7 @@ def asked(tmp_path):
     (tmp_path / "car.toml").write_text(FILE)
     profile = blind({"car": CAR}, {"car": ["gap", "speed", "other"]}, ir.MAX_LENGTH)
     (tmp_path / "car.json").write_text(policy_json.dumps(profile))
-    return [tmp_path / "car.json", "--properties", tmp_path / "car.toml"]
+    return [tmp_path / "car.json", "--claims", tmp_path / "car.toml"]
 
 
 @pytest.mark.parametrize("more", [(), ("--where",), ("-v",), ("--json",)])

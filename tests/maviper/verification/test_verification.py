@@ -79,7 +79,7 @@ def test_the_starter_verifies_as_it_is_written(capsys, tmp_path):
 
     file = tmp_path / "starter.toml"
     assert run(capsys, "verify", "--new", "physical-deception", "-o", file)[0] == ExitCode.DONE
-    code, out, _ = run(capsys, "-q", "verify", generated / "extracted" / "profile.json", "--properties", file, "--json")
+    code, out, _ = run(capsys, "-q", "verify", generated / "extracted" / "profile.json", "--claims", file, "--json")
     verdicts = [result["verdict"] for result in results(out)]
     assert code == ExitCode.VIOLATED and verdicts == ["VIOLATED"] * 3 + ["PROVED", "VIOLATED", "PROVED"]
 
@@ -104,7 +104,7 @@ def test_every_world_has_a_starter_that_reads(world):
 
 def test_the_list_of_properties(capsys):
     code, out, _ = run(capsys, "verify", "--list", "--json")
-    found = {one["name"]: one for one in json.loads(out)["properties"]}
+    found = {one["name"]: one for one in json.loads(out)["claims"]}
     assert code == ExitCode.DONE and found["aligned"]["parameters"] == {"margin": "0", "radius": "0.1", "kappa": "0.5"}
     assert found["steady"]["parameters"] == {"eps": "0.01", "of": "distinct_targets"}
     assert found["reaches"]["parameters"] == {"steps": "", "radius": "0.4", "landmarks": "", "zones": "5000000"}
@@ -155,14 +155,14 @@ def test_dead_leaves_are_printed(capsys, place, profile):
     assert "agent_0 leaf 5" in (place / "report" / "report.html").read_text()
     assert "agent_0 leaf 5" in (place / "report" / "report.txt").read_text()
     assert run(capsys, "-q", "verify", "still.json", "--claim", "alive_leaves")[0] == ExitCode.DONE
-    asked = run(capsys, "-q", "verify", "dead.json", "--claim", "alive_leaves", "--solver-units", "1")
+    asked = run(capsys, "-q", "verify", "dead.json", "--claim", "alive_leaves", "--set", "solver_units=1")
     assert asked[0] == ExitCode.INCONCLUSIVE
 
 
 @pytest.mark.solver
 def test_questions_are_exported_and_repeat(capsys, place):
     (place / "p.toml").write_text('[[property]]\nlabel = "; \\"é"\nformula = "true"\nassume = "agent_0.x > 0"\n')
-    asked = ("--claim", "no_double", "--claim", "alive_leaves", "--properties", "p.toml")
+    asked = ("--claim", "no_double", "--claim", "alive_leaves", "--claims", "p.toml")
     for folder in ("one", "two"):
         assert run(capsys, "-q", "verify", "still.json", *asked, "--smt", folder)[0] == ExitCode.DONE
     files = {path.name: path.read_bytes() for path in (place / "one").iterdir()}
@@ -184,12 +184,12 @@ def test_a_property_file_end_to_end(capsys, place):
         '[[property]]\nname = "distinct_targets"\nassume = "goal == landmark_0"\n'
         '[[property]]\nname = "distinct_targets"\nassume = "agent_0.x > 2"\n'
     )
-    code, out, err = run(capsys, "verify", "roles.json", "--properties", "sub/p.toml", "-o", "report", "--json")
+    code, out, err = run(capsys, "verify", "roles.json", "--claims", "sub/p.toml", "-o", "report", "--json")
     mine, assumed, vacuous = results(out)
     assert code == ExitCode.INCONCLUSIVE and vacuous["verdict"] == "VACUOUS"
     assert mine["label"] == "mine" and mine["formula"].endswith("or true") and mine["region_name"] == "near.toml"
     assert assumed["assumption"] == "goal == landmark_0" and assumed["verdict"] == "PROVED"
-    assert assumed["command"] == "maviper verify roles.json --properties p.toml"
+    assert assumed["command"] == "maviper verify roles.json --claims p.toml"
     page, text = (place / "report" / "report.html").read_text(), (place / "report" / "report.txt").read_text()
     for shown in (page, text):
         assert "engaged(agent_0, landmark_0)" in shown and "goal == landmark_0" in shown and "mine" in shown
@@ -207,8 +207,8 @@ EPISODES = (
 def test_a_property_file_with_both_kinds_of_claims(capsys, place):
     """Every result in its form, solver questions of the one kind only, certificates with the report's numbers."""
     (place / "p.toml").write_text(EPISODES)
-    more = ("--claim", "reaches(radius=5/2)", "--max-zones", "9000", "--solver-units", "9999999")
-    asked = ("--properties", "p.toml", *more)
+    more = ("--claim", "reaches(radius=5/2)", "--set", "max_zones=9000", "--set", "solver_units=9999999")
+    asked = ("--claims", "p.toml", *more)
     code, out, err = run(capsys, "verify", "roles.json", *asked, "-o", "report", "--smt", "smt", "--json")
     arrive, double, cover, named = results(out)
     verdicts = [result["verdict"] for result in results(out)]
@@ -216,8 +216,8 @@ def test_a_property_file_with_both_kinds_of_claims(capsys, place):
     assert arrive["label"] == "all <arrive>" and arrive["budget"] == 3_000 and named["budget"] == 9_000
     assert arrive["parameters"] == {"steps": "4", "radius": "2.5", "landmarks": "landmark_0, landmark_1"}
     assert cover["parameters"]["landmarks"] == "any matching" and cover["region_name"] == "of property 3"
-    assert arrive["command"] == cover["command"] == "maviper verify roles.json --properties p.toml"
-    assert double["command"].endswith("--solver-units 9999999") and "zones=9000)" in named["command"]
+    assert arrive["command"] == cover["command"] == "maviper verify roles.json --claims p.toml"
+    assert double["command"].endswith("--set solver_units=9999999") and "zones=9000)" in named["command"]
     assert results(run(capsys, "-q", *shlex.split(named["command"])[1:], "--json")[1])[0] == named
     names = [path.name for path in (place / "smt").iterdir()]
     assert names and all(name.startswith("02-no_double") for name in names)
@@ -234,29 +234,27 @@ def test_a_property_file_with_both_kinds_of_claims(capsys, place):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--claim", "reaches", "--semantics", "real"], "reaches is decided for the deployed arithmetic only"),
-        (["--properties", "episodes.toml", "--semantics", "real"], "deployed arithmetic only"),
+        (["--claim", "reaches", "--set", "semantics=real"], "reaches is decided for the deployed arithmetic only"),
+        (["--claims", "episodes.toml", "--set", "semantics=real"], "deployed arithmetic only"),
         (["--claim", "covers", "--smt", "smt"], "none of these claims gives a query to the solver"),
-        (["--claim", "covers", "--solver-units", "5"], "none of these claims is decided by the solver"),
-        (["--claim", "no_double", "--max-zones", "5"], "none of these claims is decided by zones"),
-        (["--properties", "episodes.toml", "--steps", "5"], "none of these claims has the parameter steps"),
+        (["--claim", "covers", "--set", "solver_units=5"], "none of these claims is decided by the solver"),
+        (["--claim", "no_double", "--set", "max_zones=5"], "none of these claims is decided by zones"),
+        (["--claims", "episodes.toml", "--steps", "5"], "No such option: --steps"),
         (["--claim", "covers(kappa=1)"], "covers has no parameter kappa"),
         (["--claim", "cover"], "did you mean 'covers'"),
         (["--claim", "reaches(landmarks=[landmark_0])"], "(landmarks=[landmark_0]): landmarks"),
         (["--claim", "steady(of=reaches)"], "unknown claim 'reaches'"),
-        (["--kappa", "1"], "none of these claims has the parameter kappa"),
+        (["--kappa", "1"], "distinct_targets has no parameter kappa"),
         (["--claim", "no_double(radius=1)"], "parameter radius"),
         (["--claim", "own_target(landmarks=[landmark_0])"], "different landmark"),
         (["--claim", "own_target(landmarks=[landmark_0,landmrk_1])"], "did you mean 'landmark_1'"),
         (["--claim", "steady(eps=0)"], "eps above 0"),
         (["--claim", "stedy"], "did you mean 'steady'"),
-        (["--semantics", "reel"], "machine or real"),
-        (["--properties", "none.toml"], "cannot read the file"),
-        (["--properties", "bad.toml"], "not a readable file of claims"),
-        (["--properties", "bytes.toml"], "not UTF-8"),
-        (["--properties", "good.toml", "--team", "defenders"], "does not apply to claims that are written"),
-        (["--properties", "good.toml", "--margin", "1"], "parameter margin"),
-        (["--properties", "far.toml"], "far.toml, line 3: property 1, region"),
+        (["--set", "semantics=reel"], "machine or real"),
+        (["--claims", "none.toml"], "cannot read the file"),
+        (["--claims", "bad.toml"], "not a readable file of claims"),
+        (["--claims", "bytes.toml"], "not UTF-8"),
+        (["--claims", "far.toml"], "far.toml, line 3: property 1, region"),
         (["--smt", "roles.json"], "roles.json"),
     ],
 )
@@ -330,7 +328,7 @@ def test_where_says_what_it_does_not_know(capsys, place):
     assert not list((place / "report").glob("zones*")) and not list((place / "report").glob("region*"))
     text = (place / "report" / "report.txt").read_text()
     assert "everywhere in the region" in text and "not available: the claim is about leaves" in text
-    _, out, err = run(capsys, "verify", "same.json", "--where", "--max-cells", "7", "--json")
+    _, out, err = run(capsys, "verify", "same.json", "--where", "--set", "max_cells=7", "--json")
     told = results(out)[0]["where"]
     assert told["zones"] == 7 and not told["complete"] and told["exact"] is None
     assert "not all violating zones are known" in told["exact_reason"] and told["exact_reason"] in err
@@ -339,11 +337,11 @@ def test_where_says_what_it_does_not_know(capsys, place):
 
 
 def test_the_number_of_cells_is_checked(capsys, place):
-    code, _, err = run(capsys, "verify", "same.json", "--claim", "covers", "--where", "--max-cells", "7")
+    code, _, err = run(capsys, "verify", "same.json", "--claim", "covers", "--where", "--set", "max_cells=7")
     assert code == ExitCode.INPUT and "--where is about single decisions" in err
-    code, _, err = run(capsys, "verify", "same.json", "--max-cells", "7")
+    code, _, err = run(capsys, "verify", "same.json", "--set", "max_cells=7")
     assert code == ExitCode.INPUT and "add --where" in err
-    code, _, err = run(capsys, "verify", "same.json", "--where", "--max-cells", "0")
+    code, _, err = run(capsys, "verify", "same.json", "--where", "--set", "max_cells=0")
     assert code == ExitCode.INPUT and "between 1 and" in err
 
 
@@ -371,7 +369,7 @@ def test_a_region_found_overwrites_no_region_of_the_user(capsys, place, monkeypa
     for text, arguments in (
         ("default = [0, 1]\n", ()),
         (found, ("--region", mine)),
-        (found, ("--properties", folder / "asked.toml")),
+        (found, ("--claims", folder / "asked.toml")),
     ):
         mine.write_text(text)
         code, out, err = run(capsys, "-q", "verify", "same.json", *arguments, "--where", "-o", "report")

@@ -139,5 +139,5 @@ def test_claims_over_observations_are_asked(profile, tmp_path):
     place = tmp_path / "trees.json"
     place.write_text(policy_json.dumps(profile))
     (tmp_path / "claims.toml").write_text('[[property]]\nformula = "acts(agent_0) in [stay, left, right, down, up]"\n')
-    words = ["verify", str(place), "--observations", "--properties", str(tmp_path / "claims.toml")]
+    words = ["verify", str(place), "--observations", "--claims", str(tmp_path / "claims.toml")]
     assert main.run([*words, "--region", "ranges", "--verdict-only"]) == 0

@@ -56,7 +56,7 @@ def test_a_comparison_names_its_option(crossed, profile, tmp_path, capsys):
     other = team(profile, towards(1, 0), towards(1, 1))
     for name, one in (("a", crossed), ("b", other)):
         (tmp_path / name).write_text(policy_json.dumps(one))
-    main.run(["diff", str(tmp_path / "a"), str(tmp_path / "b"), "--max-nodes", "1"])
+    main.run(["diff", str(tmp_path / "a"), str(tmp_path / "b"), "--set", "max_nodes=1"])
     told = capsys.readouterr().err
     assert "a larger --effort" in told
 

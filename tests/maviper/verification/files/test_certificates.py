@@ -145,7 +145,7 @@ def rehashed(path, change):
 
 def test_a_formula_about_nobody_is_told_as_that(proved, tmp_path, capsys):
     (tmp_path / "p.toml").write_text('[[property]]\nformula = "agent_0.x <= 1"\n')
-    asked = ["verify", str(proved / "profile.json"), "--properties", str(tmp_path / "p.toml")]
+    asked = ["verify", str(proved / "profile.json"), "--claims", str(tmp_path / "p.toml")]
     assert main.run(["-q", *asked, "-o", str(tmp_path)]) == 0
     arguments = ["check", str(tmp_path / "certificate-1-formula.json"), "--profile", str(proved / "profile.json")]
     assert main.run(arguments) == 0

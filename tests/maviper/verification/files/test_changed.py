@@ -30,7 +30,7 @@ def proved(tmp_path):
     (tmp_path / "profile.json").write_text(policy_json.dumps(cart))
     (tmp_path / "q.toml").write_text(CLAIM.format("1/4"))
     (tmp_path / "near.toml").write_text(REGION.format(-1))
-    assert run("verify", tmp_path / "profile.json", "--properties", tmp_path / "q.toml", "-o", tmp_path / "out") == 0
+    assert run("verify", tmp_path / "profile.json", "--claims", tmp_path / "q.toml", "-o", tmp_path / "out") == 0
     return tmp_path
 
 
@@ -43,7 +43,7 @@ def test_another_property_or_region_file_changes_nothing_that_is_said(proved):
     (proved / "q.toml").write_text(CLAIM.format("3/4"))  # which is violated
     (proved / "near.toml").write_text(REGION.format(-2))
     assert check_file(certificate, proved / "profile.json").subject == before
-    again = ["verify", proved / "profile.json", "--properties", proved / "q.toml", "-o", proved / "out"]
+    again = ["verify", proved / "profile.json", "--claims", proved / "q.toml", "-o", proved / "out"]
     assert run(*again) == 1 and not certificate.exists()
 
 
@@ -81,7 +81,7 @@ def test_every_value_of_a_profile_is_under_the_certificate(game, tmp_path):
     text = policy_json.dumps(profile)
     (tmp_path / "profile.json").write_text(text)
     (tmp_path / "q.toml").write_text(CLAIM.format("1/4").replace('region = "near.toml"\n', ""))
-    asked = ["--claim", "distinct_targets"] if game else ["--properties", tmp_path / "q.toml"]
+    asked = ["--claim", "distinct_targets"] if game else ["--claims", tmp_path / "q.toml"]
     assert run("verify", tmp_path / "profile.json", *asked, "-o", tmp_path / "out") == 0
     (certificate,) = (tmp_path / "out").glob("certificate-1-*.json")
     check_file(certificate, tmp_path / "profile.json")
