@@ -307,7 +307,7 @@ def console_of(context: click.Context) -> Any:
     """The console, quiet where --quiet was given. While the command runs, it is `maviper.console.current`."""
     from maviper import console
 
-    said = context.obj or {}
+    said: Mapping[str, bool] = context.obj or {}
     console.current = console.Console(said.get("quiet", False), json=said.get("json", False))
     context.call_on_close(lambda: setattr(console, "current", None))
     return console.current

@@ -47,7 +47,7 @@ def test_the_claim_and_the_command_say_the_same(place, capsys):
     asked = ["robust", profile, seen, "--agent", "cart", "--least", "0.251", "--certify", "--json"]
     assert main.run(asked) == ExitCode.VIOLATED
     old = capsys.readouterr()
-    assert json.loads(said) == json.loads(old.out) and old.err.startswith("robust is now verify --claim")
+    assert json.loads(said) == json.loads(old.out) and old.err.startswith("robust is now verify PROFILE --claim")
 
 
 @pytest.mark.parametrize(
