@@ -120,9 +120,9 @@ class Verb(click.Command):
 
     def _today(self, word: str) -> str:
         name, separator, value = word.partition("=")
-        if name not in self.renamed or any(name in parameter.opts for parameter in self.params):
-            return word
-        return f"{self.renamed[name]}{separator}{value}"
+        new = self.renamed.get(name, name)
+        known = any(name in parameter.opts for parameter in self.params)
+        return word if known or " " in new else f"{new}{separator}{value}"
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options under their headings, in the order in which headings first appear; rarer ones are last."""

@@ -173,7 +173,7 @@ def test_a_counterexample_that_asks_for_more_is_refused(cart, capsys, change, sa
         (["--claim", "stays_in(region=near.toml)"], "--claim stays_in(region=near.toml): region"),
         (["--claim", "stays_in(region={box={x=[-2, 2]}}, radius=1)"], "unknown key 'radius'"),
         (["--region", "near.toml"], "--region has no effect with --system"),
-        (["--steps", "3"], "No such option: --steps"),
+        (["--steps", "3"], "No such option '--steps'"),
         (["--where"], "--where has no effect with --system"),
         (["--claims", "none.toml"], "cannot read the file"),
     ],

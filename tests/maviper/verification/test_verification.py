@@ -239,7 +239,7 @@ def test_a_property_file_with_both_kinds_of_claims(capsys, place):
         (["--claim", "covers", "--smt", "smt"], "none of these claims gives a query to the solver"),
         (["--claim", "covers", "--set", "solver_units=5"], "none of these claims is decided by the solver"),
         (["--claim", "no_double", "--set", "max_zones=5"], "none of these claims is decided by zones"),
-        (["--claims", "episodes.toml", "--steps", "5"], "No such option: --steps"),
+        (["--claims", "episodes.toml", "--steps", "5"], "No such option '--steps'"),
         (["--claim", "covers(kappa=1)"], "covers has no parameter kappa"),
         (["--claim", "cover"], "did you mean 'covers'"),
         (["--claim", "reaches(landmarks=[landmark_0])"], "(landmarks=[landmark_0]): landmarks"),
