@@ -119,32 +119,27 @@ class Measured:
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """Returns the measured Q of the agent; see `Expert.q`."""
-        return self.all_q(state, joint, given)[..., agent]
-
-    def all_q(self, state: Any, joint: Int, given: Int) -> Float64:
-        """Q of all agents at once, [batch, n_joint, n_agents]; one branch serves them all."""
         n_joint = len(joint)
-        q_values = np.empty((len(state), n_joint, len(self.agents)))
+        q_values = np.empty((len(state), n_joint))
         at_once = max(1, (BRANCHES_AT_ONCE if self.world.games is None else COPIES_AT_ONCE) // n_joint)
         for low in range(0, len(state), at_once):
             rows = np.arange(low, min(low + at_once, len(state)))
             asked = np.where(joint[None] == AS_GIVEN, given[rows, None], joint[None]).reshape(-1, len(self.agents))
-            returns = self._returns(state[np.repeat(rows, n_joint)], asked)
-            q_values[rows] = returns.reshape(len(rows), n_joint, -1)
+            q_values[rows] = self._returns(agent, state[np.repeat(rows, n_joint)], asked).reshape(len(rows), n_joint)
         return q_values
 
-    def _returns(self, state: Any, first: Int) -> Float64:
-        """Discounted rewards of following the controller after a first joint action, [batch, n_agents]."""
+    def _returns(self, agent: int, state: Any, first: Int) -> Float64:
+        """An agent's discounted rewards of following the controller after a first joint action, [batch]."""
         everybody = range(len(self.agents))
-        total, actions = np.zeros((len(state), len(self.agents))), first
+        total, actions = np.zeros(len(state)), first
         state = self.world.branch_states(state)
         for step in range(min(self.horizon, self.world.spec.episode_steps)):
             if step:
                 actions = self.controller.act(everybody, _Observed(self.world, state), state)
             state = self.world.step(state, actions)
-            rewards = self.world.rewards(state)
+            rewards = self.world.reward(state, agent)
             if self.shaping:
-                rewards = rewards + self.shaping * self.world.shaping(state)
+                rewards = rewards + self.shaping * self.world.shaping(state)[:, agent]
             total += self.gamma**step * rewards
         return total
 

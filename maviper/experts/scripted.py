@@ -19,7 +19,7 @@ from codegen.errors import InputError
 from codegen.ir import Bool, Float32, Float64
 from maviper.worlds import CooperativeNavigation, Coordination, PhysicalDeception, PredatorPrey, World
 from maviper.worlds.games.coordination import Decisions
-from maviper.worlds.games.particle import WorldState, distances, planes, squared_distances
+from maviper.worlds.games.particle import WorldState, distances, planes
 from maviper.worlds.games.predator_prey import PREDATORS, PREY, outside
 from maviper.worlds.world import Int
 
@@ -28,7 +28,9 @@ HORIZON = 6  # steps whose distances it adds up
 HELD = 4  # steps for which pursuit and flight imagine one action held
 GAMES_AT_ONCE = 8_192  # bounds the memory of look-aheads
 DIGITS = 9_973  # of a sum of coordinates, those behind the point are as if drawn
-CACHED_GAMES = 256  # of which the distances of all steps ahead stay in a processor's cache
+CACHED_GAMES = 1_024  # of which the distances of all steps ahead stay in a processor's cache
+ROUGHLY = 1e-4  # costs in float32 that differ by more than this share, and by more than this, differ in float64 too
+MIXING = np.uint64(0x9E3779B97F4A7C15)
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,12 @@ class Scripted:
     def _act(self, agents: Sequence[int], state: Any) -> Int:
         raise NotImplementedError
 
+    def land(self, agents: Sequence[int], state: WorldState, landmarks: Int) -> Int:
+        """The actions by which agents land on landmarks [len(agents), batch], [batch, len(agents)]."""
+        position, velocity = planes(state.position), planes(state.velocity)
+        targets = np.take_along_axis(position[len(self.agents) :], landmarks[:, None], axis=0)
+        return self._landing(agents, targets - position[agents], velocity[agents])
+
     @cached_property
     def _landing(self) -> "Landing":
         return Landing(self.world)
@@ -99,35 +107,68 @@ class Landing:
         self.coasted = np.array(coasts)[:, None]
         self.further = effects.shape[1] ** (PLANNED - 1)  # plans of one first action, which lie side by side
 
-    def __call__(self, agent: int, offset: Float64, velocity: Float64) -> Int:
-        """The action of one agent, [batch]; `offset` to the target and `velocity`: [2, batch].
+    def __call__(self, agents: Sequence[int], offset: Float64, velocity: Float64) -> Int:
+        """The actions of some agents, [batch, len(agents)]; `offset` to their targets and `velocity`:
+        [len(agents), 2, batch].
 
         Games are often the same to an agent: branches of a state by what another does. Each is looked at once.
         """
-        seen = np.concatenate([offset, velocity]).T.copy()
-        _, once, place = np.unique(seen.view("V32")[:, 0], return_index=True, return_inverse=True)
-        games = seen[once].T.copy()
-        offset, velocity = games[:2], games[2:]
-        actions = np.empty(len(once), dtype=np.int64)
-        for low in range(0, len(once), CACHED_GAMES):
-            some = slice(low, low + CACHED_GAMES)
-            actions[some] = self._first(self.force[agent], offset[:, some], velocity[:, some])
-        return actions[place]
+        actions = np.empty((offset.shape[2], len(agents)), dtype=np.int64)
+        forces = np.array([self.force[agent] for agent in agents])
+        for force in set(forces.tolist()):
+            some = forces == force
+            asked = np.concatenate([offset[some], velocity[some]], axis=1).transpose(1, 0, 2).reshape(4, -1)
+            alike = _find_alike(asked)
+            once = np.flatnonzero(alike == np.arange(len(alike)))
+            first = np.empty(len(alike), dtype=np.int64)
+            for low in range(0, len(once), CACHED_GAMES):
+                rows = once[low : low + CACHED_GAMES]
+                first[rows] = self._first(force, asked[:, rows])
+            actions[:, some] = first[alike].reshape(int(some.sum()), -1).T
+        return actions
 
-    def _first(self, force: float, offset: Float64, velocity: Float64) -> Int:
-        first = self._distances(slice(1), slice(None, None, self.further), force, offset, velocity)[0]
+    def _first(self, force: float, asked: Float64) -> Int:
+        """The first actions of the best plans: by half the digits where they tell it, as they nearly always do."""
+        rough = self._costs(force, asked, np.float32)
+        least = rough.reshape(-1, self.further, rough.shape[1]).min(axis=1)
+        near = least <= least.min(axis=0) * (1 + ROUGHLY) + ROUGHLY
+        first = near.argmax(axis=0)
+        unsure = np.flatnonzero(near.sum(axis=0) != 1)
+        if len(unsure):
+            first[unsure] = self._costs(force, asked[:, unsure], np.float64).argmin(axis=0) // self.further
+        return first
+
+    def _costs(self, force: float, asked: Float64, digits: type[np.floating[Any]]) -> Any:
+        """The summed distances of all plans, [n_plans, batch], in so many digits."""
+        left = (asked[:2, None] - self.coasted * asked[2:, None]).astype(digits)
+        moved = (self.moved * force).astype(digits)
+        first = _distances(left[:, :1], moved[:, :1, :: self.further])[0]
         costs = np.repeat(first, self.further, axis=0)  # one step depends on one action
-        for distance in self._distances(slice(1, None), slice(None), force, offset, velocity):
+        for distance in _distances(left[:, 1:], moved[:, 1:]):
             costs += distance
-        return costs.argmin(axis=0) // self.further
+        return costs
 
-    def _distances(self, steps: slice, plans: slice, force: float, offset: Float64, velocity: Float64) -> Float64:
-        """From the point, after each of some steps of some plans, [n_steps, n_plans, batch]."""
-        left = offset[:, None] - self.coasted[steps] * velocity[:, None]
-        squares = left[:, :, None] - (self.moved[:, steps, plans] * force)[..., None]
-        squares *= squares
-        squares[0] += squares[1]
-        return np.sqrt(squares[0], out=squares[0])
+
+def _distances(left: Any, moved: Any) -> Any:
+    """From the point, after each of some steps of some plans, [n_steps, n_plans, batch]."""
+    squares = left[:, :, None] - moved[..., None]
+    squares *= squares
+    squares[0] += squares[1]
+    return np.sqrt(squares[0], out=squares[0])
+
+
+def _find_alike(columns: Float64) -> Int:
+    """A column that is the same as each one, [n], bit for bit: the same for most that are alike. `columns`: [k, n]."""
+    bits = np.ascontiguousarray(columns).view(np.uint64)
+    mixed = np.zeros(columns.shape[1], dtype=np.uint64)
+    for row in bits:
+        mixed = (mixed ^ row) * MIXING
+        mixed ^= mixed >> np.uint64(29)
+    everybody, n_bits = np.arange(len(mixed)), len(mixed).bit_length() + 1
+    slots, places = np.empty(2**n_bits, dtype=np.int64), (mixed >> np.uint64(64 - n_bits)).astype(np.int64)
+    slots[places] = everybody
+    found = slots[places]
+    return np.where((bits == bits[:, found]).all(axis=0), found, everybody)
 
 
 class SplitUp(Scripted):
@@ -136,16 +177,11 @@ class SplitUp(Scripted):
     """
 
     def _act(self, agents: Sequence[int], state: WorldState) -> Int:
-        position, velocity = planes(state.position), planes(state.velocity)
-        n_agents = len(self.agents)
+        position, n_agents = planes(state.position), len(self.agents)
         gaps = distances(position[1:n_agents, None], position[None, n_agents:])
         busiest = gaps.sum(axis=0).argmin(axis=0)
-        chosen: list[Int] = []
-        for agent in agents:
-            landmark = busiest if agent == 0 else np.full(len(state), agent - 1)
-            target = np.take_along_axis(position[n_agents:], landmark[None, None], axis=0)[0]
-            chosen.append(self._landing(agent, target - position[agent], velocity[agent]))
-        return np.stack(chosen, axis=1)
+        landmarks = [busiest if agent == 0 else np.full(len(state), agent - 1) for agent in agents]
+        return self.land(agents, state, np.array(landmarks))
 
 
 class Assignment(Scripted):
@@ -156,15 +192,10 @@ class Assignment(Scripted):
     def _act(self, agents: Sequence[int], state: WorldState) -> Int:
         from scipy.optimize import linear_sum_assignment
 
-        position, velocity = planes(state.position), planes(state.velocity)
-        n_agents = len(self.agents)
-        gaps = squared_distances(position[:n_agents, None], position[None, n_agents:]).transpose(2, 0, 1)
-        landmark = np.array([linear_sum_assignment(gap)[1] for gap in gaps], dtype=np.int64).reshape(-1, n_agents)
-        chosen: list[Int] = []
-        for agent in agents:
-            target = np.take_along_axis(position[n_agents:], landmark[None, None, :, agent], axis=0)[0]
-            chosen.append(self._landing(agent, target - position[agent], velocity[agent]))
-        return np.stack(chosen, axis=1)
+        assert isinstance(self.world, CooperativeNavigation)
+        gaps = np.ascontiguousarray(self.world.gaps(state).transpose(2, 0, 1))
+        landmarks = np.array([linear_sum_assignment(gap)[1] for gap in gaps], dtype=np.int64)
+        return self.land(agents, state, landmarks.reshape(-1, len(self.agents)).T[agents])
 
 
 class FixedRoles(Scripted):
@@ -173,9 +204,7 @@ class FixedRoles(Scripted):
     """
 
     def _act(self, agents: Sequence[int], state: WorldState) -> Int:
-        position, velocity = planes(state.position), planes(state.velocity)
-        target = position[len(self.agents) :]
-        return np.stack([self._landing(agent, target[agent] - position[agent], velocity[agent]) for agent in agents], 1)
+        return self.land(agents, state, np.repeat(np.array(agents)[:, None], len(state), axis=1))
 
 
 @dataclass(frozen=True)

@@ -238,6 +238,10 @@ class World(ABC):
     def rewards(self, state: Any) -> Float64:
         """The environment's rewards on entering `state`, [batch, n_agents]; 0 for whom the episode had ended before."""
 
+    def reward(self, state: Any, agent: int) -> Float64:
+        """One agent's part of `rewards`, [batch]."""
+        return self.rewards(state)[:, agent]
+
     def alive(self, state: Any) -> Bool:
         """Returns True for agents that act in `state`, [batch, n_agents]: episode not ended, and their turn."""
         return np.ones((len(state), len(self.agents)), dtype=bool)

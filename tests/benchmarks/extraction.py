@@ -6,19 +6,20 @@ Whole protocol: every iteration of the paper's 100 x 50 rollouts, selection over
 the default preset and without its refinement, which is ours (its seconds stand beside). By default a tenth of it (10
 iterations, named so); --full runs all of it, on deception, navigation (depth 6) and predator-prey. Then exact against
 histogram splits on the same data, interleaved; then time per agent, sample and non-constant feature over N in
-navigation, with the scripted expert and measured Q. --sizes: the last one alone.
+navigation, with the scripted expert and measured Q, and whole commands beside it. --sizes: these alone.
 """
 
 import resource
 import subprocess
 import sys
+import tempfile
 import time
 from functools import partial
 
 import numpy as np
 
 from maviper.extraction.settings import REFINEMENT
-from tests.benchmarks.common import figure, interleave, reader, tell
+from tests.benchmarks.common import figure, interleave, reader, spent, tell
 
 GAMES = (("physical-deception", 4, 90, 30), ("cooperative-navigation", 6, 240, 90), ("predator-prey", 4, 240, 90))
 SIZES = (3, 4, 6, 12, 24)
@@ -127,7 +128,18 @@ def sizes():
     figures = [figure(text.format(n), 1e6 * cost) for n, cost in costs.items()]
     for least, *targets in ((3, 1.5, 1.2), (4, None, None)):
         figures.append(figure(f"the same with 24 agents over that with {least}", costs[24] / costs[least], *targets))
-    return figures
+    return [
+        *figures,
+        figure("the whole command, 30 episodes, 24 agents over 3, CPU", by_command(24) / by_command(3), 8, 5),
+    ]
+
+
+def by_command(n):
+    """CPU seconds of `extract` with 30 episodes, process start included: the least of three."""
+    world = f"cooperative-navigation,agents={n}"
+    with tempfile.TemporaryDirectory() as folder:
+        runs = [spent("extract", world, "--max-episodes", "30", "-o", f"{folder}/{k}.json") for k in range(3)]
+    return min(run.seconds for run in runs)
 
 
 if __name__ == "__main__":

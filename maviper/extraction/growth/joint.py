@@ -197,6 +197,7 @@ def build_tree(
 
 
 BINS = 256
+FEW = 100  # points for each slot: below it, sorting them is quicker than counting them in bins
 Codes = npt.NDArray[np.int32]
 
 
@@ -246,15 +247,21 @@ def best_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots:
 
     `codes`: [n_features, n]; `labels`, `weights`, `slot`: [n].
     """
-    totals = np.bincount(slot * n_actions + labels, weights, n_slots * n_actions).reshape(n_slots, n_actions)
+    counted = np.bincount(slot * n_actions + labels, weights, n_slots * n_actions)
+    totals = counted.reshape(n_slots, n_actions).astype(np.float64)
+    impure = (totals > 0).sum(axis=1) > 1
+    several = np.flatnonzero((codes[:, 1:] != codes[:, :-1]).any(axis=1))  # a feature of one value splits nothing
+    if len(labels) < FEW * n_slots:
+        feature, code, found = _sorted_splits(codes[several], labels, weights, slot, totals)
+        return Splits(several[feature] if len(several) else feature, code, found & impure, totals)
     best = np.full(n_slots, -np.inf)
     feature, code = np.zeros(n_slots, dtype=np.int64), np.zeros(n_slots, dtype=np.int64)
     everybody, of_action = np.arange(n_slots), np.ascontiguousarray(totals.T)
     everything, squared = totals.sum(axis=1, keepdims=True), np.square(totals).sum(axis=1, keepdims=True)
     base = (labels * n_slots + slot) * BINS  # actions outermost, so that sums over them run along whole rows
     counted = np.empty_like(base)
-    for index, bins in enumerate(codes):
-        np.add(base, bins, out=counted)
+    for index in several:
+        np.add(base, codes[index], out=counted)
         counts = np.bincount(counted, weights, n_actions * n_slots * BINS).reshape(n_actions, n_slots, BINS)
         left = counts.cumsum(axis=2)[:, :, :-1]
         below = left.sum(axis=0)
@@ -267,8 +274,44 @@ def best_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots:
         reached = purity[everybody, place]
         better = reached > best
         best[better], feature[better], code[better] = reached[better], index, place[better]
-    impure = (totals > 0).sum(axis=1) > 1
-    return Splits(feature, code, (best > -np.inf) & impure, totals.astype(np.float64))
+    return Splits(feature, code, (best > -np.inf) & impure, totals)
+
+
+def _sorted_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, totals: Float64) -> tuple[Int, Int, Bool]:
+    """Features, codes and whether there are any, as `best_splits` finds them by a histogram, by sorting the points of
+    all features at once: quicker where there are fewer points than cells of histograms.
+    """
+    n_slots, n_actions = totals.shape
+    feature, code = np.zeros(n_slots, dtype=np.int64), np.zeros(n_slots, dtype=np.int64)
+    occupied = np.flatnonzero(np.bincount(slot, minlength=n_slots))
+    best = np.full(n_slots, -np.inf)
+    if not codes.size:
+        return feature, code, best > -np.inf
+    kind = np.uint16 if n_slots * BINS <= 2**16 else np.int64  # short ones are sorted in one pass
+    key = (slot * BINS + codes).astype(kind)
+    order = np.argsort(key, axis=1, kind="stable")
+    key = np.take_along_axis(key, order, axis=1)
+    place = key[0] // BINS  # whose slots stand in the same order in each row
+    last = np.append(np.flatnonzero(np.diff(place)), len(place) - 1)  # of each occupied slot
+    first = np.append(0, last[:-1] + 1)
+    below, of_left, of_right = (np.zeros(key.shape) for _ in range(3))
+    for action in range(n_actions):
+        left = np.where(labels == action, weights, 0.0)[order].cumsum(axis=1)
+        left -= np.append(0.0, left[0, last[:-1]])[np.searchsorted(last, np.arange(len(place)))]
+        below += left
+        of_left += left * left
+        of_right += np.square(totals[place, action] - left)
+    above = totals.sum(axis=1)[place] - below
+    purity = of_left / np.maximum(below, 1) + of_right / np.maximum(above, 1)
+    purity[:, :-1][key[:, 1:] == key[:, :-1]] = -np.inf  # the cell goes on
+    purity[(below <= 0) | (above <= 0)] = -np.inf
+    reached = np.maximum.reduceat(purity, first, axis=1)  # [n_features, n_occupied]
+    feature[occupied] = reached.argmax(axis=0)
+    best[occupied] = reached.max(axis=0)
+    for where, low, high in zip(occupied, first, last + 1, strict=True):
+        row = feature[where]
+        code[where] = int(key[row, low + purity[row, low:high].argmax()]) % BINS
+    return feature, code, best > -np.inf
 
 
 def project_trees(

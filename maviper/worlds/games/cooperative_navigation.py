@@ -7,6 +7,7 @@ Does not: local observations.
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,8 @@ LOCAL_RATIO = 0.5  # mpe2's default: half the shared reward, half the agent's ow
 
 class CooperativeNavigation(ParticleWorld):
     """The game with `agents` agents and as many targets. `continuous` 1: agents give numbers in place of actions."""
+
+    _newest: tuple[Any, Any] = (None, None)  # of the state that was asked for last, `gaps`
 
     def __init__(self, agents: int = 3, features: str = "", physics: str = MPE2, continuous: int = 0) -> None:
         names = tuple(f"agent_{index}" for index in range(agents))
@@ -69,28 +72,45 @@ class CooperativeNavigation(ParticleWorld):
 
     def rewards(self, state: WorldState) -> Float64:
         """Half of minus the summed distance of the targets to their nearest agents, half of minus own collisions."""
-        shared, collisions = -self._distance(state), self._collisions(state)
-        return (shared * (1 - LOCAL_RATIO) + -collisions * LOCAL_RATIO).T
+        return self._paid(state, self._collisions(state)).T
+
+    def reward(self, state: WorldState, agent: int) -> Float64:
+        """One agent's reward: its own collisions are counted alone."""
+        position, sizes = planes(state.position), self._sizes
+        others = [other for other in range(len(sizes)) if other != agent]
+        hit = distances(position[others], position[agent]) < (sizes[others] + sizes[agent])[:, None]
+        return self._paid(state, hit.sum(axis=0))
+
+    def _paid(self, state: WorldState, collisions: Any) -> Float64:
+        return -self._distance(state) * (1 - LOCAL_RATIO) + -collisions * LOCAL_RATIO
 
     def shaping(self, state: WorldState) -> Float64:
         """Returns the worth of an agent's presence: the sum over targets of how much farther the nearest agent would be
         without it. A shared reward alone does not tell an agent its own part.
         """
-        gaps = np.sqrt(self._gaps(state))
+        gaps = np.sqrt(self.gaps(state))
         if len(gaps) == 1:
             return np.zeros((len(state), 1))
         nearest, second = np.partition(gaps, 1, axis=0)[:2]
         return ((gaps == nearest) * (second - nearest)).sum(axis=1).T
 
-    def _gaps(self, state: WorldState) -> Float64:
-        """[n_agents, n_landmarks, batch] squared distances."""
-        n_agents = len(self.agents)
-        position = planes(state.position)
-        return squared_distances(position[:n_agents, None], position[None, n_agents:])
+    def gaps(self, state: WorldState) -> Float64:
+        """Squared distances between agents and landmarks, [n_agents, n_landmarks, batch]."""
+        known, gaps = self._newest
+        if known is not state:
+            n_agents = len(self.agents)
+            position = planes(state.position)
+            gaps = squared_distances(position[:n_agents, None], position[None, n_agents:])
+            self._newest = state, gaps
+        return gaps
+
+    @cached_property
+    def _sizes(self) -> Float64:
+        return np.array([agent.size for agent in self.spec.agents])
 
     def _distance(self, state: WorldState) -> Float64:
         """The sum over targets of the nearest agent's distance, [batch]."""
-        nearest = np.sqrt(self._gaps(state).min(axis=0))
+        nearest = np.sqrt(self.gaps(state).min(axis=0))
         total = nearest[0].copy()
         for row in nearest[1:]:  # one after the other, as mpe2 adds them
             total += row
@@ -100,10 +120,9 @@ class CooperativeNavigation(ParticleWorld):
         """With how many others each agent collides, [n_agents, batch]."""
         position = planes(state.position)
         collisions = np.zeros((len(self.agents), len(state)))
-        sizes = np.array([agent.size for agent in self.spec.agents])
-        for a, size in enumerate(sizes[:-1]):
-            others = slice(a + 1, len(sizes))
-            hit = distances(position[a], position[others]) < (size + sizes[others])[:, None]
+        for a, size in enumerate(self._sizes[:-1]):
+            others = slice(a + 1, len(collisions))
+            hit = distances(position[a], position[others]) < (size + self._sizes[others])[:, None]
             collisions[a] += hit.sum(axis=0)
             collisions[others] += hit
         return collisions
@@ -112,16 +131,16 @@ class CooperativeNavigation(ParticleWorld):
         """D: mean over steps of the summed distance to the nearest agents. Collisions: mean over steps and agents.
         Success: at some one step every target has an agent of its own within the radius, and nobody ever collides.
         """
-        distance = np.stack([self._distance(state) for state in states]).mean(axis=0)
+        distance = list[Float64]()
+        covered = np.zeros((len(SQUARED_RADII), len(states[0])), dtype=bool)
+        for state in states:
+            distance.append(self._distance(state))
+            for done, squared in zip(covered, SQUARED_RADII, strict=True):
+                done |= covers_targets(self.gaps(state) < squared)
         collisions = np.stack([self._collisions(state).mean(axis=0) for state in states])
-        rows = [distance + collisions.mean(axis=0), distance, collisions.mean(axis=0)]
-        unhurt = np.asarray(~collisions.any(axis=0))
-        for squared in SQUARED_RADII:
-            done = np.zeros(len(unhurt), dtype=bool)
-            for state in states:
-                done |= covers_targets(self._gaps(state) < squared)
-            rows.append((done & unhurt).astype(np.float64))
-        return np.stack(rows)
+        apart, hit = np.stack(distance).mean(axis=0), collisions.mean(axis=0)
+        unhurt = ~collisions.any(axis=0)
+        return np.stack([apart + hit, apart, hit, *(covered & unhurt).astype(np.float64)])
 
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""

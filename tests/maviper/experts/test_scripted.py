@@ -118,7 +118,7 @@ def test_landing_is_the_best_plan_of_the_simulator():
         costs[plan] = total
     best = np.min(list(costs.values()), axis=0)
     position, velocity = planes(state.position), planes(state.velocity)
-    chosen = Landing(world)(0, position[1] - position[0], velocity[0])
+    chosen = Landing(world)([0], position[1:] - position[:1], velocity)[:, 0]
     reachable = [min(costs[plan][row] for plan in costs if plan[0] == action) for row, action in enumerate(chosen)]
     np.testing.assert_allclose(reachable, best, rtol=0, atol=1e-9)
     assert set(chosen[:5].tolist()) == {0} and set(chosen[5:].tolist()) >= {1, 2, 3, 4}
@@ -177,14 +177,16 @@ def test_there_is_no_script_for_other_worlds():
     assert "tennis" in str(error.value)
 
 
-def test_games_that_are_alike_beside_one_another_are_decided_alike():
-    """Runs of equal games are looked at once; each game gets what it gets alone."""
-    world = find(f"{SPREAD},agents=1")
-    landing, rng = Landing(world), np.random.default_rng(3)
-    seen = np.repeat(rng.uniform(-1, 1, (4, 40)), rng.integers(1, 5, size=40), axis=1)
-    chosen = landing(0, seen[:2], seen[2:])
-    alone = [int(landing(0, column[:2, None], column[2:, None])[0]) for column in seen.T]
-    assert chosen.tolist() == alone and len(set(alone)) > 2
+def test_equal_games_and_half_the_digits_decide_as_each_game_alone_with_all_digits():
+    """Equal games are looked at once, in float32 where that tells the best plan; near ties and far games among them."""
+    landing, rng = Landing(find(f"{SPREAD},agents=2")), np.random.default_rng(3)
+    near = rng.uniform(-1, 1, (4, 400)) * 10.0 ** rng.integers(-9, 4, 400)
+    ties = np.repeat([[0.1], [0.1], [0.0], [0.0]], 20, axis=1) + rng.normal(0, 1e-9, (4, 20))
+    seen = np.concatenate([np.repeat(near, rng.integers(1, 5, 400), axis=1), ties], axis=1)
+    chosen = landing([0, 1], np.stack([seen[:2]] * 2), np.stack([seen[2:]] * 2))
+    wanted = landing._costs(landing.force[0], seen, np.float64).argmin(axis=0) // landing.further
+    assert chosen.T.tolist() == [wanted.tolist()] * 2 and set(wanted.tolist()) == set(range(5))
+    assert landing([0], seen[None, :2, :0], seen[None, 2:, :0]).shape == (0, 1)
 
 
 def test_roles_are_mixed_by_episode_and_in_the_share_that_is_asked_for():

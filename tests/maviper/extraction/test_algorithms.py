@@ -186,9 +186,11 @@ def some_points(seed, n=400, n_features=4, n_distinct=30):
     return obs, labels.astype(np.int64), rng.integers(3, size=n)
 
 
+@pytest.mark.parametrize("few", [0, 100], ids=["histogram", "sorted"])
 @pytest.mark.parametrize("seed", range(12))
-def test_splits_are_those_of_the_definition_to_the_last_bit(seed):
+def test_splits_are_those_of_the_definition_to_the_last_bit(seed, few, monkeypatch):
     """Slot by slot and cut by cut, in plain integers up to one division: also ties, and counts as large as allowed."""
+    monkeypatch.setattr("maviper.extraction.growth.joint.FEW", few)
     rng = np.random.default_rng(seed)
     n, n_slots, n_actions = 60, 3, 4
     codes = rng.integers((4, 40, 256)[seed % 3], size=(5, n)).astype(np.int32)
