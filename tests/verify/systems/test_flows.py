@@ -7,8 +7,6 @@ import pytest
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from maviper.worlds.stated.deviation import deviation
-from maviper.worlds.stated.environment import StatedEnv
-from maviper.worlds.stated.statements import check_integration
 from tests.support.altered import of_hashes
 from tests.support.flows import PENDULUM
 from tests.support.system_cases import policy, team
@@ -124,13 +122,3 @@ def test_what_knows_only_steps_refuses_a_flow():
     for ask in asks:
         with pytest.raises(InputError, match=r"(?s)does not know continuous time.*pendulum: dynamics\.flow"):
             ask()
-
-
-def test_play_follows_scipy():
-    statement = statement_of(PENDULUM, "p.toml")
-    assert check_integration(statement).mark.value == "ok"
-    env = StatedEnv(statement, "p.toml")
-    env.reset(seed=0)
-    env.state = {"angle": 1.0, "spin": 0.0}
-    env.step({"motor": 1})
-    assert env.state["angle"] == pytest.approx(1.00210415, abs=1e-8)

@@ -8,7 +8,6 @@ import math
 import random
 from fractions import Fraction as F
 
-import numpy as np
 import pytest
 
 from codegen.errors import InputError
@@ -201,18 +200,6 @@ def test_enclosures_of_a_file_are_shown_and_forged_ones_are_not():
             error = {**piece.error, name: tuple(end / 2 for end in piece.error[name])}
             with pytest.raises(RejectedError, match=r"its error (is exceeded|was not shown)"):
                 ensure_enclosed(with_piece(statement, place, error=error))
-
-
-def test_pieces_hold_the_rules_in_floats():
-    statement, rng = statement_of(BENT, "f"), np.random.default_rng(0)
-    rule = statement.rules[0]
-    for piece in statement.system.pieces:
-        state = {name: F(rng.uniform(float(low), float(high))) for name, (low, high) in piece.where.items()}
-        after = piece.step(state, {"one": "off"}, {})
-        for name, move in rule.move.items():
-            told = function(move)({each: float(number) for each, number in state.items()})
-            low, high = piece.error[name]
-            assert float(low) - 1e-12 <= told - float(after[name]) <= float(high) + 1e-12
 
 
 NAMES = Names({"x": PURE, "h": unit_of("m", ""), "a": unit_of("deg", ""), "k": unit_of("m^0.5/s", "")})

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from fractions import Fraction as F
-from math import cos, sin
 
 import numpy as np
 import pytest
@@ -32,19 +31,6 @@ def within(box, at):
     return all(low <= at[name] <= high for name, (low, high) in box.items())
 
 
-def test_affine_rules_are_one_piece_without_error():
-    found, ranges = stated(PLAIN)
-    (rule,), (piece,) = found.rules, found.system.pieces
-    assert (
-        enclosures.count(rule) == 1
-        and enclosures.list_curved(rule) == ()
-        and list(enclosures.cells(rule, ranges)) == [{}]
-    )
-    assert not piece.error and piece.move["x"].at({"x": F(1), "v": F(3)}) == F(8, 5)
-    pushed = piece.step({"x": F(1), "v": F(3)}, {"cart": "left"}, {})
-    assert pushed == {"x": F(8, 5), "v": F(29, 10)}
-
-
 def test_cells_are_parts_of_the_ranges_that_meet_at_borders_only():
     found, ranges = stated(CURVED)
     (rule,) = found.rules
@@ -58,32 +44,6 @@ def test_cells_are_parts_of_the_ranges_that_meet_at_borders_only():
     for x, v in rng.uniform([float(a), float(c)], [float(b), float(d)], (200, 2)).tolist():
         assert sum(within(cell, {"x": F(x), "v": F(v)}) for cell in cells) == 1
     assert sum(within(cell, {"x": a + (b - a) / 5, "v": F(0)}) for cell in cells) == 4, "a corner of four cells"
-
-
-@pytest.mark.parametrize("action", ["stay", "left", "right"])
-def test_a_curved_motion_lies_between_a_pieces_form_and_its_error(action):
-    """The rule once more, in floats: what the file says, with any error that it allows."""
-    found, _ = stated(CURVED)
-    push = {"stay": 0.0, "left": -0.5, "right": 0.5}[action]
-    rng = np.random.default_rng(1)
-    widest = 0.0
-    for piece in found.system.pieces:
-        (a, b), (c, d) = piece.where["x"], piece.where["v"]
-        for x, v in rng.uniform([float(a), float(c)], [float(b), float(d)], (40, 2)).tolist():
-            form = piece.step({"x": F(x), "v": F(v)}, {"cart": action}, {})
-            wanted = {"x": [x + 0.2 * v * sin(0.3 * x)] * 2, "v": [v + 0.2 * push * cos(0.1 * x)] * 2}
-            wanted["v"][1] += 0.25
-            for name, (least, most) in wanted.items():
-                low, high = piece.error.get(name, (F(0), F(0)))
-                assert float(form[name] + low) <= least + NEAR and most <= float(form[name] + high) + NEAR
-                widest = max(widest, float(high - low))
-    assert widest < 8, "an enclosure that says something"
-
-
-def test_more_cuts_make_smaller_errors():
-    few, many = (stated(CURVED.replace("x = 5, v = 2", cuts))[0].system.pieces for cuts in ("x = 2", "x = 16, v = 4"))
-    width = lambda found: max(high - low for piece in found for low, high in [piece.error["x"]])  # noqa: E731
-    assert width(many) < width(few) / 4
 
 
 def test_a_box_of_a_piece_is_cut_within_the_ranges():

@@ -1,6 +1,5 @@
 """Claims for ever: what invariants show holds in long episodes; forgeries and faults are caught."""
 
-import json
 from collections import Counter
 from dataclasses import replace
 from fractions import Fraction as F
@@ -18,7 +17,6 @@ from tests.verify.reach import random_modes
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
-from verify.checker.certificate import body_hash
 from verify.checker.covers import invariants
 from verify.checker.covers.invariants import InvariantSweep
 from verify.checker.reading import RejectedError
@@ -152,18 +150,6 @@ def test_the_text(proved):
     found, _, _ = proved
     text = to_json(found)
     assert from_json(text) == found and "maviper-system-certificate-4" in text and len(text) < 4_000
-    for change in (
-        lambda body: body.update(certificate="maviper-system-certificate-5"),
-        lambda body: body["claim"].update(kind="stays_in", name="stays_in"),
-        lambda body: body["parts"][0].update(cells=["?"]),
-        lambda body: body["parts"][0].pop("steps"),
-        lambda body: body.pop("parts"),
-    ):
-        body = json.loads(text)
-        change(body)
-        body.pop("content_hash")
-        with pytest.raises(InputError):
-            from_json(json.dumps(body | {"content_hash": body_hash(body)}))
 
 
 # --- planted faults

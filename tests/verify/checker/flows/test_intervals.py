@@ -30,7 +30,7 @@ def random_spans(seed, count=300):
     ends = (
         random.choice([-1.0, 1.0], (2, count)) * random.choice(ENDS, (2, count)) * random.choice([1.0, 0.7], (2, count))
     )
-    ends[1, ::5] = ends[0, ::5]
+    ends[1, ::5], ends[:, ::7], ends[0, 1::9] = ends[0, ::5], 0.0, 0.0
     return Spans(ends.min(axis=0), ends.max(axis=0))
 
 
@@ -54,8 +54,10 @@ def missed(seed=0):
     pairs = list(zip(ends_of(one), ends_of(other), strict=True))
     with np.errstate(all="ignore"):
         count = misses(intervals.plus(one, other), [[a + b for a, b in product(*pair)] for pair in pairs])
+        count += misses(intervals.minus(one, other), [[a - b for a, b in product(*pair)] for pair in pairs])
         count += misses(intervals.times(one, other), [[a * b for a, b in product(*pair)] for pair in pairs])
-        count += misses(intervals.square(one), [[a * a for a in ends] for ends in ends_of(one)])
+        squares = [[a * a for a in ends] + [F(0)] * (ends[0] <= 0 <= ends[1]) for ends in ends_of(one)]
+        count += misses(intervals.square(one), squares)
         sure = [[1 / a for a in ends] if 0 not in ends else [] for ends in ends_of(one)]
         count += misses(intervals.inverse(one), sure)
         for factor in FACTORS:
@@ -135,36 +137,6 @@ def test_what_is_not_defined_is_no_number():
         intervals.waves(Spans(one, 1e7 * one))[0],
     ):
         assert not intervals.finite(span).any()
-
-
-def test_sums_and_products_hold_exact_results():
-    random = np.random.default_rng(1)
-
-    def some():
-        ends = random.standard_normal((2, N)) * 10.0 ** random.uniform(-160, 160, N)
-        ends[:, ::7], ends[0, ::5] = 0.0, 0.0
-        return Spans(ends.min(axis=0), ends.max(axis=0))
-
-    factor = F(-22, 7)
-    for _ in range(3):
-        one, other = some(), some()
-        results = {
-            "plus": (intervals.plus(one, other), lambda a, b: a + b),
-            "minus": (intervals.minus(one, other), lambda a, b: a - b),
-            "times": (intervals.times(one, other), lambda a, b: a * b),
-            "scaled": (intervals.scale_spans(one, Factor(factor)), lambda a, b: a * factor),
-        }
-        for name, (found, exactly) in results.items():
-            for place in range(N):
-                ends = [exactly(F(one[i][place]), F(other[j][place])) for i in (0, 1) for j in (0, 1)]
-                if np.isfinite(found.low[place]) and np.isfinite(found.high[place]):
-                    assert F(found.low[place]) <= min(ends) and max(ends) <= F(found.high[place]), name
-        squares = intervals.square(one)
-        for place in range(N):
-            low, high = F(one.low[place]), F(one.high[place])
-            if np.isfinite(squares.high[place]):
-                assert F(squares.low[place]) <= (0 if low <= 0 <= high else min(low**2, high**2))
-                assert max(low**2, high**2) <= F(squares.high[place])
 
 
 NAMES = Names({"x": PURE, "y": PURE, "u": PURE})
