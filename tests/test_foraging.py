@@ -114,18 +114,8 @@ def test_the_header_has_the_hash_that_its_page_tells(tmp_path):
 @pytest.mark.compile
 def test_from_the_expert_to_a_header(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 20)
-    budget = [
-        "--world",
-        "foraging:make",
-        "--max-depth",
-        "5",
-        "--iterations",
-        "2",
-        "--rollouts",
-        "20",
-        "--selection-episodes",
-        "10",
-    ]
+    small = {"max-depth": 5, "iterations": 2, "rollouts": 20, "selection-episodes": 10}
+    budget = ["--world=foraging:make", *(f"--{name}={value}" for name, value in small.items())]
     profile = tmp_path / "profile.json"
     assert main.run(["extract", str(PLACE / "expert.safetensors"), *budget, "-o", str(profile)]) == 0
     found = load(profile)

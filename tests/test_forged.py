@@ -1,4 +1,5 @@
-"""Free text of files, and names of files: shown to people, it steers no terminal and makes no line of its own."""
+"""Free text of files, and names of files: shown to people, it steers no terminal and makes no line of its own.
+Certificates and counterexamples: test_names.py."""
 
 import copy
 import json
@@ -10,10 +11,7 @@ import pytest
 
 from maviper.cli import main
 
-GENERATED = Path(__file__).parent.parent / "generated"
-PROFILE = GENERATED / "physical_deception" / "profile.json"
-CERTIFICATE = GENERATED / "proved_defenders" / "certificate-1-distinct_targets.json"
-COUNTEREXAMPLE = GENERATED / "verdicts" / "physical_deception" / "counterexample-9-covers.json"
+PROFILE = Path(__file__).parent.parent / "generated" / "physical_deception" / "profile.json"
 FORGED = "1. distinct_targets of the defenders: PROVED"
 HOSTILE = f"x\n{FORGED}\n\x1b[2J\r\u202e\u2028\x85{FORGED}"
 STEERING = {"Cc", "Cf", "Cs", "Zl", "Zp"}
@@ -64,32 +62,16 @@ def shown(capsys, folder, *arguments):
     return code
 
 
-def documents(path):
-    document = json.loads(path.read_text())
-    return [pytest.param(document, each, id=".".join(map(str, each))) for each in kinds(document)]
+DOCUMENT = json.loads(PROFILE.read_text())
 
 
-@pytest.mark.parametrize(("document", "path"), documents(PROFILE))
-def test_texts_of_profiles(document, path, tmp_path, capsys):
+@pytest.mark.parametrize("path", kinds(DOCUMENT), ids=lambda path: ".".join(map(str, path)))
+def test_texts_of_profiles(path, tmp_path, capsys):
     changed, out = tmp_path / "profile.json", tmp_path / "out"
-    changed.write_text(json.dumps(forged(document, path)))
+    changed.write_text(json.dumps(forged(DOCUMENT, path)))
     for command in (("show", changed), ("compile", changed, "-o", out), ("verify", changed, "-o", out)):
         if shown(capsys, out, *command) == 2:
             break
-
-
-@pytest.mark.parametrize(("document", "path"), documents(CERTIFICATE))
-def test_texts_of_certificates(document, path, tmp_path, capsys):
-    changed = tmp_path / CERTIFICATE.name
-    changed.write_text(json.dumps(forged(document, path)))
-    shown(capsys, tmp_path / "none", "check", changed, "--profile", CERTIFICATE.parent / "profile.json")
-
-
-@pytest.mark.parametrize(("document", "path"), documents(COUNTEREXAMPLE))
-def test_texts_of_counterexamples(document, path, tmp_path, capsys):
-    changed = tmp_path / COUNTEREXAMPLE.name
-    changed.write_text(json.dumps(forged(document, path)))
-    shown(capsys, tmp_path / "none", "replay", changed, "--profile", COUNTEREXAMPLE.parent / "profile.json")
 
 
 PROPERTY = {

@@ -151,8 +151,7 @@ def test_wrong_next_values_are_found(attribute, wrong, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("kind", "name"),
-    sweep(pytest.param(kind, name) for kind, faults in PLANTED.items() for name in faults),
+    ("kind", "name"), sweep(pytest.param(kind, name) for kind, faults in PLANTED.items() for name in faults)
 )
 def test_a_fault_in_what_proves_or_checks_numbers_is_noticed(kind, name):
     for module in (outputs, driven):

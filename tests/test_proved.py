@@ -1,4 +1,6 @@
-"""generated/proved_defenders/: a team that plays nearly as well as the network, proved in the whole start region."""
+"""generated/proved_defenders/: a team that plays nearly as well as the network, proved in the whole start region; and
+teams that are repaired or extracted again.
+"""
 
 import json
 from dataclasses import replace
@@ -17,7 +19,8 @@ from tests.support.altered import read_game
 from verify.checker.decisions import check_certificate
 from verify.claims.region_files import everywhere
 
-FOLDER = Path(__file__).parent.parent / "generated" / "proved_defenders"
+GENERATED = Path(__file__).parent.parent / "generated"
+FOLDER = GENERATED / "proved_defenders"
 CERTIFICATE = FOLDER / "certificate-1-distinct_targets.json"
 MAX_DEPTH, LEAST_SUCCESS = 6, 0.98
 FRESH = range(
@@ -66,21 +69,34 @@ def test_the_evidence_names_the_profiles(proved, expert):
     assert [opinion["verdict"] for opinion in result["engines"]] == ["PROVED", "PROVED"]
 
 
-def test_repairing_the_extracted_team_again_gives_the_same_bytes(tmp_path, capsys):
-    made = ["repair", str(FOLDER / "extracted.json"), "--max-depth", "6", "--episodes", "10000", "-o", str(tmp_path)]
+@pytest.mark.parametrize(
+    ("place", "episodes"),
+    [("proved_defenders", "10000"), pytest.param("proved_navigation", "2000", marks=pytest.mark.slow)],
+)
+def test_repairing_an_extracted_team_again_gives_the_same_bytes(place, episodes, tmp_path, capsys):
+    folder = GENERATED / place
+    made = ["repair", str(folder / "extracted.json"), "--max-depth", "6", "--episodes", episodes, "-o", str(tmp_path)]
     assert main.run(made) == 0
-    names = {path.name for path in FOLDER.iterdir()} - {"README.md", "extracted.json"}
+    names = {path.name for path in folder.iterdir()} - {"README.md", "extracted.json"}
     assert names == {path.name for path in tmp_path.iterdir()} - {".maviper.json"}
     for name in names:
-        assert (tmp_path / name).read_bytes() == (FOLDER / name).read_bytes(), name
-    assert "3 guards, agent_0 for" in capsys.readouterr().err
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
+    assert folder != FOLDER or "3 guards, agent_0 for" in capsys.readouterr().err
 
 
 @pytest.mark.nightly
-@pytest.mark.timeout(900)
-def test_extracting_again_gives_the_same_bytes(tmp_path):
-    assert main.run(["extract", "physical-deception", "--seed", "0", "-o", str(tmp_path / "extracted.json")]) == 0
-    again, committed = load(tmp_path / "extracted.json"), load(FOLDER / "extracted.json")
+@pytest.mark.timeout(1_800)
+@pytest.mark.parametrize(
+    ("world", "place"),
+    [
+        ("physical-deception", "proved_defenders"),
+        ("cooperative-navigation", "proved_navigation"),
+        ("predator-prey", "verdicts/predator_prey"),
+    ],
+)
+def test_extracting_again_gives_the_same_bytes(world, place, tmp_path):
+    assert main.run(["extract", world, "--seed", "0", "-o", str(tmp_path / "extracted.json")]) == 0
+    again, committed = load(tmp_path / "extracted.json"), load(GENERATED / place / "extracted.json")
     made = replace(again.provenance, tool=committed.provenance.tool)  # whichever version made the committed one
     assert dumps(replace(again, provenance=made)) == dumps(committed)
 

@@ -48,11 +48,7 @@ def test_a_recorder_adds_up_what_reports_say(tmp_path):
     )
     recorder.pytest_sessionfinish()
     written = json.loads(recorder.place.read_text())
-    assert written == {
-        "seconds": {"a.py": 1.5, "b.py": 2.0},
-        "skipped": {"a.py::z": "no node"},
-        "passed": ["a.py::x"],
-    }
+    assert written == {"seconds": {"a.py": 1.5, "b.py": 2.0}, "skipped": {"a.py::z": "no node"}, "passed": ["a.py::x"]}
 
 
 def test_what_passed_in_an_earlier_run_is_not_run_again(tmp_path):

@@ -44,17 +44,7 @@ from tests.benchmarks.common import figure, reader, tell
 from tests.support.followed import arriving, flying
 from tests.support.monitored import acting, compiled, formula_of, meets
 from tests.support.monitors import certify
-from tests.support.pushed import (
-    COSTED,
-    NOISE,
-    STEPS,
-    Watching,
-    cost_watched,
-    episodes,
-    lasting,
-    perturbed,
-    unperturbed,
-)
+from tests.support.pushed import COSTED, NOISE, STEPS, Watching, cost_watched, episodes, lasting, perturbed, unperturbed
 from verify.certificates.games import to_json
 from verify.checker.certificate import MAX_BYTES
 
@@ -69,10 +59,7 @@ GAMES = (
     "proved_defenders/certificate-1-distinct_targets",
     "proved_navigation/certificate-1-distinct_targets",
 )
-EPISODES = (
-    "verdicts/physical_deception/certificate-7-reaches",
-    "verdicts/physical_deception/certificate-8-reaches",
-)
+EPISODES = ("verdicts/physical_deception/certificate-7-reaches", "verdicts/physical_deception/certificate-8-reaches")
 FLOWN = "flight/certificate-1-reaches"  # with numbers that are off, in a closed loop
 BESIDE = GENERATED / "verdicts" / "physical_deception" / "profile.json"
 OFF = 0.007  # by how much its monitor lets numbers be off: 3.5 standard deviations of the noise

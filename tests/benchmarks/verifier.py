@@ -12,18 +12,13 @@ Most of a small query is the solver's own: a context in which nothing was asked 
 Also: the sweep (leaf pairs that the product of the trees has, times goals, in the time of a question; pruning counts),
 features that are off by up to 1/100 (steady, against our own query, as nobody else states that), ten properties of
 three agents, the checker's time for a branch, and the bytes of a proof that leaves settle. --full adds larger trees.
-
---commands measures whole commands instead, process start included, in seconds of user and system time, so that other
-work on the machine does not count. A process that imports what the outcome needs is timed between them.
 """
 
 import gc
 import math
 import statistics
 import sys
-import tempfile
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 from sklearn.tree import DecisionTreeClassifier
@@ -31,11 +26,10 @@ from sklearn.tree import DecisionTreeClassifier
 from codegen import ir
 from codegen.floats import FLOAT32
 from codegen.observe import observe
-from codegen.policy_json import dumps
 from codegen.profiles import ensure
 from maviper.worlds import find
 from tests.benchmarks import direct
-from tests.benchmarks.common import listed, reader, seconds, spent, spent_by, tell
+from tests.benchmarks.common import listed, reader, seconds, tell
 from tests.support.zone_cases import stated
 from verify.checker import decisions
 from verify.checker.certificate import numbers
@@ -66,15 +60,6 @@ TARGETS = {
     "checker, us a closed branch": (10.0, 3.0, "lower"),
     "proof by leaves, bytes per leaf": (20.0, 10.0, "lower"),
 }
-COMMANDS = {
-    "verify, demo's profile, s above imports": (0.5, 0.2, "lower"),
-    "verify, proof at depth 10, s": (3.0, 1.5, "lower"),
-    "verify, three agents of depth 6, s": (2.5, 1.0, "lower"),
-    "verify, reaches in 28 steps, s": (15.0, 5.0, "lower"),
-    "its certificate, MB": (2.0, 0.5, "lower"),
-}
-IMPORTS = "import click, jinja2, msgspec, numpy, rich.console, z3, mpe2.simple_adversary_v3"
-GENERATED = Path(__file__).parents[2] / "generated"
 
 
 class Played:
@@ -207,9 +192,8 @@ def main():
     parser = reader(__doc__)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--full", action="store_true")
-    parser.add_argument("--commands", action="store_true")
     options = parser.parse_args()
-    figures, rows = whole_commands(options.rounds) if options.commands else measured(options.rounds, options.full)
+    figures, rows = measured(options.rounds, options.full)
     if not options.json:
         print(f"zone search: {'compiled' if search.AVAILABLE else 'Python (the extension is not built)'}")
         print("\n".join(rows))
@@ -302,46 +286,6 @@ def forget():
         for kept in vars(module).values():
             if hasattr(kept, "cache_clear"):
                 kept.cache_clear()
-
-
-def whole_commands(rounds):
-    """The figures of COMMANDS: commands and imports in turns, `rounds` times, the median of each."""
-    with tempfile.TemporaryDirectory() as folder:
-        asked = {
-            "imports": lambda: spent_by(sys.executable, "-c", IMPORTS),
-            "demo": lambda: spent("verify", GENERATED / "physical_deception" / "profile.json"),
-            **{name: lambda path=path: spent("verify", path) for name, path in profiles_in(Path(folder)).items()},
-        }
-        times = {name: [] for name in asked}
-        for turn in range(rounds + 1):  # the first one compiles modules
-            for name, ask in asked.items():
-                took = ask().seconds
-                times[name] += [took] if turn else []
-        report, profile = Path(folder) / "report", GENERATED / "proved_defenders" / "profile.json"
-        episodes = spent("verify", profile, "--claim", "reaches(steps=28)", "-o", report)
-        certificates = [len(path.read_bytes()) for path in report.glob("certificate-*.json")]
-    cpu = {name: statistics.median(each) for name, each in times.items()}
-    values = {
-        "verify, demo's profile, s above imports": cpu["demo"] - cpu["imports"],
-        "verify, proof at depth 10, s": max(took for name, took in cpu.items() if name.startswith("proof")),
-        "verify, three agents of depth 6, s": cpu["three agents"],
-        "verify, reaches in 28 steps, s": episodes.seconds,
-        "its certificate, MB": sum(certificates) / 1e6 if certificates else math.inf,
-    }
-    return listed(values, COMMANDS), [f"{name}: CPU {took:.2f} s" for name, took in cpu.items()]
-
-
-def profiles_in(folder):
-    """The profiles that whole commands are asked about, written into a folder."""
-    game = Played("physical-deception")
-    made = {
-        "proof, held": held_roles(game, 7),
-        "proof, swap": deception_team(game, "swapping", 12),
-        "three agents": navigators(3),
-    }
-    for name, profile in made.items():
-        (folder / f"{name}.json").write_text(dumps(profile))
-    return {name: folder / f"{name}.json" for name in made}
 
 
 def checked(profile, asked, region, found):

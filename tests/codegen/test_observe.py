@@ -26,9 +26,7 @@ SPEC = WorldSpec(
 COORDINATES = SPEC.coordinates()
 TERMS = st.lists(st.tuples(st.sampled_from([-1, 1, 0.5, -0.25]), st.sampled_from(COORDINATES)), max_size=5).map(tuple)
 MEANINGS = st.builds(
-    lambda terms, kind: Meaning(terms, kind if terms else ""),
-    TERMS,
-    st.sampled_from(["", *FUNCTIONS]),
+    lambda terms, kind: Meaning(terms, kind if terms else ""), TERMS, st.sampled_from(["", *FUNCTIONS])
 )
 # a coarse grid, so that sums are 0 and ties happen, and numbers that are rounded
 NUMBERS = st.one_of(st.integers(-4, 4).map(lambda k: k / 4), st.floats(-3, 3, allow_subnormal=False))

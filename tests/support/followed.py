@@ -24,6 +24,7 @@ from tests.support.pushed import NOISE, PUSH, move_game
 from verify.checker.certificate import MAX_BYTES
 
 ROUNDS = 7
+PUSHES = (0.3, 0.03, 0.003)  # standard deviations of what is added to a velocity: seen at once, or perhaps never
 PROGRAM = """void follow(const double *w, const int *acts, long episodes, long steps, int *found, double *seconds);
 void follow(const double *w, const int *acts, long episodes, long steps, int *found, double *seconds)
 {{
@@ -55,14 +56,47 @@ void follow(const double *w, const int *acts, long episodes, long steps, int *fo
     seconds[1] = now() - start;
 }}
 """
+# with noisy numbers, in a closed loop: agents that a proof follows decide from the state that the monitor follows
+FLYING = """
+long size(void);
+long size(void)
+{{
+    return (long)sizeof({p}_monitor);
+}}
+void look({p}_monitor *m, const double *w, long n, int begin, int *words, double *last);
+void look({p}_monitor *m, const double *w, long n, int begin, int *words, double *last)
+{{
+    long i;
+    int k;
+    for (i = 0; i < n; i++) {{
+        if (begin == 1) {{
+            {p}_monitor_start(&m[i]);
+        }}
+        {p}_monitor_renew_all(&m[i]);
+        words[i] = {p}_monitor_step(&m[i], w + i * {N}, {P}_DT);
+        for (k = 0; k < {N}; k++) {{
+            last[i * {N} + k] = m[i].last[k];
+        }}
+    }}
+}}
+void tell({p}_monitor *m, int *acts, long n);
+void tell({p}_monitor *m, int *acts, long n)
+{{
+    long i;
+    for (i = 0; i < n; i++) {{
+        {told}
+    }}
+}}
+"""
 
 
 class Followed:
-    """A certificate that agents arrive, and its monitor in C."""
+    """A certificate that agents arrive, and its monitor in C, for numbers that are off by `noise`."""
 
-    def __init__(self, certificate, folder, profile=None):
+    def __init__(self, certificate, folder, profile=None, noise=None):
         self.profile = load(profile or certificate.parent / "profile.json")
-        proved: Any = self._proved(load_proof(certificate, self.profile))
+        proved: Any = load_proof(certificate, self.profile)
+        proved = noisy(proved, noise) if noise else proved
         stated = json.loads(runs.read_unpacked(certificate, MAX_BYTES))
         self.team, self.radius = stated["team"], Fraction(stated["radius"])
         self.start, self.steps = proved.region, proved.region.steps + 1
@@ -74,16 +108,14 @@ class Followed:
         )
         names = {"p": p, "P": p.upper(), "N": watched.size, "K": len(agents), "calls": calls}
         texts = {**emit(self.profile, ["c"]), **rendered.emit_monitors(watched, ["c"])}
-        texts["run.c"] = WITH_CLOCK.format(**names) + self._program(names, agents)
+        told = " ".join(
+            f"acts[i * {len(agents)} + {k}] = {p}_monitor_{agent.lower}(&m[i], acts[i * {len(agents)} + {k}]);"
+            for k, agent in enumerate(agents)
+        )
+        texts["run.c"] = (WITH_CLOCK + PROGRAM + FLYING).format(told=told, **names)
         self._library = built(folder, texts, OPTIMISED)
         self._names = [policy.agent for policy in self.profile.agents]
         self._at = {name: place for place, name in enumerate(self.profile.world.coordinates())}
-
-    def _proved(self, proved):
-        return proved
-
-    def _program(self, names, agents):
-        return PROGRAM.format(**names)
 
     def words(self, w, acts):
         """The words of whole episodes, and the seconds of their decisions and of the monitor."""
@@ -131,6 +163,29 @@ class Followed:
             acts.append(np.column_stack([acted[name] for name in self._names]))
             w = self.moved(w, acted, np.where(rng.random(count) < share, PUSH, 0.0), rng)
         return states, np.stack(acts, axis=1)
+
+    def flown(self, count, seed, sigma, share):
+        """Episodes in a closed loop from random starts; all numbers are off by a normal error, and in each step this
+        share is pushed. The words [episodes, steps + 1] and the true states.
+        """
+        rng = np.random.default_rng(seed)
+        w = self.starts(rng, count)
+        monitors = np.zeros(count * int(self._library.size()), np.uint8)
+        n, words, last = ctypes.c_long(count), np.zeros(count, np.int32), np.zeros_like(w)
+        scale = rng.choice(PUSHES, count)
+        said, states = [], []
+        for step in range(self.steps):
+            seen = np.ascontiguousarray(w + sigma * rng.normal(size=w.shape))
+            self._library.look(_at(monitors), _at(seen), n, int(step == 0), _at(words), _at(last))
+            said.append(words.copy())
+            states.append(w.copy())
+            ours, theirs = acting(self.profile, last), acting(self.profile, seen)
+            chosen = [(ours if name in self.start.followed else theirs)[name] for name in self._names]
+            acts = np.ascontiguousarray(np.column_stack(chosen), np.int32)
+            self._library.tell(_at(monitors), _at(acts), n)
+            pushed = np.where(rng.random(count) < share, scale, 0.0)
+            w = self.moved(w, dict(zip(self._names, acts.T, strict=True)), pushed, rng)
+        return np.stack(said, axis=1), np.stack(states, axis=1)
 
     def fails(self, states, radius):
         """In which episodes no matching has each agent of the team come to a landmark of its own."""
@@ -193,89 +248,6 @@ def arriving(certificate: Path, states: int):
         }  # fmt: skip
 
 
-# --- with noisy numbers, in a closed loop: agents that a proof follows decide from the state that the monitor follows
-
-PUSHES = (0.3, 0.03, 0.003)  # standard deviations of what is added to a velocity: seen at once, or perhaps never
-FLYING = """
-long size(void);
-long size(void)
-{{
-    return (long)sizeof({p}_monitor);
-}}
-void look({p}_monitor *m, const double *w, long n, int begin, int *words, double *last);
-void look({p}_monitor *m, const double *w, long n, int begin, int *words, double *last)
-{{
-    long i;
-    int k;
-    for (i = 0; i < n; i++) {{
-        if (begin == 1) {{
-            {p}_monitor_start(&m[i]);
-        }}
-        {p}_monitor_renew_all(&m[i]);
-        words[i] = {p}_monitor_step(&m[i], w + i * {N}, {P}_DT);
-        for (k = 0; k < {N}; k++) {{
-            last[i * {N} + k] = m[i].last[k];
-        }}
-    }}
-}}
-void tell({p}_monitor *m, int *acts, long n);
-void tell({p}_monitor *m, int *acts, long n)
-{{
-    long i;
-    for (i = 0; i < n; i++) {{
-        {told}
-    }}
-}}
-"""
-
-
-class Shadowed(Followed):
-    """A certificate that agents arrive, and its monitor in C for numbers that are off by `noise`."""
-
-    def __init__(self, certificate, folder, profile, noise):
-        self.noise = noise
-        super().__init__(certificate, folder, profile)
-
-    def _proved(self, proved):
-        return noisy(proved, self.noise)
-
-    def _program(self, names, agents):
-        told = " ".join(
-            f"acts[i * {len(agents)} + {k}] = {names['p']}_monitor_{agent.lower}(&m[i], acts[i * {len(agents)} + {k}]);"
-            for k, agent in enumerate(agents)
-        )
-        return super()._program(names, agents) + FLYING.format(told=told, **names)
-
-    def flown(self, count, seed, sigma, share):
-        """Episodes from random starts; all numbers are off by a normal error, and in each step this share is pushed.
-        The words [episodes, steps + 1] and the true states.
-        """
-        rng, names = np.random.default_rng(seed), self.profile.world.coordinates()
-        w = self.starts(rng, count)
-        monitors = np.zeros(count * int(self._library.size()), np.uint8)
-        n, words, last = ctypes.c_long(count), np.zeros(count, np.int32), np.zeros_like(w)
-        scale = rng.choice(PUSHES, count)
-        said, states = [], []
-        for step in range(self.steps):
-            seen = np.ascontiguousarray(w + sigma * rng.normal(size=w.shape))
-            self._library.look(_at(monitors), _at(seen), n, int(step == 0), _at(words), _at(last))
-            said.append(words.copy())
-            states.append(w.copy())
-            ours, theirs = acting(self.profile, last), acting(self.profile, seen)
-            acts = np.column_stack(
-                [
-                    (ours if policy.agent in self.start.followed else theirs)[policy.agent]
-                    for policy in self.profile.agents
-                ]
-            ).astype(np.int32)
-            acts = np.ascontiguousarray(acts)
-            self._library.tell(_at(monitors), _at(acts), n)
-            pushed = np.where(rng.random(count) < share, scale, 0.0)
-            w = self.moved(w, dict(zip(self._names, acts.T, strict=True)), pushed, rng)
-        assert len(names) == w.shape[1]
-        return np.stack(said, axis=1), np.stack(states, axis=1)
-
-
 def _at(array):
     return array.ctypes.data_as(ctypes.c_void_p)
 
@@ -285,7 +257,7 @@ def flying(certificate: Path, profile: Path, states: int, noise: float, sigma: f
     what the noise adds to a distance.
     """
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
-        flown = Shadowed(certificate, Path(folder), profile, noise)
+        flown = Followed(certificate, Path(folder), profile, noise)
         count = -(-states // flown.steps)
         calm, w = flown.flown(count, 0, 0.0, 0.0)
         costs = flown.costs(w[:700], flown.acting(w[:700]))

@@ -4,14 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from tests.support.zone_cases import (
-    actions_at,
-    actions_with_errors,
-    everyone,
-    exactly_inside,
-    grid_points,
-    stated,
-)
+from tests.support.zone_cases import actions_at, actions_with_errors, everyone, exactly_inside, grid_points, stated
 from verify.checker import decisions
 from verify.checker.certificate import numbers
 from verify.claims.decisions import formula

@@ -216,10 +216,7 @@ REBOUND = "\n\nact_agent_0 = lambda x: 3\n"
     [
         ("walk", lambda text: text.replace("static const float threshold", "static const int threshold", 1)),
         ("nested", lambda text: re.sub(r"inline int (\w+_act\()", r"inline _Bool \1", text, count=1)),
-        (
-            "nested",
-            lambda text: re.sub(r"\n(static inline int \w+_act\()", r"\n#define NO 1\n\1", text, count=1),
-        ),
+        ("nested", lambda text: re.sub(r"\n(static inline int \w+_act\()", r"\n#define NO 1\n\1", text, count=1)),
         ("nested", lambda text: re.sub(r"(inline int \w+_act\()const float", r"\1float", text, count=1)),
         ("walk", lambda text: text.replace("    int i = 0;", "    int i = 0;\n    action[0] = 4;", 1)),
         ("walk", lambda text: text.replace("    int i = 0;", "    static int i = 0;", 1)),

@@ -38,13 +38,8 @@ def test_subnormal_numbers_are_not_zero(library, threshold, profile):
     """XLA on a CPU takes them for zero where floats are compared."""
     made = with_trees({"agent_0": tree((0, threshold, 1, 2), 1, 2)}, profile)
     act, policy = module_of(made, library)["act_agent_0"], made.policy("agent_0")
-    around = [
-        *probes.neighbours(threshold, FLOAT32),
-        *probes.SPECIAL[FLOAT32],
-        -np.float32(np.nan),
-        np.float32(TINY),
-        -np.float32(TINY),
-    ]
+    tiny = [-np.float32(np.nan), np.float32(TINY), -np.float32(TINY)]
+    around = [*probes.neighbours(threshold, FLOAT32), *probes.SPECIAL[FLOAT32], *tiny]
     rows = np.zeros((len(around), len(policy.features)), dtype=np.float32)
     rows[:, 0] = around
     assert np.asarray(act(given(library, rows))).tolist() == ir.act(policy, rows).tolist()

@@ -43,9 +43,8 @@ def written(profile, folder, target):
 
 
 def said(*words, **given):
-    return subprocess.run(words, check=True, capture_output=True, text=True, timeout=60, **given).stdout.split("\n")[
-        :-1
-    ]
+    ran = subprocess.run(words, check=True, capture_output=True, text=True, timeout=60, **given)
+    return ran.stdout.split("\n")[:-1]
 
 
 def test_python_has_the_labels_and_returns_their_places(labelled):
@@ -62,17 +61,9 @@ def test_python_has_the_labels_and_returns_their_places(labelled):
 def test_c_has_the_labels_and_its_header_gives_them_back(labelled):
     profile, labels, folder = labelled
     header = written(profile, folder, "c")
-    text = isinstance(labels[0], str)
-    form = (
-        '"%s\\n"'
-        if text
-        else '"%d\\n"'
-        if max(labels) == 1
-        else '"%lld\\n"'
-        if isinstance(labels[0], int)
-        else '"%.17g\\n"'
-    )
-    (folder / "main.c").write_text(MAIN.replace("FORMAT", form))
+    text, form = isinstance(labels[0], str), {str: "%s", int: "%lld", float: "%.17g"}[type(labels[0])]
+    form = "%d" if labels[-1] == 1 else form
+    (folder / "main.c").write_text(MAIN.replace("FORMAT", f'"{form}\\n"'))
     strict = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
     said("gcc", *strict, str(folder / "main.c"), "-o", str(folder / "main"))
     found = said(str(folder / "main"))
