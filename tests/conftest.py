@@ -270,7 +270,6 @@ SAMPLED = {
     "SAMPLES": (
         "verify.states.shares",
         "verify.solver.leaves",
-        "verify.states.shares",
         "verify.counterexamples.search",
         "verify.extent.largest",
         "verify.repair",
@@ -345,13 +344,13 @@ def profile(world, expert) -> ir.PolicyProfile:
     return extracted_quickly(world, expert)
 
 
-def extracted_quickly(world, expert) -> ir.PolicyProfile:
+def extracted_quickly(world, expert, **more) -> ir.PolicyProfile:
     """Few iterations, depth 3; kept on disk, since it takes a third of the time of the smoke tests."""
     from maviper.extraction.algorithms import extract
     from maviper.extraction.settings import Settings
 
-    settings = Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30)
-    return keep_profile(f"{world.name} {expert.hash}", lambda: extract(world, expert, settings))
+    settings = Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30, **more)
+    return keep_profile(f"{world.name} {expert.hash} {more}", lambda: extract(world, expert, settings))
 
 
 @pytest.fixture

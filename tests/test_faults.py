@@ -5,7 +5,9 @@ import pytest
 
 from codegen import policy_json, profiles
 from codegen.agreement import selfcheck
+from codegen.lowering.lower import lower
 from codegen.targets import emit
+from maviper.extraction.settings import EXACT
 from tests import faults
 from tests.conftest import extracted_quickly
 
@@ -14,8 +16,12 @@ pytestmark = [pytest.mark.compile, pytest.mark.solver, pytest.mark.usefixtures("
 
 @pytest.fixture(scope="module")
 def profile(world, clone):
-    """Trees that test many features: of the script's clone, as those of the shipped expert are smaller."""
-    return extracted_quickly(world, clone)
+    """Trees that test many features, one as many as are copied in tiles: of the script's clone, as those of the shipped
+    expert are smaller, and by every threshold.
+    """
+    found = extracted_quickly(world, clone, splits=EXACT)
+    assert lower(found).tiled
+    return found
 
 
 @pytest.mark.parametrize("fault", faults.ALL, ids=lambda fault: fault.name)
