@@ -32,7 +32,7 @@ def prove(profile, style="auto", targets=("c", "python"), change=lambda text: te
 
 
 @pytest.mark.parametrize("style", STYLES)
-@settings(max_examples=6)
+@settings(max_examples=3)
 @given(profile=profiles())
 def test_random_profiles_are_proved(style, profile):
     found = prove(profile, style)

@@ -24,14 +24,16 @@ def header(profile, style):
 def uneven():
     """A classifier's tree, deep on one side only, whose table is not the complete one."""
     rng = np.random.default_rng(0)
-    x = rng.normal(size=(400, 3)).astype(np.float32) ** 3
-    return scikit.from_sklearn(DecisionTreeClassifier(random_state=0).fit(x, np.arange(400) % 4))
+    x = rng.normal(size=(100, 3)).astype(np.float32) ** 3
+    return scikit.from_sklearn(DecisionTreeClassifier(random_state=0).fit(x, np.arange(100) % 4))
 
 
-@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@pytest.mark.parametrize("style", first_of(1, ["walk", "nested", "ordered"]))
 def test_the_checker_sees_what_is_planted_into_a_header(style, profile):
+    """And nothing else in a team that walks."""
     text = header(profile, style)
     clean = findings(text)
+    assert style != "walk" or clean == {}
     planted = (
         "static inline int planted(int a)\n{\n    if (a & 1) {\n        return 0;\n    }\n    return a;\n}\n\n#endif"
     )
@@ -44,10 +46,6 @@ def test_a_header_that_the_checker_cannot_read_is_no_clean_header(profile):
     text = header(profile, "walk").replace("FLT_RADIX != 2", "FLT_RADIX == 2")
     with pytest.raises(RuntimeError, match="cppcheck did not read"):
         findings(text)
-
-
-def test_a_team_walks_without_findings(profile):
-    assert findings(header(profile, "walk")) == {}
 
 
 @pytest.mark.parametrize("name", first_of(1, NAMES[::2]))

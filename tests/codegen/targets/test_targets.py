@@ -55,7 +55,7 @@ EXAMPLES: dict[tuple, itertools.cycle] = {}
 
 
 @pytest.mark.compile
-@settings(max_examples=6)
+@settings(max_examples=4)
 @given(profiles())
 def test_random_profiles_agree_everywhere(profile):
     report = agreement_of(profile)
