@@ -412,9 +412,6 @@ class ReproduceOptions(TypedDict, total=False):
     """What a reproduction is asked for."""
 
     quick: Annotated[bool, Option(False, WHAT_REPRODUCING, "Physical deception, depth 4, one seed: a minute.")]
-    full: Annotated[
-        bool, Option(False, WHAT_REPRODUCING, "More: the ladder, preset released, leaf budgets, further experts.")
-    ]
     experts: Annotated[
         Sequence[str],
         Option(
@@ -449,7 +446,7 @@ class ReproduceOptions(TypedDict, total=False):
         Option(
             None,
             WHAT_REPRODUCING,
-            "Depths at which responders exploit trees (default: 4, with --full 2,4,6).",
+            "Depths at which responders exploit trees (default: 4).",
             "NUMBERS",
             commas=True,
         ),

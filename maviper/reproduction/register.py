@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from codegen.errors import InputError, UnknownNameError, escape_text
-from maviper.extraction.settings import ALGORITHMS, RGMDT, VARIANTS
+from maviper.extraction.settings import ALGORITHMS, VARIANTS
 from maviper.files import runs
 from maviper.reproduction.cells.plan import MADDPG, MAIN_DEPTH, MAPPO, NO_CARD
 from maviper.reproduction.cells.table import COLUMNS
@@ -190,7 +190,7 @@ def faults_of(claim: Claim) -> list[str]:
     known: list[tuple[str, Iterable[str], Iterable[str]]] = [
         ("statistic", [claim.statistic], STATISTICS),
         ("test", [claim.test], TESTS),
-        ("algorithm", [*claim.first, *claim.second], (*ALGORITHMS, *VARIANTS, RGMDT, *_others(claim))),
+        ("algorithm", [*claim.first, *claim.second], (*ALGORITHMS, *VARIANTS, *_others(claim))),
         ("column", claim.cells, COLUMNS),
     ]
     faults = [_unknown(what, name, names) for what, given, names in known for name in given if name not in list(names)]

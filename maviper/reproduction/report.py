@@ -19,7 +19,7 @@ from codegen.lowering.render import render
 from codegen.wording import format_count
 from maviper.evaluation.crossplay import DRAWS
 from maviper.files import runs
-from maviper.reproduction import further, register, sections, verdicts
+from maviper.reproduction import register, sections, verdicts
 from maviper.reproduction.cells.cell import EXPERT, KINDS
 from maviper.reproduction.cells.table import Results, Row, read_table
 from maviper.reproduction.figures import MARKS, name_algorithm
@@ -213,11 +213,8 @@ def _experts(table: Results) -> list[str]:
 
 def _sections(context: Context) -> list[Section]:
     first = [sections.performance(context, statistic) for statistic in (register.JOINT, register.INDIVIDUAL)]
-    return [*first, *(make(context) for make in (sections.robustness, sections.ablation)), *_rest(context)]
-
-
-def _rest(context: Context) -> list[Section]:
-    return [*(make(context) for make in further.ALL), sections.rewards(context)]
+    rest = (sections.robustness, sections.ablation, sections.features, sections.trees, sections.exploitability)
+    return [*first, *(make(context) for make in rest), sections.rewards(context)]
 
 
 def describe_run(table: Results, known: Register, experts: Sequence[str]) -> dict[str, Any]:

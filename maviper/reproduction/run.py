@@ -36,7 +36,6 @@ class Request:
     """The options of a reproduction; None: the tier's."""
 
     quick: bool
-    full: bool
     experts: tuple[str, ...]
     games: tuple[str, ...] | None
     depths: tuple[int, ...] | None
@@ -54,8 +53,6 @@ class Request:
 
     def ensure_usable(self) -> "Request":
         """The same; InputError or UnknownNameError for what cannot be used."""
-        if self.quick and self.full:
-            raise InputError("--quick and --full exclude each other", "--quick, --full", "give one of them")
         depths = (*(self.depths or ()), *(self.exploit_depths or ()))
         ensure_spread(self, 1 if self.seeds is None else self.seeds, depths)
         _ = self.asked.ensure_known(), self.part
@@ -64,7 +61,7 @@ class Request:
     @property
     def asked(self) -> Asked:
         """The choices that decide which cells there are."""
-        tier = plans.QUICK if self.quick else plans.FULL if self.full else plans.USUAL
+        tier = plans.QUICK if self.quick else plans.USUAL
         grid = (self.experts, self.games, self.depths, self.algorithms, self.presets)
         return Asked(tier, *grid, self.seeds, self.first_seed, self.exploit_depths)
 

@@ -1,26 +1,35 @@
-"""What a part of the report is made of, and the comparisons of performance: ratios, rewards, tables, ablations.
+"""The parts of the report: ratios, rewards, robustness, ablations, features, trees and exploitability.
 
-Does: turns numbers into figures and tables whose cells are text; says "not run" where cells are missing.
+Does: turns numbers, and facts of cells, into figures and tables whose cells are text; says "not run" where cells are
+  missing.
 Assumes: numbers come from recipes alone, so that all of them can be computed again.
 Does not: judge claims, or write files.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from typing import Any
 
+from codegen.errors import MaviperError
+from codegen.lowering.lower import lower
+from codegen.targets import svg
+from maviper.evaluation.exploitability import OWN
+from maviper.files import runs
+from maviper.files.profiles import load
 from maviper.reproduction import figures, register
-from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
+from maviper.reproduction.cells.cell import CROSSPLAY, EXPLOITABILITY, EXTRACTION
+from maviper.reproduction.cells.table import CELLS, Row
 from maviper.reproduction.figures import Point, name_algorithm
-from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place
+from maviper.reproduction.recipes import IMPURITY, OPPONENTS, Book, Finder, Number, Part, Place, Source
 from maviper.reproduction.register import Register, command
 from maviper.reproduction.statistics import PAPER
 from maviper.worlds.games.particle import SUCCESS
 from maviper.worlds.world import RETURN
 
 COMPARED = ("maviper", "iviper", "imitation", "fitted-q")
-ABLATED = ("maviper", "maviper-no-prediction", "maviper-iviper-resampling", "iviper")
-LADDER = ("iviper", "joint-rollouts", "joint-selection", "maviper-no-prediction", "maviper", "vote-N")
+ABLATIONS = ("maviper-no-prediction", "maviper-iviper-resampling")
+ABLATED = ("maviper", *ABLATIONS, "iviper")
 MAIN_DEPTH = 4
 NONE = "–"
 MEASURES = {
@@ -294,33 +303,140 @@ def _opponents(context: Context, game: str, expert: str) -> list[Table]:
 
 
 def ablation(context: Context) -> Section:
-    """The paper's two ablations, and the ladder from IVIPER to MAVIPER of which each rung is one difference."""
-    lead = "Ratios at depth 4. The paper's ablations are of deception's defenders; the ladder changes one thing a rung."
+    """The paper's two ablations, of deception's defenders."""
     made = Collected()
     for game, expert in context.places():
         measure = MEASURES.get(game, ("",))[0]
         place = Place(game, expert, depth=MAIN_DEPTH, measure=measure)
-        for (title, names, own), statistic in product(_STUDIES, (register.JOINT, register.INDIVIDUAL)):
-            rows = {name: ratio_row(context, statistic, place, name) for name in names}
+        for statistic in (register.JOINT, register.INDIVIDUAL):
+            rows = {name: ratio_row(context, statistic, place, name) for name in ABLATED}
             there = {name: both for name, both in rows.items() if both[0] is not None}
-            if own & there.keys():
-                _add_comparison(made, f"{title}, {statistic}, {measure}, {expert}", place, there)
-    if not any("ladder" in each.title for each in made.tables):
-        made.missing.append(f"ladder, not run: {context.command('--full')}")
-    return made.section("ablation", "Ablations and ladder", lead, context.command("--depths 4"))
+            if any(name in there for name in ABLATIONS):
+                title = f"ablation, {statistic}, {measure}, {expert}"
+                dots = [(name_algorithm(name), name, point_of(ratio)) for name, (ratio, _) in there.items()]
+                made.figures.append(Figure(short(title, game), figures.dots(title, "ratio to the expert", dots)))
+                texts = [[name_algorithm(name), *row] for name, (_, row) in there.items()]
+                head = ["algorithm", "ratio", "trees", "expert"]
+                made.tables.append(Table(f"{title}, depth {place.depth}", head, texts))
+    lead = "Ratios at depth 4: of the paper's two ablations, and of what they are between."
+    return made.section("ablation", "Ablations", lead, context.command("--depths 4"))
 
 
-def _add_comparison(
-    made: Collected, title: str, place: Place, rows: Mapping[str, tuple[Number | None, list[str]]]
-) -> None:
-    """Dots and a table of algorithms side by side."""
-    dots = [(name_algorithm(name), name, point_of(ratio)) for name, (ratio, _) in rows.items()]
-    made.figures.append(Figure(short(title, place.game), figures.dots(title, "ratio to the expert", dots)))
-    texts = [[name_algorithm(name), *row] for name, (_, row) in rows.items()]
-    made.tables.append(Table(f"{title}, depth {place.depth}", ["algorithm", "ratio", "trees", "expert"], texts))
+# --- features and trees
 
 
-_STUDIES = (  # title, algorithms, and those without which there is nothing to show
-    ("ablation", ABLATED, {"maviper-no-prediction", "maviper-iviper-resampling"}),
-    ("ladder", LADDER, {"joint-rollouts", "joint-selection", "vote-N"}),
-)
+def features(context: Context) -> Section:
+    """Shows the features on which the defenders' trees rest, MAVIPER's and IVIPER's."""
+    lead = (
+        "Means over seeds at depth 4. First the share of the impurity that splits on a feature remove, on the "
+        "expert's own states, which are the same for all trees; then the share of decisions that test the feature."
+    )
+    made = Collected()
+    games = [each for each in context.places() if each[0] == "physical-deception"]
+    for (game, expert), algorithm, what in product(games, ("maviper", "iviper"), (IMPURITY, "tested")):
+        place = Place(game, expert, depth=MAIN_DEPTH)
+        rows = list(context.finder.rows(place, algorithm).values())
+        agents = place.world.teams["defenders"]
+        names = {agent: _names(context, rows, agent) for agent in agents}
+        columns = list(dict.fromkeys(name for each in names.values() for name in each))
+        if not columns:
+            continue
+        values = [[_mean(context, rows, agent, what, name) for name in columns] for agent in agents]
+        title = f"{name_algorithm(algorithm)}, {what}, {expert}"
+        picture = Figure(short("features", algorithm, what, expert), figures.heat(title, agents, columns, values))
+        made.figures.append(picture)
+    return made.section("features", "Feature importances", lead, context.command())
+
+
+def _names(context: Context, rows: list[Row], agent: str) -> list[str]:
+    told: dict[str, Any] = context.book.results.facts(rows[0].cell).get("importances", {}) if rows else {}
+    return list(told.get(agent, {}).get(IMPURITY, {}))
+
+
+def _mean(context: Context, rows: list[Row], agent: str, what: str, feature: str) -> float:
+    """The mean over seeds; 0 for a feature that the agent does not have."""
+    path = ("importances", agent, what, feature)
+    source = Source(tuple((row.cell, "") for row in rows), facts=((1.0, path),))
+    name = f"features/{rows[0].game}/{rows[0].expert}/{rows[0].algorithm}/{'/'.join(path[1:])}"
+    number = context.find_number(name, lambda: [Part(1.0, source)])
+    return 0.0 if number is None else number.value
+
+
+def trees(context: Context) -> Section:
+    """The trees of depth 2 that the first seed of MAVIPER gives in navigation, as in the paper's figure 1."""
+    lead = "MAVIPER's trees of depth 2 in cooperative navigation, first seed. A split goes left if it holds."
+    made = Collected()
+    for expert in context.experts:
+        rows = context.finder.rows(Place("cooperative-navigation", expert, depth=2), "maviper")
+        path = context.book.results.folder / CELLS / (rows[min(rows)].cell if rows else "") / runs.PROFILE_FILE
+        if not rows or not path.is_file():
+            continue
+        try:
+            profile = load(path)
+        except MaviperError as error:
+            made.missing.append(str(error).split("\n")[0])
+            continue
+        pictures = svg.emit(lower(profile), profile)
+        made.figures += [Figure(short("tree", expert, name[:-4]), text) for name, text in pictures.items()]
+    return made.section("trees", "Trees", lead, context.command("--games cooperative-navigation --depths 2"))
+
+
+# --- exploitability
+
+
+def exploitability(context: Context) -> Section:
+    """Shows the gain of the best of several responders: a lower bound."""
+    lead = (
+        "A lower bound: what the responder that was best on some episodes gains over the team's own opponents on other "
+        "episodes. Its interval may cross 0. The paper plots the responder's raw return, which stands beside it. "
+        "Lower is better."
+    )
+    made = Collected()
+    for (game, expert), depth in product(
+        context.places(), context.book.results.list_values("depth", kind=EXPLOITABILITY)
+    ):
+        place = Place(game, expert, depth=depth)
+        for team in place.world.teams:
+            rows: list[list[str]] = []
+            dots: list[tuple[str, str, Point]] = []
+            for algorithm in context.book.results.list_values(
+                "algorithm", kind=EXPLOITABILITY, game=game, expert=expert
+            ):
+                told = _read_exploitability(context, place, algorithm, team)
+                if told is not None:
+                    dots.append((name_algorithm(algorithm), algorithm, told[0]))
+                    rows.append([name_algorithm(algorithm), *told[1]])
+            title = f"exploitability of {team}, depth {depth}, {expert}"
+            if rows:
+                picture = figures.dots(title, "gain of the opponents, at least", dots)
+                made.figures.append(Figure(short("exploitability", game, team, str(depth), expert), picture))
+                head = ["algorithm", "gain, at least", "raw return", "responders chosen (seeds)"]
+                made.tables.append(Table(title, head, rows))
+    return made.section("exploitability", "Exploitability", lead, context.command())
+
+
+def _read_exploitability(context: Context, place: Place, algorithm: str, team: str) -> tuple[Point, list[str]] | None:
+    finder = context.finder
+    try:
+        seeds = finder.seeds(place, [algorithm], EXPLOITABILITY)
+        gained = finder.exploitability(place, algorithm, team, seeds)
+        gain = context.book.number(key(place, "exploitability", algorithm, team), gained)
+    except KeyError:
+        return None
+    places = gained[0].ours.places
+    raw = context.find_number(
+        key(place, "raw return", algorithm, team), lambda: [Part(1.0, Source(places, _returns(context, places[0])))]
+    )
+    names = [lineup.partition(":")[2] for _, lineup in places]
+    counts = ", ".join(f"{name} ({names.count(name)})" for name in sorted(set(names), key=lambda each: each != OWN))
+    return point_of(gain), [format_number(gain), format_number(raw), counts]
+
+
+def _returns(context: Context, place: tuple[str, str]) -> str:
+    """The return's name among the measures of a line-up. KeyError where it has none."""
+    cell, lineup = place
+    names = [measure for name, measure in context.book.results.values(cell) if name == lineup]
+    returns = sorted(name for name in names if name.endswith(RETURN))
+    if not returns:
+        raise KeyError("no return")
+    return returns[0]

@@ -1,14 +1,14 @@
 """What the cells of a reproduction cost in CPU seconds, beside the estimate of `maviper reproduce --plan`.
 
-    python -m tests.benchmarks.reproduce [--folder FOLDER] [--quick | --full] [--write] [--json]
+    python -m tests.benchmarks.reproduce [--folder FOLDER] [--quick] [--write] [--json]
 
-Makes one seed of the default tier (--quick: of the quick one; --full: of the full one) in FOLDER, or what of it is
-missing there, in one process. --finished: takes the cells of FOLDER as they are, and makes none. Prints the median cost
-of each kind of cell and depth, the estimate, and their ratio. --write renews the table that estimates come from, as far
-as it was measured here. --effort: makes cells of responders to the quick tier's MAVIPER trees instead, and prints what
-a thousand steps of networks and a thousand episodes of refinement cost beyond what it costs to begin, which a tenth of
-the default tier's effort tells from the whole of it. Costs are of one core of this machine, and grow when other work
-shares the core. The target of the sum is 30 % of the estimate.
+Makes one seed of the default tier (--quick: of the quick one) in FOLDER, or what of it is missing there, in one
+process. --finished: takes the cells of FOLDER as they are, and makes none. Prints the median cost of each kind of cell
+and depth, the estimate, and their ratio. --write renews the table that estimates come from, as far as it was measured
+here. --effort: makes cells of responders to the quick tier's MAVIPER trees instead, and prints what a thousand steps of
+networks and a thousand episodes of refinement cost beyond what it costs to begin, which a tenth of the default tier's
+effort tells from the whole of it. Costs are of one core of this machine, and grow when other work shares the core. The
+target of the sum is 30 % of the estimate.
 """
 
 import tempfile
@@ -18,7 +18,6 @@ from pathlib import Path
 from statistics import median
 
 from maviper.console import Console
-from maviper.extraction.settings import RGMDT
 from maviper.reproduction.cells import cell as cells
 from maviper.reproduction.cells.cell import DONE, EXPLOITABILITY, EXTRACTION, Source, Task
 from maviper.reproduction.cells.making import UNTRAINED, USUAL, make_cell
@@ -41,7 +40,7 @@ def measured(folder):
     found, tasks = {}, {}
     for _, document in Store(folder).documents():
         cell = document.cell
-        if document.outcome == DONE and not (cell.leaves and cell.algorithm != RGMDT):
+        if document.outcome == DONE:
             effort = {name: document.identity[name] for name in UNTRAINED if name in document.identity}
             key = cells.key_of(cell), cell.depth
             found.setdefault(key, []).append(document.cpu_seconds)
@@ -88,15 +87,13 @@ def main():
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--finished", action="store_true")
     parser.add_argument("--effort", action="store_true")
-    tier = parser.add_mutually_exclusive_group()
-    tier.add_argument("--quick", action="store_true")
-    tier.add_argument("--full", action="store_true")
+    parser.add_argument("--quick", action="store_true")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         folder = given.folder or Path(scratch)
         if not given.finished:
             quick = given.quick or given.effort
-            reproduce_paper(folder, request({"quick": quick, "full": given.full, "seeds": 1}), Console())
+            reproduce_paper(folder, request({"quick": quick, "seeds": 1}), Console())
         found, tasks = (responders(folder), {}) if given.effort else measured(folder)
     if given.effort:
         for (name, unit), (seconds,) in found.items():

@@ -1,8 +1,7 @@
 """The cell: the unit of a reproduction, with an identity that names its folder, and what it costs.
 
 Does: says what a cell is, which settings it stands for, what makes two cells the same; the form of its files; estimates
-  its CPU seconds by those of its kind, game, algorithm, preset and splits, linearly between depths; one that was not
-  measured by the nearest that was, times a factor.
+  its CPU seconds by those of its kind, game, algorithm, preset and splits, linearly between depths.
 Assumes: what an identity holds decides every byte that a cell gives, on machines of one kind; costs.toml, which
   tests/benchmarks/reproduce.py measured on one core of one machine.
 Does not: make cells (making.py), choose which there are (plan.py), or know how fast this machine is.
@@ -11,11 +10,10 @@ Does not: make cells (making.py), choose which there are (plan.py), or know how 
 import hashlib
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property, lru_cache
 from importlib import resources
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -25,19 +23,12 @@ from maviper.experts import network
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert
 from maviper.extraction.settings import (
-    BUNDLES,
     EXACT,
-    EXPLORING,
-    FITTED_Q,
-    HISTOGRAM,
-    IMITATION,
     IVIPER,
     IVIPER_RESAMPLING,
     MAVIPER,
     NO_PREDICTION,
-    PAPER,
     RELEASED,
-    RGMDT,
     VARIANTS,
     VIPER,
     Settings,
@@ -120,11 +111,10 @@ def _read(source: Source) -> tuple[Expert, World]:
 
 def settings_of(cell: Cell, world: World) -> Settings:
     """The settings of an extraction cell, resolved."""
-    rung = VARIANTS[cell.algorithm] if cell.algorithm not in BUNDLES else {"algorithm": cell.algorithm}
-    agent = {"agent": world.agents[0]} if cell.algorithm == "viper" else {}  # of the first; the others follow
-    given = {"preset": cell.preset, "max_depth": cell.depth, "seed": cell.seed, "splits": cell.splits or None}
-    budget = {"max_leaves": cell.leaves} if cell.algorithm == RGMDT else {}  # for others a depth does it
-    return Settings.of({**given, **rung, **agent, **budget}, world).complete().deal_budget(world)
+    agent = {"agent": world.agents[0]} if cell.algorithm == VIPER else {}  # of the first; the others follow
+    about = {"preset": cell.preset, "max_depth": cell.depth, "seed": cell.seed, "splits": cell.splits or None}
+    rung = VARIANTS.get(cell.algorithm, {"algorithm": cell.algorithm})
+    return Settings.of({**about, **rung, **agent}, world).complete().deal_budget(world)
 
 
 @dataclass(frozen=True)
@@ -228,32 +218,20 @@ class Made:
 
 FILE = "costs.toml"
 UNKNOWN = 30.0  # CPU seconds of what nothing in the table is like
-PLAYED = 2.0  # of a profile that is there already
 UNIT = 1_000  # of steps or episodes spent on responders: the table's rows "effort ..." say what so many more cost ...
 BEGUN = 0  # ... and what it costs to begin, once
 Costs = Mapping[str, Mapping[str, float]]  # what -> depth, as text -> CPU seconds
-
-# Factors of what was not measured. Every threshold costs so many times as much as histograms do, in deception at depth
-# 4; games are set apart by their agents, steps and contacts.
-MEASURED_GAME = "physical-deception"
-GAME_FACTORS = {"cooperative-navigation": 0.8, "predator-prey": 1.3}
-EXACT_FACTORS = {IVIPER: 2.5, IMITATION: 4.7, MAVIPER: 4.8}
-LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> another one, and how much of its cost: the same loop
-    "joint-rollouts": (MAVIPER, 1.0),
-    "joint-selection": (MAVIPER, 1.0),
-    "vote-N": (MAVIPER, 1.0),
+LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> a measured one, and how much of its cost: the same loop
     NO_PREDICTION: (MAVIPER, 0.8),
     IVIPER_RESAMPLING: (MAVIPER, 0.5),
     VIPER: (IVIPER, 1.0),
-    RGMDT: (IMITATION, 2.0),
-    EXPLORING: (FITTED_Q, 1.0),
 }
 
 
 def key_of(cell: Cell) -> str:
     """Returns the key that cells of the same cost have in common, their depths aside."""
     words = [cell.kind, cell.game.partition(",")[0], cell.algorithm]
-    words += [cell.preset, "" if cell.preset == RELEASED else cell.splits, "leaves" if cell.leaves else ""]
+    words += [cell.preset, "" if cell.preset == RELEASED else cell.splits]
     return " ".join(word for word in words if word)
 
 
@@ -267,54 +245,16 @@ def estimate(task: Task) -> float:
     """CPU seconds of a task, with what is spent on responders."""
     rates = ((load_costs().get(f"effort {name}", {}), count) for name, count in task.effort.items() if count)
     spent = sum(rows.get(str(BEGUN), 0.0) + rows.get(str(UNIT), 0.0) * count / UNIT for rows, count in rates)
-    return spent + (PLAYED if _is_played(task.cell) else _nearest(task.cell))
+    other, share = LIKE.get(task.cell.algorithm, (task.cell.algorithm, 1.0))
+    same = replace(task.cell, algorithm=other)
+    known = load_costs().get(key_of(task.cell)) or load_costs().get(key_of(same))
+    if not known:
+        return spent + UNKNOWN
+    depths = sorted(map(int, known))
+    cost = float(np.interp(task.cell.depth, depths, [known[str(depth)] for depth in depths]))
+    return spent + (cost if key_of(task.cell) in load_costs() else share * cost)
 
 
 def is_guessed(cell: Cell) -> bool:
     """Returns True if a cell's cost is derived from others'."""
-    return not _is_played(cell) and key_of(cell) not in load_costs()
-
-
-def _is_played(cell: Cell) -> bool:
-    return cell.leaves > 0 and cell.algorithm != RGMDT and key_of(cell) not in load_costs()
-
-
-def _nearest(cell: Cell) -> float:
-    """CPU seconds of a cell, or of the nearest one that was measured, times a factor."""
-    known = ((factor, other) for factor, other in _alike(cell) if key_of(other) in load_costs())
-    factor, other = next(known, (1.0, None))
-    return UNKNOWN if other is None else factor * _at(other)
-
-
-def _alike(cell: Cell) -> Iterator[tuple[float, Cell]]:
-    """The cell itself, then those like it, the nearest first, each with the factor of its cost."""
-    games = [(1.0, cell.game), (GAME_FACTORS.get(cell.game.partition(",")[0], 1.0), MEASURED_GAME)]
-    algorithms = [(1.0, cell.algorithm)]
-    if cell.algorithm in LIKE:
-        other, share = LIKE[cell.algorithm]
-        algorithms.append((share, other))
-    exact = cell.splits == EXACT or cell.preset == RELEASED
-    slow = EXACT_FACTORS.get(cell.algorithm, max(EXACT_FACTORS.values())) if exact else 1.0
-    styles = [(1.0, cell.preset, cell.splits), (slow, PAPER, HISTOGRAM)]
-    for (one, game), (two, algorithm), (three, preset, splits) in product(games, algorithms, styles):
-        for leaves in dict.fromkeys((cell.leaves, 0)):
-            similar = replace(cell, game=game, algorithm=algorithm, preset=preset, splits=splits, leaves=leaves)
-            yield one * two * three, similar
-
-
-def _at(cell: Cell) -> float:
-    """The cost at the cell's depth; where one depth was measured, others have the proportions of deception's."""
-    known = load_costs()[key_of(cell)]
-    if len(known) > 1 or str(cell.depth) in known:
-        return _interpolate_depth(known, cell.depth)
-    (depth,) = known
-    rows = (
-        load_costs().get(key_of(replace(cell, game=MEASURED_GAME, algorithm=name))) for name in (cell.algorithm, IVIPER)
-    )
-    shape = next((row for row in rows if row and len(row) > 1 and cell.kind == EXTRACTION), {"0": 1.0})
-    return known[depth] * _interpolate_depth(shape, cell.depth) / _interpolate_depth(shape, int(depth))
-
-
-def _interpolate_depth(known: Mapping[str, float], depth: int) -> float:
-    depths = sorted(map(int, known))
-    return float(np.interp(depth, depths, [known[str(each)] for each in depths]))
+    return key_of(cell) not in load_costs()

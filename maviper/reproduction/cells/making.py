@@ -2,7 +2,7 @@
 
 Does: extracts, plays the line-ups of each kind of cell, has the teams of a profile answered by the expert, the other
   algorithms' trees, a refined tree and networks, and keeps every episode's values; gathers what a cell tells beside its
-  episodes: sizes, importances, the exact share of violating states, learning curves; times itself.
+  episodes: sizes, importances; times itself.
 Assumes: the profiles that a cell needs are handed to it; on-policy states of the expert, the same for all of its
   profiles; networks need the extra `maviper[train]`.
 Does not: touch files or claims, or raise for what goes wrong inside a cell: that is an outcome.
@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -34,8 +34,8 @@ from maviper.evaluation.exploitability import exploitability
 from maviper.experts.expert import Expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.exploiting import Effort, Frozen, Learning, responders
-from maviper.extraction.extraction import Running, profile_of
-from maviper.extraction.journal import MEASURING, Progress
+from maviper.extraction.extraction import profile_of
+from maviper.extraction.journal import MEASURING
 from maviper.extraction.settings import VIPER
 from maviper.files import runs
 from maviper.reproduction.cells.cell import (
@@ -53,12 +53,8 @@ from maviper.reproduction.cells.cell import (
     Task,
     tool,
 )
-from maviper.verification.ask import VerifyOptions, questions
 from maviper.worlds import Measure, World
 from maviper.worlds.world import RETURN, Int
-from verify.extent.violations import exact_share, violations
-from verify.question import DecisionQuestion
-from verify.zones.tables import BeyondZonesError
 
 
 @dataclass(frozen=True)
@@ -115,7 +111,6 @@ def _compute_shares(tree: Tree, count: Float64, n_features: int) -> Float64:
 
 
 ON_POLICY_EPISODES = 400  # of the expert: 10,000 states in games of 25 steps
-CLAIM, CLAIMED = "distinct_targets", {"physical-deception": "defenders"}  # game -> the team that it is about
 
 
 def of_expert(expert: Expert, world: World) -> dict[str, Any]:
@@ -125,16 +120,10 @@ def of_expert(expert: Expert, world: World) -> dict[str, Any]:
     return {"world": world.name, "hash": expert.hash, "card": card}
 
 
-def of_profile(
-    cell: Cell, world: World, expert: Expert, profile: PolicyProfile, curve: Sequence[Progress]
-) -> dict[str, Any]:
+def of_profile(world: World, expert: Expert, profile: PolicyProfile) -> dict[str, Any]:
     """Everything that is told of a profile."""
-    episodes = int(profile.provenance.training["rollouts"])
     facts: dict[str, Any] = {"trees": _sizes(profile), "training": dict(profile.provenance.training)}
     facts["importances"] = _importances(world, expert, profile)
-    facts["curve"] = _curve(curve, episodes)
-    if cell.game in CLAIMED:
-        facts[CLAIM] = _violating(profile, CLAIMED[cell.game])
     return facts
 
 
@@ -144,31 +133,6 @@ def _sizes(profile: PolicyProfile) -> dict[str, Any]:
         policy.agent: {"leaves": len(ir.leaves(policy.tree)), "depth": int(ir.depth(policy.tree).max())}
         for policy in profile.agents
     }
-
-
-def _curve(curve: Sequence[Progress], episodes: int) -> list[dict[str, Any]]:
-    """Every round, with the rollout episodes up to it; `part` counts agents that are extracted one after the other."""
-    rounds: list[dict[str, Any]] = []
-    for each in curve:
-        part = rounds[-1]["part"] + (each.done == 1) if rounds else 0
-        rounds.append({"part": part, "episodes": each.done * episodes, **each.line})
-    return rounds
-
-
-def _violating(profile: PolicyProfile, team: str) -> dict[str, Any]:
-    """The exact share of the start region in which the claim fails."""
-    (asked,) = questions(profile, "", VerifyOptions(names=(CLAIM,), team=team))
-    question = cast(DecisionQuestion, asked.question)
-    try:
-        failing = violations(question)
-    except BeyondZonesError as error:
-        return {"share": None, "reason": str(error)}
-    if not all(one.complete for one in failing):
-        return {"share": None, "reason": "not all violating zones are known"}
-    share = exact_share(question, failing)
-    if isinstance(share, str):
-        return {"share": None, "reason": share}
-    return {"share": float(share.value), "reason": "", "zones": sum(len(one.zones) for one in failing)}
 
 
 def _importances(world: World, expert: Expert, profile: PolicyProfile) -> dict[str, Any]:
@@ -191,10 +155,9 @@ def _common_states(world: World, expert: Expert) -> tuple[Float32, ...]:
     return points(play(world, [expert] * len(world.agents), world.start_from_seeds(seeds)))[0]
 
 
-# joint steps of each network, episodes of the refined tree; of the quick, the default and the full tier
+# joint steps of each network, episodes of the refined tree; of the quick and the default tier
 UNTRAINED: Mapping[str, int] = {"steps": 0, "refinement": 0}
 USUAL: Mapping[str, int] = {"steps": 256_000, "refinement": 100_000}
-MORE: Mapping[str, int] = {**USUAL, "steps": 1_024_000}
 CHOSEN_ON = ":chosen-on"
 
 
@@ -307,7 +270,7 @@ def _files(task: Task, profiles: Mapping[str, PolicyProfile]) -> Files:
     if task.budget is not None:
         return _compare_cell(task, world, expert)
     if task.cell.kind == EXTRACTION:
-        return _extract_cell(task, world, expert, profiles.get(task.cell.algorithm))
+        return _extract_cell(task, world, expert)
     if task.cell.kind == CROSSPLAY:
         lineups = crossplay(world, expert, profiles)
         return {EPISODES_FILE: play_lineups(world, task.episodes, lineups), FACTS_FILE: runs.as_json({})}
@@ -370,11 +333,10 @@ def crossplay(world: World, expert: Expert, profiles: Mapping[str, PolicyProfile
 # --- extraction
 
 
-def _extract_cell(task: Task, world: World, expert: Expert, profile: PolicyProfile | None) -> Files:
-    """An extraction, or what is there of it already under another name."""
-    curve: list[Progress] = []
-    profile = profile or _profile(task, world, expert, Running(curve.append))
-    told = of_profile(task.cell, world, expert, profile, curve)
+def _extract_cell(task: Task, world: World, expert: Expert) -> Files:
+    """An extraction."""
+    profile = _profile(task, world, expert)
+    told = of_profile(world, expert, profile)
     rows = play_lineups(world, task.episodes, replacing(world, expert, profile))
     return {
         runs.PROFILE_FILE: policy_json.dumps(profile),
@@ -386,7 +348,7 @@ def _extract_cell(task: Task, world: World, expert: Expert, profile: PolicyProfi
 def _compare_cell(task: Task, world: World, expert: Expert) -> Files:
     """An extraction whose teams play among experts, with what a comparison tells beside that."""
     settings, begun = task.settings(world), TALLY.episodes
-    profile = _profile(task, world, expert, Running())
+    profile = _profile(task, world, expert)
     played = TALLY.episodes - begun
     if world.games is None:  # held-out episodes are no part of the budget there
         profiles = 1 + len(world.agents) * (settings.algorithm == VIPER)  # VIPER's of each agent, too
@@ -420,11 +382,11 @@ def _measure_teams(world: World, expert: Expert, profile: PolicyProfile, seeds: 
     return "".join(lines), fidelity
 
 
-def _profile(task: Task, world: World, expert: Expert, running: Running) -> PolicyProfile:
+def _profile(task: Task, world: World, expert: Expert) -> PolicyProfile:
     settings = task.settings(world)
     if task.cell.algorithm != VIPER:
-        return extract(world, expert, settings, running)
-    alone = [extract(world, expert, replace(settings, agent=agent), running) for agent in world.agents]
+        return extract(world, expert, settings)
+    alone = [extract(world, expert, replace(settings, agent=agent)) for agent in world.agents]
     trees = [each.agents[0] for each in alone]
     stopped = max(int(each.provenance.training["stopped_after"]) for each in alone)
     return profile_of(world, expert, replace(settings, agent=""), trees, {"stopped_after": stopped})

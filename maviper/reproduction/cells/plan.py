@@ -15,8 +15,6 @@ from maviper.experts import network
 from maviper.experts.finding import find_expert
 from maviper.extraction.settings import (
     ALGORITHMS,
-    EXACT,
-    EXPLORING,
     FITTED_Q,
     HISTOGRAM,
     IMITATION,
@@ -27,8 +25,7 @@ from maviper.extraction.settings import (
     PAPER,
     PRESETS,
     RELEASED,
-    RGMDT,
-    RUNGS,
+    VARIANTS,
 )
 from maviper.files import runs
 from maviper.files.kinds import EXPERT as EXPERT_FILE
@@ -51,13 +48,10 @@ DECEPTION, NAVIGATION, PREY = "physical-deception", "cooperative-navigation", "p
 GAMES = (DECEPTION, NAVIGATION, PREY)
 MIXED = (DECEPTION, PREY)  # games with opponents
 MAPPO, MADDPG = "mappo", "maddpg"
-QUICK, USUAL, FULL = "quick", "default", "full"
+QUICK, USUAL = "quick", "default"
 COMPARED = (MAVIPER, IVIPER, IMITATION, FITTED_Q)  # everywhere, as in the paper
 ABLATIONS = (NO_PREDICTION, IVIPER_RESAMPLING)  # in deception at depth 4, as in the paper
-LADDER = tuple(name for name in RUNGS if name not in ALGORITHMS and name not in ("averaged-weights", "vote-N-1"))
 DEPTHS, MAIN_DEPTH, SEEDS = (2, 4, 6), 4, 10
-LEAF_BUDGETS = (4, 8, 16, 32)  # of each tree
-DEEPEST = 6  # for trees that have a budget of leaves instead
 NO_CARD = " (no card)"
 
 
@@ -79,16 +73,13 @@ class Asked:
         """The same; UnknownNameError or InputError for what there is not."""
         for kind, names, known in (
             ("game", self.games or (), GAMES),
-            ("algorithm", self.algorithms or (), KNOWN),
+            ("algorithm", self.algorithms or (), (*ALGORITHMS, *VARIANTS)),
             ("preset", self.presets, tuple(PRESETS)),
         ):
             for name in names:
                 if name not in known:
                     raise UnknownNameError(kind, name, known, f"--{kind}s")
         return self
-
-
-KNOWN = (*ALGORITHMS, *LADDER, EXPLORING, RGMDT)
 
 
 @dataclass(frozen=True)
@@ -159,16 +150,6 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
     return tell_apart(known), missing
 
 
-def further(experts: Sequence[Known]) -> list[Known]:
-    """The other training seeds of shipped experts that learned by reward, each under a label of its own."""
-    families = {(one.game, one.label) for one in experts if one.label in (MAPPO, MADDPG)}
-    best = {one.hash for one in experts}
-    labels = {name: _family(name) for name in network.SHIPPED}
-    names = [name for name, label in labels.items() if (name.partition("@")[0], label.rpartition("-")[0]) in families]
-    seeds = [_resolve_expert(labels[name], name) for name in names]
-    return [one for one in seeds if one.hash not in best]
-
-
 def _family(text: str) -> str:
     """The label of an expert that got none: shipped ones of the same kind have the same in every game."""
     game, _, kind = text.partition("@")
@@ -211,12 +192,6 @@ def plan_cells(asked: Asked, register: str) -> Plan:
     for one in experts:
         for task in _tasks(asked, one, register, left_out):
             tasks.setdefault(task.id, task)
-    if asked.tier == FULL:
-        narrow = replace(asked, tier=USUAL, depths=(MAIN_DEPTH,), algorithms=asked.algorithms or COMPARED)
-        for one in further(experts):
-            for task in _tasks(narrow, one, register, left_out):
-                if task.cell.kind != EXPLOITABILITY:
-                    tasks.setdefault(task.id, task)
     return Plan(tuple(tasks.values()), tuple(dict.fromkeys(left_out)))
 
 
@@ -224,8 +199,7 @@ def _tasks(asked: Asked, one: Known, register: str, left_out: list[tuple[str, st
     experts = [Cell(EXPERT, one.game, one.label, seed=first) for first in _seeds(asked)[::BLOCKS]]
     cells = [*experts, *_extractions(asked, one)]
     made = [Task(cell, one.source, one.hash, register) for cell in cells]
-    budgets = _budgets(made) if asked.tier == FULL and not asked.algorithms else []
-    return [*made, *budgets, *_crossplays(made), *_answers(asked, made, left_out)]
+    return [*made, *_crossplays(made), *_answers(asked, made, left_out)]
 
 
 def _seeds(asked: Asked) -> range:
@@ -235,26 +209,12 @@ def _seeds(asked: Asked) -> range:
 
 def _extractions(asked: Asked, one: Known) -> list[Cell]:
     """Seed by seed, so that an interrupted run has whole seeds."""
-    quick, full = asked.tier == QUICK, asked.tier == FULL
-    game = one.game.partition(",")[0]
-    depths = asked.depths or ((MAIN_DEPTH,) if quick else DEPTHS)
-    grid = {(preset, name, depth, 0, HISTOGRAM) for preset, name, depth in _main(asked, game, depths)}
-    if not asked.algorithms and not quick and MAIN_DEPTH in depths:
-        grid |= {(PAPER, name, MAIN_DEPTH, 0, HISTOGRAM) for name in LADDER if full and game != PREY}
-        grid |= {(RELEASED, name, MAIN_DEPTH, 0, EXACT) for name in (MAVIPER, IVIPER, IMITATION) if full}
-    if full and not asked.algorithms:
-        grid |= {(PAPER, EXPLORING, depth, 0, HISTOGRAM) for depth in depths}
-    if full and not asked.algorithms:
-        # a tree of depth d has at most 2**d leaves
-        grid |= {(PAPER, name, n.bit_length() - 1, 0, HISTOGRAM) for name, n in product(COMPARED, LEAF_BUDGETS)}
-        grid |= {(PAPER, RGMDT, DEEPEST, leaves, HISTOGRAM) for leaves in LEAF_BUDGETS}
-    cells = [
-        Cell(EXTRACTION, one.game, one.label, preset, name, depth, leaves, splits, seed)
-        for seed, (preset, name, depth, leaves, splits) in product(_seeds(asked), sorted(grid))
+    depths = asked.depths or ((MAIN_DEPTH,) if asked.tier == QUICK else DEPTHS)
+    grid = sorted(set(_main(asked, one.game.partition(",")[0], depths)))
+    return [
+        Cell(EXTRACTION, one.game, one.label, preset, name, depth, 0, HISTOGRAM, seed)
+        for seed, (preset, name, depth) in product(_seeds(asked), grid)
     ]
-    if not quick and not asked.algorithms and MAIN_DEPTH in depths:  # every threshold, beside histograms
-        cells.append(Cell(EXTRACTION, one.game, one.label, PAPER, MAVIPER, MAIN_DEPTH, 0, EXACT, asked.first_seed))
-    return cells
 
 
 def _main(asked: Asked, game: str, depths: Sequence[int]) -> list[tuple[str, str, int]]:
@@ -264,20 +224,8 @@ def _main(asked: Asked, game: str, depths: Sequence[int]) -> list[tuple[str, str
     else:
         chosen = list(product(COMPARED, depths))
         chosen += [(name, MAIN_DEPTH) for name in ABLATIONS if game == DECEPTION and MAIN_DEPTH in depths]
-    lacking = {(RELEASED, name) for name in (FITTED_Q, EXPLORING, RGMDT, *LADDER)}
     pairs = [(preset, name, depth) for preset in asked.presets for name, depth in chosen]
-    return [each for each in pairs if each[:2] not in lacking]
-
-
-def _budgets(made: Sequence[Task]) -> list[Task]:
-    """For each budget of leaves the trees of the depth that has at most so many, played again under that name."""
-    return [
-        replace(each, cell=replace(cell, leaves=2**cell.depth), of={cell.algorithm: each.id})
-        for each in made
-        for cell in [each.cell]
-        if cell.algorithm in COMPARED and cell.splits == HISTOGRAM and cell.preset == PAPER
-        if 2**cell.depth in LEAF_BUDGETS
-    ]
+    return [each for each in pairs if each[:2] != (RELEASED, FITTED_Q)]
 
 
 def _crossplays(made: Sequence[Task], depths: Sequence[int] = (MAIN_DEPTH,)) -> list[Task]:
@@ -287,8 +235,8 @@ def _crossplays(made: Sequence[Task], depths: Sequence[int] = (MAIN_DEPTH,)) -> 
     alike: dict[Cell, dict[str, Task]] = {}
     for each in made:
         cell = each.cell
-        wanted = cell.algorithm in COMPARED and cell.depth in depths and not cell.leaves
-        if wanted and cell.splits == HISTOGRAM and cell.game.partition(",")[0] in MIXED:
+        wanted = cell.algorithm in COMPARED and cell.depth in depths
+        if wanted and cell.game.partition(",")[0] in MIXED:
             alike.setdefault(replace(cell, kind=CROSSPLAY, algorithm=""), {})[cell.algorithm] = each
     several = [(cell, of) for cell, of in alike.items() if len(of) > 1]
     return [
@@ -298,14 +246,14 @@ def _crossplays(made: Sequence[Task], depths: Sequence[int] = (MAIN_DEPTH,)) -> 
 
 
 def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]) -> list[Task]:
-    """Deception's profiles of depth 4, in the full tier of all depths, or of those that were asked for, each answered
-    by everybody of its seed, and by whom the tier trains.
+    """Deception's profiles of depth 4, or of the depths asked for, each answered by everybody of its seed, and by whom
+    the tier trains.
     """
-    depths = asked.exploit_depths or (DEPTHS if asked.tier == FULL else (MAIN_DEPTH,))
+    depths = asked.exploit_depths or (MAIN_DEPTH,)
     alike = [each for each in _crossplays(made, depths) if each.cell.game == DECEPTION and each.cell.preset == PAPER]
     if not alike:
         return []
-    effort = {QUICK: making.UNTRAINED, FULL: making.MORE}.get(asked.tier, making.USUAL)
+    effort = making.UNTRAINED if asked.tier == QUICK else making.USUAL
     if effort["steps"] and making.explain_untrainable():
         left_out.append(("networks that respond", making.explain_untrainable()))
         effort = {**effort, "steps": 0}

@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
-from itertools import product
 from pathlib import Path
 
 import pytest
@@ -18,8 +17,7 @@ from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import DECEPTION, NAVIGATION, Maker
 
 PROFILE = Path(__file__).parents[3] / "generated" / "physical_deception" / "profile.json"
-PARTS = ("joint", "individual", "robustness", "ablation", "features", "trees", "exploitability", "curves", "budgets")
-PARTS += ("leaves", "violations", "released", "splits", "reward")
+PARTS = ("joint", "individual", "robustness", "ablation", "features", "trees", "exploitability", "reward")
 
 
 @pytest.fixture(scope="module")
@@ -54,9 +52,8 @@ def test_all_parts_are_there(folder):
 
 
 def test_what_was_not_run_names_the_command(folder):
-    for name, command in (("leaves", "--full"), ("released", "--full"), ("trees", "--depths 2")):
-        text = part(folder, name)
-        assert "not run: maviper reproduce" in text and command in text and "<figure" not in text
+    text = part(folder, "trees")
+    assert "not run: maviper reproduce" in text and "--depths 2" in text and "<figure" not in text
     assert "predator-prey with" not in page(folder)  # nobody has cells of it, and nothing is said of it
 
 
@@ -152,46 +149,6 @@ def test_trees_are_drawn_where_their_profile_is(tmp_path):
     assert "<svg" not in part(tmp_path, "trees") and 'class="missing"' in part(tmp_path, "trees")
 
 
-def test_budget_curves_hold_the_best_team_so_far(tmp_path):
-    """Rounds of 100 episodes: of two seeds one stops after 200, and keeps what it had; IVIPER has no teams."""
-    maker = Maker(tmp_path, seeds=2)
-    maker.expert(DECEPTION)
-    for algorithm, seed in product(("maviper", "iviper"), range(2)):
-        maker.facts = lambda world, name, depth, seed=seed: {"curve": history(name, 10 if seed else 2)}
-        maker.extraction(DECEPTION, algorithm, 4, seed)
-    maker.write()
-    report.write_report(tmp_path)
-    text = part(tmp_path, "budgets")
-    # after 100, 250, 500, 1000 and 2500 episodes: the mean of both seeds' best
-    wanted = [0.01, 0.02, (0.02 + 0.05) / 2, (0.02 + 0.10) / 2, (0.02 + 0.10) / 2]
-    told = [float(value) for value in re.findall(r"<title>MAVIPER: ([\d.]+)</title>", text)]
-    assert told[:5] == pytest.approx(wanted, abs=0.001) and "<title>IVIPER" not in text
-    rows = re.findall(r"<tr><td>(\w+)</td><td>(\d+)</td><td>defenders success", text)
-    assert rows == [("MAVIPER", "600"), ("IVIPER", "1800")]  # IVIPER's three agents play apart
-
-
-def history(algorithm, rounds):
-    parts = range(3 if algorithm == "iviper" else 1)
-    steps = [(part, step) for part in parts for step in range(1, rounds + 1)]
-    return [{"part": part, "episodes": 100 * step, "best defenders": step / 100} for part, step in steps]
-
-
-def test_leaf_budgets_and_released_trees_have_the_expert_beside_them(tmp_path):
-    maker = Maker(tmp_path, seeds=2)
-    maker.expert(DECEPTION)
-    for seed in range(2):
-        maker.extraction(DECEPTION, "maviper", 4, seed)
-        maker.extraction(DECEPTION, "maviper", 4, seed, leaves=16)
-        maker.extraction(DECEPTION, "maviper", 4, seed, preset="released", splits="exact")
-    maker.write()
-    report.write_report(tmp_path)
-    number = r"<td>(0\.\d+) \[[^<]*</td>"
-    ratio, trees, expert = re.search(rf"<td>16</td><td>MAVIPER</td>{number * 3}", part(tmp_path, "leaves")).groups()
-    assert float(trees) / float(expert) == pytest.approx(float(ratio), abs=0.02)
-    row = re.search(rf"<td>defenders[^<]*</td><td>MAVIPER</td>{number * 5}<td>0.76</td>", part(tmp_path, "released"))
-    assert row[5] == expert
-
-
 def test_commands_name_the_experts_of_the_report(tmp_path):
     maker = Maker(tmp_path, seeds=1)
     for label in ("maddpg", "mine"):
@@ -201,7 +158,7 @@ def test_commands_name_the_experts_of_the_report(tmp_path):
     report.write_report(tmp_path)
     commands = re.findall(r"maviper reproduce -o FOLDER[^<]*", page(tmp_path))
     assert len(commands) > 20 and all("--experts" in command for command in commands)
-    assert "maviper reproduce -o FOLDER --full --experts maddpg,mine=EXPERT" in part(tmp_path, "leaves")
+    assert "maviper reproduce -o FOLDER --depths 4 --experts maddpg,mine=EXPERT" in part(tmp_path, "ablation")
 
 
 def test_a_ratio_to_nothing_is_no_number(tmp_path):

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 from dataclasses import replace
 from itertools import product
 
@@ -13,7 +12,7 @@ from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
 from maviper.experts.finding import find_expert
 from maviper.reproduction.cells import making
-from maviper.reproduction.cells.cell import CROSSPLAY, DONE, EXTRACTION, Cell, Source, Task
+from maviper.reproduction.cells.cell import CROSSPLAY, DONE, Cell, Source, Task
 
 GAME = "physical-deception"
 CELL = Cell(CROSSPLAY, GAME, "mappo", "paper", "", 4, 0, "histogram", 1)
@@ -60,11 +59,3 @@ def test_a_team_of_trees_meets_the_opponents_that_the_line_up_names(data, profil
     for measure, values in measures.values(world, lineup, CELL.episodes).items():
         name = {"defenders": "defenders:maviper-vs-expert", "adversaries": "adversaries:expert-vs-maviper"}
         assert found[name[measure.team], measure.label] == pytest.approx(values.mean())
-
-
-def test_a_budget_of_leaves_plays_the_trees_that_are_there(data, profile):
-    cell = replace(CELL, kind=EXTRACTION, algorithm="maviper", leaves=16)
-    made = making.make_cell(replace(TASK, cell=cell, of={"maviper": "a"}), {"maviper": data})
-    assert made.files["profile.json"] == data and len(rows(made)) == (2 * 3 + 3 * 3 + 6) * 200
-    told = json.loads(made.files["facts.json"])
-    assert told["curve"] == [] and set(told["trees"]) == {policy.agent for policy in profile.agents}

@@ -1,7 +1,6 @@
 """Which cells there are, what is left out and why, and how shards divide them."""
 
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -32,12 +31,10 @@ def test_quick_is_one_seed_of_deception_with_every_algorithm():
 def test_the_default_is_the_papers_protocol():
     found = cells()
     main = [cell for cell in found if cell.kind == EXTRACTION and cell.algorithm in plans.COMPARED]
-    main = [cell for cell in main if cell.splits == "histogram"]
+    assert {cell.splits for cell in main} == {"histogram"}
     assert len(main) == 3 * 3 * 4 * 10 and {cell.preset for cell in main} == {"paper"}
     ablations = {(c.game, c.depth) for c in found if c.algorithm in plans.ABLATIONS}
     assert ablations == {("physical-deception", 4)}
-    exact = [cell for cell in found if cell.splits == "exact"]
-    assert len(exact) == 3 and {cell.game for cell in exact} == set(plans.GAMES)
     table_1 = [cell for cell in found if cell.kind == CROSSPLAY]
     assert len(table_1) == 2 * 10 and {cell.depth for cell in table_1} == {4}
 
@@ -60,26 +57,6 @@ def test_seeds_begin_where_it_is_asked_and_responders_answer_the_depths_that_are
     (expert,) = (cell for cell in found if cell.kind == EXPERT)
     played = {episode for cell in found if cell.kind != EXPERT for episode in cell.episodes}
     assert played == set(expert.episodes[:400])
-
-
-def test_full_adds_the_ladder_released_leaf_budgets_and_further_experts():
-    usual, full = set(cells(seeds=1)), set(cells(tier="full", seeds=1))
-    assert usual <= full
-    more = full - usual
-    assert {"joint-rollouts", "joint-selection", "vote-N"} <= {cell.algorithm for cell in more}
-    assert "released" in {cell.preset for cell in more} and {3, 5} <= {cell.depth for cell in more}
-    assert {cell.expert for cell in more} > {"mappo", "mappo-0"}
-    assert not [cell for cell in full if (cell.preset, cell.algorithm) == ("released", "fitted-q")]
-
-
-def test_a_budget_of_leaves_is_a_depth_that_is_extracted_once():
-    tasks = plan_cells(Asked("full", seeds=1, games=("physical-deception",)), "").tasks
-    known = {task.id: task.cell for task in tasks}
-    budgets = [task for task in tasks if task.cell.leaves and task.cell.algorithm != "rgmdt" and task.of]
-    assert {(task.cell.leaves, task.cell.depth) for task in budgets} == {(4, 2), (8, 3), (16, 4), (32, 5)}
-    for task in budgets:
-        (base,) = task.of.values()
-        assert known[base] == replace(task.cell, leaves=0)
 
 
 def test_cells_of_several_profiles_need_the_extractions_of_its_own_seed():
@@ -162,7 +139,7 @@ def test_an_expert_of_another_game_is_refused():
 
 
 def test_every_cell_is_called_otherwise():
-    found = cells(tier="full", seeds=2)
+    found = cells(presets=("paper", "released"), seeds=2)
     assert len({cell.said for cell in found}) == len(found)
 
 
