@@ -116,7 +116,12 @@ class Budgets:
 
 @dataclass(frozen=True, eq=False)
 class Question(Generic[About]):
-    """The question whether a claim holds of its subject wherever a region reaches, by the arithmetic named."""
+    """The question whether a claim holds of its subject wherever a region reaches, by the arithmetic named.
+
+    For example:
+
+        maviper.verify(team).question.claim
+    """
 
     subject: Subject
     claim: About

@@ -25,7 +25,12 @@ if TYPE_CHECKING:
 
 
 class Verdict(StrEnum):
-    """The answer to a question; the values are the words that reports use."""
+    """The answer to a question; the values are the words that reports use.
+
+    For example:
+
+        maviper.verify(team).verdict == "PROVED"
+    """
 
     PROVED = "PROVED"  #: holds in every world state of the region, by the arithmetic asked about
     VIOLATED = "VIOLATED"  #: fails in a world state that the referee confirmed by it
@@ -62,7 +67,12 @@ class Margin:
 
 @dataclass(frozen=True)
 class Cost:
-    """The amount that an answer took of its main budget, in a unit that does not depend on the machine."""
+    """The amount that an answer took of its main budget, in a unit that does not depend on the machine.
+
+    For example:
+
+        maviper.verify(team).cost.spent
+    """
 
     spent: int
     budget: int
@@ -102,7 +112,12 @@ class Control:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Evidence(Shown):
-    """The evidence for a verdict of whatever kind. `certificate`: of a proof; the checker accepted it."""
+    """The evidence for a verdict of whatever kind. `certificate`: of a proof; the checker accepted it.
+
+    For example:
+
+        maviper.verify(team).evidence.certificate
+    """
 
     control: Control = Control()  #: of shuffled leaves
     opinions: tuple[Opinion, ...] = ()  #: of the engines asked; where two have a verdict, it is the same
@@ -146,7 +161,12 @@ Found = TypeVar("Found", bound=Evidence, covariant=True)
 
 @dataclass(frozen=True, repr=False)
 class Result(Shown, Generic[About, Found]):
-    """The answer to one question."""
+    """The answer to one question.
+
+    For example:
+
+        maviper.verify(team).proved
+    """
 
     question: Question[About]  #: claim, region, arithmetic and budgets
     verdict: Verdict

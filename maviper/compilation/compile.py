@@ -42,7 +42,12 @@ BEFORE_REPAIR = "profile before repair"  # in the provenance of a repaired profi
 
 @dataclass(frozen=True, repr=False)
 class Compiled(Shown):
-    """Holds the files of a compilation, and what was compared before they were handed out."""
+    """Holds the files of a compilation, and what was compared before they were handed out.
+
+    For example:
+
+        maviper.compile(team, "c").write("firmware/")
+    """
 
     build: Build
     report: Report

@@ -49,6 +49,8 @@ MAX_EPISODES = 100_000  # the block of seeds from MEASUREMENT_SEEDS on has a mil
 class Reached(NamedTuple):
     """A measure of a team, in its own unit: value and 95 % interval, the expert's value in its place, and their ratio
     with its interval. What needs an expert is None where there was none.
+
+        maviper.evaluate(team, expert=expert)["defenders", "success"].ratio
     """
 
     value: float
@@ -61,6 +63,8 @@ class Reached(NamedTuple):
 @dataclass(frozen=True, repr=False)
 class Evaluation(Shown):
     """Holds what was measured. What needs an expert is None throughout where there was none.
+
+        maviper.evaluate(team, episodes=100).rows
 
     `evaluation["defenders", "success"]` is a team's measure, by its name or the beginning of it: value, interval and
     ratio. A third name says against whom; without it, against the first.

@@ -69,7 +69,12 @@ class Setting(NamedTuple):
 
 @dataclass(repr=False)
 class AlgorithmsCompared(Shown):
-    """A comparison: `rows` for each measure and setting, words for `differences`, and the `best` trees."""
+    """A comparison: `rows` for each measure and setting, words for `differences`, and the `best` trees.
+
+    For example:
+
+        maviper.compare(expert, depths=[2, 3], seeds=5).to_latex()
+    """
 
     world: str
     experts: tuple[str, ...]

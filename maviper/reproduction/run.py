@@ -86,7 +86,12 @@ def request(options: Mapping[str, Any]) -> Request:
 
 @dataclass(repr=False)
 class Reproduced(Shown):
-    """Says what a call did: its plan, what was made, what failed, and the lines of the report."""
+    """Says what a call did: its plan, what was made, what failed, and the lines of the report.
+
+    For example:
+
+        maviper.reproduce("paper/", quick=True).failed
+    """
 
     plan: Plan
     making: Making = field(default_factory=Making)

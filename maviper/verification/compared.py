@@ -343,7 +343,12 @@ class Agent:
 
 @dataclass(frozen=True, repr=False)
 class OutputsCompared(Shown):
-    """Two profiles compared over the ranges of what agents observe."""
+    """Two profiles compared over the ranges of what agents observe.
+
+    For example:
+
+        maviper.diff(before, after).verdict
+    """
 
     first: ir.PolicyProfile
     second: ir.PolicyProfile

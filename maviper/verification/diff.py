@@ -71,7 +71,12 @@ def _budgets(asked: Any) -> Budgets:
 
 @dataclass(frozen=True, repr=False)
 class Compared(Shown):
-    """Two profiles compared, with what was counted."""
+    """Two profiles compared, with what was counted.
+
+    For example:
+
+        maviper.diff(before, after).rows
+    """
 
     found: Difference
     counted: report.Estimates

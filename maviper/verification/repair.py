@@ -83,7 +83,12 @@ def request_call(written: str, given: RepairOptions) -> tuple[str, Any]:
 
 @dataclass(frozen=True, repr=False)
 class Repaired(Shown):
-    """A repair: what it was to prove, and, where it ended, the profile after it with its cost, results and files."""
+    """A repair: what it was to prove, and, where it ended, the profile after it with its cost, results and files.
+
+    For example:
+
+        maviper.repair(team, claims.OwnTarget()).after
+    """
 
     before: ir.PolicyProfile
     claim: DecisionClaim

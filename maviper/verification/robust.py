@@ -48,7 +48,12 @@ UP = Context(prec=6, rounding=ROUND_CEILING)
 
 @dataclass(frozen=True, repr=False)
 class Changes(Shown):
-    """Bounds on how far each output of an agent may change around the observations of a file, in its order."""
+    """Bounds on how far each output of an agent may change around the observations of a file, in its order.
+
+    For example:
+
+        maviper.robust(spring, "moves.csv", error="0.01").largest
+    """
 
     policy: AgentPolicy
     observations: tuple[tuple[float, ...], ...]  #: [n, n_features]
@@ -167,7 +172,12 @@ ADVICE = "give a CSV file whose first line names the features, or a JSON list of
 
 @dataclass(frozen=True, repr=False)
 class Radii(Shown):
-    """The radii around the observations of a file, in its order; certificates where they were asked for."""
+    """The radii around the observations of a file, in its order; certificates where they were asked for.
+
+    For example:
+
+        maviper.robust(team, "seen.csv", agent="cart").least
+    """
 
     policy: AgentPolicy
     observations: tuple[tuple[float, ...], ...]  #: [n, n_features]

@@ -187,7 +187,12 @@ def where_files(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> dict
 
 @dataclass(frozen=True, repr=False)
 class Verified(Shown):
-    """The questions about a profile with their results. Files are name -> text."""
+    """The questions about a profile with their results. Files are name -> text.
+
+    For example:
+
+        maviper.verify_system(team, "corridor.toml").results
+    """
 
     profile: ir.PolicyProfile
     asked: tuple[Asked, ...]

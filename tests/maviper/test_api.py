@@ -12,7 +12,7 @@ import pytest
 import maviper
 from codegen import ir, policy_json
 from codegen.errors import InputError, RefusedError, UnknownNameError
-from maviper import claims
+from maviper import answers, claims
 from maviper.verification.ask import number
 from verify.result import Verdict
 
@@ -49,6 +49,14 @@ def test_a_stated_system_by_function_and_by_command():
     assert [result.verdict for result in found.results] == [Verdict.PROVED]
     with pytest.raises(InputError, match="unknown agent"):
         maviper.verify_system(maviper.load(folder / "pendulum.json"), folder / "corridor.toml")
+
+
+def test_each_class_that_users_name_has_an_example():
+    for named in (*vars(answers).values(), *vars(claims).values()):
+        if isinstance(named, type) and named.__module__.split(".")[0] in ("maviper", "verify"):
+            lines = [line for line in inspect.cleandoc(named.__doc__).split("\n") if line.startswith("    ")]
+            assert lines, named
+            ast.parse(inspect.cleandoc("\n".join(["", *lines])))
 
 
 def test_options_are_read_by_name_nowhere():

@@ -17,7 +17,12 @@ from verify.claims.parameters import Names, Number, Steps
 
 @dataclass(frozen=True)
 class Claim:
-    """A built-in claim about a team of a profile; None: the team with as many agents as landmarks."""
+    """A built-in claim about a team of a profile; None: the team with as many agents as landmarks.
+
+    For example:
+
+        maviper.verify(team, claims.NoDouble("defenders"))
+    """
 
     name: ClassVar[str]
     words: ClassVar[str]  # what it says of the {team}
@@ -48,7 +53,9 @@ class _Engaging(Claim):
 class DistinctTargets(_Engaging):
     """The agents engage different landmarks.
 
-    maviper.verify(team, claims.DistinctTargets(margin="1/40"))
+    For example:
+
+        maviper.verify(team, claims.DistinctTargets(margin="1/40"))
     """
 
     name = "distinct_targets"
@@ -62,7 +69,9 @@ class DistinctTargets(_Engaging):
 class OwnTarget(_Engaging):
     """Each agent engages its own landmark.
 
-    maviper.verify(team, claims.OwnTarget(landmarks=["landmark_1", "landmark_0"]))
+    For example:
+
+        maviper.verify(team, claims.OwnTarget(landmarks=["landmark_1", "landmark_0"]))
     """
 
     name = "own_target"
@@ -74,7 +83,9 @@ class OwnTarget(_Engaging):
 class NoDouble(Claim):
     """No landmark has two agents closing on it.
 
-    maviper.verify(team, claims.NoDouble(margin=0.05))
+    For example:
+
+        maviper.verify(team, claims.NoDouble(margin=0.05))
     """
 
     name = "no_double"
@@ -86,7 +97,9 @@ class NoDouble(Claim):
 class Aligned(_Engaging):
     """Each agent closes on a landmark that is ahead of it, by `kappa` times the sideways offset.
 
-    maviper.verify(team, claims.Aligned(kappa="1/4"))
+    For example:
+
+        maviper.verify(team, claims.Aligned(kappa="1/4"))
     """
 
     name = "aligned"
@@ -101,7 +114,9 @@ class Aligned(_Engaging):
 class Assignment(_Engaging):
     """Agents that engage landmarks do so in some one-to-one matching.
 
-    maviper.verify(team, claims.Assignment(), region="near.toml")
+    For example:
+
+        maviper.verify(team, claims.Assignment(), region="near.toml")
     """
 
     name = "assignment"
@@ -115,7 +130,9 @@ class Assignment(_Engaging):
 class Steady(Claim):
     """Another claim stays true where each feature is off by at most `eps`.
 
-    maviper.verify(team, claims.Steady(of=claims.NoDouble(margin=0.05), eps=0.01))
+    For example:
+
+        maviper.verify(team, claims.Steady(of=claims.NoDouble(margin=0.05), eps=0.01))
     """
 
     name = "steady"
@@ -133,7 +150,9 @@ class Steady(Claim):
 class AliveLeaves(Claim):
     """Every leaf decides somewhere.
 
-    maviper.verify(team, claims.AliveLeaves("defenders"))
+    For example:
+
+        maviper.verify(team, claims.AliveLeaves("defenders"))
     """
 
     name = "alive_leaves"
@@ -144,7 +163,9 @@ class AliveLeaves(Claim):
 class Agree(Claim):
     """Two agents always act alike.
 
-    maviper.verify(team, claims.Agree(agents=["a", "b"]), shared=["all"])
+    For example:
+
+        maviper.verify(team, claims.Agree(agents=["a", "b"]), shared=["all"])
     """
 
     name = "agree"
@@ -156,7 +177,9 @@ class Agree(Claim):
 class Differ(Claim):
     """Two agents never act alike.
 
-    maviper.verify(team, claims.Differ(agents=["north", "east"]))
+    For example:
+
+        maviper.verify(team, claims.Differ(agents=["north", "east"]))
     """
 
     name = "differ"
@@ -168,7 +191,9 @@ class Differ(Claim):
 class Monotone(Claim):
     """Raising a feature never moves an agent's action down in the order, or with `direction` decreasing never up.
 
-    maviper.verify(team, claims.Monotone(feature="speed", order=["brake", "coast", "push"]), observations=True)
+    For example:
+
+        maviper.verify(team, claims.Monotone(feature="speed", order=["brake", "coast", "push"]), observations=True)
     """
 
     name = "monotone"
@@ -183,7 +208,9 @@ class Monotone(Claim):
 class Ignores(Claim):
     """An agent takes the same action whatever value one feature has.
 
-    maviper.verify(team, claims.Ignores(feature="noise"), observations=True)
+    For example:
+
+        maviper.verify(team, claims.Ignores(feature="noise"), observations=True)
     """
 
     name = "ignores"
@@ -200,7 +227,9 @@ class Ignores(Claim):
 class Symmetric(Claim):
     """Where features have the opposite sign, an agent takes the opposite action of the order.
 
-    maviper.verify(team, claims.Symmetric(order=["left", "stay", "right"]), observations=True)
+    For example:
+
+        maviper.verify(team, claims.Symmetric(order=["left", "stay", "right"]), observations=True)
     """
 
     name = "symmetric"
@@ -225,7 +254,9 @@ class OfEpisodes(Claim):
 class Reaches(OfEpisodes):
     """Each agent comes within the radius of its own landmark at some step.
 
-    maviper.verify(team, claims.Reaches(steps=25, radius="2/5"))
+    For example:
+
+        maviper.verify(team, claims.Reaches(steps=25, radius="2/5"))
     """
 
     name = "reaches"
@@ -240,7 +271,9 @@ class Reaches(OfEpisodes):
 class Covers(OfEpisodes):
     """After the last step, the team is matched to the landmarks.
 
-    maviper.verify(team, claims.Covers(landmarks=["landmark_0", "landmark_1"]))
+    For example:
+
+        maviper.verify(team, claims.Covers(landmarks=["landmark_0", "landmark_1"]))
     """
 
     name = "covers"
@@ -255,7 +288,9 @@ class Covers(OfEpisodes):
 class KeepsApart(OfEpisodes):
     """No agent of the team ever comes too near to the others.
 
-    maviper.verify(team, claims.KeepsApart("prey", others=["adversary_0", "adversary_1"]))
+    For example:
+
+        maviper.verify(team, claims.KeepsApart("prey", others=["adversary_0", "adversary_1"]))
     """
 
     name = "keeps_apart"
@@ -270,7 +305,9 @@ class KeepsApart(OfEpisodes):
 class StaysIn(OfEpisodes):
     """No agent of the team ever goes farther from the origin than the radius: for ever, unless steps are given.
 
-    maviper.verify(team, claims.StaysIn(steps="always", radius=2.5))
+    For example:
+
+        maviper.verify(team, claims.StaysIn(steps="always", radius=2.5))
     """
 
     name = "stays_in"

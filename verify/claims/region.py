@@ -16,7 +16,12 @@ Pair = tuple[str, str, Fraction]  # (entity, entity, least L-infinity distance)
 
 @dataclass(frozen=True)
 class Region:
-    """A set of world states: a closed interval for each position, bounds on differences, pairs kept apart."""
+    """A set of world states: a closed interval for each position, bounds on differences, pairs kept apart.
+
+    For example:
+
+        Region({"agent_0.x": (Fraction(-1), Fraction(1, 2))}, goals=("landmark_0",))
+    """
 
     box: Mapping[str, Interval]  #: coordinate -> bounds: every position, and the velocities that matter
     goals: tuple[str, ...]  #: landmarks that may be the goal; empty when the world has none

@@ -182,7 +182,12 @@ def _make_interval(low: Fraction, high: Fraction, where: Place) -> Interval:
 
 
 def region_toml(region: Region) -> str:
-    """The region as a file that `read_region` reads back."""
+    """The region as a file that `read_region` reads back.
+
+    For example:
+
+        Path("near.toml").write_text(region_toml(region))
+    """
     lines = ["# A region of world states: closed intervals, in the world's length unit, exact as written."]
     lines += [f"goals = [{', '.join(f'{goal!r}' for goal in region.goals)}]".replace("'", '"'), "", "[box]"]
     lines += [f'"{name}" = [{text(low)}, {text(high)}]' for name, (low, high) in region.box.items()]

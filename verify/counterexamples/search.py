@@ -53,7 +53,12 @@ ROOM = 0.1  # shrinking keeps entities at least so far apart, and claims failing
 
 @dataclass(frozen=True)
 class AgentView:
-    """One agent of the team in a counterexample: what it does, and why."""
+    """One agent of the team in a counterexample: what it does, and why.
+
+    For example:
+
+        maviper.verify(team).counterexample.agents[0].action
+    """
 
     agent: str
     action: str
@@ -65,7 +70,12 @@ class AgentView:
 
 @dataclass(frozen=True, repr=False)
 class Counterexample(Shown):
-    """A world state in which the claim fails, confirmed by the referee."""
+    """A world state in which the claim fails, confirmed by the referee.
+
+    For example:
+
+        maviper.verify(team).counterexample.state.position["agent_0.x"]
+    """
 
     state: State
     agents: tuple[AgentView, ...]

@@ -36,7 +36,12 @@ NOTHING = {  # by what a claim is about: why it is about nothing, and why nothin
 
 @dataclass(frozen=True, repr=False)
 class SystemCounterexample(Shown):
-    """An exact episode that breaks a claim."""
+    """An exact episode that breaks a claim.
+
+    For example:
+
+        maviper.verify_system(team, "corridor.toml").results[0].counterexample.start
+    """
 
     states: tuple[Values, ...]  #: the start first; for a claim about decisions only that
     actions: tuple[Mapping[str, str], ...]  #: the joint action in each state but the last, by names

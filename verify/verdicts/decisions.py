@@ -52,7 +52,12 @@ class Visited:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class DecisionEvidence(Evidence):
-    """The evidence for a verdict about single decisions, and all else that a report says of it."""
+    """The evidence for a verdict about single decisions, and all else that a report says of it.
+
+    For example:
+
+        maviper.verify(team, where=True).evidence.where
+    """
 
     shares: Shares
     counterexample: Counterexample | None = None

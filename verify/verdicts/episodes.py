@@ -65,7 +65,12 @@ TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class EpisodeEvidence(Evidence):
-    """The evidence for a verdict about whole episodes, and all else that a report says of it."""
+    """The evidence for a verdict about whole episodes, and all else that a report says of it.
+
+    For example:
+
+        maviper.verify(team, claims.Covers()).evidence.ways
+    """
 
     followed: tuple[tuple[str, ...], ...]
     violating: Share  #: of sampled starts

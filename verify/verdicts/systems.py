@@ -169,7 +169,12 @@ Confirm = Callable[[SystemCounterexample], SystemCounterexample | None]  # by th
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class SystemEvidence(Evidence):
-    """The evidence for a verdict about a stated system, and all else that a report says of it."""
+    """The evidence for a verdict about a stated system, and all else that a report says of it.
+
+    For example:
+
+        maviper.verify_system(team, "corridor.toml").results[0].evidence.boxes
+    """
 
     open: OpenState | None = None  #: what an UNKNOWN leaves open, where that is a set of states
     helps: tuple[str, ...] = ()  #: what may give an answer

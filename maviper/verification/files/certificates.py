@@ -97,7 +97,12 @@ AGAINST_FILE = "against.json"  # the second profile, beside a certificate about 
 
 @dataclass(frozen=True, repr=False)
 class Checked(Shown):
-    """A certificate whose proof holds."""
+    """A certificate whose proof holds.
+
+    For example:
+
+        maviper.check("found/certificate-1-distinct_targets.json").closed
+    """
 
     subject: str  #: what it proves, from what was checked
     closed: int  #: branches of the proof, or its boxes

@@ -80,6 +80,8 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
 class Replayed(Shown):
     """Says what the team does in the world state, and whether the claim fails there; of an episode, what all agents do,
     step by step, and whether the claim fails in it.
+
+        maviper.replay("found/counterexample-1-distinct_targets.json", team).actions
     """
 
     property: str  #: the name of the built-in claim where the formula is sure to be that one
