@@ -19,8 +19,6 @@ from maviper.verification.bench import Bench, rollouts, state_replays
 from maviper.verification.files import episodes as episode_files
 from maviper.verification.files.counterexamples import document
 from maviper.verification.files.places import zones_and_region
-from verify.certificates.proofs import to_json as decisions_json
-from verify.certificates.proofs import to_json as episodes_json
 from verify.claims.region_files import name_region
 from verify.claims.wording import spell_decisions
 from verify.kinds import MACHINE
@@ -46,7 +44,6 @@ class Procedure:
 
     answer: Callable[[Any, Any, str | None], AnyResult]  # a question, by its bench; where it holds, for the file named
     verdict: Callable[[Any, Any], tuple[Verdict, str]]  # of a question, by its bench, with the reason
-    certificate: Callable[[Any], str]  # a certificate as text
     counterexample: Callable[[PolicyProfile, Any], tuple[dict[str, Any], str] | None]  # and where it is, in words
     # files of where a result holds, which has a number; and what the solver is asked of a question, which has one
     places: Callable[[PolicyProfile, int, Any], dict[str, str]] = _nothing
@@ -112,7 +109,7 @@ def _verdict(question: DecisionQuestion, bench: object) -> tuple[Verdict, str]:
     return decisions.verdict(question)
 
 
-DECISIONS = Procedure(_answer, _verdict, decisions_json, _counterexample, zones_and_region, _solver_files)
+DECISIONS = Procedure(_answer, _verdict, _counterexample, zones_and_region, _solver_files)
 
 
 def _answer_episodes(question: EpisodeQuestion, bench: Bench, region_file: str | None) -> EpisodeResult:
@@ -131,4 +128,4 @@ def _episode_counterexample(profile: PolicyProfile, result: EpisodeResult) -> tu
     return None if result.evidence.state is None else (episode_files.document(profile, result), "from its start")
 
 
-EPISODES = Procedure(_answer_episodes, _judge_episodes, episodes_json, _episode_counterexample)
+EPISODES = Procedure(_answer_episodes, _judge_episodes, _episode_counterexample)

@@ -31,6 +31,7 @@ from maviper.verification.bench import Bench
 from maviper.verification.files.places import region_file, repeat_command
 from maviper.verification.files.states import states_files
 from maviper.verification.procedures import DECISIONS, EPISODES, Procedure
+from verify.certificates.games import to_json
 from verify.kinds import Kind
 from verify.question import AnyClaim, Question
 from verify.reports import report
@@ -156,33 +157,10 @@ def report_files(facts: Mapping[str, Any], form: ModuleType = report) -> dict[st
 def certificate_files(results: Sequence[AnyResult]) -> dict[str, str]:
     """Certificates of proved results, and of regions found in others, file name -> text; numbered as in the report."""
     return {
-        f"certificate-{place}-{result.claim.name}{ending}.json": procedure(result.claim).certificate(certificate)
+        f"certificate-{place}-{result.claim.name}{ending}.json": to_json(certificate)
         for place, result in enumerate(results, 1)
         for ending, certificate in result.evidence.certificates
     }
-
-
-def counterexample_files(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> dict[str, str]:
-    """For each violated claim a file, and a test that fails until a policy holds there."""
-    files: dict[str, str] = {}
-    for place, result in enumerate(results, 1):
-        failure = procedure(result.claim).counterexample(profile, result)
-        if failure is None:
-            continue
-        written, where = failure
-        stem = f"counterexample-{place}-{result.claim.name}"
-        files[f"{stem}.json"] = layout(written) + "\n"
-        named = {"name": f"{stem}.json", "place": place, "where": where}
-        files[f"test_{stem.replace('-', '_')}.py"] = render("tests/counterexample.py.j2", **named)
-    return files
-
-
-def where_files(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> dict[str, str]:
-    """The files of all results, name -> text; results are counted from 1."""
-    files: dict[str, str] = {}
-    for place, result in enumerate(results, 1):
-        files |= procedure(result.claim).places(profile, place, result)
-    return files
 
 
 @dataclass(frozen=True, repr=False)
@@ -238,13 +216,26 @@ class Verified(Shown):
 
     @cached_property
     def counterexamples(self) -> dict[str, str]:
-        """For each violated claim a counterexample and a test of it."""
-        return counterexample_files(self.profile, self.results)
+        """For each violated claim a counterexample, and a test that fails until a policy holds there."""
+        files: dict[str, str] = {}
+        for place, result in enumerate(self.results, 1):
+            failure = procedure(result.claim).counterexample(self.profile, result)
+            if failure is None:
+                continue
+            written, where = failure
+            stem = f"counterexample-{place}-{result.claim.name}"
+            files[f"{stem}.json"] = layout(written) + "\n"
+            named = {"name": f"{stem}.json", "place": place, "where": where}
+            files[f"test_{stem.replace('-', '_')}.py"] = render("tests/counterexample.py.j2", **named)
+        return files
 
     @cached_property
     def places(self) -> dict[str, str]:
         """Failing cells and regions found."""
-        return where_files(self.profile, self.results)
+        files: dict[str, str] = {}
+        for place, result in enumerate(self.results, 1):
+            files |= procedure(result.claim).places(self.profile, place, result)
+        return files
 
     @cached_property
     def states(self) -> dict[str, str]:

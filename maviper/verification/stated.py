@@ -33,7 +33,6 @@ from maviper.verification.reference import find_by_rules, measure_reference, rep
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
 from maviper.worlds.stated.observing import ensure_observed
 from maviper.worlds.stated.systems import file_of, read
-from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
 from verify.claims.calls import read_call
@@ -541,4 +540,4 @@ def _counterexample(profile: PolicyProfile, result: SystemResult) -> tuple[dict[
     return None if found is None else (counterexample_document(result.question, found), "from its start, in world.toml")
 
 
-SYSTEMS = Procedure(_answer, _verdict, to_json, _counterexample)  # the solver gives a second opinion alone
+SYSTEMS = Procedure(_answer, _verdict, _counterexample)  # the solver gives a second opinion alone

@@ -9,7 +9,8 @@ Does not: contain times, paths or facts about the machine, so equal questions gi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from importlib import import_module
 from typing import Any
 
 from codegen.floats import FLOAT32
@@ -29,46 +30,23 @@ from verify.reports.telling import REFEREED, REPLAYED, Telling, readers, texts
 from verify.result import AnyResult, Verdict
 from verify.states import shares
 
-
-def _decisions() -> Telling:
-    from verify.reports.decisions import TELLING
-
-    return TELLING
-
-
-def _episodes() -> Telling:
-    from verify.reports.episodes import TELLING
-
-    return TELLING
-
-
-def _systems() -> Telling:
-    from verify.reports.systems import TELLING
-
-    return TELLING
-
-
-TELLINGS: Mapping[Kind, Callable[[], Telling]] = {
-    Kind.DECISIONS: _decisions,
-    Kind.LEAVES: _decisions,
-    Kind.EPISODES: _episodes,
-    Kind.SYSTEMS: _systems,
+TELLINGS: Mapping[Kind, str] = {  # the module of a kind, which has the TELLING
+    Kind.DECISIONS: "verify.reports.decisions",
+    Kind.LEAVES: "verify.reports.decisions",
+    Kind.EPISODES: "verify.reports.episodes",
+    Kind.SYSTEMS: "verify.reports.systems",
 }
 
 
 def telling_of(result: AnyResult) -> Telling:
     """Returns the way in which a report tells of a result."""
-    return _get_teller(result)()
+    return import_module(TELLINGS[result.claim.kind]).TELLING
 
 
 def by_telling(results: Sequence[AnyResult]) -> list[tuple[Telling, list[AnyResult]]]:
     """Results that are told of alike, together, in the order of the table."""
-    groups = [(tell, [one for one in results if _get_teller(one) is tell]) for tell in dict.fromkeys(TELLINGS.values())]
-    return [(tell(), group) for tell, group in groups if group]
-
-
-def _get_teller(result: AnyResult) -> Callable[[], Telling]:
-    return TELLINGS[result.claim.kind]
+    groups = [[one for one in results if TELLINGS[one.claim.kind] == each] for each in dict.fromkeys(TELLINGS.values())]
+    return [(telling_of(group[0]), group) for group in groups if group]
 
 
 LABELS = 14  # letters of a line of the text report, before its words

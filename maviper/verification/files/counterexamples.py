@@ -30,7 +30,6 @@ from verify.claims.decisions import OWN, PLAIN, formula
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates, read_formula
 from verify.claims.observed import over, view_from
 from verify.claims.region import goal_of, goal_text
-from verify.claims.region_files import positions
 from verify.claims.wording import BUILT_IN, formula_document, view_document
 from verify.counterexamples.search import Counterexample
 from verify.exact import MAX_NUMBER, read_number
@@ -279,25 +278,13 @@ def resolve_formula(
         raise InputError(
             "the counterexample's formula cannot be read", f"{path}: {escape_text(error)}"[:200], ADVICE
         ) from None
-    world = profile.world
-    needed = set(positions(world))
     members = {policy.agent for policy in profile.team(team)}
-    placed = {name for state in states for name in state.position}
     features = {error_name(policy.agent, feature.name) for policy in profile.agents for feature in policy.features}
     strange = [
-        *sorted((coordinates(claim) | placed) - set(world.coordinates())),
+        *([] if members else [f"no team {team}"]),
+        *sorted(coordinates(claim) - set(profile.world.coordinates())),
         *sorted(agents(claim) - members),
         *sorted({name for state in states for name in state.errors} - features),
-        *sorted(f"goal {goal or 'none'}" for goal in {state.goal for state in states} - set(world.goals or (None,))),
-        *sorted({f"no {name}" for state in states for name in needed - set(state.position)}),
     ]
-    strange = strange or _strange_parts(claim, team, profile)
-    if strange or not members:
-        what = ", ".join(strange[:5]) if members else f"no team {team}"
-        raise InputError(
-            "the counterexample is about another world", f"{path}: {escape_text(what)}", "give its profile"
-        )
-    for name, value in (pair for state in states for pair in (*state.position.items(), *state.errors.items())):
-        if abs(value) > MAX_NUMBER:
-            raise InputError("not a counterexample", f"{path}: {escape_text(name)} is beyond {MAX_NUMBER}", ADVICE)
+    episode_files.ensure_of_world(profile.world, states, strange or _strange_parts(claim, team, profile), path)
     return claim

@@ -8,7 +8,7 @@ Does not: look for counterexamples.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from codegen.errors import InputError, UnknownNameError, escape_text
-from codegen.ir import PolicyProfile
+from codegen.ir import PolicyProfile, WorldSpec
 from codegen.policy_json import content_hash
 from maviper.files import runs
 from maviper.verification.bench import replay_course
@@ -25,6 +25,7 @@ from verify.claims.catalogue import ZONES, find_episode_claim, readable
 from verify.claims.claim import Parameter
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.region import goal_of, goal_text
+from verify.claims.region_files import positions
 from verify.claims.wording import region_document
 from verify.exact import MAX_NUMBER, read_number
 from verify.states.episodes import Episode, fails, playable
@@ -160,19 +161,27 @@ def _value(name: str, value: int | str | list[str]) -> Any:
 
 def _ensure_known(episode: EpisodeJson, profile: PolicyProfile, path: Path) -> None:
     """InputError for a start or actions that the profile's world does not have."""
-    world = profile.world
-    needed = {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"}
-    strange = [
-        *sorted(set(episode.position) - set(world.coordinates())),
-        *sorted(set(episode.actions) - {entity.name for entity in world.agents}),
-        *([f"goal {episode.goal or 'none'}"] if goal_of(episode.goal) not in (world.goals or (None,)) else []),
-        *sorted(f"no {name}" for name in needed - set(episode.position)),
-    ]
-    if strange:
-        what = "the counterexample is about another world"
-        raise InputError(what, f"{path}: {', '.join(map(escape_text, strange[:5]))}", ADVICE)
+    strange = sorted(set(episode.actions) - {entity.name for entity in profile.world.agents})
+    ensure_of_world(profile.world, [State(episode.position, goal_of(episode.goal))], strange, path)
     for name, value in episode.position.items():
-        if abs(value) > MAX_NUMBER:
-            raise InputError("not a counterexample", f"{path}: {name} is beyond {MAX_NUMBER}", ADVICE)
         if value and name.endswith((".vx", ".vy")):
             raise InputError("not a counterexample", f"{path}: {name} is not 0, but episodes start at rest", ADVICE)
+
+
+def ensure_of_world(world: WorldSpec, states: Sequence[State], strange: Sequence[str], path: Path) -> None:
+    """InputError for states that name what a world does not have or leave places out, or that are too far away.
+    `strange`: further names that nobody knows.
+    """
+    placed = {name for state in states for name in state.position}
+    strange = [
+        *sorted(placed - set(world.coordinates())),
+        *strange,
+        *sorted(f"goal {goal or 'none'}" for goal in {state.goal for state in states} - set(world.goals or (None,))),
+        *sorted({f"no {name}" for state in states for name in set(positions(world)) - set(state.position)}),
+    ]
+    if strange:
+        what = ", ".join(map(escape_text, strange[:5]))
+        raise InputError("the counterexample is about another world", f"{path}: {what}", "give its profile")
+    for name, value in (pair for state in states for pair in (*state.position.items(), *state.errors.items())):
+        if abs(value) > MAX_NUMBER:
+            raise InputError("not a counterexample", f"{path}: {escape_text(name)} is beyond {MAX_NUMBER}", ADVICE)
