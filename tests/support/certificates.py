@@ -1,19 +1,27 @@
 """What several tests use of `verify.checker.decisions.test_certificates`."""
 
 import json
+from collections import Counter
 from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 
 from codegen import ir
+from codegen.policy_json import content_hash
+from tests.support.altered import altered, read_game
 from tests.support.zone_cases import stated
+from verify.certificates.games import to_json
 from verify.checker import decisions
 from verify.checker.certificate import body_hash, numbers
 from verify.checker.reading import RejectedError
 from verify.claims.decisions import formula
+from verify.claims.wording import BUILT_IN
 from verify.kinds import Semantics
+from verify.question import Question
 from verify.result import Verdict
+from verify.solver.solve import decide
+from verify.subjects import Game
 from verify.zones import engine as zones
 
 
@@ -65,6 +73,46 @@ def changed_proof(rng, proofs):
         else:
             data[place] = min(127, data[place] + 1)
     return {**proofs, goal: bytes(data)}
+
+
+def changed(rng, pair, made, kinds):
+    """One change of a kind (tree, region, property, errors or proof), with hashes and formula made again."""
+    kind, claim = kinds[rng.integers(len(kinds))], made.claim.property
+    if kind == "tree":
+        pair = changed_tree(rng, pair)
+    if kind == "region":
+        made = altered(made, region=changed_region(rng, made.header.region))
+    if kind == "property":
+        name = str(rng.choice(["own_target", "no_double", "distinct_targets"]))
+        margin, radius = Fraction(int(rng.integers(0, 4)), 40), Fraction(int(rng.integers(0, 30)), 100)
+        made = altered(made, property=BUILT_IN[name](claim.team, margin, radius, eps=claim.eps))
+    if kind == "errors":
+        eps = Fraction(int(rng.integers(1, 100)), 1000)
+        made = altered(made, property=replace(claim, eps=eps), eps=eps)
+    if kind == "proof":
+        made = altered(made, proofs=changed_proof(rng, made.proof.proofs))
+    made = altered(made, profile=content_hash(pair), formula=formula(pair, made.claim.property))
+    return kind, pair, read_game(to_json(made))
+
+
+def judge_changes(rng, certified, count, kinds):
+    """How many changes of each kind pass and are refused; of what passes both engines say that it holds. `certified`:
+    teams with their certificates, by turns.
+    """
+    passed, refused = Counter(), Counter()
+    for place in range(count):
+        kind, other, forged = changed(rng, *certified[place % len(certified)], kinds)
+        try:
+            decisions.check_certificate(forged, other)
+        except RejectedError:
+            refused[kind] += 1
+            continue
+        passed[kind] += 1
+        found = zones.decide(stated(other, forged.claim.formula, forged.header.region, eps=forged.header.eps))
+        assert found.verdict is Verdict.PROVED
+        if kind not in ("region", "proof"):
+            assert decide(Question(Game(other), forged.claim.property, forged.header.region)).verdict is Verdict.PROVED
+    return passed, refused
 
 
 def rehashed(document):

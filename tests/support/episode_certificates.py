@@ -45,6 +45,21 @@ def stands(certificate, profile):
         return False
 
 
+def share_of_bytes_refused(certificate, profile):
+    """Of the bytes of the first part's proof: those that cannot be another. A proof that is too short or too long never
+    stands. What is proved says nothing but how branches are closed; that it can be refused shows that it is read.
+    """
+    part, *others = certificate.proof.parts
+
+    def is_as_good(proof):
+        return stands(altered(certificate, parts=(altered(part, proof=proof), *others)), profile)
+
+    assert not any(map(is_as_good, (part.proof[:-1], part.proof + b"\0", b"", part.proof + part.proof)))
+    size = len(part.proof)
+    flipped = (bytes(byte ^ (at == place) for at, byte in enumerate(part.proof)) for place in range(size))
+    return sum(not is_as_good(proof) for proof in flipped) / size
+
+
 @contextmanager
 def replays_of(profile):
     with build(profile, ["c"]) as made:

@@ -1,4 +1,4 @@
-"""`robust`, `diff` and `--shared` against every cell of many small random profiles."""
+"""`robust` and `diff` against every cell of many small random profiles."""
 
 import itertools
 import math
@@ -9,15 +9,10 @@ import pytest
 
 from tests.support import brute
 from tests.support.observations import NAMES, blind
-from verify.claims.catalogue import find_claim
 from verify.claims.observed import View, over
 from verify.claims.region_files import everywhere
-from verify.claims.views import Viewed
 from verify.extent.radius import radius
-from verify.question import Question
 from verify.result import Verdict
-from verify.subjects import Game
-from verify.verdicts import decisions
 from verify.verdicts.differences import difference
 
 pytestmark = pytest.mark.solver
@@ -151,29 +146,3 @@ def differing(first, second, cell):
 
 def box_of(own):
     return dict.fromkeys(itertools.chain.from_iterable(own.values()), (-SPAN, SPAN))
-
-
-@cases(SMALL)
-def test_agents_that_share_features_agree_where_every_cell_says_so(cases):
-    told = set()
-    for seed in cases:
-        rng, trees, features = drawn(seed, 3, 2)
-        if rng.random() < 0.4:
-            trees["b"] = trees["a"]
-            features["b"] = features["a"]
-        several = [name for name in NAMES if sum(name in own for own in features.values()) > 1]
-        shared = [name for name in several if rng.random() < 0.8]
-        profile = blind(trees, features, float(SPAN))
-        viewed = Viewed(profile, View(tuple(shared)))
-        claim = find_claim("agree", viewed.profile, agents=("a", "b"))
-        found = decisions.verdict(Question(Game(viewed.profile, viewed=viewed), claim, everywhere(viewed.profile)))[0]
-        own = {agent: [name if name in shared else f"{agent}.{name}" for name in features[agent]] for agent in "ab"}
-        some = False
-        for cell in cells_of([(trees[agent], own[agent]) for agent in "ab"], box_of(own)):
-            values = {name: brute.float_in(line) for name, line in cell.items()}
-            if None not in values.values():
-                one, other = (brute.action_of(trees[agent], [values[name] for name in own[agent]]) for agent in "ab")
-                some |= one != other
-        told.add(found)
-        assert found is (Verdict.VIOLATED if some else Verdict.PROVED), seed
-    assert told == {Verdict.PROVED, Verdict.VIOLATED}

@@ -1,7 +1,6 @@
 """The table of parameters: every claim's are in it, and files and Python take all of it."""
 
 import re
-from pathlib import Path
 
 from maviper.options import VerifyOptions as Options
 from maviper.options import table_of
@@ -15,8 +14,6 @@ from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.parameters import NAMES, PARAMETERS
 from verify.claims.relations import RELATIONS
 from verify.claims.wording import BUILT_IN
-
-ROOT = Path(__file__).parents[3]
 
 
 def test_the_table_has_what_claims_read():
