@@ -88,13 +88,7 @@ def plain(value):
 
 def claimed(claim):
     """A claim as the judge reads it."""
-
-    def read(regions):
-        return [
-            [{"below" if half.strict else "most": documents._affine(half.form)} for half in each] for each in regions
-        ]
-
-    return plain({"name": claim.name, "by": claim.by, "regions": read(claim.regions), "assuming": read(claim.assuming)})
+    return documents.plain({"name": claim.name, "by": claim.by, "regions": claim.regions, "assuming": claim.assuming})
 
 
 def drawn(rng):
@@ -133,7 +127,7 @@ def for_ever(rng, case):
 def near(rng, case, claim, episodes):
     """The claim that a sum stays below a bound close to what was sampled; None where nothing was."""
     total = random_systems.affine(rng, numbers(case.system), [Fraction(0)])
-    sampled = episodes.most(plain(documents._affine(total)), claim.by)
+    sampled = episodes.most(documents.plain(total), claim.by)
     if sampled is None or not 2.0**-10 < abs(sampled) < 2.0**40:
         return None
     extreme = Fraction(sampled).limit_denominator(1 << 20)
