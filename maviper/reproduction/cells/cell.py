@@ -222,8 +222,8 @@ UNIT = 1_000  # of steps or episodes spent on responders: the table's rows "effo
 BEGUN = 0  # ... and what it costs to begin, once
 Costs = Mapping[str, Mapping[str, float]]  # what -> depth, as text -> CPU seconds
 LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> a measured one, and how much of its cost: the same loop
-    NO_PREDICTION: (MAVIPER, 0.8),
-    IVIPER_RESAMPLING: (MAVIPER, 0.5),
+    NO_PREDICTION: (MAVIPER, 0.75),
+    IVIPER_RESAMPLING: (MAVIPER, 0.7),
     VIPER: (IVIPER, 1.0),
 }
 
