@@ -129,7 +129,7 @@ class Verb(click.Command):
         sections: dict[str, list[tuple[str, str]]] = {}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
-            if record is not None and (parameter.name != "help" or isinstance(self, click.Group)):
+            if record is not None and ("--help" not in parameter.opts or isinstance(self, click.Group)):
                 sections.setdefault(getattr(parameter, "section", "Options"), []).append(record)
         last = [(heading, sections.pop(heading)) for heading in (MORE, "Options") if heading in sections]
         wide = [len(name) for _, records in (*sections.items(), *last) for name, _ in records]

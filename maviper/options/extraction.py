@@ -24,118 +24,69 @@ WHAT, EPISODES, LEARNS, HOW = "What is extracted", "Episodes", "What it learns f
 PARTS, TUNING = "What the algorithm's name sets", "How rounds are chosen and ended"  # given by --set
 
 
+Count, Word = int | None, str | None  # None: as the preset or the world says
+
+
 class ExtractOptions(TypedDict, total=False):
     """What an extraction is asked for."""
 
     algorithm: Annotated[str, Option("maviper", WHAT, f"One of {ALGORITHMS} (after the description).", "NAME")]
     preset: Annotated[
-        str, Option("default", WHAT, "default; paper: exactly as published; released: as in the authors' code.", "NAME")
+        str, Option("default", WHAT, "default, paper (as published) or released (the authors' code).", "NAME")
     ]
     max_depth: Annotated[int, Option(4, WHAT, "Splits on the longest path.")]
-    max_leaves: Annotated[
-        int | None, Option(None, WHAT, "Leaves of each tree, grown best first; not where members vote.")
-    ]
-    share: Annotated[
-        str | None, Option(None, WHAT, "team: one tree for all agents of a team, whose spaces must be equal.", "WHO")
-    ]
-    agent: Annotated[str | None, Option(None, WHAT, "The agent to extract, for viper.", "NAME")]
+    max_leaves: Annotated[Count, Option(None, WHAT, "Most leaves of a tree; not with maviper, whose members vote.")]
+    share: Annotated[Word, Option(None, WHAT, "team: one tree for all agents of a team.", "WHO")]
+    agent: Annotated[Word, Option(None, WHAT, "The agent to extract, for viper.", "NAME")]
     splits: Annotated[
-        str | None,
-        Option(
-            None,
-            WHAT,
-            "exact or histogram (default: the preset's); differences: of two features too; sums: of a few.",
-            "NAME",
-        ),
+        Word,
+        Option(None, WHAT, "exact or histogram (default: the preset's); differences; sums: of a few features.", "NAME"),
     ]
     leaves: Annotated[
-        str | None,
-        Option(
-            None,
-            WHAT,
-            "Of continuous actions: constant (the default) or linear, a sum of features for each output.",
-            "NAME",
-            setting="leaf",
-        ),
+        Word,
+        Option(None, WHAT, "Outputs of a leaf: constant (the default), or linear in features.", "NAME", setting="leaf"),
     ]
     labels: Annotated[
-        str | None,
-        Option(
-            None,
-            PARTS,
-            "What trees are taught: expert (its actions) or response (the best reply to the mates' trees).",
-            "expert|response",
-        ),
+        Word, Option(None, PARTS, "What trees are taught: the expert's actions, or the best reply.", "expert|response")
     ]
     rollouts_by: Annotated[
-        str | None,
-        Option(
-            None,
-            PARTS,
-            "Whose trees play together among experts: agent, team or all; or experts alone.",
-            "agent|team|all|experts",
-        ),
+        Word,
+        Option(None, PARTS, "Whose trees play together among experts; experts: nobody's.", "agent|team|all|experts"),
     ]
     weights: Annotated[
-        str | None,
-        Option(
-            None,
-            PARTS,
-            "What states weigh: own, averaged (over what others could do) or equal.",
-            "own|averaged|equal",
-        ),
+        Word, Option(None, PARTS, "What states weigh; averaged: over what others could do.", "own|averaged|equal")
     ]
     least_right: Annotated[
-        str | None,
+        Word,
         Option(
-            None,
-            PARTS,
-            "Members that must be predicted right, of a team of N: N, N-1, 2, or a share such as 0.5; 0: no votes.",
-            "N|N-1|NUMBER|SHARE",
+            None, PARTS, "Members, of a team of N, that must be predicted right; 0: no votes.", "N|N-1|NUMBER|SHARE"
         ),
     ]
-    selection_by: Annotated[
-        str | None,
-        Option(None, PARTS, "For whom one round is chosen: agent, member, team or all.", "agent|member|team|all"),
-    ]
+    selection_by: Annotated[Word, Option(None, PARTS, "For whom one round is chosen.", "agent|member|team|all")]
     undo: Annotated[
-        str,
-        Option(
-            "",
-            PARTS,
-            "Accidents of preset released to leave out: leaves, restarts, warm-up (several with +).",
-            "leaves+restarts+warm-up",
-        ),
+        str, Option("", PARTS, "Accidents of preset released to leave out (several with +).", "leaves+restarts+warm-up")
     ]
-    features: Annotated[str, Option("", WHAT, f"Additional features: {FEATURES}, or auto.", "NAMES")]
+    features: Annotated[str, Option("", WHAT, f"More features: {FEATURES}, or auto.", "NAMES")]
     features_file: Annotated[
         str | Path | None, Option(None, WHAT, "Names and units of what agents observe in your own game (TOML).")
     ]
     max_episodes: Annotated[
-        int | None,
+        Count,
         Option(
-            None,
-            EPISODES,
-            "Episodes to learn and select by, instead of the counts below; in games of your own, held-out ones, too.",
-            setting="budget",
+            None, EPISODES, "Episodes to learn and select by (in your own games held-out ones too).", setting="budget"
         ),
     ]
     held_out: Annotated[
-        int | None,
-        Option(
-            None, EPISODES, "Held-out episodes of each line-up that is measured (default: 1000; in your own games 200)."
-        ),
+        Count, Option(None, EPISODES, "Episodes to measure with (default: 1000; in your own games 200).")
     ]
-    iterations: Annotated[
-        int | None, Option(None, EPISODES, "Rounds of rollouts and tree growth (default: the paper's).")
-    ]
-    rollouts: Annotated[int | None, Option(None, EPISODES, "Episodes per round (default: the paper's).")]
+    iterations: Annotated[Count, Option(None, EPISODES, "Rounds of rollouts and growth (default: the paper's).")]
+    rollouts: Annotated[Count, Option(None, EPISODES, "Episodes of a round (default: the paper's).")]
     patience: Annotated[
-        int | None,
+        Count,
         Option(
             None,
             TUNING,
-            "Stop after so many rounds without a gain (default: 10; in paper and released: never).",
+            "Stop after so many rounds without a gain (default: 10; paper, released: never).",
             "1 to 1000000",
         ),
     ]
@@ -146,49 +97,32 @@ class ExtractOptions(TypedDict, total=False):
         ),
     ]
     max_seconds: Annotated[
-        float,
-        Option(
-            0.0,
-            EPISODES,
-            "After so many seconds end with the best trees so far; what is measured comes on top; 0: no limit.",
-        ),
+        float, Option(0.0, EPISODES, "Then keep the best trees so far, and measure them; 0: no limit.")
     ]
     selection: Annotated[
-        str | None, Option(None, TUNING, "uniform, return or race (default: the preset's).", "uniform|return|race")
+        Word, Option(None, TUNING, "How a round is chosen (default: the preset's).", "uniform|return|race")
     ]
     selection_episodes: Annotated[
-        int | None, Option(None, TUNING, "Episodes per candidate and team (default: 100).", "1 to 1000000")
+        Count, Option(None, TUNING, "Episodes per candidate and team (default: 100).", "1 to 1000000")
     ]
     refinement_episodes: Annotated[
-        int | None,
-        Option(
-            None,
-            EPISODES,
-            "Episodes per team to refine the trees with (default: the preset's).",
-            setting="refinement",
-        ),
+        Count,
+        Option(None, EPISODES, "Episodes to refine a team's trees with (default: the preset's).", setting="refinement"),
     ]
     measure: Annotated[
-        str | None,
-        Option(
-            None,
-            TUNING,
-            "The measure that teams are judged by (default: the world's first; preset paper: the paper's).",
-            "NAME",
-        ),
+        Word, Option(None, TUNING, "What teams are judged by (default: the world's first measure).", "NAME")
     ]
     explore: Annotated[float, Option(0.0, TUNING, "fitted-q: share of uniform actions while it collects.", "0 to 1")]
-    critic: Annotated[str, Option("learned", LEARNS, "The Q that weights the states: learned, measured or none.")]
+    critic: Annotated[str, Option("learned", LEARNS, "The Q that weighs states: learned, measured or none.")]
     max_samples: Annotated[
-        int | None,
-        Option(None, TUNING, "Points drawn by weight for each tree, at most (default: 300000).", "1 to 1000000"),
+        Count, Option(None, TUNING, "Most points drawn by weight for a tree (default: 300000).", "1 to 1000000")
     ]
     world: Annotated[
-        str | Callable[..., Any] | None, Option(None, LEARNS, "The expert's world, where its file cannot say it.")
+        str | Callable[..., Any] | None, Option(None, LEARNS, "The expert's world, if its file names none.")
     ]
     counterexamples: Annotated[
         Iterable[str | Path],
-        Option((), LEARNS, "A file that `maviper verify -o` wrote, or its folder (repeatable).", "PATH"),
+        Option((), LEARNS, "What `maviper verify -o` wrote: a file or a folder (repeatable).", "PATH"),
     ]
     seed: Annotated[int, Option(0, HOW, "The random seed.")]
     seeds: Annotated[int, Option(1, HOW, "Extract this many seeds; keep the best.")]

@@ -13,27 +13,24 @@ from typing import Annotated, Any, Literal, TypedDict
 from maviper.options.table import PARAMETERS, Option, of_claims
 from verify.claims.parameters import Names, Number, Parameters
 
-QUESTION, EXTENT, BUDGETS = "What is asked", "How far it goes", "Budgets"
-RARER = "More"
-
+QUESTION, EXTENT, BUDGETS, RARER = "What is asked", "How far it goes", "Budgets", "More"
+Count, Word, Words = int | None, str | None, Sequence[str] | None
+World = str | Callable[..., Any] | None
+Someone = str | object | None
 
 EFFORT = "How much is tried before the answer is UNKNOWN; each is ten times the one before."
 Effort = Annotated[Literal["low", "normal", "high"], Option("normal", EXTENT, EFFORT)]
 CLAIMS_AT_ONCE = "Claims at the same time; dask: on the cluster of DASK_SCHEDULER_ADDRESS."
 Jobs = Annotated[int | Literal["dask"], Option(1, EXTENT, CLAIMS_AT_ONCE, "N|dask", words=("dask",))]
+SEMANTICS = "machine: as deployed; real: exact arithmetic, for comparison."
+Semantics = Annotated[str, Option("machine", QUESTION, SEMANTICS, "NAME")]
 
 
 class TeamOptions(TypedDict, total=False):
     """Whose decisions a claim is about."""
 
     team: Annotated[
-        str | None,
-        Option(
-            None,
-            QUESTION,
-            "The team that the claim is about (default: the one with as many agents as landmarks).",
-            "NAME",
-        ),
+        Word, Option(None, QUESTION, "The team (default: the one with an agent for each landmark).", "NAME")
     ]
 
 
@@ -41,26 +38,13 @@ class QuestionOptions(TypedDict, total=False):
     """What is asked, whatever the claim."""
 
     observations: Annotated[
-        bool,
-        Option(
-            False,
-            QUESTION,
-            "Claims are about what agents observe, not about states of the world.",
-        ),
+        bool, Option(False, QUESTION, "Claims are about what agents observe, not about states of the world.")
     ]
     shared: Annotated[
         Names | None,
-        Option(
-            None,
-            RARER,
-            "With --observations: features that agents observe alike.",
-            "A,B|all",
-            commas=True,
-        ),
+        Option(None, RARER, "With --observations: features that agents observe alike.", "A,B|all", commas=True),
     ]
-    semantics: Annotated[
-        str, Option("machine", QUESTION, "machine: as deployed; real: exact arithmetic, for comparison.", "NAME")
-    ]
+    semantics: Semantics
 
 
 class LimitOptions(TypedDict, total=False):
@@ -69,18 +53,10 @@ class LimitOptions(TypedDict, total=False):
     where: Annotated[bool, Option(False, EXTENT, "List the cells where a claim fails, and their share of the region.")]
     effort: Effort
     jobs: Jobs
-    max_cells: Annotated[int | None, Option(None, EXTENT, "Limit on failing cells to find (default: 50000).")]
-    solver_units: Annotated[
-        int | None,
-        Option(None, BUDGETS, "Limit per query to Z3, in its resource units (default: 200000000)."),
-    ]
+    max_cells: Annotated[Count, Option(None, EXTENT, "Limit on failing cells to find (default: 50000).")]
+    solver_units: Annotated[Count, Option(None, BUDGETS, "Z3's resource units for a query (default: 200000000).")]
     max_zones: Annotated[
-        int | None,
-        Option(
-            None,
-            BUDGETS,
-            "Limit on zones visited per claim about episodes, and on its certificate (default: 5000000).",
-        ),
+        Count, Option(None, BUDGETS, "Zones of a claim about episodes, and of its certificate (default: 5000000).")
     ]
 
 
@@ -92,31 +68,20 @@ class VerifyOptions(TeamOptions, QuestionOptions, Parameters, LimitOptions, tota
 
 
 class FileOptions(QuestionOptions, LimitOptions, total=False):
-    """What is asked of the claims of a property file, which says what each is about."""
+    """What is asked of the claims of a file, which says what each is about."""
 
 
 class SystemOptions(TypedDict, total=False):
     """What is asked of the system that a world file defines."""
 
     run_reference: Annotated[
-        bool,
-        Option(
-            False,
-            RARER,
-            "With --system: compare it with the environment it names.",
-            needs="world",
-        ),
+        bool, Option(False, RARER, "With --system: run the environment that it names, and compare.", needs="world")
     ]
     effort: Effort
     jobs: Jobs
     max_boxes: Annotated[
-        int | None,
-        Option(
-            None,
-            BUDGETS,
-            "With --system, and for episodes of teams that test sums: limit on what each claim may spend, in"
-            " boxes, about a million a second (default: 60000000).",
-        ),
+        Count,
+        Option(None, BUDGETS, "Boxes of a claim about a system, about a million a second (default: 60000000)."),
     ]
 
 
@@ -130,135 +95,78 @@ class ImportOptions(TypedDict, total=False):
     """What is said of a file that it does not say itself, or says otherwise."""
 
     feature_names: Annotated[
-        Sequence[str] | None, Option(None, NAMES, "Names of the features.", "NAMES", called="features", commas=True)
+        Words, Option(None, NAMES, "Names of the features.", "NAMES", called="features", commas=True)
     ]
-    action_names: Annotated[
-        Sequence[str] | None, Option(None, NAMES, "Names of the actions.", "NAMES", called="actions", commas=True)
-    ]
+    action_names: Annotated[Words, Option(None, NAMES, "Names of the actions.", "NAMES", called="actions", commas=True)]
     name: Annotated[
         str,
         Option(
-            "imported",
-            NAMES,
-            "The game whose agents the trees become, such as gymnasium:CartPole-v1; else a name for their world.",
-            "NAME",
-            called="world",
+            "imported", NAMES, "The agents' game, such as gymnasium:CartPole-v1, or a name.", "NAME", called="world"
         ),
     ]
     numbers: Annotated[
         Literal["float32"] | None,
-        Option(
-            None,
-            IMPORTED,
-            "Round thresholds down for float32 observations where FILE compares doubles. Default: as FILE compares.",
-        ),
+        Option(None, IMPORTED, "Round thresholds of doubles down, for float32 observations."),
     ]
     arrays: Annotated[
         Literal["floats", "float32", "float64"] | None,
-        Option(
-            None,
-            IMPORTED,
-            "What if/else Python is given: Python's floats, or arrays of NumPy; asked for where they differ.",
-        ),
+        Option(None, IMPORTED, "What if/else Python is given, where it matters: floats, or arrays of NumPy."),
     ]
     output_names: Annotated[
-        Sequence[str] | None,
-        Option(
-            None,
-            IMPORTED,
-            "FILE returns numbers to give, and these are their names: no labels, no scores.",
-            "NAMES",
-            called="outputs",
-            commas=True,
-        ),
+        Words,
+        Option(None, IMPORTED, "FILE returns numbers to give, of these names.", "NAMES", called="outputs", commas=True),
     ]
     prefer: Annotated[
-        Sequence[str] | None,
-        Option(
-            None,
-            IMPORTED,
-            "Where a leaf of dtControl permits several actions: their labels, the most wanted first.",
-            "LABELS",
-            commas=True,
-        ),
+        Words,
+        Option(None, IMPORTED, "Of several actions that dtControl permits, the first of these.", "LABELS", commas=True),
     ]
-    scores: Annotated[
-        bool,
-        Option(False, IMPORTED, "A list of numbers that FILE returns holds a score for each action: the largest acts."),
-    ]
-    run: Annotated[
-        bool,
-        Option(
-            True,
-            IMPORTED,
-            "If FILE is not run, its own answers are not compared with the tree, and the profile says so.",
-        ),
-    ]
+    scores: Annotated[bool, Option(False, IMPORTED, "FILE returns a score for each action: the largest acts.")]
+    run: Annotated[bool, Option(True, IMPORTED, "Do not run FILE: nothing compares its answers with the tree.")]
 
 
 class CompileOptions(TypedDict, total=False):
     """What a compilation is asked for."""
 
-    prefix: Annotated[
-        str | None, Option(None, WRITTEN, "Prefix of every public name (default: the world's name).", "NAME")
-    ]
+    prefix: Annotated[Word, Option(None, WRITTEN, "Prefix of every public name (default: the world's name).", "NAME")]
     style: Annotated[str, Option("auto", WRITTEN, "Style of the C code: nested, ordered, walk or auto.", "NAME")]
     test_vectors: Annotated[bool, Option(False, WRITTEN, "Also write observations with expected actions, and a test.")]
     passes: Annotated[
         Iterable[str],
-        Option(
-            (),
-            TREES,
-            "Passes to run on the trees first: any of drop,merge,reorder.",
-            "NAMES",
-            called="pass",
-            commas=True,
-        ),
+        Option((), TREES, "Passes over the trees: any of drop,merge,reorder.", "NAMES", called="pass", commas=True),
     ]
     region: Annotated[str | Path | None, Option(None, TREES, "For the pass drop: `start` or a region file.", "REGION")]
-    prove: Annotated[
-        bool, Option(False, CHECKS, "Prove with Z3 that C and Python equal the trees for all observations.")
-    ]
+    prove: Annotated[bool, Option(False, CHECKS, "Prove with Z3 that C and Python equal the trees everywhere.")]
     effort: Annotated[
-        Literal["low", "normal", "high"], Option("normal", CHECKS, "With --prove: low, normal or high, as of verify.")
+        Literal["low", "normal", "high"], Option("normal", CHECKS, "How much --prove tries, as of verify.")
     ]
     solver_units: Annotated[
-        int | None, Option(None, CHECKS, "Limit per proof, in Z3's resource units (default: 200000000).")
+        Count, Option(None, CHECKS, "Limit per proof, in Z3's resource units (default: 200000000).")
     ]
     certificate: Annotated[
-        Path | None,
-        Option(None, WRITTEN, "For the target monitor: the certificate of the claim to watch.", "FILE"),
+        Path | None, Option(None, WRITTEN, "For the target monitor: the certificate of the claim to watch.", "FILE")
     ]
     noise: Annotated[
-        Number | None,
-        Option(None, WRITTEN, "For monitors of episodes: by how much each measured number may be off.", "NUMBER"),
+        Number | None, Option(None, WRITTEN, "For monitors of episodes: how far off measured numbers may be.", "NUMBER")
     ]
     contracts: Annotated[bool, Option(False, CHECKS, "Also write the C's contracts in ACSL, which Frama-C can prove.")]
-    frama_c: Annotated[bool, Option(False, CHECKS, "Write the contracts, and prove them with Frama-C's WP and Z3.")]
+    frama_c: Annotated[bool, Option(False, CHECKS, "Write contracts of the C, and prove them with Frama-C and Z3.")]
 
 
 class RepairOptions(TypedDict, total=False):
     """What a repair is asked for besides its claim and region."""
 
     team: Annotated[
-        str | None,
-        Option(None, QUESTION, "The team to repair (default: the one with as many agents as landmarks).", "NAME"),
+        Word, Option(None, QUESTION, "The team (default: the one with an agent for each landmark).", "NAME")
     ]
     margin: Annotated[Number | None, of_claims("margin")]
     radius: Annotated[
         Number | None,
-        Option(
-            None,
-            PARAMETERS,
-            "An agent is at a landmark within this distance along each axis (default: 1/10).",
-            "NUMBER",
-        ),
+        Option(None, PARAMETERS, "How near to a landmark is at it, along each axis (default: 1/10).", "NUMBER"),
     ]
     landmarks: Annotated[
-        Names | None,
-        Option(None, PARAMETERS, "own_target: one landmark per agent of the team.", "A,B", commas=True),
+        Names | None, Option(None, PARAMETERS, "own_target: one landmark per agent of the team.", "A,B", commas=True)
     ]
-    max_depth: Annotated[int | None, Option(None, LIMITS, "Prefer repairs within this depth (default: any).")]
+    max_depth: Annotated[Count, Option(None, LIMITS, "Prefer repairs within this depth (default: any).")]
     episodes: Annotated[int, Option(1_000, LIMITS, "Held-out episodes, before and after.")]
 
 
@@ -269,12 +177,10 @@ class DiffOptions(TypedDict, total=False):
         Sequence[str],
         Option((), QUESTION, "Compare this agent only (repeatable; default: all).", "NAME", called="agent"),
     ]
-    semantics: Annotated[
-        str, Option("machine", QUESTION, "machine: as deployed; real: exact arithmetic, for comparison.", "NAME")
-    ]
+    semantics: Semantics
     effort: Effort
-    max_nodes: Annotated[int | None, Option(None, BUDGETS, "Limit on nodes of each search (default: 4000000).")]
-    max_cells: Annotated[int | None, Option(None, BUDGETS, "Limit on zones per agent (default: 50000).")]
+    max_nodes: Annotated[Count, Option(None, BUDGETS, "Limit on nodes of each search (default: 4000000).")]
+    max_cells: Annotated[Count, Option(None, BUDGETS, "Limit on zones per agent (default: 50000).")]
 
 
 WHO, MEASURED = "Who plays", "What is measured"
@@ -292,19 +198,12 @@ class EvaluateOptions(TypedDict, total=False):
         Iterable[str | object],
         Option((), WHO, "Opponents: another SUBJECT, scripted or random (repeatable).", "OPPONENT"),
     ]
-    expert: Annotated[
-        str | object | None,
-        Option(None, WHO, "The expert to compare with (default: the profile's own, if it is shipped).", "EXPERT"),
-    ]
-    world: Annotated[
-        str | Callable[..., Any] | None,
-        Option(None, WHO, "The world, where a file cannot say it: module:function, gymnasium:ID."),
-    ]
-    team: Annotated[str | None, Option(None, MEASURED, "Measure one team only.", "NAME")]
+    expert: Annotated[Someone, Option(None, WHO, "Whom to compare with (default: the profile's own expert).", "EXPERT")]
+    world: Annotated[World, Option(None, WHO, "The world, where a file cannot say it: module:function, gymnasium:ID.")]
+    team: Annotated[Word, Option(None, MEASURED, "Measure one team only.", "NAME")]
     episodes: Annotated[int, Option(1_000, MEASURED, "Held-out episodes, at most 100,000.")]
     why: Annotated[
-        bool,
-        Option(False, MEASURED, "Split each team's gap to the expert: individual, shift, interaction (`measuring`)."),
+        bool, Option(False, MEASURED, "Split each gap to the expert into causes (`maviper guide measuring`).")
     ]
 
 
@@ -315,28 +214,21 @@ class ExploitOptions(TypedDict, total=False):
         Iterable[str | object],
         Option((), ANSWERS, "A further responder: another SUBJECT, scripted or random (repeatable).", "RESPONDER"),
     ]
-    expert: Annotated[str | object | None, Option(None, ANSWERS, "The expert (default: the profile's own).", "EXPERT")]
+    expert: Annotated[Someone, Option(None, ANSWERS, "The expert (default: the profile's own).", "EXPERT")]
     networks: Annotated[
         str | Path | None,
-        Option(
-            None,
-            ANSWERS,
-            "Train two networks against the team in this folder, or go on there. Needs maviper[train].",
-            "FOLDER",
-        ),
+        Option(None, ANSWERS, "Also train two networks against the team, in this folder (maviper[train]).", "FOLDER"),
     ]
     steps: Annotated[int, Option(1_024_000, ANSWERS, "Steps of play for each network.")]
     refinement_episodes: Annotated[
         int, Option(100_000, ANSWERS, "Episodes to refine an answering tree with; 0: no tree.")
     ]
-    world: Annotated[
-        str | Callable[..., Any] | None, Option(None, ANSWERS, "module:function of the environment, if it is yours.")
-    ]
+    world: Annotated[World, Option(None, ANSWERS, "module:function of the environment, if it is yours.")]
     episodes: Annotated[int, Option(1_000, HOW_MEASURING, "To choose on, and as many to report on.")]
     seed: Annotated[int, Option(0, HOW_MEASURING, "The random seed of what learns.")]
 
 
-WHAT_TRAINING, HOW_TRAINING = "What is trained", "How it runs"
+WHAT_TRAINING, HOW = "What is trained", "How it runs"
 
 
 class TrainOptions(TypedDict, total=False):
@@ -344,33 +236,29 @@ class TrainOptions(TypedDict, total=False):
 
     algorithm: Annotated[str, Option("", WHAT_TRAINING, "mappo, maddpg or vdn (default: the recipe's).", "NAME")]
     recipe: Annotated[
-        str,
-        Option(
-            "default", WHAT_TRAINING, "default, clone (of a script), or paper: MADDPG as released, in parallel games."
-        ),
+        str, Option("default", WHAT_TRAINING, "default, clone (of a script), or paper: MADDPG as released.")
     ]
-    steps: Annotated[int | None, Option(None, WHAT_TRAINING, "Joint environment steps (default: the recipe's).")]
+    steps: Annotated[Count, Option(None, WHAT_TRAINING, "Joint environment steps (default: the recipe's).")]
     settings: Annotated[
         Mapping[str, float], Option({}, WHAT_TRAINING, "Another setting of the algorithm.", "NAME=VALUE", called="set")
     ]
     against: Annotated[Sequence[str], Option((), WHAT_TRAINING, "Also meet this expert (mappo); repeatable.", "EXPERT")]
     seed: Annotated[int, Option(0, WHAT_TRAINING, "The random seed.")]
     seeds: Annotated[int, Option(1, WHAT_TRAINING, "Train this many seeds; keep the best.")]
-    device: Annotated[str, Option("cpu", HOW_TRAINING, "A torch device, such as cpu or cuda.")]
-    jobs: Annotated[int, Option(1, HOW_TRAINING, "Seeds to train in parallel.")]
-    resume: Annotated[bool, Option(False, HOW_TRAINING, "Continue the run in the folder.")]
+    device: Annotated[str, Option("cpu", HOW, "A torch device, such as cpu or cuda.")]
+    jobs: Annotated[int, Option(1, HOW, "Seeds to train in parallel.")]
+    resume: Annotated[bool, Option(False, HOW, "Continue the run in the folder.")]
 
 
-WHAT_COMPARING, HOW_COMPARING = "What is compared", "How it runs"
+WHAT_COMPARING = "What is compared"
+Backend = Annotated[str, Option("local", HOW, "local or dask (maviper[scale]).", "NAME")]
+Scheduler = Annotated[Word, Option(None, HOW, "Of Dask's scheduler (default: DASK_SCHEDULER_ADDRESS).", "ADDRESS")]
 
 
 class CompareOptions(TypedDict, total=False):
     """What a comparison is asked for."""
 
-    world: Annotated[
-        str | Callable[..., Any] | None,
-        Option(None, WHAT_COMPARING, "The experts' world, where they cannot say it.", "WORLD"),
-    ]
+    world: Annotated[World, Option(None, WHAT_COMPARING, "The experts' world, where they cannot say it.", "WORLD")]
     experts: Annotated[
         Sequence[str | object],
         Option((), WHAT_COMPARING, "Further experts; then they are the units, not seeds.", "NAMES", commas=True),
@@ -390,22 +278,14 @@ class CompareOptions(TypedDict, total=False):
     max_episodes: Annotated[int, Option(1_000, WHAT_COMPARING, "Of each extraction, as for `maviper extract`.")]
     settings: Annotated[
         Mapping[str, str | float],
-        Option(
-            {},
-            WHAT_COMPARING,
-            "A rarer setting (repeatable; `maviper extract --set help` lists them).",
-            "NAME=VALUE",
-            called="set",
-        ),
+        Option({}, RARER, "A rarer setting (`maviper extract --set help` lists them).", "NAME=VALUE", called="set"),
     ]
-    jobs: Annotated[int, Option(1, HOW_COMPARING, "Cells at the same time.")]
-    backend: Annotated[str, Option("local", HOW_COMPARING, "local or dask (maviper[scale]).", "NAME")]
-    scheduler: Annotated[
-        str | None, Option(None, HOW_COMPARING, "Of the Dask scheduler (default: DASK_SCHEDULER_ADDRESS).", "ADDRESS")
-    ]
+    jobs: Annotated[int, Option(1, HOW, "Cells at the same time.")]
+    backend: Backend
+    scheduler: Scheduler
 
 
-WHAT_REPRODUCING, HOW_REPRODUCING = "What is reproduced", "How it runs"
+WHAT_REPRODUCING = "What is reproduced"
 
 
 class ReproduceOptions(TypedDict, total=False):
@@ -415,49 +295,26 @@ class ReproduceOptions(TypedDict, total=False):
     experts: Annotated[
         Sequence[str],
         Option(
-            ("mappo",),
-            WHAT_REPRODUCING,
-            "mappo or maddpg (shipped), an expert of your own, or NAME=EXPERT; several with commas.",
-            "NAMES",
-            commas=True,
+            ("mappo",), WHAT_REPRODUCING, "mappo, maddpg, an expert of yours, or NAME=EXPERT.", "NAMES", commas=True
         ),
     ]
-    games: Annotated[
-        Sequence[str] | None, Option(None, WHAT_REPRODUCING, "Some of the three games.", "NAMES", commas=True)
-    ]
+    games: Annotated[Words, Option(None, WHAT_REPRODUCING, "Some of the three games.", "NAMES", commas=True)]
     depths: Annotated[Sequence[int] | None, Option(None, WHAT_REPRODUCING, "Default: 2,4,6.", "NUMBERS", commas=True)]
     algorithms: Annotated[
-        Sequence[str] | None,
-        Option(
-            None,
-            WHAT_REPRODUCING,
-            "As for `maviper extract`, and rungs of the ladder (default: the paper's).",
-            "NAMES",
-            commas=True,
-        ),
+        Words, Option(None, WHAT_REPRODUCING, "As of extract, or rungs (default: the paper's).", "NAMES", commas=True)
     ]
     presets: Annotated[
         Sequence[str], Option(("paper",), WHAT_REPRODUCING, "paper, released, default.", "NAMES", commas=True)
     ]
-    seeds: Annotated[int | None, Option(None, WHAT_REPRODUCING, "Extraction seeds (default: 10, with --quick 1).")]
+    seeds: Annotated[Count, Option(None, WHAT_REPRODUCING, "Extraction seeds (default: 10, with --quick 1).")]
     first_seed: Annotated[int, Option(0, WHAT_REPRODUCING, "The first of the extraction seeds.")]
     exploit_depths: Annotated[
         Sequence[int] | None,
-        Option(
-            None,
-            WHAT_REPRODUCING,
-            "Depths at which responders exploit trees (default: 4).",
-            "NUMBERS",
-            commas=True,
-        ),
+        Option(None, WHAT_REPRODUCING, "Depths at which trees are exploited (default: 4).", "NUMBERS", commas=True),
     ]
-    plan: Annotated[bool, Option(False, HOW_REPRODUCING, "Print the cells and their CPU time; make nothing.")]
-    report_only: Annotated[bool, Option(False, HOW_REPRODUCING, "Write table and report from what is finished.")]
-    shard: Annotated[
-        str | None, Option(None, HOW_REPRODUCING, "Make part I of N, beside other calls on the folder.", "I/N")
-    ]
-    jobs: Annotated[int, Option(1, HOW_REPRODUCING, "Cells at the same time.")]
-    backend: Annotated[str, Option("local", HOW_REPRODUCING, "local or dask (maviper[scale]).", "NAME")]
-    scheduler: Annotated[
-        str | None, Option(None, HOW_REPRODUCING, "Of the Dask scheduler (default: DASK_SCHEDULER_ADDRESS).", "ADDRESS")
-    ]
+    plan: Annotated[bool, Option(False, HOW, "Print the cells and their CPU time; make nothing.")]
+    report_only: Annotated[bool, Option(False, HOW, "Write table and report from what is finished.")]
+    shard: Annotated[Word, Option(None, HOW, "Make part I of N, beside other calls on the folder.", "I/N")]
+    jobs: Annotated[int, Option(1, HOW, "Cells at the same time.")]
+    backend: Backend
+    scheduler: Scheduler

@@ -96,7 +96,7 @@ def region_of(document: Mapping[str, object], world: WorldSpec, where: Place, ve
     """Reads a region as `read_region` does, from a parsed document in which floats are texts."""
     for key in document:
         if key not in ("goals", "default", "box", "difference", "apart"):
-            raise UnknownNameError("key", key, ("goals", "default", "box", "difference", "apart"), where)
+            raise UnknownNameError("key", key, ("goals", "default", "box", "difference", "apart"), where / key)
     stated = _table(document, "box", where)
     box = start_bounds(world, [name for name in velocities if name not in stated])
     box = dict.fromkeys((*positions(world), *velocities), (Fraction(0), Fraction(0))) | box  # in this order
@@ -104,16 +104,16 @@ def region_of(document: Mapping[str, object], world: WorldSpec, where: Place, ve
         box |= dict.fromkeys(positions(world), _interval(document["default"], where / "default"))
     for name, bounds in stated.items():
         if name not in box:
-            raise UnknownNameError("coordinate", name, box, where / "box")
+            raise UnknownNameError("coordinate", name, box, where / "box" / name)
         box[name] = _interval(bounds, where / "box" / name)
     differences = _differences(document, list(box), where)
     apart = _apart(document, [entity.name for entity in world.agents + world.landmarks], where)
     goals = document.get("goals", list(world.goals))
     if not is_list(goals) or (not goals and world.goals):
         raise InputError("goals must be a list of landmarks", where / "goals", ADVICE)
-    for goal in goals:
+    for place, goal in enumerate(goals):
         if goal not in world.goals:
-            raise UnknownNameError("goal", str(goal), world.goals, where / "goals")
+            raise UnknownNameError("goal", str(goal), world.goals, where / "goals" / place)
     return Region(box, tuple(map(str, goals)), differences, apart)
 
 
@@ -121,7 +121,7 @@ def _differences(document: Mapping[str, object], names: Sequence[str], where: Pl
     """The stated differences; what is said of a pair more than once, in either order, holds at once."""
     differences: dict[tuple[str, str], Interval] = {}
     for pair, bounds in _table(document, "difference", where).items():
-        a, b = _pair(pair, names, "coordinate", where / "difference")
+        a, b = _pair(pair, names, "coordinate", where / "difference" / pair)
         low, high = _interval(bounds, where / "difference" / pair)
         if (b, a) in differences and a != b:
             a, b, low, high = b, a, -high, -low
@@ -134,7 +134,7 @@ def _apart(document: Mapping[str, object], entities: Sequence[str], where: Place
     """The pairs kept apart; of the distances that are stated for a pair, in either order, the largest."""
     distances: dict[tuple[str, str], Fraction] = {}
     for pair, least in _table(document, "apart", where).items():
-        a, b = _pair(pair, entities, "entity", where / "apart")
+        a, b = _pair(pair, entities, "entity", where / "apart" / pair)
         a, b = (b, a) if (b, a) in distances else (a, b)
         distance = number(least, where / "apart" / pair)
         distances[a, b] = max(distance, distances.get((a, b), distance))
