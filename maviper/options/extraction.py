@@ -24,7 +24,8 @@ WHAT, EPISODES, LEARNS, HOW = "What is extracted", "Episodes", "What it learns f
 PARTS, TUNING = "What the algorithm's name sets", "How rounds are chosen and ended"  # given by --set
 
 
-Count, Word = int | None, str | None  # None: as the preset or the world says
+Count = int | None  # None: as the preset or the world says
+Word = str | None
 
 
 class ExtractOptions(TypedDict, total=False):

@@ -14,7 +14,9 @@ from maviper.options.table import PARAMETERS, Option, of_claims
 from verify.claims.parameters import Names, Number, Parameters
 
 QUESTION, EXTENT, BUDGETS, RARER = "What is asked", "How far it goes", "Budgets", "More"
-Count, Word, Words = int | None, str | None, Sequence[str] | None
+Count = int | None
+Word = str | None
+Words = Sequence[str] | None
 World = str | Callable[..., Any] | None
 Someone = str | object | None
 
