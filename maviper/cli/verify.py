@@ -81,6 +81,7 @@ def _of_the_world(claim: str, parameter: str) -> str:
     usual |= dict.fromkeys(("agents", "agent", "feature"), "none, state it") | {
         "order": "the profile's order",
         "features": "all of them",
+        "actions": "each by itself",
     }
     if parameter in usual:
         return usual[parameter]
