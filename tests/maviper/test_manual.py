@@ -424,22 +424,6 @@ def blocks(name, language):
     return re.findall(rf"```{language}\n(.*?)```", text_of(name), flags=re.S)
 
 
-def test_the_property_and_region_files_of_the_claims_page_are_read(place):
-    from maviper.files.profiles import find_region
-    from maviper.verification.ask import from_file
-
-    files = {step[1]: step[2] for step in steps(manual.page("claims")) if step[0] == "file"}
-    for name in ("mine.toml", "near.toml"):
-        (place / name).write_text(files[name])
-    team = loads((TEAM / "profile.json").read_bytes())
-    found = find_region("near.toml", team)
-    assert (found.goals, len(found.differences), len(found.apart)) == (("landmark_0",), 1, 1)
-    assert [one.claim.shown for one in from_file(place / "mine.toml", team, found)] == [
-        "nobody is drawn off a near target",
-        "own_target",
-    ]
-
-
 @pytest.mark.compile
 def test_the_c_of_the_embedding_page_compiles_without_a_warning(tmp_path):
     program, function = blocks("embedding", "c")
