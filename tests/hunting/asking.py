@@ -7,6 +7,8 @@ Does not: keep records (record.py).
 """
 
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
@@ -77,22 +79,25 @@ def ask(asked: Asked, thorough: bool = False) -> Told:
     """Asks a question and judges the answer. `thorough`: with every check that is else made of some questions only."""
     rng = np.random.default_rng([asked.seed, 2])
     told = Told(asked.seed, kind=asked.case.claim["name"], depth=asked.depth)
-    try:
+    with ending(told):
         if asked.question.claim.kind is Kind.LEAVES:
             _leaves(asked, told)
         else:
             _decisions(asked, told, rng, thorough)
-    except InputError as error:
-        told.verdict = f"refused: {error.what}"
-    except Exception as error:  # whatever else ends a question is wrong
-        told.verdict = told.verdict or "none"
-        told.wrong.append(f"{type(error).__name__}: {error} ({place_of(error)})")
     return told
 
 
-def place_of(error: Exception) -> str:
-    last = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{last.name}, line {last.lineno}"
+@contextmanager
+def ending(told: Told) -> Iterator[None]:
+    """Notes what ends a question: it may be refused, and whatever else does is wrong."""
+    try:
+        yield
+    except InputError as error:
+        told.verdict = f"refused: {error.what}"
+    except Exception as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        told.verdict = told.verdict or "none"
+        told.wrong.append(f"{type(error).__name__}: {error} ({last.name}, line {last.lineno})")
 
 
 def _decisions(asked: Asked, told: Told, rng: np.random.Generator, thorough: bool) -> None:

@@ -21,7 +21,7 @@ from codegen import policy_json
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from tests.hunting import forging, playing, teams
-from tests.hunting.asking import Told, place_of
+from tests.hunting.asking import Told, ending
 from tests.hunting.places import Case
 from tests.hunting.reading import MACHINE, read
 from tests.hunting.regions import value
@@ -170,7 +170,7 @@ def ask(asked: Asked, thorough: bool = False) -> Told:
     rng = np.random.default_rng([asked.seed, 8])
     claim = asked.case.claim
     told = Told(asked.seed, kind=claim["name"], depth=max(agent.depth for agent in asked.case.team), front=True)
-    try:
+    with ending(told):
         result = few_samples(asked.question)
         told.verdict = result.verdict.value
         violation, told.conflict, _ = playing.look(asked.case, asked.seed)
@@ -180,11 +180,6 @@ def ask(asked: Asked, thorough: bool = False) -> Told:
             told.second = True  # the second reading closed every branch
             if thorough or rng.integers(FORGING) == 0:
                 _forged(asked, to_json(result.evidence.certificate), told, rng)
-    except InputError as error:
-        told.verdict = f"refused: {error.what}"
-    except Exception as error:  # whatever else ends a question is wrong
-        told.verdict = told.verdict or "none"
-        told.wrong.append(f"{type(error).__name__}: {error} ({place_of(error)})")
     return told
 
 
