@@ -55,14 +55,21 @@ class Fault:
     style: str = "auto"
 
 
-def planting(owner, attribute: str, change: Callable[[Callable], Callable], wrong: Callable[..., bool]):
+TIES, TEAMS, STARTS = "referee at ties", "teams with a known verdict", "episodes of single starts"
+NOTICING = {  # what guards, by the function that asks it
+    "encoder_wrong": TIES, "sums_wrong": TIES, "verdicts_wrong": TEAMS, "steady_wrong": TEAMS, "signs_wrong": TEAMS,
+    "assuming_wrong": "claims with a known verdict", "starts_lost": STARTS, "courses_stray": STARTS,
+}  # fmt: skip
+
+
+def put(name: str, owner, attribute: str, change: Callable[[Callable], Callable], wrong: Callable[..., bool]) -> Fault:
     """Changes something of ours, and asks whether that is noticed."""
 
     def plant(profile, patch):
         patch.setattr(owner, attribute, change(getattr(owner, attribute)))
         return wrong(profile)
 
-    return plant
+    return Fault(name, NOTICING[wrong.__name__], plant)
 
 
 # --- in the emitted text: the agreement check
@@ -387,10 +394,6 @@ def sharp_pairs(threshold: float):
 ENTITIES = ("adversary_0", "agent_0", "agent_1", "landmark_0", "landmark_1")
 
 
-def encoder_fault(name: str, attribute: str, change: Callable[[Callable], Callable], owner=encode) -> Fault:
-    return Fault(f"encoder: {name}", "referee at ties", planting(owner, attribute, change, encoder_wrong))
-
-
 SUM = ("landmark_0.x", "agent_0.x", "landmark_0.y", "agent_0.y")  # with signs + - + -
 EDGE = float(np.float32(0.3))
 
@@ -428,14 +431,6 @@ def sums_wrong(profile: ir.PolicyProfile) -> bool:
     return False
 
 
-def sums_fault() -> Fault:
-    def plant(profile, patch):
-        patch.setattr(encode._Encoder, "_rounding", lambda *given: encode.number(Fraction(0)))
-        return sums_wrong(profile)
-
-    return Fault("encoder: long sums without rounding", "referee at ties", plant)
-
-
 def verdicts_wrong(profile: ir.PolicyProfile) -> bool:
     """Whether a team whose verdict is known gets another one."""
     start = start_region(profile.world)
@@ -451,15 +446,6 @@ def verdicts_wrong(profile: ir.PolicyProfile) -> bool:
         (follower, replace(start, goals=("landmark_0",)), Verdict.PROVED),
     ]  # fmt: skip
     return any(decide(Question(Game(one), CLAIM, region)).verdict is not verdict for one, region, verdict in known)
-
-
-def verdict_fault(module, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
-    """Caught by the verdicts of teams whose answer is known."""
-    return Fault(
-        f"{module.__name__.split('.')[-1]}: {name}",
-        "teams with a known verdict",
-        planting(module, attribute, change, verdicts_wrong),
-    )
 
 
 def steady_wrong(profile: ir.PolicyProfile) -> bool:
@@ -502,52 +488,34 @@ def assuming_wrong(profile: ir.PolicyProfile) -> bool:
     return False
 
 
-def assuming_fault(owner, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
-    """Caught by the verdicts of claims with assumptions."""
-    return Fault(
-        f"assumption: {name}", "claims with a known verdict", planting(owner, attribute, change, assuming_wrong)
-    )
-
-
-def steady_fault(owner, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
-    """Caught by the verdicts of teams whose answer with errors is known."""
-    return Fault(f"encoder: {name}", "teams with a known verdict", planting(owner, attribute, change, steady_wrong))
-
-
 THRESHOLD = [
-    encoder_fault(
-        "thresholds as real numbers", "half_line", lambda _: lambda t, _: encode.HalfLine(Fraction(t), False)
-    ),
-    encoder_fault("the second rounding only", "half_line", lambda _: lambda t, _: encode.last_double(t, True)),
-    encoder_fault("ties always included", "half_line", lambda f: lambda t, _: f(t, True)._replace(strict=False)),
-    encoder_fault("ties never included", "half_line", lambda f: lambda t, _: f(t, True)._replace(strict=True)),
-    encoder_fault(
-        "one float32 too far",
-        "half_line",
-        lambda f: lambda t, _: f(float(np.nextafter(np.float32(t), np.float32(9))), True),
-    ),
-]
+    put("encoder: thresholds as real numbers", encode, "half_line", lambda _: lambda t, _: encode.HalfLine(Fraction(t), False), encoder_wrong),
+    put("encoder: the second rounding only", encode, "half_line", lambda _: lambda t, _: encode.last_double(t, True), encoder_wrong),
+    put("encoder: ties always included", encode, "half_line", lambda f: lambda t, _: f(t, True)._replace(strict=False), encoder_wrong),
+    put("encoder: ties never included", encode, "half_line", lambda f: lambda t, _: f(t, True)._replace(strict=True), encoder_wrong),
+    put("encoder: one float32 too far", encode, "half_line", lambda f: lambda t, _: f(float(np.nextafter(np.float32(t), np.float32(9))), True), encoder_wrong),
+]  # fmt: skip
 ENCODER = [
-    sums_fault(),
-    encoder_fault("sides of a split swapped", "_tests", lambda f: lambda *given: f(*given)[::-1], encode._Encoder),
-    steady_fault(encode, "errors forgotten", "measurable", lambda _: lambda meaning: False),
-    steady_fault(encode._Encoder, "an error a test, not a feature", "_error", lambda f: lambda self, agent, feature: f(self, agent, f"{feature}{len(self.variables)}")),
-    steady_fault(encode._Encoder, "agents share errors", "_error", lambda f: lambda self, agent, feature: f(self, "agent_0", feature)),
-    assuming_fault(deciding, "not asked whether it can hold", "about_nothing", lambda _: lambda question: ("", 0)),
-    assuming_fault(deciding, "emptiness of the region alone", "region_only", lambda f: lambda region, *_: f(region)),
-    assuming_fault(deciding, "forgotten in the claim", "query", lambda f: lambda q, goal: f(q.about(replace(q.claim, assume=TRUE)), goal)),
-    assuming_fault(encode, "another goal than the question's", "for_goal", lambda f: lambda claim, goal: f(claim, "landmark_0")),
-    verdict_fault(properties, "only one matching tried", "matchings", lambda f: lambda n, m: f(n, m)[:1]),
-    verdict_fault(properties, "no matching tried", "matchings", lambda _: lambda n, m: []),
-    verdict_fault(properties, "engaged taken for not engaged", "engages", lambda f: lambda *given: negate(f(*given))),
-    verdict_fault(properties, "always engaged", "engages", lambda f: lambda *given: TRUE),
-    verdict_fault(properties, "never at a landmark", "at", lambda f: lambda *given: FALSE),
-    verdict_fault(deciding, "goal taken for landmark 0", "query", lambda f: lambda question, goal: f(question, "landmark_0")),
-    verdict_fault(encode, "region forgotten", "_region", lambda f: lambda region, at: [z3.BoolVal(False)]),
-    encoder_fault("not negated", "negate", lambda f: lambda claim: claim),
-    verdict_fault(encode, "the other way round", "negate", lambda f: lambda claim: claim),
-    encoder_fault("margin of one", "query", lambda f: lambda q, goal: f(q.with_margin(Fraction(1)), goal)),
-    encoder_fault("at a landmark within one", "query", lambda f: lambda q, goal: f(q.about(replace(q.claim, radius=Fraction(1))), goal)),
+    put("encoder: long sums without rounding", encode._Encoder, "_rounding", lambda _: lambda *given: encode.number(Fraction(0)), sums_wrong),
+    put("encoder: sides of a split swapped", encode._Encoder, "_tests", lambda f: lambda *given: f(*given)[::-1], encoder_wrong),
+    put("encoder: errors forgotten", encode, "measurable", lambda _: lambda meaning: False, steady_wrong),
+    put("encoder: an error a test, not a feature", encode._Encoder, "_error", lambda f: lambda self, agent, feature: f(self, agent, f"{feature}{len(self.variables)}"), steady_wrong),
+    put("encoder: agents share errors", encode._Encoder, "_error", lambda f: lambda self, agent, feature: f(self, "agent_0", feature), steady_wrong),
+    put("assumption: not asked whether it can hold", deciding, "about_nothing", lambda _: lambda question: ("", 0), assuming_wrong),
+    put("assumption: emptiness of the region alone", deciding, "region_only", lambda f: lambda region, *_: f(region), assuming_wrong),
+    put("assumption: forgotten in the claim", deciding, "query", lambda f: lambda q, goal: f(q.about(replace(q.claim, assume=TRUE)), goal), assuming_wrong),
+    put("assumption: another goal than the question's", encode, "for_goal", lambda f: lambda claim, goal: f(claim, "landmark_0"), assuming_wrong),
+    put("decisions: only one matching tried", properties, "matchings", lambda f: lambda n, m: f(n, m)[:1], verdicts_wrong),
+    put("decisions: no matching tried", properties, "matchings", lambda _: lambda n, m: [], verdicts_wrong),
+    put("decisions: engaged taken for not engaged", properties, "engages", lambda f: lambda *given: negate(f(*given)), verdicts_wrong),
+    put("decisions: always engaged", properties, "engages", lambda f: lambda *given: TRUE, verdicts_wrong),
+    put("decisions: never at a landmark", properties, "at", lambda f: lambda *given: FALSE, verdicts_wrong),
+    put("solve: goal taken for landmark 0", deciding, "query", lambda f: lambda question, goal: f(question, "landmark_0"), verdicts_wrong),
+    put("encode: region forgotten", encode, "_region", lambda f: lambda region, at: [z3.BoolVal(False)], verdicts_wrong),
+    put("encoder: not negated", encode, "negate", lambda f: lambda claim: claim, encoder_wrong),
+    put("encode: the other way round", encode, "negate", lambda f: lambda claim: claim, verdicts_wrong),
+    put("encoder: margin of one", encode, "query", lambda f: lambda q, goal: f(q.with_margin(Fraction(1)), goal), encoder_wrong),
+    put("encoder: at a landmark within one", encode, "query", lambda f: lambda q, goal: f(q.about(replace(q.claim, radius=Fraction(1))), goal), encoder_wrong),
 ]  # fmt: skip
 
 
@@ -563,11 +531,6 @@ def starts_lost(profile: ir.PolicyProfile) -> bool:
     )
 
 
-def zones_fault(module, name: str, attribute: str, change: Callable[[Callable], Callable], guard=starts_lost) -> Fault:
-    said = "episodes of single starts" if guard is starts_lost else "teams with a known verdict"
-    return Fault(f"zones: {name}", said, planting(module, attribute, change, guard))
-
-
 def hasty(f: Callable) -> Callable:
     """Positions move with the new velocity as well."""
     return lambda *given: (found := f(*given))._replace(
@@ -581,17 +544,17 @@ def forgetful(f: Callable) -> Callable:
 
 
 ZONES = [
-    zones_fault(unroll, "tests do not shift", "_shift", lambda f: lambda *given: tuple(0 * end for end in f(*given))),
-    zones_fault(unroll, "tests shift the wrong way", "_shift", lambda f: lambda *given: tuple(-end for end in f(*given))),
-    zones_fault(unroll, "sides of a split swapped", "_sides", lambda f: lambda *given: f(*given)[::-1]),
-    zones_fault(unroll, "a threshold a millionth too low", "deciding_double", lambda f: lambda t: f(t) - 1e-6),
-    zones_fault(unroll, "both ends of a sign are one test", "_line", lambda f: lambda *given: (f(*given)[0], False), episode_cases.signs_wrong),
-    zones_fault(unroll.EpisodeSearch, "an action moves at once", "_step_zones", hasty),
-    zones_fault(unroll.EpisodeSearch, "first answers stay", "_step_zones", forgetful),
-    zones_fault(composition, "arrived within one", "away", lambda f: lambda z, g, a, k, radius: f(z, g, a, k, Fraction(1)), episode_cases.verdicts_wrong),
-    zones_fault(composition, "never arrived", "away", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
-    zones_fault(composition, "always matched", "find_unmatched", lambda f: lambda zones, *given: zones.take(slice(0)), episode_cases.verdicts_wrong),
-    zones_fault(composition, "never matched", "find_unmatched", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
+    put("zones: tests do not shift", unroll, "_shift", lambda f: lambda *given: tuple(0 * end for end in f(*given)), starts_lost),
+    put("zones: tests shift the wrong way", unroll, "_shift", lambda f: lambda *given: tuple(-end for end in f(*given)), starts_lost),
+    put("zones: sides of a split swapped", unroll, "_sides", lambda f: lambda *given: f(*given)[::-1], starts_lost),
+    put("zones: a threshold a millionth too low", unroll, "deciding_double", lambda f: lambda t: f(t) - 1e-6, starts_lost),
+    put("zones: both ends of a sign are one test", unroll, "_line", lambda f: lambda *given: (f(*given)[0], False), episode_cases.signs_wrong),
+    put("zones: an action moves at once", unroll.EpisodeSearch, "_step_zones", hasty, starts_lost),
+    put("zones: first answers stay", unroll.EpisodeSearch, "_step_zones", forgetful, starts_lost),
+    put("zones: arrived within one", composition, "away", lambda f: lambda z, g, a, k, radius: f(z, g, a, k, Fraction(1)), episode_cases.verdicts_wrong),
+    put("zones: never arrived", composition, "away", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
+    put("zones: always matched", composition, "find_unmatched", lambda f: lambda zones, *given: zones.take(slice(0)), episode_cases.verdicts_wrong),
+    put("zones: never matched", composition, "find_unmatched", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
 ]  # fmt: skip
 
 # --- in the checker's reading of contacts
@@ -602,19 +565,15 @@ def courses_stray(profile: ir.PolicyProfile) -> bool:
     return any(contact_readings.strays(seed)[0] for seed in range(10))
 
 
-def contacts_fault(owner, name: str, attribute: str, change: Callable) -> Fault:
-    return Fault(f"contacts: {name}", "episodes of single starts", planting(owner, attribute, change, courses_stray))
-
-
 CONTACTS = [
-    contacts_fault(contacts, "no contacts", "contacts", lambda _: lambda world: ()),
-    contacts_fault(Contact, "pushes a tenth too weak", "overlap", lambda f: lambda *given: tuple(9 * end // 10 for end in f(*given))),
-    contacts_fault(Contact, "noticed only when they overlap", "apart", lambda f: lambda pair, gap: f(pair._replace(reach=int(pair.touching * GRID)), gap)),
-    contacts_fault(Contact, "pushed the wrong way", "push", lambda f: lambda *given: tuple((-high, -low) for low, high in f(*given))),
-    contacts_fault(ContactReading, "the first alone is pushed", "_forces", lambda f: lambda self, *given: {k: v for k, v in f(self, *given).items() if k in {pair.first for pair in self.contacts}}),
-    contacts_fault(contacts, "each part of a speed cut alone", "limit_speed", lambda _: lambda velocity, limit: tuple((max(low, -int(limit * GRID)), min(high, int(limit * GRID))) for low, high in velocity)),
-    contacts_fault(ContactReading, "who is not followed stands still", "_bound_places", lambda f: lambda self: [self.start._replace(step=step) for step in range(self.steps + 1)]),
-    contacts_fault(ContactReading, "tests do not shift", "bound", lambda f: lambda self, side, now: f(self, side, self.start)),
+    put("contacts: no contacts", contacts, "contacts", lambda _: lambda world: (), courses_stray),
+    put("contacts: pushes a tenth too weak", Contact, "overlap", lambda f: lambda *given: tuple(9 * end // 10 for end in f(*given)), courses_stray),
+    put("contacts: noticed only when they overlap", Contact, "apart", lambda f: lambda pair, gap: f(pair._replace(reach=int(pair.touching * GRID)), gap), courses_stray),
+    put("contacts: pushed the wrong way", Contact, "push", lambda f: lambda *given: tuple((-high, -low) for low, high in f(*given)), courses_stray),
+    put("contacts: the first alone is pushed", ContactReading, "_forces", lambda f: lambda self, *given: {k: v for k, v in f(self, *given).items() if k in {pair.first for pair in self.contacts}}, courses_stray),
+    put("contacts: each part of a speed cut alone", contacts, "limit_speed", lambda _: lambda velocity, limit: tuple((max(low, -int(limit * GRID)), min(high, int(limit * GRID))) for low, high in velocity), courses_stray),
+    put("contacts: who is not followed stands still", ContactReading, "_bound_places", lambda f: lambda self: [self.start._replace(step=step) for step in range(self.steps + 1)], courses_stray),
+    put("contacts: tests do not shift", ContactReading, "bound", lambda f: lambda self, side, now: f(self, side, self.start), courses_stray),
 ]  # fmt: skip
 
 ALL = [*TEXT, *PROOF, *GROWN, *PROFILE, *THRESHOLD, *ENCODER, *ZONES, *CONTACTS]

@@ -97,7 +97,10 @@ def test_no_report_is_wider_than_a_phone(tmp_path):
     assert overhang(pages, tmp_path, 400) == [0] * len(pages)
 
 
-@pytest.mark.parametrize("name", ["quadrotor", "pendulum", "corridor", "crossing", "pendulum_wide"])
+QUICK = ["pendulum", "corridor", "crossing", "pendulum_wide", pytest.param("quadrotor", marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("name", QUICK)
 def test_the_quick_ones_are_decided_again(name, golden):
     done = verify_world(load(profile_of(name)), VerifyOptions(world=PLACE / f"{name}.toml"))
     assert {result.verdict for result in done.results} == {Verdict(VERDICTS[name])}
