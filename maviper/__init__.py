@@ -543,10 +543,7 @@ def diff(
 @process.defaults
 @options.spell_out(options.SystemOptions)
 def verify_system(
-    profile: TeamOrFile,
-    world: str | Path,
-    properties: str | Path | None = None,
-    **asked: Unpack[options.SystemOptions],
+    profile: TeamOrFile, world: str | Path, properties: str | Path | None = None, **asked: Unpack[options.SystemOptions]
 ) -> Verified:
     """Decides the claims about the system that a world file states.
 

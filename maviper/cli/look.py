@@ -29,12 +29,7 @@ if TYPE_CHECKING:
 
 TEXT, SVG, HTML = "text", "svg", "html"
 USUAL = {TEXT: "rules.txt", SVG: "trees.svg", HTML: "play.html"}  # names of the files
-WORLD = option(
-    "--world",
-    default=None,
-    metavar="WORLD",
-    help="Your own world, to record an episode: gymnasium:ID, ...",
-)
+WORLD = option("--world", default=None, metavar="WORLD", help="Your own world, to record an episode: gymnasium:ID, ...")
 
 
 def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
@@ -46,10 +41,7 @@ def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bo
         context.exit(ExitCode.DONE)
 
 
-@click.command(
-    cls=Verb,
-    example="maviper show demo/profile.json --agent agent_0",
-)
+@click.command(cls=Verb, example="maviper show demo/profile.json --agent agent_0")
 @PROFILE
 @option("--agent", default=None, metavar="NAME", help="One agent only.")
 @option(

@@ -41,12 +41,7 @@ More commands: train (an expert), reproduce (the paper's experiments)."""
 NAMES = {chapter: [str(command.name) for command in commands] for chapter, commands in CHAPTERS.items()}
 
 
-@click.group(
-    cls=Verbs,
-    chapters=NAMES,
-    example="maviper demo -o demo",
-    epilog=EXIT_CODES,
-)
+@click.group(cls=Verbs, chapters=NAMES, example="maviper demo -o demo", epilog=EXIT_CODES)
 @click.version_option(package_name="maviper")
 @click.option("-q", "--quiet", is_flag=True, help="Print results and errors only, with any command.")
 @click.option("-v", "--verbose", is_flag=True, help="Print all of a report, and the traceback of an error.")

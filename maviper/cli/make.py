@@ -15,17 +15,7 @@ import click
 
 from codegen.errors import ExitCode
 from codegen.wording import format_count
-from maviper.cli.options import (
-    PATH,
-    PROFILE,
-    SETTING,
-    FolderPath,
-    Verb,
-    names,
-    option,
-    options_of,
-    output,
-)
+from maviper.cli.options import PATH, PROFILE, SETTING, FolderPath, Verb, names, option, options_of, output
 from maviper.options import CompileOptions, ExtractOptions, ImportOptions, TrainOptions
 from maviper.options.extraction import SETTINGS
 from maviper.options.verbs import IMPORTED, TARGETS, WRITTEN
@@ -244,11 +234,7 @@ def edit(console: "Console", profile: Path, changes: tuple[str, ...], output: Pa
     return ExitCode.DONE
 
 
-@click.command(
-    "compile",
-    cls=Verb,
-    example="maviper compile demo/profile.json -o code",
-)
+@click.command("compile", cls=Verb, example="maviper compile demo/profile.json -o code")
 @PROFILE
 @option(
     "--target",
@@ -263,11 +249,7 @@ def edit(console: "Console", profile: Path, changes: tuple[str, ...], output: Pa
 @options_of(CompileOptions)
 @output("The folder for the code.")
 def compile_verb(
-    console: "Console",
-    profile: Path,
-    targets: tuple[str, ...],
-    output: Path,
-    **options: Unpack[CompileOptions],
+    console: "Console", profile: Path, targets: tuple[str, ...], output: Path, **options: Unpack[CompileOptions]
 ) -> int:
     """Compile a profile to code that decides the same.
 

@@ -49,13 +49,7 @@ class Verb(click.Command):
     `settings`, which are given by --set.
     """
 
-    def __init__(
-        self,
-        *names: Any,
-        example: str = "",
-        settings: Sequence[str] = (),
-        **more: Any,
-    ) -> None:
+    def __init__(self, *names: Any, example: str = "", settings: Sequence[str] = (), **more: Any) -> None:
         # of each command, not of the group: click keeps the help option of whoever asks first, with or without a parent
         super().__init__(*names, **{"context_settings": {"help_option_names": ["-h", "--help"]}, **more})
         self.example, self.settings = example, {name: f"--{name.replace('_', '-')}" for name in settings}

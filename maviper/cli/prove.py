@@ -16,18 +16,7 @@ import click
 
 from codegen.errors import ExitCode, InputError, escape_text
 from codegen.wording import format_count
-from maviper.cli.options import (
-    FOLDER,
-    PATH,
-    PROFILE,
-    REGION,
-    RESULTS,
-    SETTING,
-    Verb,
-    option,
-    options_of,
-    output,
-)
+from maviper.cli.options import FOLDER, PATH, PROFILE, REGION, RESULTS, SETTING, Verb, option, options_of, output
 from maviper.options import DiffOptions, RepairOptions
 from maviper.options.verbs import QUESTION
 
@@ -43,10 +32,7 @@ ROBUST = "--claim robust"
 BUDGETS_OF_DIFF = ("max_nodes", "max_cells", "semantics")  # given by --set
 
 
-@click.command(
-    cls=Verb,
-    example="maviper check generated/proved_defenders/certificate-1-distinct_targets.json",
-)
+@click.command(cls=Verb, example="maviper check generated/proved_defenders/certificate-1-distinct_targets.json")
 @click.argument("certificate", type=PATH)
 @option(
     "--profile",
@@ -67,13 +53,7 @@ BUDGETS_OF_DIFF = ("max_nodes", "max_cells", "semantics")  # given by --set
     default=None,
     help="The world file of a certificate about a stated system (default: world.toml beside it).",
 )
-def check(
-    console: "Console",
-    certificate: Path,
-    profile: Path | None,
-    against: Path | None,
-    world: Path | None,
-) -> int:
+def check(console: "Console", certificate: Path, profile: Path | None, against: Path | None, world: Path | None) -> int:
     """Check that a certificate proves its claim.
 
     `maviper verify -o` writes a CERTIFICATE for each claim that it proves, unless Z3 alone proves it. The checker
@@ -107,10 +87,7 @@ def check(
     return ExitCode.DONE
 
 
-@click.command(
-    cls=Verb,
-    example="maviper replay report/counterexample-1-distinct_targets.json",
-)
+@click.command(cls=Verb, example="maviper replay report/counterexample-1-distinct_targets.json")
 @click.argument("counterexample", type=PATH)
 @option(
     "--profile", type=PATH, default=None, help="The profile to replay it with (default: profile.json beside the file)."
@@ -152,10 +129,7 @@ def replay(console: "Console", counterexample: Path, profile: Path | None, world
     return ExitCode.VIOLATED if outcome.violated else ExitCode.DONE
 
 
-@click.command(
-    cls=Verb,
-    example="maviper repair demo/profile.json --max-depth 8 -o repaired",
-)
+@click.command(cls=Verb, example="maviper repair demo/profile.json --max-depth 8 -o repaired")
 @PROFILE
 @option(
     "--claim",
@@ -169,12 +143,7 @@ def replay(console: "Console", counterexample: Path, profile: Path | None, world
 @options_of(RepairOptions, "max_depth", "episodes")
 @output("The folder for the repaired profile.")
 def repair(
-    console: "Console",
-    profile: Path,
-    claim: str,
-    region: str,
-    output: Path,
-    **options: Unpack[RepairOptions],
+    console: "Console", profile: Path, claim: str, region: str, output: Path, **options: Unpack[RepairOptions]
 ) -> int:
     """Change the leaves that violate a claim until it is proved.
 
@@ -247,9 +216,7 @@ def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], co
 
 
 @click.command(
-    cls=Verb,
-    settings=BUDGETS_OF_DIFF,
-    example="maviper diff demo/extracted/profile.json demo/profile.json -o changed",
+    cls=Verb, settings=BUDGETS_OF_DIFF, example="maviper diff demo/extracted/profile.json demo/profile.json -o changed"
 )
 @click.argument("first", type=PATH)
 @click.argument("second", type=PATH)
@@ -258,12 +225,7 @@ def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], co
 @SETTING
 @option("-o", "--output", type=FOLDER, default=None, section=RESULTS, help="Folder for data, certificate and page.")
 def diff(
-    console: "Console",
-    first: Path,
-    second: Path,
-    region: str,
-    output: Path | None,
-    **options: Unpack[DiffOptions],
+    console: "Console", first: Path, second: Path, region: str, output: Path | None, **options: Unpack[DiffOptions]
 ) -> int:
     """Find every state in which two profiles act differently.
 

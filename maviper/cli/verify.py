@@ -280,12 +280,7 @@ def _ensure_free(
     outputs.ensure_free(folder, outputs.VERIFY, known, read, file_names(asked, page=stated is None))
 
 
-def _folders(
-    output: Path | None,
-    asked: "Sequence[Asked]",
-    options: "VerifyOptions",
-    console: "Console",
-) -> None:
+def _folders(output: Path | None, asked: "Sequence[Asked]", options: "VerifyOptions", console: "Console") -> None:
     """Folders for what will be written, before anything is decided; questions for other programs at once."""
     from maviper.files import runs
     from maviper.verification.files.places import ensure_free
@@ -308,10 +303,7 @@ def _write_junit(file: Path, profile: Path, asked: "Sequence[Asked]", answers: "
 
 
 def _print_verdicts(
-    asked: "Sequence[Asked]",
-    decided: "Sequence[tuple[Verdict, str]]",
-    stated: "StatedWorld | None",
-    console: "Console",
+    asked: "Sequence[Asked]", decided: "Sequence[tuple[Verdict, str]]", stated: "StatedWorld | None", console: "Console"
 ) -> int:
     """A line of standard output for each verdict, or an object for all; the exit code."""
     from maviper.cli.results import exit_code

@@ -85,10 +85,7 @@ class Compiled(Shown):
 
 
 def compile_profile(
-    profile: ir.PolicyProfile,
-    targets: Iterable[str] = USUAL,
-    prefix: str | None = None,
-    style: str = AUTO,
+    profile: ir.PolicyProfile, targets: Iterable[str] = USUAL, prefix: str | None = None, style: str = AUTO
 ) -> Compiled:
     """Emits `targets` and replays them, tolerance zero. On any difference DisagreementError, and no files."""
     ensure(profile)

@@ -239,11 +239,7 @@ def _list_steps(
 
 
 def _list_parts(
-    certificate: SystemCertificate,
-    proof: Invariant,
-    statement: Statement,
-    ranges: Sequence[Variable],
-    lists: Lists,
+    certificate: SystemCertificate, proof: Invariant, statement: Statement, ranges: Sequence[Variable], lists: Lists
 ) -> list[Boxes]:
     claim, columns = certificate.claim, list_columns(statement, _list_regions(certificate))
     anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]

@@ -82,8 +82,7 @@ class SystemOptions(TypedDict, total=False):
     effort: Effort
     jobs: Jobs
     max_boxes: Annotated[
-        Count,
-        Option(None, BUDGETS, "Boxes of a claim about a system, about a million a second (default: 60000000)."),
+        Count, Option(None, BUDGETS, "Boxes of a claim about a system, about a million a second (default: 60000000).")
     ]
 
 
@@ -107,8 +106,7 @@ class ImportOptions(TypedDict, total=False):
         ),
     ]
     numbers: Annotated[
-        Literal["float32"] | None,
-        Option(None, IMPORTED, "Round thresholds of doubles down, for float32 observations."),
+        Literal["float32"] | None, Option(None, IMPORTED, "Round thresholds of doubles down, for float32 observations.")
     ]
     arrays: Annotated[
         Literal["floats", "float32", "float64"] | None,

@@ -474,11 +474,7 @@ def _cuts(policy: ir.AgentPolicy) -> list[dict[str, Any] | bool | None]:
         cut = by_node.get(node)
         if not isinstance(cut, Cut):
             return cut
-        return {
-            "at": rational_literal(cut.at),
-            "closed": cut.closed,
-            "rank": ranks[int(tree.feature[node])][cut],
-        }
+        return {"at": rational_literal(cut.at), "closed": cut.closed, "rank": ranks[int(tree.feature[node])][cut]}
 
     return [encode_cut(node) for node in range(len(tree.feature))]
 

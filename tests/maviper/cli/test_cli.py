@@ -38,10 +38,7 @@ def test_help_states_the_exit_codes(capsys):
         (["verify", "{profile}", "--margin", "-1"], "margin must be between 0 and"),
         (["verify", "{profile}", "--steps", "3"], "distinct_targets has no parameter steps"),
         (["verify", "{profile}", "--claim", "reaches(steps=-1)"], "steps must be between"),
-        (
-            ["verify", "{profile}", "--claim", "reaches(margin=1/40)"],
-            "reaches has no parameter margin",
-        ),
+        (["verify", "{profile}", "--claim", "reaches(margin=1/40)"], "reaches has no parameter margin"),
         (["verify", "{profile}", "--claim", "reaches(landmarks=[landmark_2])"], "unknown landmark"),
         (["verify", "{profile}", "--claim", "covers", "--set", "max_zones=0"], "zones must be between"),
         (["verify", "none.json"], "cannot read the file"),

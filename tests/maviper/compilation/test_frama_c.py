@@ -80,10 +80,7 @@ IN_CONTRACT = {
     "sides": (r"!\le_float(x[1], (float)0x1.8p+0)", r"\le_float(x[1], (float)0x1.8p+0)"),
     "bounds": (r"\valid_read(x + (0 .. 1))", r"\valid_read(x + (0 .. 0))"),
 }
-IN_AXIOMS = {
-    "bits": ("#x3fc00000)", "#x3fc00001)"),
-    "order": ("bvuge b #xbf000000", "bvule b #xbf000000"),
-}
+IN_AXIOMS = {"bits": ("#x3fc00000)", "#x3fc00001)"), "order": ("bvuge b #xbf000000", "bvule b #xbf000000")}
 
 
 def once(text, change):

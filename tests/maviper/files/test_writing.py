@@ -211,10 +211,7 @@ DAMAGED = {  # made when it is asked for: to pack takes long
     "twice": (lambda: lzma.compress(b"{}") * 2, "something follows it"),
     "of the old form": (lambda: lzma.compress(b"{}", lzma.FORMAT_ALONE), "cannot unpack"),
     "bomb": (lambda: lzma.compress(bytes(2**20)), "unpacks to more than 4096 bytes"),
-    "memory": (
-        lambda: lzma.compress(b"{}", filters=[{"id": lzma.FILTER_LZMA2, "dict_size": 2**28}]),
-        "cannot unpack",
-    ),
+    "memory": (lambda: lzma.compress(b"{}", filters=[{"id": lzma.FILTER_LZMA2, "dict_size": 2**28}]), "cannot unpack"),
 }
 
 

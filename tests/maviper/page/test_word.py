@@ -125,8 +125,7 @@ def test_committed_pages_have_the_regions_of_their_proofs(folder):
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["pendulum/certificate-1-stays_in", pytest.param("tanks/certificate-2-always", marks=pytest.mark.slow)],
+    "name", ["pendulum/certificate-1-stays_in", pytest.param("tanks/certificate-2-always", marks=pytest.mark.slow)]
 )
 def test_the_word_of_a_stated_system_is_the_monitors_at_each_step(name, tmp_path):
     """The page has the words of a recorded episode: those of the generated monitor, which is given its states."""
