@@ -30,7 +30,7 @@ def compare(console: "Console", expert: str, output: Path, **options: Unpack[Com
 
     EXPERT is named as for `maviper extract`. Each algorithm is given the same number of episodes at every depth and
     seed, and its trees are measured in held-out episodes that the expert plays, too. The output has means with 95 %
-    intervals, ratios to the expert, leaves, fidelity, episodes and CPU time, and words for differences.
+    intervals, ratios to the expert, leaves, fidelity, episodes, CPU time, and verdicts on differences.
 
     The folder gets this table as CSV and LaTeX, a figure and the best trees. An interrupted call goes on when it is
     repeated, and several calls may work on one folder at the same time.

@@ -115,7 +115,7 @@ def show(
 def play(console: "Console", profile: Path, world: str | None, certificate: Path | None, output: Path | None) -> int:
     """Open a page that plays PROFILE in the browser.
 
-    As `maviper show --format html`, with the page opened. Where no browser can be opened, the line names the file.
+    It writes the page of `maviper show --format html`, and opens it. If no browser can be opened, it names the file.
     """
     import webbrowser
 
@@ -210,7 +210,7 @@ RARE = ("steps", "refinement_episodes", "seed")  # given by --set
 @options_of(ExploitOptions, "networks", *RARE)
 @SETTING
 def evaluate(console: "Console", subject: str, exploit: str | None, **options: Any) -> int:
-    """Measure a profile or an expert in play.
+    """Measure trees or an expert in play.
 
     SUBJECT is a profile, or an expert named as for `maviper extract`. A name that ends in .json is always a profile.
     --with mixes them.

@@ -37,7 +37,8 @@ Exit codes:
 When several apply, 70 > 4 > 1 > 3. Only `demo` expects a violation: it exits
 with 0 when every step gave the expected outcome.
 
-More commands: train (an expert), reproduce (the paper's experiments)."""
+More commands: train (an expert), reproduce (the paper's experiments).
+PROFILE is a file of a team's trees, as extract, import and demo write it."""
 NAMES = {chapter: [str(command.name) for command in commands] for chapter, commands in CHAPTERS.items()}
 
 

@@ -39,7 +39,7 @@ CONTRACTS = "contracts"  # a target beside those of code
 @SETTING
 @output("The profile's JSON file, or a run folder.", FolderPath(".json"))
 def extract(console: "Console", expert: str, output: Path, **options: Unpack[ExtractOptions]) -> int:
-    """Extract decision trees from an expert, as a policy profile.
+    """Extract decision trees from an expert.
 
     EXPERT is the name of a world, an expert file, a run folder, sb3:FILE.zip of stable-baselines3 (maviper guide own),
     or module:function for your own expert. The name of a world stands for its shipped expert. A world without one uses
@@ -214,10 +214,10 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
 @click.argument("changes", nargs=-1, required=True, metavar="AGENT/NODE=NUMBER...")
 @option("-o", "--output", type=PATH, default=None, help="The file (default: PROFILE itself).")
 def edit(console: "Console", profile: Path, changes: tuple[str, ...], output: Path | None) -> int:
-    """Change thresholds of PROFILE on purpose.
+    """Change thresholds in PROFILE.
 
-    The tree compares with the largest number of its type that is not above NUMBER. The file says what was changed by
-    hand; what was measured before is left out of it. `maviper show` names agents and nodes.
+    The tree compares with the largest number of its type that is not above NUMBER. The file records each change, and
+    drops what was measured before. `maviper show` names agents and nodes.
     """
     from codegen import policy_json
     from maviper.files import runs
@@ -251,7 +251,7 @@ def edit(console: "Console", profile: Path, changes: tuple[str, ...], output: Pa
 def compile_verb(
     console: "Console", profile: Path, targets: tuple[str, ...], output: Path, **options: Unpack[CompileOptions]
 ) -> int:
-    """Compile a profile to code that decides the same.
+    """Compile trees to code that decides the same.
 
     The code is written only after a replay: the code, PROFILE and the tree as learned must decide the same on every
     observation compared.

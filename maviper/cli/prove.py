@@ -62,8 +62,8 @@ def check(console: "Console", certificate: Path, profile: Path | None, against: 
 
     `maviper diff -o` writes a CERTIFICATE if agents act alike in two profiles. Both are needed to check it.
 
-    `maviper verify --system -o` writes a CERTIFICATE about a stated system. The world file is needed to check it; what
-    that says of dynamics that are not affine is shown again first.
+    `maviper verify --system -o` writes a CERTIFICATE about a stated system. The world file is needed to check it: its
+    bounds on dynamics that are not affine are proved again first.
 
     A CERTIFICATE may be packed with xz (`.json.xz`).
 
@@ -100,7 +100,7 @@ def check(console: "Console", certificate: Path, profile: Path | None, against: 
     help="The world file of a counterexample in a stated system (default: world.toml beside it).",
 )
 def replay(console: "Console", counterexample: Path, profile: Path | None, world: Path | None) -> int:
-    """Replay a counterexample, with the same profile or another.
+    """Replay a counterexample, with the same trees or others.
 
     `maviper verify -o` writes a COUNTEREXAMPLE for each violated claim. The reference, the compiled C and the
     environment replay it, and must act alike. A counterexample about episodes is played again from its start, one in a
@@ -149,8 +149,8 @@ def repair(
 
     Each agent of the team is assigned its own landmark. If a counterexample ends in a leaf of PROFILE, that leaf
     becomes a small tree that tests the agent's offset to its landmark: a guard. It keeps the agent engaged with the
-    landmark: closing on it, or at it. Where trees would get deeper than --max-depth, the guard replaces a split above
-    the leaf. All other leaves decide as before. Both engines must prove the claim in the region.
+    landmark: closing on it, or at it. If a tree would be deeper than allowed (--max-depth), the guard replaces a split
+    above the leaf. All other leaves decide as before. Both engines must prove the claim in the region.
 
     The command reports how many actions change, and the team's measures before and after, in the same episodes. It
     writes the repaired profile, its certificate, the report, a page that plays it and the costs (repair.json).
@@ -227,13 +227,13 @@ def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], co
 def diff(
     console: "Console", first: Path, second: Path, region: str, output: Path | None, **options: Unpack[DiffOptions]
 ) -> int:
-    """Find every state in which two profiles act differently.
+    """Find every state in which two teams of trees act differently.
 
     FIRST and SECOND are profiles of one world, whose agents observe and may do the same. For each agent, the command
     lists the zones of states in which it acts differently: one leaf in each profile, and bounds on positions. It gives
     their exact share of the region, the share of the states that FIRST meets in play, and an example of each zone. If
-    there is no such state, it proves that, with a certificate for `maviper check`. Of agents that test sums or give
-    numbers, it gives the largest difference of each output over the ranges of what they observe, and where.
+    there is no such state, it proves that, with a certificate for `maviper check`. If agents test sums or
+    give numbers, it gives the largest difference of each output over the ranges of what they observe, and where.
 
     With -o, it writes difference.json, the certificate, both profiles, and a page that plays one team beside the other.
 

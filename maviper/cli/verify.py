@@ -150,7 +150,7 @@ def _of_the_world(claim: str, parameter: str) -> str:
 def verify(
     console: "Console", profile: Path, claims: tuple[str, ...], output: Path | None, new: bool, **options: Any
 ) -> int:
-    """Decide claims about a profile for every state of a region.
+    """Decide claims about a team of trees, in every state of a region.
 
     Verdicts are about the deployed float arithmetic, rounding included. -o writes a report, a counterexample of each
     violated claim (`maviper replay`) and a certificate of each proved one (`maviper check`).

@@ -31,7 +31,7 @@ Word = str | None
 class ExtractOptions(TypedDict, total=False):
     """What an extraction is asked for."""
 
-    algorithm: Annotated[str, Option("maviper", WHAT, f"One of {ALGORITHMS} (after the description).", "NAME")]
+    algorithm: Annotated[str, Option("maviper", WHAT, f"One of {ALGORITHMS}.", "NAME")]
     preset: Annotated[
         str, Option("default", WHAT, "default, paper (as published) or released (the authors' code).", "NAME")
     ]
@@ -98,7 +98,7 @@ class ExtractOptions(TypedDict, total=False):
         ),
     ]
     max_seconds: Annotated[
-        float, Option(0.0, EPISODES, "Then keep the best trees so far, and measure them; 0: no limit.")
+        float, Option(0.0, EPISODES, "Stop learning after so many seconds; what is measured comes on top; 0: no limit.")
     ]
     selection: Annotated[
         Word, Option(None, TUNING, "How a round is chosen (default: the preset's).", "uniform|return|race")

@@ -258,10 +258,12 @@ Scheduler = Annotated[Word, Option(None, HOW, "Of Dask's scheduler (default: DAS
 class CompareOptions(TypedDict, total=False):
     """What a comparison is asked for."""
 
-    world: Annotated[World, Option(None, WHAT_COMPARING, "The experts' world, where they cannot say it.", "WORLD")]
+    world: Annotated[World, Option(None, WHAT_COMPARING, "The world of experts that name none.", "WORLD")]
     experts: Annotated[
         Sequence[str | object],
-        Option((), WHAT_COMPARING, "Further experts; then they are the units, not seeds.", "NAMES", commas=True),
+        Option(
+            (), WHAT_COMPARING, "Further experts: intervals are then over experts, not seeds.", "NAMES", commas=True
+        ),
     ]
     algorithms: Annotated[
         Sequence[str],
@@ -275,7 +277,9 @@ class CompareOptions(TypedDict, total=False):
     ]
     depths: Annotated[Sequence[int], Option((2, 3, 4), WHAT_COMPARING, "Depths of trees.", "NUMBERS", commas=True)]
     seeds: Annotated[int, Option(10, WHAT_COMPARING, "Extraction seeds.")]
-    max_episodes: Annotated[int, Option(1_000, WHAT_COMPARING, "Of each extraction, as for `maviper extract`.")]
+    max_episodes: Annotated[
+        int, Option(1_000, WHAT_COMPARING, "Episodes of each extraction, as for `maviper extract`.")
+    ]
     settings: Annotated[
         Mapping[str, str | float],
         Option({}, RARER, "A rarer setting (`maviper extract --set help` lists them).", "NAME=VALUE", called="set"),

@@ -69,6 +69,14 @@ def _budgets(asked: Any) -> Budgets:
     return Budgets(min(nodes * UNITS_A_NODE, 2**32 - 1), nodes, cells, option="--effort")
 
 
+BESIDE_ZERO = (  # a bound that is the smallest normal float32 number, and the test of a rule that it comes from
+    ("-1.175e-38 < ", "0 <= "),
+    (" <= -1.175e-38", " < 0"),
+    ("1.175e-38 <= ", "0 < "),
+    (" < 1.175e-38", " <= 0"),
+)
+
+
 @dataclass(frozen=True, repr=False)
 class Compared(Shown):
     """Two profiles compared, with what was counted.
@@ -99,8 +107,10 @@ class Compared(Shown):
     @property
     def lines(self) -> list[tuple[str, str]]:
         """What a person is told: labels and texts."""
-        rows = render("difference/lines.txt.j2", facts=self.facts).splitlines()
-        return [(label, text) for label, _, text in (row.partition("|") for row in rows if row)]
+        text = render("difference/lines.txt.j2", facts=self.facts)
+        for bound, beside_zero in BESIDE_ZERO:
+            text = text.replace(bound, beside_zero)
+        return [(label, said) for label, _, said in (row.partition("|") for row in text.splitlines() if row)]
 
     @property
     def told(self) -> list[str]:

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from maviper.console import Console, LiveLine, duration, format_rate
+from maviper.console import Console, LiveLine, duration, format_rate, say, tabulate
 
 STAGE = """
 import time
@@ -61,6 +61,19 @@ def test_on_a_terminal_lines_break_between_words_below_their_text(columns, capsy
     assert " ".join(line[12:] for line in lines) == text
     assert all(len(line) <= columns or " " not in line[12:] for line in lines)
     assert lines[0].startswith("found       ") and all(line.startswith(" " * 12) for line in lines[1:])
+
+
+def test_a_table_that_is_wider_than_the_terminal_is_a_list(capsys, monkeypatch):
+    table = [["team", "measure", "subject", "ratio"], ["good", "success", "0.98 [0.93, 0.99]", ""]]
+    whole = ["team  measure  subject            ratio", "good  success  0.98 [0.93, 0.99]"]
+    assert tabulate(table, 2) == whole  # no terminal
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", "39")
+    assert tabulate(table, 2) == whole
+    monkeypatch.setenv("COLUMNS", "38")
+    assert tabulate(table, 2) == ["good, success", "  subject  0.98 [0.93, 0.99]"]
+    say("  a line of a result that is longer than the terminal")
+    assert capsys.readouterr().out == "  a line of a result that is longer\n      than the terminal\n"
 
 
 @pytest.mark.parametrize(("rate", "said"), [(0.123, "0.12/s"), (3.0, "3/s"), (1234.5, "1,234/s")])
