@@ -23,7 +23,6 @@ ALLOWED: dict[tuple[str, str], str] = {
     ("codegen/agreement/readback.py", "runpy.run_path"): "the same",
     ("codegen/importers/kinds.py", "import_module"): "a reader of this package, by its name in the sources",
     ("maviper/__init__.py", "import_module"): "modules of this package, by their names in the sources",
-    ("maviper/reproduction/run.py", "import_module"): "a module of this package, by its name in the sources",
     ("maviper/worlds/outside/making.py", "import_module"): "user code that the user names on the command line",
 }
 

@@ -2,7 +2,7 @@
 
 Does: reads the table of a folder and writes report.html, figures/*.svg, claims.json, numbers.json, summary.txt and
   recompute.py there.
-Assumes: nothing but the table, its companions and the register; equal tables give equal bytes.
+Assumes: nothing but the table, its cells and the register; equal tables give equal bytes.
 Does not: play, or contain times, paths or facts about the machine.
 """
 

@@ -10,8 +10,6 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +18,7 @@ from codegen.rows import Shown
 from codegen.wording import format_count
 from maviper.console import Console, duration
 from maviper.options import ReproduceOptions, complete_options
+from maviper.reproduction import register, report
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells import table
 from maviper.reproduction.cells.cell import KINDS, estimate, is_guessed
@@ -126,8 +125,8 @@ class Reproduced(Shown):
 def reproduce_paper(folder: str | Path, options: Request, console: Console | None = None) -> Reproduced:
     """Makes the cells that are missing, then writes the table and the report. `console`: None says nothing."""
     console = console or Console(quiet=True)
-    register = _register()
-    plan = plans.plan_cells(options.asked, register)
+    claims = register.read().sha256  # of the claims, which were written before any cell was made
+    plan = plans.plan_cells(options.asked, claims)
     for what, why in plan.left_out:
         console.line("left out", f"{what}: {why}")
     mine = plans.shard(plan, *options.part)
@@ -135,33 +134,19 @@ def reproduce_paper(folder: str | Path, options: Request, console: Console | Non
     if options.plan:
         done.lines = describe_plan(mine, store)
         return done
-    report = _piece("report")
-    names = () if report is None else (*report.FILES, report.FIGURES)
-    ensure_own(store, (table.TABLE_FILE, *names), "reproduction")
+    ensure_own(store, (table.TABLE_FILE, *report.FILES, report.FIGURES), "reproduction")
     if not options.report_only:
         with store:
             make_cells(store, mine.tasks, options, done.making, console)
-    _write_report(store, plan, register, done, console)
+    _write_report(store, plan, claims, done, console)
     return done
-
-
-def _register() -> str:
-    """The hash of the claims, which were written before any cell was made."""
-    register = _piece("register")
-    return "" if register is None else str(register.read().sha256)
-
-
-def _piece(name: str) -> Any:
-    """A module of this package, or None in a version that has none of that name."""
-    full = f"{__package__}.{name}"
-    return import_module(full) if find_spec(full) else None
 
 
 # --- what is told
 
 
-def _write_report(store: Store, plan: Plan, register: str, done: Reproduced, console: Console) -> None:
-    finished = table.find_finished(store, plan.ids, register)
+def _write_report(store: Store, plan: Plan, claims: str, done: Reproduced, console: Console) -> None:
+    finished = table.find_finished(store, plan.ids, claims)
     if finished.other:
         console.line(
             "ignored", f"{format_count(finished.other, 'cell')} of another version of maviper or of its claims"
@@ -172,9 +157,7 @@ def _write_report(store: Store, plan: Plan, register: str, done: Reproduced, con
         raise InputError("there are no finished cells", str(store.folder), "run it without --report-only")
     place = table.write(store, finished.cells)
     console.line("wrote", f"{place}  {format_count(len(finished.cells), 'cell')}, {done.made} of them made now")
-    report = _piece("report")
-    done.lines = [] if report is None else list(report.write_report(store.folder))
-    done.lines += done.making.lines
+    done.lines = [*report.write_report(store.folder), *done.making.lines]
 
 
 def describe_plan(plan: Plan, store: Store) -> list[str]:

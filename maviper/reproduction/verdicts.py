@@ -328,7 +328,7 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
     if any(each.word == OPEN and math.isinf(each.visible) for each in run):
         told.append("a ratio to nothing is no number")
     elif any(each.word == OPEN for each in run):
-        told.append(f"a difference of {verdict.visible:.3g} would have been detected{_final(verdict, known)}")
+        told.append(f"a difference of {verdict.visible:.3g} would have been detected")
     return "; ".join(told)
 
 
@@ -336,18 +336,6 @@ def _missing(verdict: Verdict) -> str:
     """Describes how missing cells are made; `--algorithms` may have left opponents out."""
     against = f" against all of {', '.join(OPPONENTS)}" if KIND_OF.get(verdict.claim.statistic) == CROSSPLAY else ""
     return f"not run{against}: {playing(verdict.claim, verdict.expert)}"
-
-
-def _final(verdict: Verdict, known: Register) -> str:
-    """For a main claim, whether that is the last word."""
-    paper = verdict.claim.published
-    if not verdict.claim.main or paper is None or paper.effect is None:
-        return ""
-    enough = verdict.visible <= known.final_effect * paper.effect
-    return f", {'at most' if enough else 'more than'} half of the paper's {paper.effect:g}: {_FINAL[enough]}"
-
-
-_FINAL = {True: "final", False: "not final, more seeds are needed"}
 
 
 def _weak(book: Book, known: Register, verdict: Verdict) -> Iterator[str]:

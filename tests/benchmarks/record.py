@@ -23,7 +23,8 @@ from pathlib import Path
 
 from maviper.files import runs
 from maviper.reproduction import report
-from maviper.reproduction.cells.table import ABOUT, COLUMNS, EPISODES_FOLDER, TABLE_FILE, read_table
+from maviper.reproduction.cells.making import EPISODES_FILE
+from maviper.reproduction.cells.table import ABOUT, CELLS, COLUMNS, TABLE_FILE, read_table
 from tests.benchmarks import compact
 
 COPIED = (report.PAGE, report.SUMMARY, report.CLAIMS, report.SCRIPT)
@@ -65,7 +66,7 @@ def cells(folder: Path) -> bytes:
     lower = sorted(measure for measure, better in table.higher.items() if not better)
     found = {}
     for name, row in first.items():
-        text = (folder / EPISODES_FOLDER / f"{name}.csv").read_text(encoding="utf-8")
+        text = (folder / CELLS / name / EPISODES_FILE).read_text(encoding="utf-8")
         told = {"sha256": compact.hash_of(text), "values": summed_up(table, name, whole)}
         told |= {"about": {column: row[column] for column in ABOUT}, "lower_is_better": lower}
         told |= {"facts": kept_facts(table.facts(name), paths.get(name, set()))} if name in paths else {}

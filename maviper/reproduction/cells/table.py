@@ -1,8 +1,8 @@
 """The folder of a reproduction: finished cells, claims on those that are being made, and the table of all.
 
 Does: reads and writes cells; lets one process at a time make a cell, and others take over where it died; cells.csv, one
-  row for each cell, line-up and measure, with companions named by the cell; reads the table again, with
-  `episodes/HASH.csv` and `facts/HASH.json`, and checks what it reads.
+  row for each cell, line-up and measure; reads the table again, with the episodes and facts of its cells, and checks
+  what it reads.
 Assumes: a folder that all processes see, whose file system creates files exclusively and renames atomically; a table's
   files are those of one run, written by this version; episodes are named by their held-out seeds.
 Does not: make cells (making.py); read experts, profiles or settings; compute anything but means.
@@ -22,7 +22,7 @@ import os
 import socket
 import tempfile
 import threading
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -188,7 +188,7 @@ def _is_gone(process: int) -> bool:
     return False
 
 
-TABLE_FILE, EPISODES_FOLDER, FACTS_FOLDER = "cells.csv", "episodes", "facts"
+TABLE_FILE = "cells.csv"
 MAX_EPISODES_BYTES = 2**28
 ABOUT = tuple(field.name for field in fields(Cell))  # the columns that say what a cell is
 COLUMNS = ("cell", *ABOUT, "lineup", "measure", "higher_is_better", "episodes", "mean", "cpu_seconds")
@@ -229,7 +229,7 @@ def _place(cell: Cell) -> tuple[int, Cell | tuple[str | int, ...]]:
 
 
 def write(store: Store, cells: dict[str, Document]) -> Path:
-    """Writes cells.csv and its companions, and removes companions of cells that are not in it."""
+    """Writes cells.csv."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(COLUMNS)
@@ -241,8 +241,6 @@ def write(store: Store, cells: dict[str, Document]) -> Path:
             mean = math.fsum(values) / len(values)
             row = [id_, *about, lineup, measure, higher, len(values), repr(mean), document.cpu_seconds]
             table.writerow(row)
-    for name, source in ((EPISODES_FOLDER, EPISODES_FILE), (FACTS_FOLDER, FACTS_FILE)):
-        _companions(store, store.folder / name, source, list(cells))
     return runs.write(store.folder / TABLE_FILE, text.getvalue())
 
 
@@ -252,25 +250,6 @@ def _means(data: str) -> Iterator[tuple[str, str, list[float]]]:
     for row in csv.reader(io.StringIO(data.removeprefix(HEAD))):
         by_lineup.setdefault((row[0], row[1]), []).append(float(row[3]))
     return ((lineup, measure, values) for (lineup, measure), values in sorted(by_lineup.items()))
-
-
-def _companions(store: Store, folder: Path, source: str, ids: Sequence[str]) -> None:
-    """Files of cells under the cells' names; the same file on disk where the file system can do that."""
-    runs.folder(folder)
-    ending = Path(source).suffix
-    wanted = {f"{id_}{ending}" for id_ in ids}
-    for place in folder.glob(f"*{ending}"):
-        if place.name not in wanted:
-            place.unlink(missing_ok=True)
-    for id_ in ids:
-        place, origin = folder / f"{id_}{ending}", store.cells / id_ / source
-        if place.exists() and place.stat().st_size == origin.stat().st_size:
-            continue
-        place.unlink(missing_ok=True)
-        with contextlib.suppress(OSError):
-            os.link(origin, place)
-        if not place.exists():
-            runs.write(place, runs.read(origin, MAX_EPISODES_BYTES))
 
 
 EPISODE_COLUMNS = tuple(HEAD.strip().split(","))
@@ -323,13 +302,13 @@ class Results:
     def values(self, cell: str) -> dict[tuple[str, str], Values]:
         """(line-up, measure) -> the values in each episode of a cell."""
         if cell not in self._values:
-            self._values[cell] = _episodes(self.folder / EPISODES_FOLDER / f"{cell}.csv")
+            self._values[cell] = _episodes(self.folder / CELLS / cell / EPISODES_FILE)
         return self._values[cell]
 
     def facts(self, cell: str) -> dict[str, Any]:
         """Returns the facts that are known of a cell besides its episodes; {} where nothing is."""
         if cell not in self._facts:
-            path = self.folder / FACTS_FOLDER / f"{cell}.json"
+            path = self.folder / CELLS / cell / FACTS_FILE
             what = "the facts of a cell are no JSON object"
             read = runs.decode_file(path, MAX_FACTS_BYTES, dict[str, Any], what, AGAIN) if path.exists() else {}
             self._facts[cell] = read
@@ -373,7 +352,7 @@ def _row(line: Mapping[str, str]) -> Row:
 
 
 def _episodes(path: Path) -> dict[tuple[str, str], Values]:
-    """Everything that a cell's companion holds; plain lists, since there are millions of rows."""
+    """All that a cell's episodes are worth; plain lists, since there are millions of rows."""
     lines = csv.reader(io.StringIO(runs.read(path, MAX_EPISODE_BYTES).decode("utf-8", "replace"), newline=""))
     if next(lines, None) != list(EPISODE_COLUMNS):
         raise InputError("the table lacks columns", f"{path}: {', '.join(EPISODE_COLUMNS)}", AGAIN)

@@ -35,8 +35,6 @@ class Maker:
     def __init__(self, folder, strength=ORDERED, noise=0.02, seeds=6, shared=False):
         self.folder, self.strength, self.noise, self.seeds, self.shared = folder, strength, noise, seeds, shared
         self.rows = []
-        for name in ("episodes", "facts"):
-            (folder / name).mkdir(parents=True, exist_ok=True)
 
     def episodes(self, seed):
         block = 0 if self.shared else seed
@@ -55,7 +53,9 @@ class Maker:
         """`lineups`: name -> [(measure, the values in each episode)]."""
         about = {"preset": "", "algorithm": "", "depth": 0, "leaves": 0, "splits": "", "seed": 0, **about}
         id_ = hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()[:16]
-        with (self.folder / "episodes" / f"{id_}.csv").open("w", newline="") as file:
+        place = self.folder / "cells" / id_
+        place.mkdir(parents=True, exist_ok=True)
+        with (place / "episodes.csv").open("w", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(EPISODE_COLUMNS)
             for lineup, measured in lineups.items():
@@ -66,7 +66,7 @@ class Maker:
                     writer.writerows([lineup, label, each, repr(value)] for each, value in pairs)
                     row = {**about, "cell": id_, "lineup": lineup, "measure": label, "higher_is_better": higher}
                     self.rows.append({**row, "episodes": len(values), "mean": float(values.mean()), "cpu_seconds": 1.5})
-        (self.folder / "facts" / f"{id_}.json").write_text(json.dumps(facts))
+        (place / "facts.json").write_text(json.dumps(facts))
         return id_
 
     def write(self):
@@ -118,9 +118,6 @@ class Maker:
             }
             for place, (agent, features) in enumerate(zip(world.agents, world.features, strict=True))
         }
-        told["curve"] = [{"episodes": 50 * step, "score": 1 - 1 / (step + 1)} for step in range(1, 6)]
-        if world.spec.name == DECEPTION:
-            told["distinct_targets"] = {"share": 0.001 * depth, "reason": "", "zones": 3}
         return told
 
     def crossplay(self, game, seed, label="mappo", players=(*FOUR, "expert")):

@@ -65,9 +65,9 @@ def test_a_record_says_what_the_episodes_of_each_cell_come_to(folder, place):
     assert [row[:at] + row[at + 1 :] for row in ours] == [row[:at] + row[at + 1 :] for row in table]
     assert [float(row[at]) for row in ours] == pytest.approx([float(row[at]) for row in table], rel=1e-12)
     cells = compact.unpacked(place / compact.FILE)["cells"]
-    assert {f"{name}.csv" for name in cells} == {path.name for path in (folder / "episodes").iterdir()}
+    assert set(cells) == {path.name for path in (folder / "cells").iterdir()}
     for name, cell in cells.items():
-        data = (folder / "episodes" / f"{name}.csv").read_bytes()
+        data = (folder / "cells" / name / "episodes.csv").read_bytes()
         assert cell["sha256"] == hashlib.sha256(data).hexdigest()
 
 

@@ -126,7 +126,7 @@ def test_what_was_changed_is_found(folder, tmp_path):
         for row in read_table(again).cells(kind="extraction", algorithm="maviper", depth=4, seed=1)
         if row.game == DECEPTION
     }
-    path = again / "episodes" / f"{cell}.csv"
+    path = again / "cells" / cell / "episodes.csv"
     lines = path.read_text().splitlines(keepends=True)
     head, _, value = lines[1].rpartition(",")
     path.write_text("".join([lines[0], f"{head},{float(value) + 0.5}\n", *lines[2:]]))
@@ -140,7 +140,6 @@ def test_trees_are_drawn_where_their_profile_is(tmp_path):
     cell = maker.extraction(NAVIGATION, "maviper", 2, 0)
     maker.write()
     place = tmp_path / "cells" / cell
-    place.mkdir(parents=True)
     shutil.copy(PROFILE, place / "profile.json")
     report.write_report(tmp_path)
     assert part(tmp_path, "trees").count("<svg") == 3
@@ -200,10 +199,10 @@ def test_an_empty_table_is_reported_as_one(tmp_path):
         ("cells.csv", "higher_is_better", "higher", "lacks columns"),
         ("cells.csv", ",extraction,", ",extracted,", "extracted"),
         ("cells.csv", ",paper,maviper,4,", ",paper,maviper,four,", "four"),
-        ("episodes/*.csv", "lineup,measure", "measure,lineup", "lacks columns"),
-        ("episodes/*.csv", "3000001", "3000001,3", "twice"),
-        ("episodes/*.csv", "3000001", "three", "damaged"),
-        ("facts/*.json", "{", "[", "no JSON object"),
+        ("cells/*/episodes.csv", "lineup,measure", "measure,lineup", "lacks columns"),
+        ("cells/*/episodes.csv", "3000001", "3000001,3", "twice"),
+        ("cells/*/episodes.csv", "3000001", "three", "damaged"),
+        ("cells/*/facts.json", "{", "[", "no JSON object"),
     ],
 )
 def test_a_damaged_table_is_refused(tmp_path, name, old, new, fault):

@@ -48,7 +48,7 @@ def test_a_cell_is_made_once(tmp_path, calls):
     assert more.made == len(calls) - first.made == (len(first.plan.tasks) - 1) // 2
 
 
-def test_the_table_has_a_row_for_each_lineup_and_measure_and_its_companions(tmp_path, calls):
+def test_the_table_has_a_row_for_each_lineup_and_measure(tmp_path, calls):
     done = reproduced(tmp_path, **GAME)
     table = rows(tmp_path)
     assert len(table) == len(done.plan.tasks)
@@ -60,9 +60,6 @@ def test_the_table_has_a_row_for_each_lineup_and_measure_and_its_companions(tmp_
     assert {(row["mean"], row["episodes"], row["higher_is_better"]) for row in table} == {("1.0", "2", "1")}
     kinds = [row["kind"] for row in table]
     assert kinds == sorted(kinds, key=cells.KINDS.index)
-    for folder, ending in (("episodes", "csv"), ("facts", "json")):
-        names = {path.name for path in (tmp_path / folder).iterdir()}
-        assert names == {f"{row['cell']}.{ending}" for row in table}
 
 
 def test_a_cell_that_fails_is_told_the_rest_goes_on_and_it_is_tried_again(tmp_path, monkeypatch, capsys):
@@ -151,7 +148,7 @@ def test_a_cell_of_another_process_is_waited_for(tmp_path, calls, monkeypatch):
     from maviper.reproduction.cells.table import Store
 
     monkeypatch.setattr(grid, "POLL", 0.05)
-    task = plan_cells(run.request(GAME).asked, run._register()).tasks[1]
+    task = plan_cells(run.request(GAME).asked, run.register.read().sha256).tasks[1]
     with Store(tmp_path) as other:
         assert other.claim(task.id)
         looks = []
@@ -232,13 +229,9 @@ def test_two_jobs_and_the_python_verb_give_the_same_bytes(real, tmp_path):
     lineups = {row["lineup"]: row["measure"] for row in rows(folder) if row["cell"] == cell}
     agents = {f"individual:{agent}" for agent in ("adversary_0", "agent_0", "agent_1")}
     assert set(lineups) == {"joint:adversaries", "joint:defenders", "all", *agents}
-    told = json.loads((folder / "facts" / f"{cell}.json").read_text())
+    told = json.loads((folder / "cells" / cell / "facts.json").read_text())
     assert set(told["trees"]) == {"adversary_0", "agent_0", "agent_1"}
     assert all(tree == {"leaves": 2, "depth": 1} for tree in told["trees"].values())
-    assert 0 < told["distinct_targets"]["share"] < 1 and len(told["curve"]) == told["training"]["stopped_after"]
-    profile = maviper.load(folder / "cells" / cell / "profile.json")
-    share = maviper.verify(profile, where=True).evidence.where.share
-    assert told["distinct_targets"]["share"] == float(share.value)
 
 
 @pytest.mark.slow
