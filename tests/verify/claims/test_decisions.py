@@ -11,14 +11,12 @@ from hypothesis import strategies as st
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.profiles import check
-from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import PLAIN, NoDouble, formula
 from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, below, holds, negate, normal
 from verify.claims.formula import substitute_actions as once
 from verify.claims.region_files import everywhere, find_observed_velocities
 from verify.claims.wording import BUILT_IN, spell_decisions
-from verify.states.state import batch, sample
 from verify.states.values import Batch
 
 TEAM = "defenders"
@@ -116,18 +114,6 @@ def test_aligned_asks_for_so_much_ahead_beside_what_is_sideways(profile, kappa):
         assert holds(stated, at, actions) is wanted, (at, actions)
         told[wanted] += 1
     assert len(told) == 2 and min(told.values()) >= 20
-
-
-def test_fixed_roles_keep_their_own_target_everywhere(profile):
-    roles = team(profile, towards(1, 0), towards(0, 1))
-    states, _ = sample(everywhere(profile), profile.world, 5_000, 0)
-    from verify.states.state import choose_actions
-
-    actions = {p.agent: choose_actions(p, states, profile.world) for p in roles.team(TEAM)}
-    swapped = find_property("own_target", roles, landmarks=("landmark_1", "landmark_0"))
-    assert batch(states, profile.world).holds(formula(roles, swapped), actions).all()
-    straight = find_property("own_target", roles)
-    assert not batch(states, profile.world).holds(formula(roles, straight), actions).all()
 
 
 def test_formulas_simplify_and_negate():

@@ -7,16 +7,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from codegen import ir
-from codegen.errors import DisagreementError, InputError
-from tests.support.teams import LEFT, RIGHT, STAY, team, towards, tree
+from codegen.errors import DisagreementError
+from tests.support.teams import RIGHT, STAY, team, towards, tree
 from verify.checker.decisions import check_certificate
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import Aligned
 from verify.claims.formula import below, conjunction, disjunction
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
-from verify.question import Budgets, Question, from_start, shuffle_leaves
+from verify.question import Budgets, Question, from_start
 from verify.result import Opinion, Verdict
 from verify.solver.solve import SolverDecision, decide
 from verify.states import shares
@@ -61,15 +60,6 @@ def test_an_empty_region_is_vacuous(profile, claim):
     assert result.verdict is Verdict.VACUOUS and result.evidence.control.verdict is Verdict.SKIPPED
     apart = Region(start.box, start.goals, apart=(("agent_0", "agent_1", Fraction(5)),))
     assert verify(Question(Game(profile), claim, apart), {}).verdict is Verdict.VACUOUS
-
-
-def test_the_same_question_costs_the_same(profile, claim):
-    region = start_region(profile.world)
-    decide(Question(Game(shuffle_leaves(profile, claim.team)), claim, region))
-    assert (
-        decide(Question(Game(profile), claim, region)).resources
-        == decide(Question(Game(profile), claim, region)).resources
-    )
 
 
 def test_a_replay_that_acts_differently_is_no_verdict(profile, claim):
@@ -146,20 +136,6 @@ def test_a_refused_proof_is_our_bug(profile, claim, monkeypatch):
         verify(Question(Game(roles), claim, start_region(roles.world)), {})
 
 
-def test_subnormal_thresholds_are_refused(profile, claim):
-    tiny = team(profile, tree((0, 1e-40, 1, 2), LEFT, RIGHT), tree(STAY))
-    with pytest.raises(InputError, match="subnormal"):
-        decide(Question(Game(tiny), claim, start_region(tiny.world)))
-
-
-def test_features_without_meaning_are_refused(profile, claim):
-    policy = profile.policy("agent_0")
-    blind = replace(policy, features=tuple(replace(feature, meaning=None) for feature in policy.features))
-    agents = tuple(blind if p.agent == "agent_0" else p for p in profile.agents)
-    with pytest.raises(InputError, match="no meaning"):
-        decide(Question(Game(replace(profile, agents=agents)), claim, start_region(profile.world)))
-
-
 @pytest.mark.parametrize("bound", ["0.9", "0.8", "0.1", "0.3", "1/3"])
 def test_bounds_that_no_float64_meets_still_give_counterexamples(profile, claim, bound):
     """A model sits on the faces of the box; the float64 nearest to a face may lie outside."""
@@ -228,32 +204,6 @@ def test_margin_and_radius_are_exact(profile, claim, margin, radius, wanted):
     roles = team(profile, towards(0, 0), towards(1, 1))
     asked = replace(claim, margin=Fraction(margin), radius=Fraction(radius))
     assert decide(Question(Game(roles), asked, start_region(profile.world))).verdict is wanted
-
-
-@pytest.mark.parametrize("meaning", ["sign", "coordinate"])
-def test_signs_and_single_coordinates_against_the_referee(profile, claim, meaning):
-    """Features of the other games: a sign, and one coordinate, rounded once."""
-    policy = profile.policy("agent_0")
-    one = ir.Meaning(((1, "landmark_0.x"),)) if meaning == "coordinate" else ir.Meaning(
-        ((1, "landmark_0.x"), (-1, "agent_0.x")), "sign"
-    )  # fmt: skip
-    features = (replace(policy.features[0], meaning=one), *policy.features[1:])
-    for threshold in (-0.5, 0.0, 0.5) if meaning == "sign" else (0.1, -0.3):
-        changed = replace(policy, features=features, tree=tree((0, threshold, 1, 2), LEFT, RIGHT), grown=None)
-        agents = tuple(changed if p.agent == "agent_0" else p for p in team(profile, tree(STAY), towards(1, 1)).agents)
-        here = replace(profile, agents=agents)
-        t = float(np.float32(threshold))
-        tie = (t + float(np.nextafter(np.float32(t), np.float32(9)))) / 2
-        for x in (tie, np.nextafter(tie, 9), np.nextafter(tie, -9), t, 0.25, -0.25):
-            position = dict.fromkeys(start_region(here.world).box, 0.0) | {
-                "landmark_0.x": float(x),
-                "landmark_1.y": 1.0,
-            }
-            position |= {"agent_0.x": 0.25 if meaning == "sign" else -1.0, "agent_0.y": -0.5, "agent_1.y": -0.5}
-            state = State(position, "landmark_0")
-            box = {name: (Fraction(value), Fraction(value)) for name, value in position.items()}
-            found = decide(Question(Game(here), claim, Region(box, ("landmark_0",)))).verdict
-            assert (found is Verdict.VIOLATED) == violates(from_start(here, claim), state), (threshold, x)
 
 
 def test_ctrl_c_during_the_search_is_no_verdict():
