@@ -5,6 +5,7 @@ Assumes: all agents that are still in play act at once.
 Does not: score episodes (measures.py) or learn from them.
 """
 
+import math
 import threading
 import time
 from collections.abc import Callable, Generator, Sequence
@@ -21,6 +22,7 @@ from codegen.ir import Bool, Float32, Float64
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
+TOGETHER = 1_000  # episodes of our games that are played at once, about
 Policy = Callable[[Float32], Any]  # [batch, n_features] float32 -> [batch] action indices, or [batch, n_outputs]
 
 
@@ -50,6 +52,13 @@ class Tally(threading.local):
         self.episodes, self.seconds = self.episodes + episodes, self.seconds + seconds
         self.batches += 1
         self.on_played()
+
+    def expect(self, world: World, *counts: int) -> float:
+        """Seconds that so many further episodes of each kind will take, by those that were played."""
+        if world.games is not None:
+            return self.seconds / max(1, self.episodes) * sum(counts)
+        # our games are played many at once, which takes little longer than a few
+        return self.seconds / max(1, self.batches) * sum(math.ceil(count / TOGETHER) for count in counts)
 
 
 TALLY = Tally()

@@ -5,6 +5,7 @@ Assumes: checked settings.
 Does not: know how any of them works.
 """
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -61,10 +62,10 @@ def extract(
     check(world, settings, examples)
     expert = lawful_expert(expert, world)
     agents = [_agent(world, settings)] if settings.algorithm == VIPER else list(range(len(world.agents)))
-    asked = Extraction(world, expert, settings, journal, examples)
-    began = time.monotonic()
+    ends = time.monotonic() + (settings.max_seconds or math.inf)
+    asked = Extraction(world, expert, settings, journal, examples, ends)
     chosen, facts = _iterates(asked, agents, running)
-    if settings.max_seconds and time.monotonic() - began >= settings.max_seconds:
+    if asked.is_over():
         asked = replace(asked, settings=replace(settings, refinement=0))
     trees, spent = refine.refine_trees(asked, agents, chosen, running)
     if settings.preset == DEFAULT:  # the others write what their authors' code grows
@@ -174,9 +175,11 @@ def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterate
     if running.jobs == 1 or len(tasks) == 1:
         names = [_name(asked.world, by, together) for _, together in tasks]
         parts = [Part(place, len(tasks), name) for place, name in enumerate(names)] if len(tasks) > 1 else [WHOLE]
-        per_task = [
-            _choose_iterates(*task, replace(running, part=part)) for task, part in zip(tasks, parts, strict=True)
-        ]
+        per_task = list[Iterates]()
+        for (task, together), part in zip(tasks, parts, strict=True):
+            now = time.monotonic()  # each gets as much of the time as those after it
+            mine = replace(task, ends=now + (task.ends - now) / (len(tasks) - part.place))
+            per_task.append(_choose_iterates(mine, together, replace(running, part=part)))
     else:
         per_task = list[Iterates](side_by_side(_quietly, tasks, running.jobs))
     trees = {

@@ -9,6 +9,7 @@ Does not: run anything; make or choose trees; read files (refitting.py); find st
 """
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import combinations, product
@@ -22,7 +23,7 @@ from codegen.ir import Bool, Float32, Float64, GrownTree, Int32
 from codegen.profiles import ensure
 from maviper.episodes import measures
 from maviper.episodes.measures import Estimate
-from maviper.episodes.play import Controller
+from maviper.episodes.play import TALLY, Controller
 from maviper.episodes.trees import among
 from maviper.evaluation.held_out import evaluate_trees
 from maviper.experts.expert import AS_GIVEN, Expert
@@ -226,6 +227,17 @@ class Extraction:
     settings: Settings
     journal: Journal = NOTHING_KEPT  # keeps the steps that are done
     examples: Examples = NO_EXAMPLES  # states whose labels every iteration learns from as well
+    ends: float = math.inf  # by the monotonic clock: the trees are to be measured by then
+
+    def is_over(self, *further: int, since: float = math.inf) -> bool:
+        """Whether it is time to measure the trees, with so many episodes of each further kind to be played before, and
+        perhaps a step that takes as long as what went on `since` then.
+        """
+        if self.ends == math.inf:
+            return False
+        held_out = (len(self.world.teams) + 1) * self.settings.count_held_out(self.world)
+        now = time.monotonic()
+        return now + max(0.0, now - since) + TALLY.expect(self.world, held_out, *further) >= self.ends
 
 
 def unseen(progress: object) -> None:

@@ -18,6 +18,7 @@ it started as, by more than chance, in episodes that chose nothing.
 """
 
 import math
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -301,10 +302,15 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
     (proposing, evolving), last = _count_rounds(task), None
     scale = round_scale(settings.refinement)
     limits = Limits(settings.max_depth, settings.max_leaves, settings.splits == SUMS)
-    start, name = trees, f"refine-{list(asked.world.teams).index(task.team)}"  # a user's team may have any name
+    start: Any = trees
+    name = f"refine-{list(asked.world.teams).index(task.team)}"  # a user's team may have any name
     steps = proposing + evolving
+    since = math.inf
     for number in range(steps):
-        rng = np.random.default_rng([settings.seed, *task.agents, number])
+        if asked.is_over(since=since):
+            trees = start if number > proposing else trees  # what was not judged yet counts for nothing
+            break
+        since, rng = time.monotonic(), np.random.default_rng([settings.seed, *task.agents, number])
         if number == proposing and not asked.world.continuous:
             sizes = [len(asked.world.features[agent]) for agent in task.agents]
             trees = [with_own_sums(tree, n_features) for tree, n_features in zip(trees, sizes, strict=True)]

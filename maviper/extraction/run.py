@@ -8,7 +8,6 @@ Does not: know how trees are grown.
 """
 
 import json
-import math
 import platform
 import time
 from collections.abc import Callable, Mapping
@@ -114,8 +113,6 @@ WEIGHED = {
 }
 FORMAT = "maviper-extraction-6"
 METRICS_FILE, STEPS, COMPARING = "metrics.jsonl", "steps", "comparing"
-TOGETHER = 1_000  # episodes of our games that are played at once, about
-NO_PLAN: Mapping[str, int] = {}
 WORDS = {
     STARTING: "to get to know the game",
     SELECTING: "to select by",
@@ -318,7 +315,7 @@ def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | N
     plan = plan_episodes(asked, settings.complete().deal_budget(world, jobs))
     if not console.of:
         say_plan(plan, console, settings.budget)
-    with Stages(console, folder / METRICS_FILE if folder else None, plan) as stages:
+    with Stages(console, world, folder / METRICS_FILE if folder else None, plan) as stages:
         profile = extract(world, expert, settings, Running(stages.show, jobs, stages.underway), journal, examples)
     say_stopped(profile, console)
     if not console.of:
@@ -365,8 +362,8 @@ class Stages:
     of all stages to come: of later ones, by the pace at which episodes of `plan` were played.
     """
 
-    def __init__(self, console: Console, metrics: Path | None = None, plan: Mapping[str, int] = NO_PLAN) -> None:
-        self.console, self.metrics, self.plan = console, metrics, plan
+    def __init__(self, console: Console, world: World, metrics: Path | None, plan: Mapping[str, int]) -> None:
+        self.console, self.world, self.metrics, self.plan = console, world, metrics, plan
         self.stage: str = ""
         self._since = time.monotonic()
         self._lines: list[str] = []
@@ -435,10 +432,7 @@ class Stages:
         at = next(place for place, stage in enumerate(stages) if self.stage.startswith(stage))
         counts = [self.plan.get(stage, 0) for stage in stages[at + 1 :]]
         rounds = self._rounds if self.stage.startswith(SELECTING) else 0.0
-        if STARTING in self.plan:
-            return rounds + TALLY.seconds / max(1, TALLY.episodes) * sum(counts)
-        # our games are played many at once, which takes little longer than a few
-        return rounds + TALLY.seconds / max(1, TALLY.batches) * sum(math.ceil(count / TOGETHER) for count in counts)
+        return rounds + TALLY.expect(self.world, *counts)
 
     def _line(self, label: str, stage: str, told: Progress | Underway) -> LiveLine:
         """The live line of a stage, a new one where another begins."""

@@ -259,7 +259,6 @@ class Selection:
     def __init__(self, asked: Extraction, agents: Sequence[int], running: Running) -> None:
         self.asked, self.agents, self.running = asked, list(agents), running
         settings, self.offered = asked.settings, 0
-        self._began = time.monotonic()
         self.underway(0.0, "playing")
         experts = asked.journal.arrays(EXPERT_STEP, self._experts)
         units = group_agents(asked.world, settings.selection_by, agents)
@@ -269,6 +268,7 @@ class Selection:
         self.fidelity: float | None = None
         self.growth: Mapping[str, float] = {}
         self._reference, self._since_gain = -np.inf, 0
+        self._since = time.monotonic()  # the last candidate
 
     def _experts(self) -> Arrays:
         asked = self.asked
@@ -302,7 +302,8 @@ class Selection:
         mine = dict(zip(self.agents, trees, strict=True))
         judged = [choice.offer([mine[agent] for agent in choice.agents]) for choice in self.choices]
         scores = [ratio for ratio in judged if ratio is not None]
-        over = bool(settings.max_seconds) and time.monotonic() - self._began >= settings.max_seconds
+        over = self.asked.is_over(sum(choice.race for choice in self.choices), since=self._since)
+        self._since = time.monotonic()
         if not scores:
             return over
         ratios, widths = zip(*(choice.ratio for choice in self.choices), strict=True)

@@ -205,7 +205,7 @@ class Settings:
     held_out: int | None = None  # episodes that each measured line-up plays; None: as the world says
     patience: int = 10  # stop after so many iterations without a gain above the interval
     enough: float = 0.0  # stop at this ratio to the expert; 0: never
-    max_seconds: float = 0.0  # of rounds; then there is no refinement either; 0: no limit
+    max_seconds: float = 0.0  # of all stages, as far as their pace tells; 0: no limit
     agent: str = ""  # VIPER's: the one agent that becomes a tree
     undo: str = ""  # which accidents of the preset `released` are left out, joined by +
     seed: int = 0

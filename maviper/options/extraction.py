@@ -98,7 +98,7 @@ class ExtractOptions(TypedDict, total=False):
         ),
     ]
     max_seconds: Annotated[
-        float, Option(0.0, EPISODES, "Stop learning after so many seconds; what is measured comes on top; 0: no limit.")
+        float, Option(0.0, EPISODES, "Stop learning in time to be done after so many seconds; 0: no limit.")
     ]
     selection: Annotated[
         Word, Option(None, TUNING, "How a round is chosen (default: the preset's).", "uniform|return|race")

@@ -2,14 +2,17 @@
 
     python -m tests.benchmarks.doorway [--rounds 3] [--json]
     python -m tests.benchmarks.doorway --seeds 10 [--json]
+    python -m tests.benchmarks.doorway --left [--json]
 
 Two robots meet at a doorway: a PettingZoo environment as a researcher writes it, and networks of NumPy. `maviper
 extract` and the forty lines (`dagger`) play as many episodes, held-out ones included, each in a process of its own,
 in turns. All that either spends counts, from the start of Python on. With `--seeds`, what their trees reach is compared
-over so many seeds, in TESTED episodes that neither has seen.
+over so many seeds, in TESTED episodes that neither has seen. With `--left`, the share of an extraction's time that is
+still to come when its clock first says that nothing is left; of this environment, and of a game of ours.
 """
 
 import sys
+import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -190,12 +193,46 @@ def compare_quality(seeds):
     yield figure("return of extract less that of the forty lines", ours_mean - theirs_mean, 0, 0, better="higher")
 
 
+def after_nothing_left(*given, **options):
+    """The share of the time of `extract` after its line first says "0 s left", but for the second in which it may."""
+    import maviper
+    from maviper.console import LiveLine
+
+    told, show = [], LiveLine.show
+
+    def note(self, done, text, left):
+        if left is not None and left < 0.5:
+            told.append(time.monotonic())
+        show(self, done, text, left)
+
+    LiveLine.show = note
+    try:
+        began = time.monotonic()
+        maviper.extract(*given, progress=lambda *_: None, **options)
+        ended = time.monotonic()
+    finally:
+        LiveLine.show = show
+    return max(0.0, ended - told[0] - 1) / (ended - began) if told else 0.0
+
+
+def compare_clocks():
+    """The figures of the clock."""
+    mine = after_nothing_left(f"{HERE}:act", world=f"{HERE}:make", max_depth=DEPTH, max_episodes=EPISODES)
+    yield figure("share of the time after '0 s left', doorway", mine, 0)
+    ours = after_nothing_left("physical-deception", max_episodes=1_000)
+    yield figure("share of the time after '0 s left', physical-deception", ours, 0)
+
+
 def main():
     parser = reader(__doc__)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seeds", type=int, default=0, help="compare what trees reach, over so many seeds")
     parser.add_argument("--forty", action="store_true", help="run the forty lines once")
+    parser.add_argument("--left", action="store_true", help="how long it goes on after nothing is left")
     options = parser.parse_args()
+    if options.left:
+        tell(compare_clocks(), options.json)
+        return
     if options.forty:
         _, reached, expert = dagger(make(), act, EPISODES, DEPTH, ROUNDS, HELD_OUT)
         print(f"trees {reached:.3f}, expert {expert:.3f}")

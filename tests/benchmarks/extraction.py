@@ -6,7 +6,8 @@ Whole protocol: every iteration of the paper's 100 x 50 rollouts, selection over
 the default preset and without its refinement, which is ours (its seconds stand beside). By default a tenth of it (10
 iterations, named so); --full runs all of it, on deception, navigation (depth 6) and predator-prey. Then exact against
 histogram splits on the same data, interleaved; then time per agent, sample and non-constant feature over N in
-navigation, with the scripted expert and measured Q, and whole commands beside it. --sizes: these alone.
+navigation, with the scripted expert and measured Q, and whole commands beside it. --sizes: these alone. --growth:
+joint growth alone, by every threshold, by histograms and by scikit-learn's fits of the same points, in turns.
 """
 
 import resource
@@ -41,28 +42,36 @@ def one_run(name, depth, iterations, refinement=0):
     return time.perf_counter() - started
 
 
-def growth(splits, rounds):
-    """CPU seconds of a joint growth of deception's teams on 25,000 points, by way of searching splits, interleaved."""
+def growth(rounds, episodes=1_000, depth=4):
+    """CPU seconds of a joint growth of deception's teams on so many episodes' points, interleaved: by either way of
+    searching splits, and by scikit-learn, which fits each agent alone.
+    """
     from maviper.episodes.play import play, points
     from maviper.experts import network
     from maviper.experts.expert import labels
     from maviper.extraction.dataset import Dataset
     from maviper.extraction.growth.growing import Growth
+    from maviper.extraction.growth.joint import cart
     from maviper.extraction.settings import Settings
 
     expert, world = network.load("physical-deception")
-    episodes = play(world, [expert] * 3, world.start_from_seeds(range(1_000)))
-    observations, state = points(episodes)
+    met = play(world, [expert] * 3, world.start_from_seeds(range(episodes)))
+    observations, state = points(met)
     wanted = labels(expert, observations, state)
     data = Dataset(observations, wanted, np.ones(wanted.shape), np.ones(wanted.shape, bool))
     ones = [np.ones(len(wanted), dtype=np.int64)] * 3
 
     def grow(way):
-        growing = Growth(world, Settings.of({"splits": way}))
+        growing = Growth(world, Settings.of({"splits": way, "max_depth": depth}))
         for team in ([0], [1, 2]):
             growing.team(team, data, ones, [0, 0, 0], len(team) - 1)
 
-    return interleave({way: partial(grow, way) for way in splits}, rounds)
+    def fit():
+        for agent in range(3):
+            cart(observations[agent], wanted[:, agent], ones[agent], depth, 0)
+
+    ways = {"exact": partial(grow, "exact"), "histogram": partial(grow, "histogram"), "scikit-learn": fit}
+    return {way: np.array(took) for way, took in interleave(ways, rounds).items()}
 
 
 def by_size(n):
@@ -94,8 +103,15 @@ def main() -> None:
     parser = reader(__doc__)
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--sizes", action="store_true")
+    parser.add_argument("--growth", action="store_true")
     options = parser.parse_args()
-    tell(sizes() if options.sizes else [*protocols(options.full), *sizes()], options.json)
+    if options.sizes:
+        figures = sizes()
+    elif options.growth:
+        figures = joint_growth(3)
+    else:
+        figures = [*protocols(options.full), *sizes()]
+    tell(figures, options.json)
 
 
 def protocols(full):
@@ -111,11 +127,17 @@ def protocols(full):
     figures.append(figure(f"the default's refinement by {REFINEMENT:,} episodes per team, deception, s", refined))
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20
     figures.append(figure("peak memory of these runs, GB", peak, 1.5, 0.5))
-    found = growth(("exact", "histogram"), 5 if full else 2)
-    ratios = np.array(found["histogram"]) / np.array(found["exact"])
-    figures.append(
-        figure("histogram over exact splits, CPU time of a joint growth, 25,000 points", float(np.median(ratios)))
-    )
+    return [*figures, *joint_growth(5 if full else 2)]
+
+
+def joint_growth(rounds):
+    """The figures of joint growth alone, medians over rounds: every threshold, histograms, scikit-learn's fits."""
+    figures = []
+    for episodes, depth in ((400, 4), (1_600, 4), (1_600, 6)):
+        took, told = growth(rounds, episodes, depth), f"{25 * episodes:,} points, depth {depth}"
+        for one, other, *targets in (("exact", "scikit-learn", 3, 1.5), ("histogram", "exact", None, None)):
+            ratio = float(np.median(took[one] / took[other]))
+            figures.append(figure(f"joint growth, {one} over {other}, {told}, CPU", ratio, *targets))
     return figures
 
 

@@ -1,8 +1,10 @@
 """Extraction: the paper's formulas written out slowly, joint growth, rounding, repeatability."""
 
 import functools
+import math
+import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise, product
 from types import SimpleNamespace
 from typing import Any
@@ -18,7 +20,7 @@ from codegen.lowering.deploy import deploy_tree
 from codegen.profiles import check
 from maviper.episodes import measures, trees
 from maviper.episodes.measures import Mean
-from maviper.episodes.play import Policies, play, points, tree_policies
+from maviper.episodes.play import Policies, Tally, play, points, tree_policies
 from maviper.episodes.trees import ON_POLICY_EPISODES
 from maviper.evaluation.held_out import EVALUATION_EPISODES, Counting, read_measure
 from maviper.experts import network
@@ -26,7 +28,7 @@ from maviper.experts.expert import AS_GIVEN, labels
 from maviper.experts.scripted import Scripted, build_script
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import resample
-from maviper.extraction.extraction import Running, joint_ratio
+from maviper.extraction.extraction import Extraction, Running, joint_ratio
 from maviper.extraction.growth import joint
 from maviper.extraction.growth.weights import maviper_weights
 from maviper.extraction.journal import Underway
@@ -400,13 +402,17 @@ def test_an_extraction_stops_when_its_trees_are_good_enough(enough, stopped):
     """By the lower end of the best one's interval, whatever a choice says of stopping."""
     selection = Selection.__new__(Selection)
     settings = Settings(enough=enough, patience=9)
-    selection.asked, selection.agents, selection.growth = SimpleNamespace(settings=settings), [0], {}
+    selection.asked, selection.agents, selection.growth = (
+        SimpleNamespace(settings=settings, is_over=lambda race, since: False),
+        [0],
+        {},
+    )
     selection.running, selection.offered, selection.fidelity = Running(), 0, None
-    selection._reference, selection._since_gain = -np.inf, 0
+    selection._reference, selection._since_gain, selection._since = -np.inf, 0, 0.0
     ratios = [(0.75, 0.05), (0.88, 0.1), (0.86, 0.05), (0.8, 0.05), (0.9, 0.01)]
     leaf = ir.GrownTree(*(np.array([value]) for value in (ir.NO_FEATURE, 0.0, ir.NO_CHILD, ir.NO_CHILD, 0)))
     for ratio in ratios:
-        choice = SimpleNamespace(agents=[0], ratio=ratio, stops=False, found={}, candidates=[[leaf]], best=0)
+        choice = SimpleNamespace(agents=[0], ratio=ratio, stops=False, found={}, candidates=[[leaf]], best=0, race=0)
         choice.offer = lambda trees, reached=ratio[0]: reached
         selection.choices = [choice]
         if selection.offer([leaf]):
@@ -424,6 +430,17 @@ def test_an_extraction_ends_with_its_best_trees_when_the_time_is_over():
     assert told["stopped_after"] == 1 and told["max_seconds"] == 1e-9 and not told.get("refinement_spent")
     assert "1e-09 s are over (--max-seconds)" in explain_stop({"patience": 9, **told})
     assert "--max-seconds" not in explain_stop({"patience": 9})
+
+
+@pytest.mark.parametrize(("seconds", "further", "over"), [(100, (), False), (80, (), True), (100, (400,), True)])
+def test_the_time_that_measuring_takes_is_part_of_the_limit(seconds, further, over, monkeypatch):
+    """3,000 held-out episodes in three batches, where the one that was played took 30 s; a race is one more."""
+    expert, world = network.load("physical-deception")
+    settings = Settings.of({"max_seconds": float(seconds)}, world)
+    monkeypatch.setattr("maviper.extraction.extraction.TALLY", Tally(50, 30.0, 1))
+    asked = Extraction(world, expert, settings, ends=time.monotonic() + seconds)
+    assert asked.is_over(*further, since=time.monotonic() - 50)  # as long again
+    assert asked.is_over(*further) is over and not replace(asked, ends=math.inf).is_over(10**9)
 
 
 def test_each_team_is_scored_against_the_others_experts(world, expert):

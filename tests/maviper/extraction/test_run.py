@@ -1,6 +1,7 @@
 """What an extraction shows while it runs: the plan, and the time left of all that is still to come."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
 
@@ -50,6 +51,9 @@ class Live:
         self.console.told.append((self.label, done, self.total, text, left))
 
 
+SLOW = SimpleNamespace(games=1)  # a world in which each episode takes as long
+
+
 @pytest.fixture
 def tally(monkeypatch):
     """Episodes of one second each."""
@@ -64,7 +68,7 @@ def step(done, part=WHOLE):
 
 def test_the_time_left_is_that_of_all_stages(tally):
     console = Lines()
-    with Stages(console, None, {"start": 4, SELECTING: 6, MEASURING: 8}) as stages:
+    with Stages(console, SLOW, None, {"start": 4, SELECTING: 6, MEASURING: 8}) as stages:
         stages.show(step(4))
         stages.underway(Underway(0, 6, "episodes of the race", SELECTING))
         tally.add(6, 6.0)
@@ -82,7 +86,7 @@ def test_the_time_left_is_that_of_all_stages(tally):
 
 def test_agents_that_are_extracted_one_by_one_are_named_and_counted_on(tally):
     console = Lines()
-    with Stages(console, None, {"start": 4}) as stages:
+    with Stages(console, SLOW, None, {"start": 4}) as stages:
         stages.show(step(4, Part(0, 2, "left")))
         stages.underway(Underway(0.5, 4, "weighing", part=Part(1, 2, "right")))
     (_, done, total, text, _), (_, later, whole, words, _) = console.told
