@@ -31,6 +31,7 @@ from tests.hunting import (
     sampling,
     stated,
 )
+from tests.hunting.planted import put
 from tests.hunting.record import Record
 from tests.support import summed
 from tests.support.giving import tamed
@@ -39,7 +40,8 @@ from verify.claims.formula import TRUE
 from verify.kinds import Kind
 from verify.result import Verdict
 from verify.solver.solve import decide
-from verify.systems.system import Affine
+from verify.systems import curves
+from verify.systems.system import Affine, Piece
 
 pytestmark = pytest.mark.solver
 
@@ -116,38 +118,21 @@ def test_what_was_mended_is_found_when_it_is_put_back(fault):
     assert hunt.KINDS[fault.kind](told.seed, True).wrong == []
 
 
-@pytest.mark.parametrize(
-    ("owner", "attribute", "wrong", "shows"),
-    [
-        (sampling.Episodes, "broken", lambda self, claim: True, "PROVED, and"),
-        (stated, "moved", lambda system, agents, state, number, errors: dict(state), "VIOLATED by"),
-    ],
-)
-def test_the_judge_of_systems_is_not_deaf(owner, attribute, wrong, shows, monkeypatch):
-    monkeypatch.setattr(owner, attribute, wrong)
-    told = (text for seed in range(12) for text in hunt.KINDS["systems"](seed, False).wrong)
-    assert any(text.startswith(shows) for text in told)
+SOON = [  # kind, within how many questions, fault and what is said first
+    *(pytest.param("files", 40, fault, "", id=name) for name, fault in planted.FILES.items()),
+    ("systems", 12, put(sampling.Episodes, "broken", lambda _: lambda self, claim: True), "PROVED, and"),
+    ("systems", 12, put(stated, "moved", lambda _: lambda system, agents, at, *_: dict(at)), "VIOLATED by"),
+    # as if no action moved anything, and as if no state lay in a piece
+    ("following", 30, put(Piece, "total", lambda _: lambda one, name, acts: one.move.get(name, Affine())), ""),
+    ("following", 30, put(curves, "_beyond", lambda _: lambda piece: TRUE), ""),
+]
 
 
-@pytest.mark.parametrize("fault", planted.FILES)
-def test_an_answer_that_depends_on_neighbours_is_noticed(fault, monkeypatch):
-    planted.FILES[fault](monkeypatch)
-    assert any(hunt.KINDS["files"](seed, False).wrong for seed in range(40))
-
-
-@pytest.mark.parametrize(
-    ("attribute", "wrong"),
-    [
-        (
-            "system.Piece.total",
-            lambda piece, name, actions: piece.move.get(name, Affine()),
-        ),  # as if no action moved anything
-        ("curves._beyond", lambda piece: TRUE),  # as if no state lay in a piece
-    ],
-)
-def test_wrong_next_values_are_found(attribute, wrong, monkeypatch):
-    monkeypatch.setattr(f"verify.systems.{attribute}", wrong)
-    assert any(hunt.KINDS["following"](seed, False).wrong for seed in range(30))
+@pytest.mark.parametrize(("kind", "within", "fault", "says"), SOON)
+def test_a_fault_in_files_systems_or_their_judge_is_noticed_soon(kind, within, fault, says, monkeypatch):
+    fault(monkeypatch)
+    told = (text for seed in range(within) for text in hunt.KINDS[kind](seed, False).wrong)
+    assert any(text.startswith(says) for text in told)
 
 
 @pytest.mark.parametrize(
