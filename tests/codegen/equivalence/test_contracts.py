@@ -129,14 +129,9 @@ def test_the_command_is_in_the_file():
     assert " ".join(frama_c(made.source, made.functions)) in made.files[made.source]
 
 
-def test_walks_have_no_contracts():
-    profile = blind({"a": tree((0, 0.5, 1, 2), 0, 1)})
+def test_walks_and_sums_have_no_contracts():
     with pytest.raises(InputError, match="nested and ordered") as caught:
-        contracts(profile, "walk")
+        contracts(blind({"a": tree((0, 0.5, 1, 2), 0, 1)}), "walk")
     assert "--style nested" in caught.value.next_step
-
-
-def test_sums_have_no_contracts():
-    profile = summed.profile(summed.policy(0, DOUBLE_SUMS))
     with pytest.raises(InputError, match="a contract in ACSL does not take sums"):
-        contracts(profile)
+        contracts(summed.profile(summed.policy(0, DOUBLE_SUMS)))

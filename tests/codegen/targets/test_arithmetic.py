@@ -137,28 +137,27 @@ void flushed(const float *rows, long n, int *actions, int *checks)
 FLUSHES = pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="sets the MXCSR of x86-64")
 
 
-@pytest.mark.compile
-@FLUSHES
-@pytest.mark.parametrize(("style", "holds"), [("nested", False), ("walk", False), ("ordered", True)])
-def test_the_ordered_style_alone_decides_alike_where_subnormals_are_flushed(style, holds, team, tmp_path):
-    policy = replace(team.agents[0], tree=_ladder([-(2.0**-149), 0.0, 2.0**-149, 2.0**-127, 2.0**-126]))
-    bits = np.array([0, 1, 2, 3, 2**22, 2**23 - 1, 2**23, 2**23 + 1], dtype=np.uint32)
-    rows = np.concatenate([bits, bits | 2**31]).view(np.float32)
-    assert (_flushed(replace(team, agents=(policy,)), style, rows, tmp_path) == _wanted(policy, rows)).all() == holds
+BITS = np.array([0, 1, 2, 3, 2**22, 2**23 - 1, 2**23, 2**23 + 1], dtype=np.uint32)
+SUBNORMAL = [-(2.0**-149), 0.0, 2.0**-149, 2.0**-127, 2.0**-126], np.concatenate([BITS, BITS | 2**31]).view(np.float32)
+NUMBERS = np.array([0.0, -0.0, 2.0**-126, -(2.0**-126), 0.5, -0.5, 1.0, np.inf, -np.inf, np.nan], dtype=np.float32)
+BELOW = [below_zero("float32"), 0.0, 0.5], NUMBERS
 
 
 @pytest.mark.compile
 @FLUSHES
-@pytest.mark.parametrize(("style", "holds"), [("nested", True), ("walk", False)])
-def test_below_zero_decides_zero_alike_where_subnormals_are_flushed(style, holds, team, tmp_path):
-    """The code says x < 0: compared with the last number below 0, which is flushed to it, a 0 would go left."""
-    policy = replace(team.agents[0], tree=_ladder([below_zero("float32"), 0.0, 0.5]))
-    rows = np.array([0.0, -0.0, 2.0**-126, -(2.0**-126), 0.5, -0.5, 1.0, np.inf, -np.inf, np.nan], dtype=np.float32)
-    assert (_flushed(replace(team, agents=(policy,)), style, rows, tmp_path) == _wanted(policy, rows)).all() == holds
-
-
-def _wanted(policy, rows):
-    return ir.act(policy, rows[:, None])
+@pytest.mark.parametrize(
+    ("asked", "style", "holds"),
+    [(SUBNORMAL, "nested", False), (SUBNORMAL, "walk", False), (SUBNORMAL, "ordered", True),
+     (BELOW, "nested", True), (BELOW, "walk", False)],
+)  # fmt: skip
+def test_what_decides_alike_where_subnormals_are_flushed(asked, style, holds, team, tmp_path):
+    """The style `ordered`. And nested code says x < 0: compared with the last number below 0, which is flushed to it, a
+    0 would go left.
+    """
+    thresholds, rows = asked
+    policy = replace(team.agents[0], tree=_ladder(thresholds))
+    flushed = _flushed(replace(team, agents=(policy,)), style, rows, tmp_path)
+    assert (flushed == ir.act(policy, rows[:, None])).all() == holds
 
 
 def _flushed(profile, style, rows, tmp_path):

@@ -123,24 +123,6 @@ def swapped_children(at):
     true[0], false[0] = false[0], true[0]
 
 
-FAULTS = {
-    "< for <=": lambda at: at["nodes_modes"].strings.__setitem__(0, b"BRANCH_LT"),
-    "a NaN goes left": lambda at: at["nodes_missing_value_tracks_true"].ints.__setitem__(0, 1),
-    "the next float": next_threshold,
-    "swapped children": swapped_children,
-    "another feature": lambda at: at["nodes_featureids"].ints.__setitem__(0, at["nodes_featureids"].ints[0] ^ 1),
-    "another label": lambda at: at["classlabels_int64s"].ints.__setitem__(1, 7),
-}
-
-
-@pytest.mark.parametrize("name", FAULTS)
-def test_planted_faults_are_caught(name, profile):
-    profile = with_tree(profile, tree((0, 0.1, 1, 2), 1, 2))
-    files = {file: planted(FAULTS[name])(content) for file, content in emit(profile, ["onnx-old"]).items()}
-    found = selfcheck.check_files(profile, files, random=FEW).agreements
-    assert len(found) == 6 and all(item.differences for item in found if item.target == "onnx-old")
-
-
 def tensor(at, name, value):
     """Another first number of a tensor."""
     values = onnx.numpy_helper.to_array(at[name].t).copy()
@@ -148,22 +130,31 @@ def tensor(at, name, value):
     at[name].t.CopyFrom(onnx.numpy_helper.from_array(values))
 
 
-NEW_FAULTS = {
-    "< for <=": lambda at: tensor(at, "nodes_modes", 1),
+IN_BOTH = {
     "a NaN goes left": lambda at: at["nodes_missing_value_tracks_true"].ints.__setitem__(0, 1),
-    "the next float": lambda at: tensor(at, "nodes_splits", np.nextafter(np.float32(0.1), np.float32(9))),
     "swapped children": swapped_children,
-    "another feature": FAULTS["another feature"],
-    "another leaf": lambda at: tensor(at, "leaf_weights", 4),
+    "another feature": lambda at: at["nodes_featureids"].ints.__setitem__(0, at["nodes_featureids"].ints[0] ^ 1),
 }
+FAULTS = {
+    "onnx-old": IN_BOTH | {
+        "< for <=": lambda at: at["nodes_modes"].strings.__setitem__(0, b"BRANCH_LT"),
+        "the next float": next_threshold,
+        "another label": lambda at: at["classlabels_int64s"].ints.__setitem__(1, 7),
+    },
+    "onnx": IN_BOTH | {
+        "< for <=": lambda at: tensor(at, "nodes_modes", 1),
+        "the next float": lambda at: tensor(at, "nodes_splits", np.nextafter(np.float32(0.1), np.float32(9))),
+        "another leaf": lambda at: tensor(at, "leaf_weights", 4),
+    },
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", NEW_FAULTS)
-def test_planted_faults_in_tree_ensembles_are_caught(name, profile):
+@pytest.mark.parametrize(("target", "name"), [(target, name) for target in FAULTS for name in FAULTS[target]])
+def test_planted_faults_are_caught(target, name, profile):
     profile = with_tree(profile, tree((0, 0.1, 1, 2), 1, 2))
-    files = {file: planted(NEW_FAULTS[name])(content) for file, content in emit(profile, ["onnx"]).items()}
+    files = {file: planted(FAULTS[target][name])(content) for file, content in emit(profile, [target]).items()}
     found = selfcheck.check_files(profile, files, random=FEW).agreements
-    assert len(found) == 6 and all(item.differences for item in found if item.target == "onnx")
+    assert len(found) == 6 and all(item.differences for item in found if item.target == target)
 
 
 def test_sums_have_the_bits_of_the_reference():
@@ -208,13 +199,9 @@ def test_missing_packages_are_said(profile, monkeypatch):
         readback.onnx_act(b"", "agent_0", np.zeros((1, 10), dtype=np.float32))
 
 
-def not_whole(at):
-    tensor(at, "leaf_weights", 0.5)
-
-
 REFUSED = {
-    "no whole number": not_whole,
-    "sends missing values to the left": NEW_FAULTS["a NaN goes left"],
+    "no whole number": lambda at: tensor(at, "leaf_weights", 0.5),
+    "sends missing values to the left": IN_BOTH["a NaN goes left"],
     "compares otherwise than by <= and <": lambda at: tensor(at, "nodes_modes", 2),
     "has no finite threshold": lambda at: tensor(at, "nodes_splits", np.inf),
     "several trees or targets": lambda at: at["tree_roots"].ints.append(0),
