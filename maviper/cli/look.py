@@ -84,7 +84,6 @@ def show(
     from codegen.errors import InputError
     from maviper.files import runs
     from maviper.files.profiles import load
-    from maviper.page.page import FILE
 
     loaded = load(profile, sums=True)
     if output is not None:
@@ -92,7 +91,7 @@ def show(
     if form == HTML:
         if (agent, obs, state) != (None, None, None):
             raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
-        console.give({"wrote": str(_write(loaded, output or Path(FILE), console, world))})
+        console.give({"wrote": str(_write(loaded, output or Path(USUAL[HTML]), console, world))})
         return ExitCode.DONE
     if world is not None:
         raise InputError("only a page records an episode of a world", "--world", "add --format html, or leave it out")
@@ -117,16 +116,15 @@ def play(console: "Console", profile: Path, world: str | None, certificate: Path
 
     It writes the page of `maviper show --format html`, and opens it. If no browser can be opened, it names the file.
     """
+    console.line("playing", str(profile))
     import webbrowser
 
     from maviper.files import runs
     from maviper.files.profiles import load
-    from maviper.page.page import FILE
 
     loaded = load(profile, sums=True)
-    file = runs.target(
-        runs.ensure_other(output or profile.parent / FILE, _list_given(profile, world, certificate)), FILE
-    )
+    page = runs.ensure_other(output or profile.parent / USUAL[HTML], _list_given(profile, world, certificate))
+    file = runs.target(page, USUAL[HTML])
     written = _write(loaded, file, console, world, certificate)
     if not webbrowser.open(written.resolve().as_uri()):
         console.line("", "no browser could be opened: open the file in one")

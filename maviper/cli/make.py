@@ -53,6 +53,7 @@ def extract(console: "Console", expert: str, output: Path, **options: Unpack[Ext
     often the claim fails before and after, which actions changed, and what the change costs in play. It also writes
     these figures to refit.json.
     """
+    console.line("extracting", expert)
     from maviper.extraction.run import extract_named, request
     from maviper.files.runs import PROFILE_FILE
 

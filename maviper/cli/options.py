@@ -105,12 +105,13 @@ class Verb(click.Command):
             yield from (self.settings[name], given)
 
     def _list_settings(self) -> None:
-        """Prints the name, range, default and text of each setting."""
+        """Prints the name, values, default and text of each setting."""
         known = {each.name: each for each in self.params if isinstance(each, click.Option)}
         for name in self.settings:
-            usual = known[name].default or "the algorithm's"
-            told = "" if "(default" in (known[name].help or "") else f" (default: {usual})"
-            click.echo(f"{name:<20}{known[name].metavar}\n    {known[name].help}{told}")
+            one = known[name]
+            usual = "the algorithm's" if one.default in (None, "") else one.default
+            told = "" if "(default" in (one.help or "") else f" (default: {usual})"
+            click.echo(f"{name:<20}{one.metavar or one.type.name.upper()}\n    {one.help}{told}")
 
     def _today(self, word: str) -> str:
         name, separator, value = word.partition("=")

@@ -74,6 +74,7 @@ def check(console: "Console", certificate: Path, profile: Path | None, against: 
     Exits with 0 if the proof holds, with 1 if it does not, and with 2 if the
     file cannot be read or is about another profile.
     """
+    console.line("checking", str(certificate))
     from maviper.verification.files.certificates import check_file
     from verify.spending import listening
 
@@ -108,6 +109,7 @@ def replay(console: "Console", counterexample: Path, profile: Path | None, world
 
     Exits with 1 if the claim fails there, and with 0 if it holds, as it should for a repaired profile.
     """
+    console.line("replaying", str(counterexample))
     from maviper.files.profiles import find_profile
     from maviper.verification.files.counterexamples import ensure_counterexample
     from maviper.verification.files.counterexamples import replay as replayed

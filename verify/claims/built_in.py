@@ -136,7 +136,7 @@ class Steady(Claim):
     """
 
     name = "steady"
-    words = "what the property named by `of` says"
+    words = "what the claim named by `of` says"
     eps: Number | None = None  #: in the features' units
     of: Claim = DistinctTargets()  #: about single decisions
 

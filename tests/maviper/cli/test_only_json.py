@@ -75,6 +75,7 @@ def test_every_command_is_asked():
 )
 def test_every_result_is_json_alone(asked, place, monkeypatch, capsys):
     monkeypatch.chdir(place)
+    monkeypatch.setattr("webbrowser.open", lambda _: True)
     assert main.run(asked.split()) in (0, 1, 3)
     assert json.loads(capsys.readouterr().out)
 
