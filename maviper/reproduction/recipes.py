@@ -173,7 +173,6 @@ class Place:
     preset: str = "paper"
     depth: int = 4
     measure: str = ""
-    leaves: int = 0
     splits: str = ""
 
     @property
@@ -195,13 +194,13 @@ class Finder:
         self._alike: dict[tuple[str | int, ...], list[Row]] = {}
         for row in results.rows:
             algorithm = "" if row.kind == CROSSPLAY else row.algorithm
-            key = row.kind, row.game, row.expert, row.preset, row.depth, row.leaves, algorithm
+            key = row.kind, row.game, row.expert, row.preset, row.depth, algorithm
             self._alike.setdefault(key, []).append(row)
 
     def rows(self, place: Place, algorithm: str, kind: str = EXTRACTION) -> dict[int, Row]:
         """Seed -> cell."""
         algorithm = "" if kind == CROSSPLAY else algorithm
-        key = kind, place.game, place.expert, place.preset, place.depth, place.leaves, algorithm
+        key = kind, place.game, place.expert, place.preset, place.depth, algorithm
         rows = self._alike.get(key, [])
         splits = place.splits or _commonest([row.splits for row in rows])
         return {row.seed: row for row in rows if row.splits == splits}
@@ -215,7 +214,7 @@ class Finder:
 
     def expert(self, place: Place, seed: int) -> str:
         """The cell in which the expert plays the episodes of a seed. KeyError where there is none."""
-        rows = self._alike.get((EXPERT, place.game, place.expert, "", 0, 0, ""), [])
+        rows = self._alike.get((EXPERT, place.game, place.expert, "", 0, ""), [])
         cells = [row.cell for row in rows if row.seed <= seed < row.seed + BLOCKS]
         if not cells:
             raise KeyError("no cell of the expert")
@@ -234,7 +233,7 @@ class Finder:
 
     def alone(self, place: Place) -> Source:
         """The expert's values in the episodes of the first ten seeds that there are, as one row."""
-        rows = self._alike.get((EXPERT, place.game, place.expert, "", 0, 0, ""), [])
+        rows = self._alike.get((EXPERT, place.game, place.expert, "", 0, ""), [])
         return self.experts(place, [min((row.seed for row in rows), default=0)])
 
     # --- statistics

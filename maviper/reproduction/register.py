@@ -39,7 +39,7 @@ STATISTICS = (INDIVIDUAL, JOINT, LESS_JOINT, ROBUSTNESS, EACH, SHARE_EACH, APART
 PLAYED = (INDIVIDUAL, JOINT, LESS_JOINT, ROBUSTNESS, EACH, SHARE_EACH)  # which a measure is needed for
 AGAINST, EXPERT = (ROBUSTNESS, EACH, SHARE_EACH), "expert"
 FIGURE = re.compile(r"\bfigure (\d+)")
-CHOICES = ("game", "preset", "depth", "leaves", "splits", "seed", "lineup", "measure", "expert")  # of cells
+CHOICES = ("game", "preset", "depth", "splits", "seed", "lineup", "measure", "expert")  # of cells
 
 
 class Published(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

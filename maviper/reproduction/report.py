@@ -150,7 +150,6 @@ def _plain(verdict: Verdict) -> dict[str, Any]:
     paper = {} if claim.published is None else {"number": claim.published.number, "place": claim.published.place}
     told = {name: getattr(claim, name) for name in names} | {"published": paper, "expert": verdict.expert}
     said = {"verdict": verdict.word, "reason": verdict.reason, "notes": list(verdict.notes)}
-    said |= {"by_return": verdict.by_return} if verdict.by_return else {}
     said |= {"by_depth": {str(depth): text for depth, text in verdict.by_depth.items()}}
     return {**told, **said, "comparisons": [_plain_comparison(each) for each in verdict.comparisons]}
 
@@ -290,11 +289,10 @@ def _encode_verdict(verdict: Verdict) -> dict[str, Any]:
 
 
 def _beside(verdict: Verdict) -> list[str]:
-    """The words of a claim depth by depth, where they say more than its own; those on prey by return."""
+    """The words of a claim depth by depth, where they say more than its own."""
     words = verdict.by_depth
     told = [f"by depth: {', '.join(f'{depth} {text}' for depth, text in words.items())}"]
     told = told if set(words.values()) - {verdict.word} else []
-    told += [f"by return: {verdict.by_return}"] if verdict.by_return else []
     first = register.read().repeats.get(verdict.claim.id)
     return [*told, f"not counted: the number is that of {first}"] if first else told
 

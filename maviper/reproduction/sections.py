@@ -134,7 +134,7 @@ def point_of(number: Number | None, x: float = 0.0) -> Point:
 def key(place: Place, *rest: str) -> str:
     """The name of a number."""
     where = [place.game, place.expert, place.preset, f"depth-{place.depth}"]
-    where += [f"leaves-{place.leaves}"] * bool(place.leaves) + [place.splits] * bool(place.splits)
+    where += [place.splits] * bool(place.splits)
     return "/".join([*rest, *where, *([place.measure] if place.measure else [])])
 
 
@@ -180,7 +180,7 @@ def _ratios(
     rows: list[list[str]] = []
     for measure in measures:
         series: dict[str, list[Point]] = {}
-        depths = context.book.results.list_values("depth", kind=EXTRACTION, game=place.game, leaves=0, preset="paper")
+        depths = context.book.results.list_values("depth", kind=EXTRACTION, game=place.game, preset="paper")
         for depth, algorithm in product(depths, COMPARED):
             here = Place(place.game, place.expert, depth=depth, measure=measure)
             ratio, row = ratio_row(context, statistic, here, algorithm, reward)

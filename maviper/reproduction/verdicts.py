@@ -10,8 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
-from msgspec import structs
-
 from maviper.reproduction import register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.cells.cell import EXPLOITABILITY as EXPLOITING
@@ -23,7 +21,6 @@ from maviper.worlds.world import RETURN
 AGREES, DIFFERS, NOT_DECIDED, NOT_COMPARABLE = "AGREES", "DIFFERS", "NOT DECIDED", "NOT COMPARABLE"
 WORDS = (AGREES, DIFFERS, NOT_DECIDED, NOT_COMPARABLE)
 UNTESTABLE = "UNTESTABLE"
-TOUCHED, REWARDED = "prey touches", "prey return"
 RATIOS = (register.INDIVIDUAL, register.JOINT, register.ROBUSTNESS, register.EACH)  # statistics that are ratios
 BETTER, WORSE, ALIKE, ABOVE, BELOW, OPEN = "better", "worse", "equal", "above", "below", "not decided"
 SUPPORTS = {
@@ -80,7 +77,6 @@ class Verdict:
     reason: str
     comparisons: tuple[Comparison, ...]
     notes: tuple[str, ...] = ()  # what a reader must know beside it, such as a weak expert
-    by_return: str = ""  # of a claim on prey: word and reason, judged by return, these claims being one family
 
     @property
     def run(self) -> tuple[Comparison, ...]:
@@ -106,28 +102,7 @@ class Verdict:
 
 
 def judge_claims(book: Book, known: Register, expert: str) -> list[Verdict]:
-    """The verdicts on all claims, with an expert of that label. Beside those on prey by touches stands what they would
-    be by return, since prey that leave the arena are touched less and pay for it.
-    """
-    verdicts = {verdict.claim.id: verdict for verdict in _judge_plain(book, known, expert)}
-    by_return = replace(known, claims=tuple(filter(None, map(_by_return, known.claims))))
-    for each in _judge_plain(book, by_return, expert):
-        if each.run:
-            told = f"{each.word}{f', {each.reason}' if each.reason else ''}"
-            verdicts[each.claim.id] = replace(verdicts[each.claim.id], by_return=told)
-    return list(verdicts.values())
-
-
-def _by_return(claim: Claim) -> Claim | None:
-    """A claim about prey by touches as one about their return; None for any other."""
-    if claim.list_values("measure") != [TOUCHED] or claim.test not in register.COMPARING:
-        return None
-    cells = {**claim.cells, "measure": REWARDED}
-    family = f"{register.FURTHER}{REWARDED}" if claim.family.startswith(register.FURTHER) else REWARDED
-    return structs.replace(claim, cells=cells, family=family, main=False, published=None)
-
-
-def _judge_plain(book: Book, known: Register, expert: str) -> list[Verdict]:
+    """The verdicts on all claims, with an expert of that label."""
     comparisons = {claim.id: list(_comparisons(book, claim, expert)) for claim in known.claims}
     for family in known.families:
         claims = [claim.id for claim in known.claims if claim.family == family]
@@ -182,14 +157,14 @@ def comparison(claim: Claim, label: str, number: Number | None) -> Comparison:
 def _places(claim: Claim, expert: str) -> Iterator[Place]:
     """The cells that a claim is about, up to algorithm and seed."""
     measures = claim.list_values("measure") or [""]
-    presets, leaves = claim.list_values("preset") or ["paper"], claim.list_values("leaves") or [0]
+    presets = claim.list_values("preset") or ["paper"]
     for game, measure in product(claim.list_values("game"), measures):
         world = game_of(game)
         labels = {each.label for each in world.measures} | {f"{team} {RETURN}" for team in world.teams}
         if measure and measure not in labels:
             continue
-        for depth, preset, budget in product(claim.list_values("depth") or [4], presets, leaves):
-            yield Place(game, expert, preset, depth, measure, budget, *claim.list_values("splits")[:1])
+        for depth, preset in product(claim.list_values("depth") or [4], presets):
+            yield Place(game, expert, preset, depth, measure, *claim.list_values("splits")[:1])
 
 
 def _numbers(finder: Finder, claim: Claim, place: Place, first: str, second: str) -> dict[str, list[Part]]:

@@ -14,8 +14,6 @@ from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_COMPARABLE, NOT_D
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import ABLATIONS, DECEPTION, FOUR, ORDERED, PREDATORS
 
-BY_TOUCHES = ("individual-prey", "joint-prey", "joint-prey-depth-2", "robust-prey")
-BY_TOUCHES += ("joint-prey-alike", "robust-prey-each", "robust-prey-bold")
 UNPLAYED = {"exploitability-defenders-depths", "exploitability-adversary-depths", "joint-fitted-q-exploring"}
 SIZES = {OPPOSITE, SMALLER, SAME_SIZE, SIZE_OPEN}
 SAME = dict.fromkeys((*FOUR, *ABLATIONS), 0.8)
@@ -91,12 +89,6 @@ def test_a_baseline_at_the_ceiling_makes_a_claim_untestable(tmp_path):
     verdict = found["joint-defenders"]
     assert verdict.word == DIFFERS and all(each.untestable for each in verdict.run)
     assert {each.size for each in verdict.run} == {SMALLER} and "3 UNTESTABLE" in verdict.by_depth[4]
-
-
-def test_prey_are_judged_by_return_beside_touches(ordered):
-    """In these tables both say the same; a claim about anything else has no such note."""
-    for name, verdict in ordered.items():
-        assert bool(verdict.by_return) == (name in BY_TOUCHES), name
 
 
 def test_bounds(ordered):
