@@ -28,7 +28,7 @@ from verify.certificates.proofs import encode_numbers
 from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import BoxList, Parts, StartBox, together
 from verify.checker.covers.images import BoxMotion
-from verify.checker.covers.invariants import FollowedMotion, InvariantSweep, RegionSweep, names_of, outside_of
+from verify.checker.covers.invariants import FollowedMotion, InvariantSweep, RegionSweep, names_of
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import WHOLE, Invariant, InvariantPart, InvariantRegion
 from verify.checker.systems.reading import Branch
@@ -326,7 +326,7 @@ class RegionSearch:
         for step in range(steps):
             boxes = motion.move_boxes(boxes) if step else boxes
             self.spent += boxes.size
-            outside = outside_of(sweep.regions, boxes)
+            outside = sweep.regions.outside(boxes)
             if outside.size:
                 at = self._claim.by + step
                 raise LeftError(bounds_of(motion, boxes), bounds_of(motion, outside), at, begins=True)
@@ -370,7 +370,7 @@ class RegionSearch:
         to = boxes
         if not sweep.motion.is_unstated(boxes).any():
             moved = sweep.motion.move_boxes(boxes)
-            outside = outside_of(sweep.regions, moved)
+            outside = sweep.regions.outside(moved)
             to = outside if outside.size else moved
         return LeftError(bounds_of(sweep.motion, boxes), bounds_of(sweep.motion, to if to.size else boxes))
 

@@ -24,7 +24,7 @@ from codegen.ir import Bool, Float64, Int64
 from verify.checker.covers.rounding import Factor, around, ceiling, floor, sum_down
 from verify.checker.reading import RejectedError
 from verify.claims.formula import Linear
-from verify.systems.system import HalfSpace, System
+from verify.systems.system import HalfSpace, Polytope, System
 
 MAX_CELL = 2.0**40  # of a cell's number along a variable
 MAX_BOXES = 4_000_000  # of one list
@@ -369,8 +369,8 @@ class LineCuts:
 class RegionCut:
     """A polytope, by the cuts of its half spaces and of their opposites."""
 
-    def __init__(self, inequalities: Sequence[Linear], columns: Mapping[str, int]) -> None:
-        self._sides = [(Cut(each, columns), Cut(opposite(each), columns)) for each in inequalities]
+    def __init__(self, region: Sequence[HalfSpace], columns: Mapping[str, int]) -> None:
+        self._sides = [(Cut(each, columns), Cut(opposite(each), columns)) for each in map(linear, region)]
         lines = [outside.line for _, outside in self._sides]
         self._single = None not in lines
         self._inside = LineCuts([inside.line for inside, _ in self._sides if inside.line], len(columns))
@@ -394,6 +394,33 @@ class RegionCut:
             outer_parts.append(outside.within(boxes))
             boxes = inside.within(boxes)
         return together(outer_parts)
+
+
+class Regions:
+    """Some polytopes, at least one."""
+
+    def __init__(self, regions: Sequence[Polytope], columns: Mapping[str, int]) -> None:
+        self._cuts = [RegionCut(region, columns) for region in regions]
+
+    def within(self, boxes: BoxList) -> BoxList:
+        """Boxes around the states that may lie in some of them."""
+        return together([region.within(boxes) for region in self._cuts])
+
+    def outside(self, boxes: BoxList) -> BoxList:
+        """Boxes around the states that may lie in none of them."""
+        for region in self._cuts:
+            boxes = region.outside(boxes)
+        return boxes
+
+
+MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
+
+
+def widths_of(given: Mapping[str, Fraction]) -> dict[str, float]:
+    """The widths of cells that a proof names. RejectedError for one out of range."""
+    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in given.values()):
+        raise RejectedError("a cell has a width out of range")
+    return {name: floor(width) for name, width in given.items()}
 
 
 MAX_PARTS = 1 << 20  # of the start
@@ -420,7 +447,7 @@ class Parts:
     def __init__(self, system: System, most: int = MAX_PARTS, at_once: int = AT_ONCE) -> None:
         self._system, self._most, self._at_once = system, most, at_once
         self._columns = {one.name: column for column, one in enumerate(system.variables)}
-        self._start = RegionCut(list(map(linear, system.start)), self._columns)
+        self._start = RegionCut(system.start, self._columns)
 
     def parts(self, cuts: Sequence[int]) -> Iterator[BoxList]:
         """The start as boxes, some parts at a time."""

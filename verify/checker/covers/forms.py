@@ -35,7 +35,7 @@ from verify.checker.covers.trees import choices_of
 from verify.checker.reading import RejectedError
 from verify.checker.systems.reading import goes_left
 from verify.claims.formula import FALSE, TRUE, Formula, Linear, Or
-from verify.systems.system import Affine, System
+from verify.systems.system import Affine, HalfSpace, System
 
 LOST = 2.0**-52
 _MORE = 1.0 + 2.0**-44  # widens a bound that was computed in a few roundings
@@ -276,8 +276,8 @@ def cut_of(inequality: Linear, columns: Mapping[str, int]) -> FormCut:
 class FormRegion:
     """A polytope, by the cuts of its half spaces and of their opposites."""
 
-    def __init__(self, inequalities: Sequence[Linear], columns: Mapping[str, int]) -> None:
-        self._sides = [(cut_of(each, columns), cut_of(opposite(each), columns)) for each in inequalities]
+    def __init__(self, region: Sequence[HalfSpace], columns: Mapping[str, int]) -> None:
+        self._sides = [(cut_of(each, columns), cut_of(opposite(each), columns)) for each in map(linear, region)]
 
     def within(self, forms: FormList) -> FormList:
         """Forms around the states that may lie in it."""

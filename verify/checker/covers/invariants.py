@@ -29,7 +29,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
-from fractions import Fraction
 from functools import partial
 from itertools import chain
 
@@ -37,9 +36,9 @@ import numpy as np
 
 from codegen.ir import Bool, Int64, PolicyProfile
 from verify.checker.certificate import numbers
-from verify.checker.covers.boxes import BoxList, Parts, RegionCut, Watch, alike_joined, cut, in_cells, linear, together
+from verify.checker.covers.boxes import BoxList, Parts, Regions, Watch, alike_joined, cut, in_cells, together, widths_of
 from verify.checker.covers.images import BoxMotion, StatedStates
-from verify.checker.covers.rounding import ensure_arithmetic, floor
+from verify.checker.covers.rounding import ensure_arithmetic
 from verify.checker.reading import RejectedError
 from verify.checker.systems.branch_proofs import close_branches, ensure_asked, needs_stated, ways
 from verify.checker.systems.proofs import FollowedPart, Invariant, InvariantPart, SystemCertificate
@@ -72,10 +71,10 @@ class FollowedMotion:
             StatedStates(system, claim),
         )
         self._first = claim.by
-        self._assumed = [RegionCut(list(map(linear, region)), self.columns) for region in claim.assuming]
+        self._assumed = Regions(claim.assuming, self.columns) if claim.assuming else None
         self.shows = find_shown_halves(claim, names)
-        asked = [[linear(half) for half in region if names_of(half) <= names] for region in claim.regions]
-        self._claimed = [RegionCut(each, self.columns) for each in asked] if self.shows else []
+        asked = [tuple(half for half in region if names_of(half) <= names) for region in claim.regions]
+        self._claimed = Regions(asked, self.columns) if self.shows else None
 
     def arriving(self, cuts: Sequence[int], widths: Mapping[str, float]) -> Iterator[BoxList]:
         """Boxes around all states at the claim's first step, some at a time. `cuts`: of the start; `widths`: of the
@@ -91,7 +90,7 @@ class FollowedMotion:
     def restrict_boxes(self, boxes: BoxList) -> BoxList:
         """Boxes around the states that the claim does not leave out, other variables being any number."""
         if self._assumed:
-            boxes = together([region.within(boxes) for region in self._assumed])
+            boxes = self._assumed.within(boxes)
         bounds = boxes.bounds.copy()
         bounds[:, self._others], bounds[:, boxes.variables + self._others] = -np.inf, -np.inf
         return boxes._replace(bounds=bounds)
@@ -109,11 +108,11 @@ class FollowedMotion:
 
     def meeting(self, boxes: BoxList) -> BoxList:
         """Boxes around the states that meet what these variables are to show."""
-        return together([region.within(boxes) for region in self._claimed]) if self._claimed else boxes
+        return self._claimed.within(boxes) if self._claimed else boxes
 
     def find_breaking(self, boxes: BoxList) -> BoxList:
         """Boxes around the states that may break what these variables are to show."""
-        return outside_of(self._claimed, boxes) if self._claimed else boxes.take(slice(0, 0))
+        return self._claimed.outside(boxes) if self._claimed else boxes.take(slice(0, 0))
 
     def is_unstated(self, boxes: BoxList) -> Bool:
         """Returns True for each box that may hold states of which nothing is stated."""
@@ -244,7 +243,7 @@ class RegionSweep:
     ) -> None:
         names = {name for region in regions for half in region for name in names_of(half)}
         self.motion = FollowedMotion(profile, system, claim, names)
-        self.regions = [RegionCut(list(map(linear, region)), self.motion.columns) for region in regions]
+        self.regions = Regions(regions, self.motion.columns)
         self._begun = [_start_in_region(system, region, names) for region in regions]
         self.parts = [Parts(begun) for begun in self._begun]
         self._all, self._names, self._steps = tuple(regions), names, steps
@@ -257,7 +256,7 @@ class RegionSweep:
             for boxes in arriving:
                 for step in range(max(self._steps, 1)):
                     boxes = self.motion.move_boxes(boxes) if step else boxes
-                    if outside_of(self.regions, boxes).size:
+                    if self.regions.outside(boxes).size:
                         raise RejectedError("the invariant does not hold all states at the first steps")
             asked = 0
             for parts, numbers in zip(self.parts, cuts, strict=True):
@@ -278,21 +277,14 @@ class RegionSweep:
             open_.append(boxes.part[unknown])
             boxes = self.motion.move_boxes(boxes.take(~unknown))
             if step < self._steps:
-                boxes = together([region.within(boxes) for region in self.regions])
-        return np.unique(np.concatenate([*open_, outside_of(self.regions, boxes).part]))
+                boxes = self.regions.within(boxes)
+        return np.unique(np.concatenate([*open_, self.regions.outside(boxes).part]))
 
     def one_step(self, number: int) -> tuple[System, SystemClaim, FollowedPart]:
         """A region as the start of a system, that one step of it ends in the regions, and what a proof of that is."""
         begun, claim = self._begun[number], SystemClaim(Pattern.STAYS_IN, self._all, 1)
         followed = tuple(one.name for one in begun.variables if one.name in self._names)
         return begun, claim, FollowedPart(followed, tuple(range(ways(claim) + needs_stated(claim, begun))), (), b"")
-
-
-def outside_of(regions: Sequence[RegionCut], boxes: BoxList) -> BoxList:
-    """Boxes around the states that may lie in none of some regions."""
-    for region in regions:
-        boxes = region.outside(boxes)
-    return boxes
 
 
 def _start_in_region(system: System, region: Polytope, names: set[str]) -> System:
@@ -332,9 +324,6 @@ def ensure_shown(claim: SystemClaim, parts: Sequence[frozenset[int]]) -> None:
         raise RejectedError("no part of the invariant shows some of the claim")
 
 
-MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
-
-
 def check_certificate(
     certificate: SystemCertificate, proof: Invariant, profile: PolicyProfile, system: System, watch: Watch | None = None
 ) -> int:
@@ -365,13 +354,11 @@ def _check_part(
 ) -> tuple[int, frozenset[int]]:
     """Checks a part; returns how many sets were asked about, and the half spaces that it shows. RejectedError."""
     modes = {one.name for one in system.variables if one.modes}
-    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in (*part.widths.values(), *part.joined.values())):
-        raise RejectedError("a cell has a width out of range")
+    widths, joined = widths_of(part.widths), widths_of(part.joined)
     if any(part.widths[name] != 1 for name in modes & set(part.widths)) or not 1 <= part.steps <= MAX_STEPS:
         raise RejectedError("cells of modes are 1 wide, and a part takes 1 to 8 steps")
     if bool(part.widths) == bool(part.regions) or bool(part.widths) != bool(part.cells):
         raise RejectedError("a part has either cells with their widths, or regions")
-    joined = {name: floor(width) for name, width in part.joined.items()}
     start = list(numbers(part.cuts))
     if part.regions:
         regions = [each.region for each in part.regions]
@@ -383,7 +370,7 @@ def _check_part(
         arriving = by_regions.motion.arriving(start, joined)
         closed = sum(close_branches(profile, *by_regions.one_step(number), walk) for number, walk in enumerate(walks))
         return by_regions.check(arriving, cuts) + closed, by_regions.motion.shows
-    sweep = InvariantSweep(profile, system, claim, {name: floor(width) for name, width in part.widths.items()})
+    sweep = InvariantSweep(profile, system, claim, widths)
     cells = read_cells(numbers(part.cells), len(part.widths))
     sweep.check(sweep.motion.arriving(start, joined), cells, part.steps, seen)
     return len(cells), sweep.motion.shows

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from typing import ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -28,10 +27,11 @@ from verify.checker.covers.boxes import (
     alike_joined,
     in_cells,
     linear,
+    widths_of,
 )
 from verify.checker.covers.forms import FormList, FormPieces, FormRegion, FormTree, cut_of, of_boxes, with_fewer_columns
 from verify.checker.covers.images import BoxMotion, StatedStates
-from verify.checker.covers.rounding import ensure_arithmetic, floor
+from verify.checker.covers.rounding import ensure_arithmetic
 from verify.checker.reading import RejectedError
 from verify.checker.systems.branch_proofs import ensure_asked
 from verify.checker.systems.proofs import Cover, SystemCertificate
@@ -187,7 +187,7 @@ class BoxSweep(CoverSweep[BoxList]):
         self.motion, self._watch, self._largest = BoxMotion(profile, system), watch, largest
 
     def _region(self, region: Polytope) -> RegionCut:
-        return RegionCut(list(map(linear, region)), self.columns)
+        return RegionCut(region, self.columns)
 
     def _begin(self, boxes: BoxList) -> BoxList:
         return boxes
@@ -226,7 +226,7 @@ class FormSweep(CoverSweep[FormList]):
         self._pieces = FormPieces(system, profile.agents)
 
     def _region(self, region: Polytope) -> FormRegion:
-        return FormRegion(list(map(linear, region)), self.columns)
+        return FormRegion(region, self.columns)
 
     def _begin(self, boxes: BoxList) -> FormList:
         forms = of_boxes(boxes)
@@ -250,9 +250,6 @@ class FormSweep(CoverSweep[FormList]):
         return with_fewer_columns(self._pieces.move_forms(sets), MAX_COLUMNS)
 
 
-MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
-
-
 def check_certificate(
     certificate: SystemCertificate, proof: Cover, profile: PolicyProfile, system: System, watch: Watch | None = None
 ) -> int:
@@ -268,8 +265,6 @@ def check_certificate(
     if claim.about_decisions:
         raise RejectedError("boxes show claims about episodes only")
     columns = {each.name: column for column, each in enumerate(system.variables)}
-    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in proof.cells.values()):
-        raise RejectedError("a cell has a width out of range")
-    widths = {columns[name]: floor(width) for name, width in proof.cells.items()}
+    widths = {columns[name]: width for name, width in widths_of(proof.cells).items()}
     sweep = BoxSweep(profile, system, claim, watch) if proof.sets == "boxes" else FormSweep(profile, system, claim)
     return sweep.run(list(numbers(proof.cuts)), widths)

@@ -21,7 +21,7 @@ from fractions import Fraction
 import numpy as np
 
 from codegen.ir import AgentPolicy, Bool
-from verify.checker.covers.boxes import BoxList, RegionCut, join_by_cell, linear, together
+from verify.checker.covers.boxes import BoxList, RegionCut, join_by_cell, together
 from verify.checker.covers.trees import TreeCuts
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import ensure_complete, ensure_starts, hull_of, is_mode_value, tests_of
@@ -42,11 +42,11 @@ class FlowCases:
                 ensure_starts(one, system.start)
             _ensure_stays(one, modes, system.flow)
         of = replace(system, pieces=tuple(case.piece for case in system.flow.cases))
-        self._cuts = [RegionCut(list(map(linear, tests_of(piece))), columns) for piece in of.pieces]
+        self._cuts = [RegionCut(tests_of(piece), columns) for piece in of.pieces]
         self._stated: RegionCut | None = None
         if self._cuts:
             ensure_complete(of, modes)
-            self._stated = RegionCut(list(map(linear, tests_of(Piece(hull_of(of), {})))), columns)
+            self._stated = RegionCut(tests_of(Piece(hull_of(of), {})), columns)
 
     def beyond(self, boxes: BoxList) -> Bool:
         """Returns True for each box that may hold states that no case holds; each box has its own number for a part."""

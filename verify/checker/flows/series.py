@@ -237,22 +237,16 @@ def _quotient(write: _Writing, read: Read, own: Own, number: Fraction, k: int) -
     return write.times(left, write.inverse(read[1][0]))
 
 
-def _sin(write: _Writing, read: Read, own: Own, number: Fraction, k: int) -> Known:
+def _wave(write: _Writing, read: Read, k: int, of_sine: bool) -> Known:
+    """sin or cos: each grows by the other, cos by its negative."""
+    sign = ONE if of_sine else -ONE
     inner, other = read
     if k:
-        return _from_rates(write, inner, other, k)
+        return write.scale(_from_rates(write, inner, other, k), sign)
     first = _first(inner)
     sine, cosine = write.tape.write("sin", first.value), write.tape.write("cos", first.value)
-    return Coefficient(sine, write.multiply_slopes(cosine, first))
-
-
-def _cos(write: _Writing, read: Read, own: Own, number: Fraction, k: int) -> Known:
-    inner, other = read
-    if k:
-        return write.scale(_from_rates(write, inner, other, k), -ONE)
-    first = _first(inner)
-    sine, cosine = write.tape.write("sin", first.value), write.tape.write("cos", first.value)
-    return Coefficient(cosine, write.multiply_slopes(write.tape.scale(sine, -ONE), first))
+    value, slope = (sine, cosine) if of_sine else (cosine, sine)
+    return Coefficient(value, write.multiply_slopes(write.tape.scale(slope, sign), first))
 
 
 def _exp(write: _Writing, read: Read, own: Own, number: Fraction, k: int) -> Known:
@@ -295,8 +289,8 @@ _NEXT: Mapping[str, Callable[[_Writing, Read, Own, Fraction, int], Known]] = {
     "product": _product,
     "square": _square,
     "quotient": _quotient,
-    "sin": _sin,
-    "cos": _cos,
+    "sin": lambda write, read, own, number, k: _wave(write, read, k, of_sine=True),
+    "cos": lambda write, read, own, number, k: _wave(write, read, k, of_sine=False),
     "exp": _exp,
     "sqrt": _sqrt,
 }

@@ -30,7 +30,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64, Int64, PolicyProfile
 from verify.checker.certificate import REMAKE, numbers
-from verify.checker.covers.boxes import BoxList, Parts, RegionCut, StartBox, cut, least_of_runs, linear, multipliers
+from verify.checker.covers.boxes import BoxList, Parts, Regions, StartBox, cut, least_of_runs, multipliers, widths_of
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
 from verify.checker.covers.trees import choices_of, split_by_trees
 from verify.checker.flows.intervals import Spans
@@ -104,7 +104,7 @@ class FlowSweep:
         names = [one.name for one in system.variables]
         self.columns = {name: column for column, name in enumerate(names)}
         self._trees = [LateTrees(system, policy, self.columns) for policy in profile.agents]
-        self._regions = [RegionCut(list(map(linear, region)), self.columns) for region in claim.regions]
+        self._regions = Regions(claim.regions, self.columns)
         self._start = Parts(system, MAX_PARTS, AT_ONCE)
         self._flow, self._pace = system.flow, pace_of(system.flow)
         self._flows = [pace_flow(each) for each in system.flow.each]
@@ -256,7 +256,7 @@ class FlowSweep:
         avoided, broken = self._claim.says.avoided, np.zeros(len(boxes.low), dtype=np.bool_)
         if avoided or period >= self._claim.by:
             numbered = BoxList.of(boxes.low, boxes.high, np.arange(len(broken)), np.zeros_like(broken, dtype=np.int64))
-            broken[(self._in_some(numbered) if avoided else self._beyond(numbered)).part] = True
+            broken[(self._regions.within(numbered) if avoided else self._regions.outside(numbered)).part] = True
         return broken
 
     def _drop_broken(self, sets: SetList, broken: Bool, when: str) -> SetList:
@@ -264,28 +264,19 @@ class FlowSweep:
         where = "in" if self._claim.says.avoided else "out of"
         return self._drop_bad(sets, broken, f"{when} a state may be {where} the region")
 
-    def _beyond(self, boxes: BoxList) -> BoxList:
-        for region in self._regions:
-            boxes = region.outside(boxes)
-        return boxes
-
-    def _in_some(self, boxes: BoxList) -> BoxList:
-        lists = [region.within(boxes) for region in self._regions]
-        return BoxList(*(np.concatenate(column) for column in zip(*lists, strict=True)))
-
     def _outside(self, sets: SetList) -> SetList:
         """Narrows the sets to what may not lie in the regions."""
-        return sets.narrow_to(self._beyond(sets.numbered))
+        return sets.narrow_to(self._regions.outside(sets.numbered))
 
     # --- single boxes, [1, variables]
 
     def surely_outside(self, box: Spans) -> bool:
         """Returns True if no state of a box lies in a region."""
-        return self._in_some(_as_list(box)).size == 0
+        return self._regions.within(_as_list(box)).size == 0
 
     def surely_inside(self, box: Spans) -> bool:
         """Returns True if every state of a box lies in a region."""
-        return self._beyond(_as_list(box)).size == 0
+        return self._regions.outside(_as_list(box)).size == 0
 
     def only_action(self, box: Spans, way: int = 0) -> int | None:
         """The joint action in all states of a box, where all observations are late in one way; None where there are
@@ -459,7 +450,6 @@ def _hash_cells(parts: BoxList, widths: Mapping[int, float]) -> tuple[BoxList, I
     return parts, cells @ multipliers(cells.shape[1])
 
 
-MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
 MAX_ORDER, MAX_STEPS = 30, 1_000
 MAX_LEVELS, MAX_EVERY = 20, 1 << 20
 
@@ -484,11 +474,10 @@ def check_certificate(
         raise RejectedError("sets of a flow show claims about continuous time only")
     if not 1 <= proof.order <= MAX_ORDER or not 1 <= proof.steps <= MAX_STEPS:
         raise RejectedError(f"the order is not from 1 to {MAX_ORDER}, or the steps are not from 1 to {MAX_STEPS}")
-    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in proof.cells.values()):
-        raise RejectedError("a cell has a width out of range")
+    named = widths_of(proof.cells)
     sweep = FlowSweep(profile, system, certificate.claim)
     sweep.sampled = watch
-    widths = {sweep.columns[name]: floor(width) for name, width in proof.cells.items()}
+    widths = {sweep.columns[name]: width for name, width in named.items()}
     cuts, every, levels = list(numbers(proof.cuts)), proof.joined_every, proof.levels
     plan = Plan(cuts, proof.order, proof.steps, widths, every, levels)
     if levels == 0 and every == 1:

@@ -18,7 +18,7 @@ from tests.verify.reach import random_modes, random_systems
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
-from verify.checker.covers import invariants
+from verify.checker.covers import boxes, invariants
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Invariant, InvariantPart, InvariantRegion, from_json
 from verify.reach.unbounded import InvariantSearch
@@ -261,7 +261,7 @@ FAULTS = [
     (invariants.FollowedMotion, "find_breaking", lambda f: lambda self, boxes: boxes.take(slice(0, 0))),
     (invariants.FollowedMotion, "arriving", lambda f: lambda self, *given: iter(())),
     (invariants.FollowedMotion, "is_unstated", lambda f: lambda self, boxes: np.zeros(boxes.size, dtype=np.bool_)),
-    (invariants, "outside_of", lambda f: lambda regions, boxes: boxes.take(slice(0, 0))),
+    (boxes.Regions, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
     (invariants, "_ensure_closed", lambda f: lambda system, followed: None),
     (invariants, "ensure_shown", lambda f: lambda claim, parts: None),
     (invariants.FollowedMotion, "restrict_boxes", lambda f: lambda self, boxes: f(self, boxes.take(slice(0, 1)))),

@@ -9,6 +9,7 @@ import pytest
 
 from tests.support.flows import CASES, NEAR, case, coefficients, outside, starts_of, trajectories, watched
 from tests.support.system_cases import box
+from verify.checker.covers.boxes import Regions
 from verify.checker.flows import intervals, series, steps, sweep
 from verify.checker.flows.intervals import Spans
 from verify.checker.flows.series import StepPrograms
@@ -146,8 +147,8 @@ FAULTS = {
         lambda: not _holds_extremes(),
     ),
     "claims at samples only": (FlowSweep, "_may_break", lambda self, sets, **_: np.zeros(sets.size, np.bool_), between),
-    "nothing beyond a region": (FlowSweep, "_beyond", lambda self, boxes: boxes.take(slice(0, 0)), narrow),
-    "nothing in a region": (FlowSweep, "_in_some", lambda self, boxes: boxes.take(slice(0, 0)), forbidden),
+    "nothing beyond a region": (Regions, "outside", lambda self, boxes: boxes.take(slice(0, 0)), narrow),
+    "nothing in a region": (Regions, "within", lambda self, boxes: boxes.take(slice(0, 0)), forbidden),
     "what never gets there": (FlowSweep, "_leave", lambda *_: None, never),
     "another action": (FlowSweep, "_of_joint", lambda self, joint: OF_JOINT(self, 0), lambda: escapes("pendulum")),
     "sums rounded to nearest": (
