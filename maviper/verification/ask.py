@@ -7,8 +7,7 @@ Does not: decide or print, or read formulas (verify/claims/written.py).
 """
 
 import shlex
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import partial
@@ -16,7 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, cast
 
 from codegen import ir
-from codegen.errors import InputError, PartlyReadError, UnknownNameError
+from codegen.errors import InputError, PartlyReadError
 from codegen.ir import Meaning, PolicyProfile
 from maviper.claims import Claim as BuiltIn
 from maviper.claims import complete_parameters, name_of
@@ -27,8 +26,9 @@ from maviper.options import VerifyOptions as Options
 from verify.checker.thresholds import sides
 from verify.claims import parameters
 from verify.claims.calls import spell_call, write_call
-from verify.claims.catalogue import ZONES, Claim, check_zones, find_claim, names_reading, readable
-from verify.claims.claim import Parameter
+from verify.claims.catalogue import MAX_ZONES, Claim, find_claim
+from verify.claims.claim import Parameter, check_range
+from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.files import Reading, Stated, read_claim, read_properties
 from verify.claims.formula import Formula
 from verify.claims.observed import View
@@ -88,11 +88,6 @@ OF_SYSTEMS = table_of(SystemOptions)  # options that claims about stated systems
 MAX_CELLS = 1_000_000  # a cell takes about 2 KB
 
 
-def option_of(parameter: str) -> str:
-    """The option by which a user gives a parameter of a claim."""
-    return f"--{parameter}"
-
-
 @dataclass(frozen=True)
 class VerifyOptions:
     """The question about a profile, as options; None: as usual."""
@@ -144,8 +139,7 @@ class VerifyOptions:
         if not 0 < self.units < 2**32:
             raise InputError("the solver units must be between 1 and 2**32", "--set solver_units", "leave it out")
         if self.max_zones is not None:
-            with with_option_names():
-                check_zones(self.max_zones)
+            check_range("--set max_zones", self.max_zones, MAX_ZONES, 1)
         if self.max_cells is not None and not self.where:
             raise InputError("--set max_cells has no effect without --where", "--set max_cells", "add --where")
         if self.max_cells is not None and not 0 < self.max_cells <= MAX_CELLS:
@@ -178,7 +172,6 @@ class VerifyOptions:
             "names": "claim",
             "world": "system",
             "file": "claims",
-            "parameters": next(iter(self.parameters), ""),
         }
         return {
             name: f"--set {name}" if name in VERIFY_SETTINGS else "--" + called.get(name, name).replace("_", "-")
@@ -304,9 +297,8 @@ def pose_claims(
     for written in options.claims:
         posed.append(Posed(*read_claim(written, about, "--claim", named, region, reading), by_file=False))
     names = options.names or (() if posed else (DEFAULT if viewed is None else DEFAULT_OBSERVED,))
-    for name, given in zip(names, _match_parameters(names, options), strict=True):
-        with with_option_names():
-            claim = find_claim(name, about, options.team, **given)
+    for name in names:
+        claim = find_claim(name, about, options.team, **options.parameters)
         posed.append(Posed(claim, region, None, by_file=False))
     return posed
 
@@ -343,17 +335,6 @@ def number(value: Fraction | float | str | None, parameter: str) -> Fraction | N
     return exact(value if isinstance(value, str) else repr(value), parameter)
 
 
-@contextmanager
-def with_option_names() -> Generator[None]:
-    """Errors about a parameter name the option that it came from."""
-    try:
-        yield
-    except InputError as error:
-        known = (*parameters.NAMES, ZONES)
-        error.where = option_of(error.where) if error.where in known else error.where
-        raise
-
-
 def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
     """InputError for options that a claim cannot follow, or that none of them reads."""
     fixed = [claim for claim in claims if options.semantics not in claim.arithmetics]
@@ -367,34 +348,12 @@ def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
             raise InputError(what, "--set solver_units", "leave it out")
         if options.smt is not None:
             what = "none of these claims gives a query to the solver"
-            raise InputError(what, "--smt", f"{', '.join(names_reading(ZONES))} are decided by zones")
+            raise InputError(what, "--smt", f"{', '.join(EPISODE_CLAIMS)} are decided by zones")
     if "max_zones" not in read and options.max_zones is not None:
         raise InputError("none of these claims is decided by zones", "--set max_zones", "leave it out")
     if "max_cells" not in read and options.where:
-        what = f"--where is about single decisions; {', '.join(names_reading(ZONES))} are about episodes"
+        what = f"--where is about single decisions; {', '.join(EPISODE_CLAIMS)} are about episodes"
         raise InputError(what, "--where", "leave it out: the report has the share of sampled starts that fail")
-
-
-def _match_parameters(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]:
-    """For each property the parameters that a user gave and that it reads. InputError for one that none reads."""
-    given = options.parameters
-    if options.team is not None and not names:
-        raise InputError("--team does not apply to claims that are written", "--team", "write team=NAME into the claim")
-    by_property: list[dict[str, Any]] = []
-    used = set[str]()
-    for name in names:
-        try:
-            read = readable(name, given.get("of") or "")
-        except UnknownNameError:  # which is left to those who know where the name was given
-            read = tuple(given)
-        by_property.append({key: value for key, value in given.items() if key in read})
-        used |= set(by_property[-1])
-    for key in given:
-        if key not in used:
-            has = [f"{name} has {', '.join(readable(name)) or 'none'}" for name in names]
-            what = f"none of these claims has the parameter {key}"
-            raise InputError(what, option_of(key), "; ".join([*has, f"{key} is of {', '.join(names_reading(key))}"]))
-    return by_property
 
 
 def from_file(
@@ -456,9 +415,8 @@ def _line(words: Sequence[str], question: Question[Claim]) -> str:
 
 def list_calls(options: VerifyOptions) -> list[str]:
     """The built-in claims of options as calls, each with the parameters that it reads."""
-    team = {} if options.team is None else {"team": options.team}
-    named = zip(options.names, _match_parameters(options.names, options), strict=True)
-    return [*options.claims, *(spell_call(name, team | given) for name, given in named)]
+    said = {**({} if options.team is None else {"team": options.team}), **options.parameters}
+    return [*options.claims, *(spell_call(name, said) for name in options.names)]
 
 
 def format_parameter(value: Parameter) -> str:

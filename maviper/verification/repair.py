@@ -30,7 +30,7 @@ from maviper.evaluation.run import MAX_EPISODES
 from maviper.files import outputs, runs
 from maviper.files.profiles import find_region
 from maviper.options import RepairOptions, make_request, table_of
-from maviper.verification.ask import command, number, with_option_names
+from maviper.verification.ask import command, number
 from maviper.verification.diff import collect_states
 from maviper.verification.run import certificate_files, digests, report_files, verify_claims
 from maviper.worlds import ParticleWorld
@@ -125,8 +125,7 @@ def repair_profile(
     ensure_places(before.world, chain.from_iterable(policy.features for policy in before.agents), UNREPAIRED)
     region = find_region(region_name, before)
     given = {name: getattr(asked, name) for name in PARAMETERS if getattr(asked, name) is not None}
-    with with_option_names():
-        claim = find_property(name_of(claimed), before, asked.team, **given)
+    claim = find_property(name_of(claimed), before, asked.team, **given)
     if Path(region_name).name == runs.PROFILE_FILE or outputs.is_named(Path(region_name).name, outputs.REPAIR):
         raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
     world, question = matching_places(before), Question(Game(before), claim, region, budgets=Budgets(option=""))

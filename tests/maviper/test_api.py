@@ -97,7 +97,7 @@ def test_verify_takes_parameters(profile, tmp_path):
     assert maviper.verify(profile, solver_units=5).verdict in (Verdict.UNKNOWN, Verdict.VIOLATED)
     with pytest.raises(UnknownNameError, match="distinct_target"):
         maviper.verify(profile, "distinct_target")
-    with pytest.raises(InputError, match="none of these claims has the parameter steps"):
+    with pytest.raises(InputError, match="distinct_targets has no parameter steps"):
         maviper.verify(profile, steps=3)
     with pytest.raises(InputError, match="no effect without where"):
         maviper.verify(profile, max_cells=7)

@@ -162,11 +162,6 @@ def readable(name: str, of: str = "") -> tuple[str, ...]:
     return (*kind.parameters(), ZONES) if issubclass(kind, OfEpisodes) else kind.parameters()
 
 
-def names_reading(parameter: str) -> list[str]:
-    """The claims with which a parameter may be given."""
-    return [name for name in NAMES if parameter in readable(name)]
-
-
 def in_general(name: str) -> str:
     """A named claim in words, without values."""
     words = _declared(name).words

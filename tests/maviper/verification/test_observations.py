@@ -225,7 +225,6 @@ def test_two_agents_agree_where_they_see_the_same(shared, code, tmp_path, capsys
         (["--claim", "ignores(agent=a, feature=spin, actions=[up])"], "unknown action 'up'"),
         (["--claim", "reaches"], "landmark|episodes"),
         (["--claim", "distinct_targets"], "landmark for each agent"),
-        (["--feature", "spin", "--claim", "alive_leaves"], "has the parameter feature"),
     ],
 )
 def test_bad_input_is_told(arguments, said, tmp_path, capsys):
