@@ -377,7 +377,8 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     own |= {name: f"({value})" for name, value in names.items()}
     parts = [*(f"#include <{each}.h>" for each in dict.fromkeys((*headers, *HEADERS))), BEGIN]
     named = c_ast.Decl | c_ast.Typedef | c_ast.Enumerator
-    declared = {part.name for each in nodes for part in walk(each) if isinstance(part, named)} - {None}
+    inner = [part for each in nodes for part in walk(each)]
+    declared = {part.name for part in inner if isinstance(part, named)} - {None}
     parts += [f"#undef {name}" for name in sorted({*declared, *own})]  # also those within functions: MAX_INPUT
     parts += [f"#define {name} {means}" for name, means in own.items()]
     for node in nodes:
@@ -387,7 +388,7 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     doors = ", ".join(f"{BEFORE}door_{at}" for at in range(len(asked)))
     parts.append(f"int (*{BEFORE}doors[])(const double *, int) = {{{doors}}};")
     known = {*names, *enumerators, *(each.name for each in outside if _is_scalar(each))}
-    fixed = (each for node in nodes for each in walk(node) if isinstance(each, COMPUTED) and _is_fixed(each, known))
+    fixed = (each for each in inner if isinstance(each, COMPUTED) and _is_fixed(each, known))
     numbers, literals = dict.fromkeys([*names, *sorted(enumerators)]), dict[str, None]()
     for each in fixed:  # a compiler takes long over thousands of calls
         plain = isinstance(each, c_ast.Constant) or (
@@ -441,7 +442,7 @@ def _is_fixed(node: Any, known: set[str]) -> bool:
     return bool(parts) and all(_is_fixed(each, known) for each in parts)
 
 
-LARGE = 300  # statements of a part
+LARGE = 1_000  # statements of a part
 
 
 def _split_function(node: Any) -> list[Any]:

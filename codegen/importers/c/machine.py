@@ -11,7 +11,7 @@ Does not: compute (arithmetic.py), choose functions (source.py), call what the f
 # pyright: basic
 # pycparser's nodes have no declared attributes
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, TypeAlias
 
@@ -40,13 +40,12 @@ def text_of(node: Any) -> str:
     return escape_text(" ".join(c_generator.CGenerator().visit(node).split()))[:MAX_SHOWN]
 
 
-def walk(node: Any) -> Iterator[Any]:
+def walk(node: Any) -> list[Any]:
     """A node and all below it."""
-    open_ = [node]
-    while open_:
-        each = open_.pop()
-        yield each
-        open_ += each
+    nodes = [node]
+    for each in nodes:
+        nodes += each
+    return nodes
 
 
 def items_of(switch: Any) -> list[Any]:

@@ -18,14 +18,16 @@ import operator
 import os
 import sys
 from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 MAX_PARTS = 1 << 12  # of an answer
 MAX_TEXT = 1 << 14
 MAX_NUMBERS = 1 << 15  # of a source
 MAX_BITS = 1 << 10
+SOME = 1 << 8  # rows at a time: of more, Python looks for garbage among them
 HARMLESS = ("object", "code", "compile", "exec", "sys", "builtins", "cpython", "marshal", "time")  # events
 FOUND = 77  # the exit status of a source that reached out
 OPERATORS = {
@@ -33,6 +35,16 @@ OPERATORS = {
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.USub: operator.neg, ast.UAdd: operator.pos,
     ast.Pow: lambda one, other: one**other if abs(other) < MAX_BITS else None,
 }  # fmt: skip
+
+
+FOLDED = (ast.Name, ast.BinOp, ast.UnaryOp, ast.Call)
+
+
+class Raised(NamedTuple):
+    """An error in place of an answer."""
+
+    error: str
+    text: str
 
 
 class Names(dict):
@@ -130,7 +142,7 @@ def _keep_number(value: Any, numbers: dict[Any, None]) -> None:
 def _fold_node(node: ast.AST, known: dict[int, Any], space: dict[str, Any]) -> Any:
     """The number that an expression of constants gives; None for all others."""
     value: Any
-    if not isinstance(node, ast.Name | ast.BinOp | ast.UnaryOp | ast.Call):
+    if type(node) not in FOLDED:
         return None
     parts = [known.get(id(each)) for each in ast.iter_child_nodes(node) if isinstance(each, ast.expr)]
     try:
@@ -167,6 +179,8 @@ def encode_answer(value: Any, depth: int = 0) -> Any:
         return value
     if kind is str and len(value) <= MAX_TEXT:
         return value
+    if kind is Raised:
+        return {"raised": value.error, "said": value.text}
     if isinstance(value, ENUM) and depth < 3:
         return {"member": value._name_, "value": encode_answer(value._value_, depth + 1)}
     if kind.__module__ == "numpy" and hasattr(value, "tolist"):
@@ -185,8 +199,7 @@ def make_value(shape: Any, row: Any) -> Any:
 
 def ask_rows(entry: Any, asked: dict[str, Any], rows: Any) -> tuple[list[Any], list[int]]:
     """The answers that are different, and the place of each row's among them."""
-    given, named, places = asked["given"], asked["named"], dict[Any, int]()
-    said, row_places = list[Any](), list[int]()
+    given, named, answers = asked["given"], asked["named"], list[Any]()
 
     def call_entry(row: Any) -> Any:
         parts = {name: make_value(each, row) for name, each in named.items()}
@@ -195,35 +208,26 @@ def ask_rows(entry: Any, asked: dict[str, Any], rows: Any) -> tuple[list[Any], l
     call = entry if given == ["row"] and not named else call_entry
     for row in rows:
         try:
-            shown = call(row)
-            kind = type(shown)
-            if kind is int or kind is str or kind is bool:
-                key: Any = (kind, shown)
-            else:
-                key = json.dumps(encode_answer(shown))
+            answers.append(call(row))
         except Exception as error:
-            shown = error
-            key = json.dumps({"raised": type(error).__name__, "said": str(error)[:200]})
-        place = places.get(key)
-        if place is None:
-            place = places[key] = len(said)
-            said.append(encode_answer(shown) if isinstance(key, tuple) else json.loads(key))
-        row_places.append(place)
-    return said, row_places
+            answers.append(Raised(type(error).__name__, str(error)[:200]))
+    kinds = {*map(type, answers)}
+    plain = kinds <= {int, str} or kinds == {bool}  # most are: no text is made of each
+    texts = answers if plain else [json.dumps(encode_answer(each)) for each in answers]
+    places = {text: place for place, text in enumerate(dict.fromkeys(texts))}
+    return [encode_answer(each) if plain else json.loads(each) for each in places], [places[each] for each in texts]
 
 
 def answer_form(entry: Any, asked: dict[str, Any], form: str, content: bytes) -> tuple[list[Any], list[int]]:
     """The answers to observations as lists of Python's floats, or as arrays."""
-    width = asked["width"]
-    if form == "floats":
-        numbers = memoryview(content).cast("d").tolist() if content else []
-        starts = range(0, asked["rows"] * width, width) if width else [0] * asked["rows"]
-        return ask_rows(entry, asked, (numbers[at : at + width] for at in starts))  # one list at a time
     import numpy as np
 
-    matrix = np.frombuffer(content, np.float64).reshape(asked["rows"], width).astype(form)
+    matrix = np.frombuffer(content, np.float64).reshape(asked["rows"], asked["width"])
+    if form == "floats":
+        parts = (matrix[at : at + SOME].tolist() for at in range(0, len(matrix), SOME))  # all at once would be large
+        return ask_rows(entry, asked, chain.from_iterable(parts))
     with np.errstate(all="ignore"):
-        return ask_rows(entry, asked, matrix)
+        return ask_rows(entry, asked, matrix.astype(form))
 
 
 def main() -> None:
@@ -241,17 +245,16 @@ def main() -> None:
     sys.path.append(str(Path(__file__).parent))
     sys.path.append(asked["library"])
     content = asked["source"].encode("latin-1")
-    if asked["forms"] != ["floats"] or b"numpy" in content:
-        import_module("numpy")  # before the gate, which asks what attributes its arrays have
+    import_module("numpy")  # before the gate, which asks what attributes its arrays have
     gate = import_module("gate")
     try:
-        tree, imports = gate.gate_source(content, asked["entry"], asked["method"])
+        tree, imports, nodes = gate.gate_source(content, asked["entry"], asked["method"])
         space = build_namespace(imports, gate)
         code = compile(tree, "source", "exec", dont_inherit=True)
         watch_process()
         exec(code, space)
         entry = find_entry(space, asked)
-        say({"numbers": collect_numbers(gate.walk_nodes(tree), space)})
+        say({"numbers": collect_numbers(nodes, space)})
     except SyntaxError as error:
         return say({"refused": error.msg, "line": error.lineno or 0})
     except (RecursionError, MemoryError, ValueError) as error:

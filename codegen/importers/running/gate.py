@@ -66,6 +66,8 @@ BINDING: dict[type[ast.AST], str] = {  # the field that gives a name something
     ast.MatchMapping: "rest",
 }  # fmt: skip
 NAMED: dict[type[ast.AST], str] = {**BINDING, ast.Name: "id", ast.keyword: "arg"}
+Imports = dict[str, tuple[str, str]]  # name -> module and member, or ""
+CLEANED = (ast.stmt, ast.mod, ast.match_case, ast.arg)
 COMPUTED = (ast.Lambda, ast.NamedExpr, ast.GeneratorExp, ast.ListComp, ast.DictComp, ast.SetComp)  # no default
 
 
@@ -74,13 +76,12 @@ def _refuse(node: ast.AST, what: str) -> SyntaxError:
     return SyntaxError(what, ("source", getattr(node, "lineno", 0), 0, ""))
 
 
-def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Module, dict[str, tuple[str, str]]]:
-    """Lists what a source needs for `entry`, a name of the file, and its imports: name -> module and member, or "".
-
-    `method`: of the entry, which is what decides. SyntaxError for all that is not on the lists.
+def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Module, Imports, list[ast.AST]]:
+    """Lists what a source needs for `entry`, a name of the file (`method`: of it, what decides): tree, imports, nodes.
+    SyntaxError for all that is not on the lists.
     """
     tree = ast.parse(text)
-    imports, used, nodes = dict[str, tuple[str, str]](), {method}, walk_nodes(tree)
+    imports, used, nodes = Imports(), {method}, walk_nodes(tree)
     for node in nodes:
         if type(node) is ast.Attribute:
             used.add(node.attr)
@@ -88,13 +89,13 @@ def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Mo
             held = (node.module or "", each.name) if isinstance(node, ast.ImportFrom) else (each.name, "")
             if imports.setdefault(each.asname or each.name, held) != held:
                 raise _refuse(node, f"{each.asname or each.name} is imported twice")
-    for node in nodes:
+    for node in (each for each in nodes if isinstance(each, CLEANED)):
         _clean_node(node, used)
     imports, nodes = {name: held for name, held in imports.items() if _is_member(*held)}, _reach_entry(tree, entry)
     bound = NAMES.union(("__name__",), imports, _bind_names(nodes))
     for node in nodes:
         _check_node(node, bound, imports)
-    return tree, imports
+    return tree, imports, nodes
 
 
 def walk_nodes(node: ast.AST) -> list[ast.AST]:
@@ -116,13 +117,12 @@ def _is_member(module: str, member: str) -> bool:
 
 def _clean_node(node: ast.AST, used: set[str]) -> None:
     """Removes imports, docstrings, annotations, the main block, and methods that nothing names."""
-    if isinstance(node, (ast.stmt, ast.mod, ast.match_case)):
-        for field in {"body", "orelse"}.intersection(node._fields):
-            block: list[ast.stmt] = getattr(node, field)
-            kept = [part for each in block for part in _clean_statement(each, node, used)]
-            if field == "body" and not kept and not isinstance(node, ast.Module):
-                kept = [ast.copy_location(ast.Pass(), block[0])]
-            setattr(node, field, kept)
+    for field in {"body", "orelse"}.intersection(node._fields):
+        block: list[ast.stmt] = getattr(node, field)
+        kept = [part for each in block for part in _clean_statement(each, node, used)]
+        if field == "body" and not kept and not isinstance(node, ast.Module):
+            kept = [ast.copy_location(ast.Pass(), block[0])]
+        setattr(node, field, kept)
     if type(node) in (ast.arg, ast.FunctionDef):
         setattr(node, "annotation" if isinstance(node, ast.arg) else "returns", None)
 
@@ -170,7 +170,7 @@ def _bind_names(nodes: list[ast.AST]) -> Iterator[str]:
             yield getattr(node, BINDING[type(node)])
 
 
-def _check_node(node: ast.AST, bound: frozenset[str], imports: dict[str, tuple[str, str]]) -> None:
+def _check_node(node: ast.AST, bound: frozenset[str], imports: Imports) -> None:
     """SyntaxError for a node that is not on the lists."""
     kind = type(node)
     if kind not in NODES:

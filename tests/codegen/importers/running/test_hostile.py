@@ -141,6 +141,6 @@ def test_what_reaches_out_is_on_no_list(name):
 
 
 def test_what_passes_has_only_nodes_of_the_list():
-    tree, _ = gate.gate_source("import os\ndef act(x: int) -> int:\n    'says'\n    return x\n", "act")
+    tree, *_ = gate.gate_source("import os\ndef act(x: int) -> int:\n    'says'\n    return x\n", "act")
     assert not any(isinstance(node, ast.Import) for node in ast.walk(tree))
     assert ast.unparse(tree) == "def act(x):\n    return x"
