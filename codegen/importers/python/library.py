@@ -18,6 +18,7 @@ import enum
 import math
 import operator
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial, reduce
 from typing import Any
@@ -44,6 +45,7 @@ from codegen.importers.symbolic.affine import CUT_BEFORE, CUTTING, IN_ORDER
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test, at_most
 
 MAX_BITS = 1 << 12
+LARGEST = float(np.finfo(np.float64).max)
 OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow, ast.LShift: operator.lshift,
@@ -114,7 +116,7 @@ def _join_features(m: Any, kind: type[ast.operator], left: Feature, right: Featu
     if m.counts(left) and m.counts(right):
         return binary(m, kind, left, m.whole(right))
     if kind is ast.Mult and left.key == right.key:
-        return convert_feature(m, left).then(Step("square", lambda value: value * value, FOLDING))
+        return compute(m, left, Step("square", lambda value: value * value, FOLDING))
     if kind not in (ast.Add, ast.Sub):
         word = {ast.Mult: "product", ast.Div: "quotient"}.get(kind, "combination")
         raise Refused(f"the {word} of two features is computed", SEVERAL.format(word))
@@ -165,7 +167,9 @@ def _of_feature(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
     operate, sign = OPERATIONS[kind], FORMS.get(kind)
     apply = partial(operate, number) if turned else lambda value: operate(value, number)
     form = ("c-" if kind is ast.Sub and turned else sign, number) if sign else None
-    return feature.then(Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense, form=form))
+    return compute(
+        m, feature, Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense, form=form)
+    )
 
 
 def step_of(kind: str) -> tuple[Step, ...]:
@@ -176,6 +180,17 @@ def step_of(kind: str) -> tuple[Step, ...]:
 def convert_feature(m: Any, feature: Feature) -> Feature:
     """The feature as the scalar that Python computes with."""
     return feature if feature.steps else feature.then(*step_of(m.kind))
+
+
+def compute(m: Any, feature: Feature, step: Step) -> Feature:
+    """The feature behind a step. InputError where that fails for large numbers, as NumPy does for whole ones."""
+    after = convert_feature(m, feature).then(step)
+    with suppress(OverflowError, TypeError):
+        kinds = {type(after.value(each)) for each in (1.0, LARGEST, -LARGEST)}
+        if step.sense != FOLDING or len(kinds) == 1:  # np.abs makes int64 of some whole numbers
+            return after
+    advice = "cut the feature first, np.clip(x, -1000, 1000); of whole numbers take Python's own min, max and abs"
+    raise Refused("this fails where the feature is large", advice)
 
 
 def unary(m: Any, kind: type[ast.unaryop], value: Any) -> Any:
@@ -329,7 +344,7 @@ def _call_step(name: str, m: Any, given: Given, named: Named) -> Any:
         if name == "numpy.abs":
             _refuse_whole(m, given[0])
         m.finite |= name in WHOLE
-        return convert_feature(m, given[0]).then(Step(name, apply, sense))
+        return compute(m, given[0], Step(name, apply, sense))
     if name == "numpy.float32":
         raise Refused("a constant is made a number of float32", "write the number itself")
     if named or not all(is_number(each) or (isinstance(each, str) and len(each) < 400) for each in given):
@@ -365,7 +380,7 @@ def _join_pair(m: Any, function: Any, one: Any, other: Any) -> Any:
     keeps = first and function in (max, min)  # of equal ones Python's give the first; NumPy's depend on the processor
     apply = (lambda value: function(value, number)) if first else partial(function, number)
     key = f"{function.__name__}{first:d}{type(number).__name__}{number!r}"
-    return convert_feature(m, feature).then(Step(key, apply, form=(kind, number, keeps)))
+    return compute(m, feature, Step(key, apply, form=(kind, number, keeps)))
 
 
 def _clip(m: Any, given: Given, named: Named) -> Any:
@@ -380,7 +395,7 @@ def _clip(m: Any, given: Given, named: Named) -> Any:
     _refuse_whole(m, value)
     key = f"clip{','.join(f'{type(end).__name__}{end!r}' for end in ends)}"
     step = Step(key, lambda given: np.clip(given, *ends), form=("clip", tuple(ends), True))
-    return convert_feature(m, value).then(step)
+    return compute(m, value, step)
 
 
 # --- lists and arrays
