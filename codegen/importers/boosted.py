@@ -23,7 +23,7 @@ from codegen.importers.nodes import Leaf, Split, Tree, json_of, origin_of, origi
 from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Origin
 from codegen.importers.reading import MAX_VALUES
 from codegen.importers.symbolic.affine import Terms
-from codegen.importers.symbolic.program import Described
+from codegen.importers.symbolic.paths import Described
 from codegen.ir import CONSTANT
 
 XGBOOST, LIGHTGBM, TREELITE = "XGBoost", "LightGBM", "treelite"

@@ -45,7 +45,7 @@ KINDS = (
     Kind("if/else C", (".c", ".ino", ".cpp", ".hpp", ".cc", ".h"), None, "c.source", "from_c", 3),
     Kind("XGBoost", (".json",), re.compile(rb'"gradient_booster"\s*:'), "boosted", "from_xgboost"),
     Kind("treelite", (".json",), re.compile(rb'"leaf_vector_shape"\s*:'), "boosted", "from_treelite"),
-    Kind("dtControl", (".json",), re.compile(rb'"actual_label"\s*:'), "documents", "from_dtcontrol", 3),
+    Kind("dtControl", (".json",), re.compile(rb'"actual_label"\s*:'), "nodes", "from_dtcontrol", 3),
     Kind("LightGBM", (".txt",), re.compile(rb"\Atree\r?\nversion="), "boosted", "from_lightgbm"),
 )
 

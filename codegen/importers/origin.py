@@ -30,7 +30,7 @@ from codegen.importers.reading import NOTHING as NOTHING
 from codegen.importers.reading import SINGLES as SINGLES
 from codegen.importers.reading import Origin as Origin
 from codegen.importers.reading import Said as Said
-from codegen.importers.symbolic.program import renumber
+from codegen.importers.symbolic.paths import renumber
 from codegen.ir import CONSTANT, MAX_LENGTH
 from codegen.lowering.deploy import Given, deploy_tree, with_given
 from codegen.lowering.render import comment

@@ -27,7 +27,7 @@ from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.nodes import Leaf, Split, origin_of
 from codegen.importers.origin import Origin
-from codegen.importers.symbolic.program import Described, renumber
+from codegen.importers.symbolic.paths import Described, renumber
 from codegen.lowering.deploy import deploy_tree
 
 KIND, PROVED_BY = "our own C header", "a second reading of the file, and a proof of its structure"

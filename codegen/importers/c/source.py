@@ -27,8 +27,7 @@ from codegen.importers.c.library import PRINTING
 from codegen.importers.c.machine import ADVICE, Machine, collect_assigned, is_const, items_of, parameters_of, walk
 from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.symbolic.paths import OUTSIDE, Growth
-from codegen.importers.symbolic.program import Described, origin_of
+from codegen.importers.symbolic.paths import OUTSIDE, Described, Growth, origin_of
 
 KIND = "if/else C"
 ADJACENT = re.compile(r"(?<![\w#])([A-Za-z_]\w*)(?=[ \t\n]+[A-Za-z_])")

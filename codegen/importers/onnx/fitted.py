@@ -19,8 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from codegen.importers.reading import MAX_VALUES, Origin
-from codegen.importers.symbolic.paths import without
-from codegen.importers.symbolic.program import with_sums
+from codegen.importers.symbolic.paths import with_sums, without
 from codegen.ir import CONSTANT, NO_FEATURE, Bool, Float32, Floats, GrownTree
 from codegen.sums import DOUBLE_SUMS
 

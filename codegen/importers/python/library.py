@@ -187,7 +187,7 @@ def compute(m: Any, feature: Feature, step: Step) -> Feature:
     after = convert_feature(m, feature).then(step)
     with suppress(OverflowError, TypeError):
         kinds = {type(after.value(each)) for each in (1.0, LARGEST, -LARGEST)}
-        if step.sense != FOLDING or len(kinds) == 1:  # np.abs makes int64 of some whole numbers
+        if step.sense != FOLDING or not {int, np.int64} <= kinds:  # np.abs makes int64 of some whole numbers
             return after
     advice = "cut the feature first, np.clip(x, -1000, 1000); of whole numbers take Python's own min, max and abs"
     raise Refused("this fails where the feature is large", advice)

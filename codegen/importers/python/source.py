@@ -56,8 +56,7 @@ from codegen.importers.reading import FLOATS, MAX_FEATURES, NOTHING, Origin, Sai
 from codegen.importers.running.asking import PYTHON, Called, ensure_gated, run_source
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature
-from codegen.importers.symbolic.paths import STATE_ADVICE, Growth
-from codegen.importers.symbolic.program import Described, Value, origin_of, rounds
+from codegen.importers.symbolic.paths import STATE_ADVICE, Described, Growth, Value, origin_of, rounds
 from codegen.process import silence_warnings
 
 KIND = "if/else Python"

@@ -15,7 +15,7 @@ from typing import Any
 from codegen.errors import InputError, escape_text
 from codegen.importers.reading import MAX_FEATURES
 from codegen.importers.symbolic.feature import Step, Test
-from codegen.importers.symbolic.program import Described
+from codegen.importers.symbolic.paths import Described
 
 MAX_ITEMS = 1 << 16  # of a list, a text or a dictionary
 TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"

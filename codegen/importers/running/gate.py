@@ -92,9 +92,7 @@ def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Mo
     for node in (each for each in nodes if isinstance(each, CLEANED)):
         _clean_node(node, used)
     imports, nodes = {name: held for name, held in imports.items() if _is_member(*held)}, _reach_entry(tree, entry)
-    bound = NAMES.union(("__name__",), imports, _bind_names(nodes))
-    for node in nodes:
-        _check_node(node, bound, imports)
+    _check_nodes(nodes, NAMES.union(("__name__",), imports, _bind_names(nodes)), imports)
     return tree, imports, nodes
 
 
@@ -170,31 +168,32 @@ def _bind_names(nodes: list[ast.AST]) -> Iterator[str]:
             yield getattr(node, BINDING[type(node)])
 
 
-def _check_node(node: ast.AST, bound: frozenset[str], imports: Imports) -> None:
+def _check_nodes(nodes: list[ast.AST], bound: frozenset[str], imports: Imports) -> None:
     """SyntaxError for a node that is not on the lists."""
-    kind = type(node)
-    if kind not in NODES:
-        raise _refuse(node, f"{kind.__name__} is not among what is run")
-    name = (getattr(node, NAMED[kind]) if kind in NAMED else "") or ""
-    if name.startswith("__") and name not in (*OWN, "__name__"):
-        raise _refuse(node, f"the name {name}")
-    if kind is ast.Name and name not in bound:
-        raise _refuse(node, f"the name {name} is not defined in the file")
-    if isinstance(node, ast.Attribute):
-        module, member = imports.get(node.value.id, ("", "-")) if isinstance(node.value, ast.Name) else ("", "-")
-        known = node.attr in ATTRIBUTES or (node.attr not in BUILT_IN and not node.attr.startswith("__"))
-        if not (known if member else _is_member(module, node.attr)) and ast.unparse(node) != "super().__init__":
-            raise _refuse(node, f"the attribute {node.attr}")
-    if isinstance(node, ast.Constant) and type(node.value) not in CONSTANTS:
-        raise _refuse(node, f"a constant of the type {type(node.value).__name__}")
-    spec = node.format_spec if isinstance(node, ast.FormattedValue) else None
-    if isinstance(spec, ast.JoinedStr) and not all(isinstance(each, ast.Constant) for each in spec.values):
-        raise _refuse(node, "a format that is computed")
-    if isinstance(node, ast.ClassDef):
-        bases = {each.id for each in node.bases if isinstance(each, ast.Name)}
-        if node.keywords or bases & (NAMES - BASES):
-            raise _refuse(node, "a keyword or a base of a class")
-    if isinstance(node, ast.arguments):
-        for default in (*node.defaults, *filter(None, node.kw_defaults)):
-            if any(isinstance(each, COMPUTED) for each in ast.walk(default)):
-                raise _refuse(default, "a default that is computed")
+    for node in nodes:
+        kind = type(node)
+        if kind not in NODES:
+            raise _refuse(node, f"{kind.__name__} is not among what is run")
+        name = (getattr(node, NAMED[kind]) if kind in NAMED else "") or ""
+        if name.startswith("__") and name not in (*OWN, "__name__"):
+            raise _refuse(node, f"the name {name}")
+        if kind is ast.Name and name not in bound:
+            raise _refuse(node, f"the name {name} is not defined in the file")
+        if isinstance(node, ast.Attribute):
+            module, member = imports.get(node.value.id, ("", "-")) if isinstance(node.value, ast.Name) else ("", "-")
+            known = node.attr in ATTRIBUTES or (node.attr not in BUILT_IN and not node.attr.startswith("__"))
+            if not (known if member else _is_member(module, node.attr)) and ast.unparse(node) != "super().__init__":
+                raise _refuse(node, f"the attribute {node.attr}")
+        if isinstance(node, ast.Constant) and type(node.value) not in CONSTANTS:
+            raise _refuse(node, f"a constant of the type {type(node.value).__name__}")
+        spec = node.format_spec if isinstance(node, ast.FormattedValue) else None
+        if isinstance(spec, ast.JoinedStr) and not all(isinstance(each, ast.Constant) for each in spec.values):
+            raise _refuse(node, "a format that is computed")
+        if isinstance(node, ast.ClassDef):
+            bases = {each.id for each in node.bases if isinstance(each, ast.Name)}
+            if node.keywords or bases & (NAMES - BASES):
+                raise _refuse(node, "a keyword or a base of a class")
+        if isinstance(node, ast.arguments):
+            for default in (*node.defaults, *filter(None, node.kw_defaults)):
+                if any(isinstance(each, COMPUTED) for each in ast.walk(default)):
+                    raise _refuse(default, "a default that is computed")

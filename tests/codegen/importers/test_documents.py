@@ -14,7 +14,7 @@ from codegen.agreement.entries import same
 from codegen.errors import InputError
 from codegen.importers import replay
 from codegen.importers.boosted import from_treelite
-from codegen.importers.documents import from_dtcontrol
+from codegen.importers.nodes import from_dtcontrol
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
 from tests.codegen.importers.origins import asked, data, decided

@@ -12,7 +12,7 @@ from codegen.importers import nodes, replay
 from codegen.importers.boosted import from_lightgbm, from_xgboost
 from codegen.importers.nodes import Leaf, Split, Tree, origin_of, origin_of_sum
 from codegen.importers.origin import Names, profile_of
-from codegen.importers.symbolic.program import Described
+from codegen.importers.symbolic.paths import Described
 
 pytestmark = pytest.mark.interop
 LONG = [pytest.mark.nightly, pytest.mark.timeout(3_600)]

@@ -109,7 +109,7 @@ REFUSED = [
     ("import random\ndef act(x):\n    return x[0] > 0 and random.random() > 0.5\n", 3, "a random number is drawn"),
     ("import numpy as np\ndef act(x):\n    return np.isnan(x[0])\n", 3, "numpy.isnan is not known"),
     *(
-        (f"import numpy as np\ndef act(x):\n    if {each} > 3:\n        return 1\n    return 0\n", 3, f"is large: {each}")
+        (f"import numpy as np\ndef act(x):\n    return 1 if {each} > 3 else 0\n", 3, f"is large: {each}")
         for each in ("np.minimum(int(x[0]), -3)", "np.abs(int(x[0]))", "np.deg2rad(int(x[0]))", "int(x[0]) * 9 / 2")
     ),
     ("from enum import Enum\nclass M(Enum):\n    def _generate_next_value_(*a):\n        return 7\n    A = 1\n"
