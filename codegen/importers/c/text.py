@@ -27,11 +27,10 @@ STANDARD = frozenset(
 PREDEFINED = "__STDC__ 1", "__STDC_VERSION__ 201112L", "__attribute__(x)", "__inline inline", "__inline__ inline"
 MORE = "__restrict", "__restrict__", "__extension__", "__const const", "__volatile__ volatile"
 PLAIN = re.compile(r"\(?\s*(-?\s*(?:0[0-7]*|[1-9]\d{0,9}|0[xX][0-9a-fA-F]{1,8}))\s*\)?", re.ASCII)
-TRIGRAPH = re.compile(r"\?\?[=(/)'<!>-]")
+ODD = re.compile(r"\?\?[=(/)'<!>-]|\\\s+$")  # trigraphs; blanks behind the last backslash
 COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\'|//[^\n]*|/\*.*?(?:\*/|\Z)', re.DOTALL)
 DEFINED = re.compile(r"^[ \t]*#[ \t]*(?:define|undef)[ \t]+(\w+)(.*)$", re.MULTILINE)
 INCLUDED = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]*)"', re.MULTILINE)
-NAME = re.compile(r"[A-Za-z_]\w*")
 OF_STANDARD = re.compile(
     r"[A-Z]\w*_(?:MAX|MIN|WIDTH|BIT|DIG|EPSILON|RADIX|METHOD)|M_\w+|(?:FP|FE|EXIT|MATH)_\w+|NAN|EOF|NULL|true"
 )
@@ -80,7 +79,7 @@ def _clean(content: bytes, where: str) -> str:
     """The text without comments, and without backslashes at the ends of lines; each line begins where it did."""
     lines, open_ = list[str](), 0
     for at, line in enumerate(content.decode(errors="replace").replace("\r\n", "\n").split("\n")):
-        if TRIGRAPH.search(line) or not line.expandtabs().isprintable() or re.search(r"\\\s+$", line):
+        if ODD.search(line) or not line.expandtabs().isprintable():
             what = "a line has a trigraph, a letter that is not printed, or blanks after its last backslash"
             raise InputError(what, f"{where}, line {at + 1}", ADVICE)
         if open_:
@@ -125,16 +124,15 @@ def parse_number(body: str) -> int | None:
 
 def _hide_lines(lines: list[str], expanding: set[str]) -> str:
     """The lines, with a name in place of all those in a row that no directive or macro touches, for pcpp is slow."""
+    words = ("#", "__", "_Pragma", *sorted(expanding))
     shown, depth, first = list[str](), 0, 0  # of parentheses, behind the name of a macro; of the lines that are hidden
     for at, line in enumerate([*lines, ""]):
-        names = NAME.findall(line)
-        raw = depth or "#" in line or line.lstrip()[:1] == "(" or not line.strip()
-        raw = raw or not expanding.isdisjoint(names) or any("__" in each or each == "_Pragma" for each in names)
-        if raw:
-            shown += [f"hidden_lines_{first}_{at}_", *[""] * (at - first - 1)] if first < at else []
-            shown.append(line)
-            first = at + 1
-        for each in re.sub(r"\"[^\"]*\"|'[^']*'", "", line) if raw and "#" not in line else "":
+        if not depth and line.lstrip()[:1] not in ("", "(") and not any(each in line for each in words):
+            continue
+        shown += [f"hidden_lines_{first}_{at}_", *[""] * (at - first - 1)] if first < at else []
+        shown.append(line)
+        first = at + 1
+        for each in re.sub(r"\"[^\"]*\"|'[^']*'", "", line) if "#" not in line else "":
             depth = max(depth + (each == "(") - (each == ")"), 0)
     return "\n".join(shown[:-1])
 

@@ -73,7 +73,6 @@ REASONS = {
     **dict.fromkeys((ast.Global, ast.Nonlocal), ("something is kept between calls", STATE_ADVICE)),
     ast.Raise: ("an error is raised on a path that may be taken", "return an action there"),
 }
-MAKERS = ("__init__", "__post_init__")  # methods that set attributes of what they make
 METHODS: Mapping[type, tuple[str, ...]] = {
     list: ("index", "append"), tuple: ("index",), dict: ("get", "keys", "values", "items"),
 }  # fmt: skip
@@ -394,14 +393,10 @@ class Machine:
         self.line = node.lineno
         if isinstance(value, Part):
             return self._part_of(value, key)
-        cut = isinstance(key, slice)
-        if isinstance(value, enum.EnumType):
-            return value[self.whole(key)]
-        if not isinstance(value, list | tuple | dict | str | range) or (cut and isinstance(value, Array)):
+        if isinstance(key, slice):
+            raise Refused(f"a part of {words_of(value)} is taken", "write the part itself")
+        if not isinstance(value, list | tuple | dict | str | range):
             raise Refused(f"something is looked up in {words_of(value)}", "compute with each x[0] by itself")
-        if cut:
-            part: Any = value[key]
-            return part if isinstance(part, range) else self.keep_value(part)
         return value[self.key_of(key) if isinstance(value, dict) else self.whole(key)]
 
     def _part_of(self, part: Part, key: Any) -> Any:
@@ -457,8 +452,6 @@ class Machine:
             return self.apply(called, given, named)
         if isinstance(called, Class):
             return self.make_object(called, given, named)
-        if isinstance(called, enum.EnumType) and len(given) == 1 and not named:
-            return called(self.whole(given[0]))
         if isinstance(called, Instance) and "__call__" in called.kind.members:
             return self.call(called.kind.members["__call__"], [called, *given], named)
         raise Refused(f"{words_of(called)} is called", "call functions of the file, of math or of numpy")
@@ -729,7 +722,7 @@ class Machine:
     # --- definitions and imports
 
     def _read_FunctionDef(self, node: ast.FunctionDef, scope: Scope) -> None:
-        own = node.args.args[0].arg if node.name in MAKERS and node.args.args else ""
+        own = node.args.args[0].arg if node.name == "__init__" and node.args.args else ""
         for each in _within(node, self.sets):
             if getattr(each.value, "id", "") != own or not own:
                 self.kept.setdefault(each.attr, set()).add(node)
@@ -772,7 +765,7 @@ class Machine:
             return
         if node.keywords or not set(PLAIN).issuperset(names):
             raise Refused(f"{title} is built on another class", "write one class with all its methods")
-        magic = [each for each in members if each.startswith("__") and each not in (*MAKERS, "__call__")]
+        magic = [each for each in members if each.startswith("__") and each not in ("__init__", "__call__")]
         if magic:
             what = f"{title} has {escape_text(magic[0])}, which Python calls by itself"
             raise Refused(what, "give the method a name without underscores, and call it")
@@ -798,7 +791,7 @@ class Machine:
         made = self.keep_value(Instance(kind))
         if self.paths is None:
             self.made.add(kind)
-        maker, after = (kind.members.get(each) for each in MAKERS)
+        maker = kind.members.get("__init__")
         if isinstance(maker, Function):
             self.apply(maker, [made, *given], named)
             return made
@@ -807,8 +800,6 @@ class Machine:
         for name, value in bind_arguments(Signature(fields), given, named).items():
             new = isinstance(value, Bound) and value.name == FACTORY
             made.attributes[name] = self.call(value, [], {}) if new else value
-        if isinstance(after, Function) and kind.fields:
-            self.apply(after, [made], {})
         return made
 
 

@@ -1,4 +1,4 @@
-"""dtControl's and treelite's JSON, and m2cgen's Python: no difference from the program that wrote the file."""
+"""dtControl's and treelite's JSON: no difference from the program that wrote the file."""
 
 import json
 import math
@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 from sklearn.ensemble import RandomForestClassifier, RandomForestRegressor
-from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 
 from codegen import ir
 from codegen.agreement import probes
@@ -16,27 +15,10 @@ from codegen.importers import replay
 from codegen.importers.boosted import from_treelite
 from codegen.importers.nodes import from_dtcontrol
 from codegen.importers.origin import Names, Said, profile_of
-from codegen.importers.python.source import from_python
 from tests.codegen.importers.origins import asked, data, decided
 
 pytestmark = pytest.mark.interop
 SEEDS = pytest.mark.parametrize("seed", range(20))
-
-
-@SEEDS
-def test_trees_through_m2cgens_python_decide_as_its_code(seed):
-    m2cgen = pytest.importorskip("m2cgen", reason="m2cgen is not installed")
-    x, y = data(seed, classes=3)
-    model = (DecisionTreeRegressor if seed % 4 == 0 else DecisionTreeClassifier)(
-        max_depth=2 + seed % 6, random_state=seed
-    )
-    text = m2cgen.export_to_python(model.fit(x, y))
-    origins = from_python(text.encode(), "tree.py", Said(scores=True))
-    policy, rows = asked(origins)
-    space = {}
-    exec(text, space)
-    said = [space["score"](row) for row in rows.astype(np.float64).tolist()]
-    assert decided(origins, policy, rows) == [int(np.argmax(each)) if isinstance(each, list) else each for each in said]
 
 
 @SEEDS

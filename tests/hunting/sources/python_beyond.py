@@ -314,23 +314,18 @@ CONSTANTS: tuple[tuple[str, ...], ...] = (
     ("int enum truth", "({c} if E_.A else 0.5)", "from enum import IntEnum\n\n\nclass E_(IntEnum):\n    A = 0"),
 )
 # fmt: on
-OF_NUMPY = """np.float32({c})|(np.float32(0.1) + 0.2)|np.float64({c})|(np.int8(100) + np.int8(100))|(np.uint8(3) - np.uint8(5))
-(np.array([200], dtype=np.uint8)[0] + np.uint8(100))|(np.array([1, 2]) * 2)[1]|np.array([0.5, {c}]).max()|np.array([1, 2, 3]).mean()
-(np.array([1, 2]) / 2)[0]|np.arange(3)[1]|np.linspace(0, 0.7, 8)[3]|np.arange(0, 1, 0.1)[3]|np.float16({c})|np.round({c}, 1)|np.round(2.5)
-np.array([1, 2, 3])[-1]|np.array([[1, 2], [3, 4]])[1, 0]|np.array([[1, 2], [3, 4]]).T[0][1]|np.array([[1, 2], [3, 4]]).sum(axis=0)[1]
-np.array([[1, 2], [3, 4]]).sum()|np.full(3, 2)[0]|np.zeros(2, int)[0]|np.dot([1.0, 2.0], [0.5, 0.1])|np.sum([0.1] * 10)|np.mean([0.1, 0.2, 0.4])
-(np.int64(7) // 2)|(np.int32(2**31 - 1) + np.int32(1))|np.power(2, 3)|np.deg2rad(30)|np.sqrt(2)|np.float32(16777217)|np.array([1, 2.5])[0]
-(np.array([True, False])[0] + np.array([True])[0])|(np.asarray([1, 2], dtype=np.float32)[0] / 3)|np.asarray([0.1], dtype=np.float32)[0]
-np.array([0.5, {c}])[np.array([1, 0])][0]|np.array([0.5, {c}])[np.array([False, True])][0]|np.array([3, 1, 2]).argmax()|np.sort([3, 1, 2])[0]
-len(np.asarray([1, 2, 3, 4]).reshape(2, 2))|np.array([1, 2, 3, 4]).reshape(2, 2)[1][0]|np.array([1, 2]).astype(float)[0]|np.array([1.7]).astype(int)[0]
-np.array([300]).astype(np.uint8)[0]|(np.array([0.1, 0.2]) @ np.array([1, 2]))|np.concatenate([[1], [2]])[1]|np.where([True, False], 1, 2)[1]
-(-np.array([True])[0:1].astype(int))[0]|np.floor(-0.5)|np.trunc(-1.5)|np.sign(-2)|np.bool_(True) + 1|np.array([1, 2, 3])[1:].sum()|np.pi
-np.array({c})|np.array([{c}])|np.float32(0.1) * np.float64(0.1)|np.cumsum([0.1, 0.2, 0.3])[-1]|np.prod([1, 2, 3])|np.array([1, 2]) [0] / 2
-np.clip({c}, 0.2, 0.1)|np.clip({c}, None, 0.5)|np.clip([0.5, {c}], 0, 1)[1]|np.maximum([1, 2], 1.5)[0]|np.nanmax([np.nan, 1.0])|np.max([np.nan, 1.0])
-np.float64(1) / 3|np.int64(2) ** 3|np.hypot(3, 4)|np.abs(np.int8(-128))|np.uint32(5) - 7|np.int64(5) & 3|np.isclose(0.1, 0.1 + 1e-12) + 1"""
-OF_MATH = """math.pi|math.tau / 3|math.floor(-0.5)|math.ceil(0.2)|math.trunc(-1.5)|math.radians(30)|math.hypot(3, 4)|math.sqrt(2)|math.exp(1)
-math.log(10)|math.fsum([0.1] * 10)|math.copysign(3, -0.0)|math.fmod(-7, 3)|math.isclose(0.1, 0.1 + 1e-12) + 1|math.inf|math.gcd(12, 18)
-math.comb(5, 2)|math.prod([1, 2, 3])|math.nextafter(1.0, 2.0)|math.pow(2, 0.5)|math.sin(1)|math.ldexp(0.5, 3)|math.remainder(5, 3)"""
+OF_NUMPY = """np.float32({c})|(np.float32(0.1) + 0.2)|np.float64({c})|(np.array([1, 2]) * 2)[1]|np.array([0.5, {c}]).max()|np.array([1, 2, 3]).mean()
+(np.array([1, 2]) / 2)[0]|np.round({c}, 1)|np.array([1, 2, 3])[-1]|np.array([[1, 2], [3, 4]])[1, 0]|np.array([[1, 2], [3, 4]]).T[0][1]
+np.array([[1, 2], [3, 4]]).sum(axis=0)[1]|np.array([[1, 2], [3, 4]]).sum()|np.dot([1.0, 2.0], [0.5, 0.1])|np.deg2rad(30)|np.sqrt(2)
+np.float32(16777217)|np.array([1, 2.5])[0]|(np.array([True, False])[0] + np.array([True])[0])|(np.asarray([1, 2], dtype=np.float32)[0] / 3)
+np.asarray([0.1], dtype=np.float32)[0]|np.array([0.5, {c}])[np.array([1, 0])][0]|np.array([0.5, {c}])[np.array([False, True])][0]
+np.array([3, 1, 2]).argmax()|len(np.asarray([1, 2, 3, 4]).reshape(2, 2))|np.array([1, 2, 3, 4]).reshape(2, 2)[1][0]
+np.array([1, 2]).astype(float)[0]|np.array([1.7]).astype(int)[0]|(np.array([0.1, 0.2]) @ np.array([1, 2]))|np.where([True, False], 1, 2)[1]
+(-np.array([True])[0:1].astype(int))[0]|np.array([1, 2, 3])[1:].sum()|np.pi|np.array({c})|np.array([{c}])|np.float32(0.1) * np.float64(0.1)
+np.array([1, 2]) [0] / 2|np.clip({c}, 0.2, 0.1)|np.clip({c}, None, 0.5)|np.clip([0.5, {c}], 0, 1)[1]|np.maximum([1, 2], 1.5)[0]
+np.float64(1) / 3"""
+OF_MATH = """math.pi|math.floor(-0.5)|math.ceil(0.2)|math.radians(30)|math.sqrt(2)|math.exp(1)|math.log(10)|math.fsum([0.1] * 10)|math.inf
+math.pow(2, 0.5)|math.sin(1)"""
 
 
 def _steps() -> tuple[Step, ...]:

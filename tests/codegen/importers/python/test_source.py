@@ -9,46 +9,9 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.importers.origin import Said
 from codegen.numbers import neighbour
-from tests.support.python_source import NUMBERS, called, imported, same
+from tests.support.python_source import called, imported, same
 
 # --- what comes in
-
-
-def condition(rng, width, depth):
-    """A random condition, as text."""
-    kind = rng.integers(6) if depth else rng.integers(3)
-    feature, number = f"x[{rng.integers(width)}]", repr(NUMBERS[rng.integers(len(NUMBERS))])
-    sign = ("<", "<=", ">", ">=", "==", "!=")[rng.integers(6)]
-    if kind == 0:
-        return f"{feature} {sign} {number}"
-    if kind == 1:
-        return f"{number} {sign} {feature}"
-    if kind == 2:
-        return f"{number} <= {feature} < {NUMBERS[rng.integers(len(NUMBERS))]!r}"
-    parts = [condition(rng, width, depth - 1) for _ in range(2)]
-    return f"not ({parts[0]})" if kind == 3 else f"({parts[0]}) {('and', 'or')[kind - 4]} ({parts[1]})"
-
-
-def body(rng, width, depth, indent):
-    """Random statements that end in a return, as text."""
-    if depth == 0 or rng.random() < 0.2:
-        return f"{indent}return {rng.integers(-2, 3)}\n"
-    shape = rng.integers(3)
-    inner = body(rng, width, depth - 1, indent + "    ")
-    asked = condition(rng, width, 2)
-    if shape == 0:
-        return f"{indent}if {asked}:\n{inner}{body(rng, width, depth - 1, indent)}"
-    other = body(rng, width, depth - 1, indent + "    ")
-    if shape == 1:
-        return f"{indent}if {asked}:\n{inner}{indent}else:\n{other}"
-    more = f"{indent}elif {condition(rng, width, 1)}:\n{other}"
-    return f"{indent}if {asked}:\n{inner}{more}{body(rng, width, depth - 1, indent)}"
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_random_programs_decide_as_python_does(seed):
-    rng = np.random.default_rng(seed)
-    same("def act(x):\n" + body(rng, 3, 3, "    "), label=float, said=Said(arrays="floats"))
 
 
 @pytest.mark.smoke

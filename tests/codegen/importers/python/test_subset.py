@@ -15,6 +15,7 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from codegen.importers.origin import Said
+from codegen.importers.python.library import KNOWN
 from tests.support.python_source import imported
 
 FOLDER = Path(__file__).parent
@@ -101,3 +102,19 @@ def test_what_floats_and_arrays_do_differently_is_read_of_floats_and_refused_of_
             imported(text, Said(arrays=arrays))
         assert bool(arrays) != ("--arrays floats" in caught.value.next_step)
     assert compare(text, Said(arrays="floats")).provenance.training["act given"] == "Python's floats"
+
+
+NAMES = """
+    abs all any bool dataclasses.dataclass dataclasses.field dict enum.Enum enum.IntEnum enum.auto enum.unique
+    enumerate float int len list logging.debug logging.error logging.getLogger logging.info logging.warning
+    math.atan math.ceil math.cos math.degrees math.e math.exp math.fabs math.floor math.inf math.log math.nan
+    math.pi math.radians math.sin math.sqrt math.tan max min numpy.abs numpy.array numpy.asarray numpy.clip
+    numpy.deg2rad numpy.dot numpy.e numpy.float32 numpy.float64 numpy.inf numpy.matmul numpy.maximum
+    numpy.minimum numpy.nan numpy.pi numpy.rad2deg object print range reversed round str sum tuple
+    typing.NamedTuple typing.Protocol typing.TYPE_CHECKING typing.TypedDict zip
+"""
+
+
+def test_no_other_names_are_read():
+    """The hunt takes some steps with others, which are refused alike; a new name needs steps of its own there."""
+    assert sorted(KNOWN) == NAMES.split()
