@@ -24,7 +24,8 @@ ONE = "give each feature one name or place: of one list or object, or as a param
 WORDS = {
     "Part": "the observation", "Extreme": "the least or the largest of several features",
     "NoneType": "None", "str": "a text", "dict": "a dictionary", "Instance": "an object", "Stream": "an iterator",
-    "EnumType": "an Enum", "Array": "an array", "Feature": "a feature", "Test": "a condition", "Condition": "a condition",
+    "EnumType": "an Enum", "Array": "an array",
+    "Feature": "a feature", "Test": "a condition", "Condition": "a condition",
 }  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from codegen.agreement import programs
 from codegen.errors import DisagreementError, InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import Answers, Origin, Running
+from codegen.importers.running.gate import gate_source
 from codegen.ir import Floats
 
 SECONDS = 60
@@ -79,8 +80,6 @@ def run_source(called: Called, origin: Origin) -> Iterator[Running]:
 
 def ensure_gated(called: Called) -> None:
     """InputError for a source that does not pass the gate, where nothing is to be run."""
-    from codegen.importers.running.gate import gate_source  # takes time, and the process has its own
-
     try:
         gate_source(called.source.encode("latin-1"), called.entry, called.method)
     except SyntaxError as error:

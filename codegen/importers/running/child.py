@@ -142,7 +142,7 @@ def _keep_number(value: Any, numbers: dict[Any, None]) -> None:
 def _fold_node(node: ast.AST, known: dict[int, Any], space: dict[str, Any]) -> Any:
     """The number that an expression of constants gives; None for all others."""
     value: Any
-    if type(node) not in FOLDED:
+    if not isinstance(node, FOLDED):
         return None
     parts = [known.get(id(each)) for each in ast.iter_child_nodes(node) if isinstance(each, ast.expr)]
     try:

@@ -8,6 +8,7 @@ from codegen import ir
 from codegen.agreement.compiled import find_compiler
 from codegen.errors import DisagreementError, InputError, MissingToolError
 from codegen.importers import replay
+from codegen.importers.c import compiled as c_compiled
 from codegen.importers.c import kinds, machine
 from codegen.importers.c.compiled import (
     COMPILED_BY,
@@ -284,8 +285,9 @@ def test_what_is_read_is_what_is_compiled(name):
     assert facts["f replayed by"] == COMPILED_BY and facts["f replayed"] > 50
 
 
-def test_thousands_of_ifs_are_built_in_parts():
+def test_thousands_of_ifs_are_built_in_parts(monkeypatch):
     """Which decide as the function that is read; one that sets something stays whole."""
+    monkeypatch.setattr(c_compiled, "LARGE", 300)
     text = c_ifs(900)
     facts = profile_of(from_c(text.encode(), "tree.c"), Names()).provenance.training
     assert facts["act replayed by"] == COMPILED_BY
