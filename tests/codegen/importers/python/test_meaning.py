@@ -33,7 +33,7 @@ BODIES = {
     "match": "match (x[0] > 0.5, x[1] > 1):\n        case (True, True):\n            return 1\n"
     "        case (False, _):\n"
     "            return 2\n        case _ if x[2] > 0:\n            return 3\n    return 4",
-    "generators stop early": "k = 0\n    while k < 3 and not any(x[0] < t for t in (0.1, 0.5, 2)[k:k + 1]):\n"
+    "generators stop early": "k = 0\n    while k < 3 and not any(x[0] < t for t in ((0.1,), (0.5,), (2,))[k]):\n"
     "        k += 1\n    return k + sum(v > 1 for v in (x[1], x[2]))",
     "names of a slice": "a, _, c = x[0:3]\n    return c > 0.25 if a > 1 else (1, 3)[x[1] > 0]",
     "is it NaN": "return 0 if x[0] != x[0] else 1 if x[1] > 0.1 else 2",
