@@ -36,12 +36,8 @@ VERBS_IN_ED = {"embed", "exceed", "feed", "need", "proceed", "seed"}
 NO_SENTENCE = re.compile(r"(As|What|Whether|How|Which|Who)\b")
 SUMS = re.compile(r"\.arithmetic\b|\.outputs\b|\.sums\b|summed")
 PHRASES = (
-    "ended before the proof did",
-    "start box",
-    "no state is claimed anything of",
-    "could have been seen",
-    "are against it",
-    "of somebody's own",
+    *("ended before the proof did", "start box", "no state is claimed anything of", "could have been seen"),
+    *("are against it", "of somebody's own"),
 )
 PLAIN_S = re.compile(r"len\([a-z_.]+\)(?::,)?\} (?:agents|branches|claims|guards|cells|leaves)\b")  # "1 leaves"
 

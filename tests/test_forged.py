@@ -74,13 +74,8 @@ def test_texts_of_profiles(path, tmp_path, capsys):
             break
 
 
-PROPERTY = {
-    "name": "distinct_targets",
-    "label": "near",
-    "team": "defenders",
-    "assume": "agent_0.x >= 0",
-    "region": "start",
-}
+PROPERTY = {"name": "distinct_targets", "label": "near", "team": "defenders", "assume": "agent_0.x >= 0"}
+PROPERTY |= {"region": "start"}
 OWN = {"label": "near", "formula": "agent_0.x >= 0 or agent_1 acts left", "margin": "1/10"}
 
 

@@ -22,6 +22,7 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.agreement import readback
+from codegen.dynamics import motionless
 from codegen.importers import scikit
 from codegen.profiles import ensure
 from codegen.targets import emit
@@ -31,24 +32,14 @@ FEATURES, ACTIONS, AGENTS = 18, 5, 4
 STYLES = ("nested", "ordered", "walk")
 POOL = 1 << 15  # observations
 TARGETS = {
-    "chain": (0.75, 0.70),
-    "free": (0.40, 0.34),
-    "columns, -march=native": (0.07, 0.05),
-    "columns apart, -march=native": (0.07, 0.05),
-    "rows": (0.35, 0.19),
-    "all, random": (0.40, 0.32),
+    "chain": (0.75, 0.70), "free": (0.40, 0.34), "columns, -march=native": (0.07, 0.05),
+    "columns apart, -march=native": (0.07, 0.05), "rows": (0.35, 0.19), "all, random": (0.40, 0.32),
     "all, trajectory": (0.90, 0.66),
-}
+}  # fmt: skip
 MEASURES = (  # in the order in which the driver prints them
-    *(("chain", style) for style in STYLES),
-    *(("free", style) for style in STYLES),
-    ("rows", "rows"),
-    ("columns", "columns"),
-    ("columns apart", "columns apart"),
-    ("all, random", "nested"),
-    ("all, random", "all"),
-    ("all, trajectory", "nested"),
-    ("all, trajectory", "all"),
+    *((loop, style) for loop in ("chain", "free") for style in STYLES),
+    *((name, name) for name in ("rows", "columns", "columns apart")),
+    *((f"all, {states}", way) for states in ("random", "trajectory") for way in ("nested", "all")),
 )
 PLACE = {measure: place for place, measure in enumerate(MEASURES)}
 PYTHON_TARGETS = {2: (0.25, 0.16), 4: (0.30, 0.19), 6: (0.60, 0.52)}
@@ -85,18 +76,7 @@ def team(depth):
     actions = tuple(ir.ActionSpec(f"a{k}", None) for k in range(ACTIONS))
     names = [f"agent_{agent}" for agent in range(AGENTS)]
     policies = tuple(ir.AgentPolicy(name, "team", features, actions, full_tree(depth, rng)) for name in names)
-    world = ir.WorldSpec(
-        name="synthetic",
-        reference="",
-        agents=tuple(ir.EntitySpec(name, 0.0, 0.0, None, False) for name in names),
-        landmarks=(),
-        goals=(),
-        dt=0.0,
-        damping=0.0,
-        start_low=-1.0,
-        start_high=1.0,
-        episode_steps=1,
-    )
+    world = motionless("synthetic", "", names, 1, {})
     return ensure(ir.PolicyProfile(world, policies, ir.Provenance("synthetic", "none", 0, "", "benchmark")))
 
 

@@ -40,18 +40,11 @@ def test_both_sides_of_a_test(threshold, left, right):
 @pytest.mark.parametrize(
     ("threshold", "said"),
     [
-        (23.25, "23.25"),
-        (1400.0, "1400"),
-        (1234.5678, "1235"),
-        (0.030727, "0.030727"),
-        (0.0307273124, "0.0307"),
-        (float(np.float32(0.1)), "0.1"),
-        (float(np.float32(12.345678)), "12.3"),
-        (1e9, "1e+09"),
-        (123456789.0, "1.23e+08"),
-        (-2048.0, "-2048"),
+        (23.25, "23.25"), (1400.0, "1400"), (1234.5678, "1235"), (0.030727, "0.030727"), (0.0307273124, "0.0307"),
+        (float(np.float32(0.1)), "0.1"), (float(np.float32(12.345678)), "12.3"), (1e9, "1e+09"),
+        (123456789.0, "1.23e+08"), (-2048.0, "-2048"),
     ],
-)
+)  # fmt: skip
 def test_numbers_stay_as_people_write_them(threshold, said):
     assert number(threshold, digits=3) == said
 

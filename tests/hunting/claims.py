@@ -14,15 +14,9 @@ import numpy as np
 from codegen.ir import PolicyProfile
 
 NAMES = {  # and how often, of a thousand
-    "distinct_targets": 320,
-    "own_target": 270,
-    "no_double": 90,
-    "steady": 110,
-    "formula": 185,
-    "aligned": 8,
-    "assignment": 7,
-    "alive_leaves": 10,
-}
+    "distinct_targets": 320, "own_target": 270, "no_double": 90, "steady": 110, "formula": 185, "aligned": 8,
+    "assignment": 7, "alive_leaves": 10,
+}  # fmt: skip
 STEADY_OF = ("distinct_targets", "own_target", "no_double")
 LENGTHS = (Fraction(1, 10), Fraction(1, 5), Fraction(1, 8), Fraction(3, 20), Fraction(1, 20))
 READS = {

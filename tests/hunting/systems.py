@@ -56,17 +56,10 @@ class Case:
 def nodes(policy):
     """A tree as the judge reads it."""
     tree, names = policy.tree, [feature.name for feature in policy.features]
-    rows = zip(
-        tree.feature.tolist(),
-        tree.threshold.tolist(),
-        tree.left.tolist(),
-        tree.right.tolist(),
-        tree.action,
-        strict=True,
-    )
+    columns = (each.tolist() for each in (tree.feature, tree.threshold, tree.left, tree.right, tree.action))
     return [
-        [policy.actions[int(action)].name] if feature < 0 else [names[feature], threshold, left, right]
-        for feature, threshold, left, right, action in rows
+        [policy.actions[action].name] if feature < 0 else [names[feature], threshold, left, right]
+        for feature, threshold, left, right, action in zip(*columns, strict=True)
     ]
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from codegen import ir
 from codegen.agreement import probes, readback
+from codegen.dynamics import motionless
 from codegen.lowering.deploy import deploy_tree
 from codegen.lowering.lower import lower
 from codegen.lowering.model import TILED
@@ -28,9 +29,7 @@ def batch_of(tree, n_features, n_actions=5):
     """The policy of one agent, whether its columns are copied in tiles, and its batch function."""
     actions = tuple(ir.ActionSpec(f"a{k}", None) for k in range(n_actions))
     policy = ir.AgentPolicy("agent_0", "team", specs(n_features), actions, tree)
-    entity = ir.EntitySpec("agent_0", 0.0, 0.0, None, False)
-    empty = {"reference": "", "landmarks": (), "goals": (), "dt": 0.0, "damping": 0.0}
-    world = ir.WorldSpec(name="synthetic", agents=(entity,), start_low=-1.0, start_high=1.0, episode_steps=1, **empty)
+    world = motionless("synthetic", "", ["agent_0"], 1, {})
     profile = ensure(ir.PolicyProfile(world, (policy,), ir.Provenance("test", "none", 0, "", "test")))
     module = readback.load_python(emit(profile, ["python"])["synthetic.py"])
     return policy, lower(profile).agents[0].tiled, module["act_agent_0_batch"]
