@@ -27,6 +27,7 @@ from codegen.importers import scikit
 from codegen.profiles import ensure
 from codegen.targets import emit
 from tests.benchmarks.common import figure, interleave, reader, tell
+from tests.support.teams import nested
 
 FEATURES, ACTIONS, AGENTS = 18, 5, 4
 STYLES = ("nested", "ordered", "walk")
@@ -47,26 +48,19 @@ PYTHON_TARGETS = {2: (0.25, 0.16), 4: (0.30, 0.19), 6: (0.60, 0.52)}
 
 def full_tree(depth, rng):
     """A full tree, each test near the middle of what reaches it."""
-    nodes = []
 
     def grow(low, high, left):
-        place = len(nodes)
-        nodes.append(None)
         if left == 0:
-            nodes[place] = (ir.NO_FEATURE, 0.0, ir.NO_CHILD, ir.NO_CHILD, int(rng.integers(ACTIONS)))
-            return place
+            return int(rng.integers(ACTIONS))
         feature = int(rng.integers(FEATURES))
         cut = float(
             np.float32((low[feature] + high[feature]) / 2 + 0.1 * rng.normal() * (high[feature] - low[feature]))
         )
         below, above = high.copy(), low.copy()
         below[feature] = above[feature] = cut
-        children = grow(low, below, left - 1), grow(above, high, left - 1)
-        nodes[place] = (feature, cut, *children, ir.NO_ACTION)
-        return place
+        return feature, cut, grow(low, below, left - 1), grow(above, high, left - 1)
 
-    grow(np.full(FEATURES, -1.0), np.full(FEATURES, 1.0), depth)
-    return ir.Tree(*(np.array(column) for column in zip(*nodes, strict=True)))
+    return nested(grow(np.full(FEATURES, -1.0), np.full(FEATURES, 1.0), depth))
 
 
 def team(depth):

@@ -26,7 +26,8 @@ from codegen.errors import ExitCode
 from codegen.ir import ActionSpec, AgentPolicy, FeatureSpec, PolicyProfile, Provenance
 from codegen.policy_json import dumps
 from tests.benchmarks.common import Ended, figure, reader, spent, tell
-from tests.benchmarks.verifier import Played, flat, held_roles, navigators
+from tests.benchmarks.verifier import Played, held_roles, navigators
+from tests.support.teams import nested
 
 LIMIT = 120  # seconds of CPU
 RUNS = 6  # of a command that takes a second: the first one compiles its modules, and the least of the others counts
@@ -76,7 +77,7 @@ def wide(features: int = 200, depth: int = 10, seed: int = 0) -> PolicyProfile:
     rng = np.random.default_rng(seed)
     seen = tuple(FeatureSpec(f"f{place}", "none", -1e9, 1e9, None) for place in range(features))
     actions = tuple(ActionSpec(f"a{place}", None) for place in range(5))
-    policy = AgentPolicy("agent_0", "agents", seen, actions, flat(grown(rng, list(range(features)), depth)))
+    policy = AgentPolicy("agent_0", "agents", seen, actions, nested(grown(rng, list(range(features)), depth)))
     return PolicyProfile(
         motionless("wide", "none", ["agent_0"]), (policy,), Provenance("random", "none", 0, "", "bench")
     )

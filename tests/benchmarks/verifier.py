@@ -30,6 +30,7 @@ from codegen.profiles import ensure
 from maviper.worlds import find
 from tests.benchmarks import direct
 from tests.benchmarks.common import listed, reader, seconds, tell
+from tests.support.teams import nested
 from tests.support.zone_cases import stated
 from verify.checker import decisions
 from verify.checker.certificate import numbers
@@ -119,34 +120,17 @@ class Played:
     def profile(self, trees):
         """The team with these nested trees; agents without one stand still."""
         agents = tuple(
-            ir.AgentPolicy(name, self.world.team_of(name), features, actions, flat(trees.get(name, 0)))
+            ir.AgentPolicy(name, self.world.team_of(name), features, actions, nested(trees.get(name, 0)))
             for name, features, actions in zip(self.world.agents, self.world.features, self.world.actions, strict=True)
         )
         return ensure(ir.PolicyProfile(self.world.spec, agents, ir.Provenance("", "", 0, "", "")))
 
 
-def flat(nested):
-    """Nested trees (feature, threshold, left, right) and bare actions as arrays in preorder."""
-    rows = []
-
-    def put(node):
-        place = len(rows)
-        rows.append((ir.NO_FEATURE, 0.0, ir.NO_CHILD, ir.NO_CHILD, node))
-        if isinstance(node, tuple):
-            left = put(node[2])
-            right = put(node[3])
-            rows[place] = (node[0], node[1], left, right, ir.NO_ACTION)
-        return place
-
-    put(nested)
-    return ir.Tree(*(np.array(column) for column in zip(*rows, strict=True)))
-
-
-def below(nested, ending):
+def below(tree, ending):
     """The tree with another tree in place of each leaf."""
-    if not isinstance(nested, tuple):
+    if not isinstance(tree, tuple):
         return ending
-    return nested[0], nested[1], below(nested[2], ending), below(nested[3], ending)
+    return *tree[:2], below(tree[2], ending), below(tree[3], ending)
 
 
 def towards(dx, dy):

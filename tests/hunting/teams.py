@@ -14,6 +14,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.floats import below_zero
+from codegen.paths import in_preorder
 from maviper.worlds import find
 
 WORLDS = {  # and how often
@@ -44,20 +45,7 @@ def leaf(action: int) -> Node:
 
 def grown(node: Node) -> ir.Tree:
     """The tree of nested nodes, in preorder."""
-    columns: list[list[float]] = []
-
-    def add(node: Node) -> int:
-        place = len(columns)
-        columns.append([])
-        if len(node) == 1:
-            columns[place] = [-1, 0.0, -1, -1, node[0]]
-        else:
-            feature, threshold, left, right = node
-            columns[place] = [feature, np.float32(threshold), add(left), add(right), -1]
-        return place
-
-    add(node)
-    return ir.Tree(*(np.array(column) for column in zip(*columns, strict=True)))
+    return in_preorder(node, lambda each: each[0] if len(each) == 1 else each, "float32")
 
 
 @cache

@@ -15,27 +15,20 @@ from fractions import Fraction
 
 import numpy as np
 
-from codegen import ir
+from tests.support.teams import nested
 
 WIDE = Fraction(10**12)  # ends of what is unbounded: no sum or distance here comes near
 
 
 def random_tree(rng, n_features, max_depth, pool, n_actions=3, numbers="float32"):
     """A tree whose thresholds are of a pool. `pool`: numbers that the trees of one case share."""
-    rows = []
 
-    def grow(depth):
-        place = len(rows)
-        rows.append(None)
-        if depth == 0 or (place and rng.random() < 0.2):
-            rows[place] = (-1, 0.0, -1, -1, int(rng.integers(n_actions)))
-            return place
-        feature, threshold = int(rng.integers(n_features)), float(rng.choice(pool))
-        rows[place] = (feature, threshold, grow(depth - 1), grow(depth - 1), -1)
-        return place
+    def grow(depth, ends=0.2):
+        if depth == 0 or (ends and rng.random() < ends):
+            return int(rng.integers(n_actions))
+        return int(rng.integers(n_features)), float(rng.choice(pool)), grow(depth - 1), grow(depth - 1)
 
-    grow(int(rng.integers(1, max_depth + 1)))
-    return ir.Tree(*(np.array(column) for column in zip(*rows, strict=True)), numbers=numbers)
+    return nested(grow(int(rng.integers(1, max_depth + 1)), 0), numbers)
 
 
 def random_pool(rng, numbers="float32"):

@@ -2,10 +2,10 @@
 
 from fractions import Fraction as F
 
-import numpy as np
 import z3
 
 from codegen import ir
+from codegen.paths import in_preorder
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
 from verify.reach.decide import decide
@@ -30,20 +30,7 @@ def box(**bounds):
 
 def tree(nested):
     """A tree from ((feature, threshold), left, right) and actions."""
-    rows = []
-
-    def add(node):
-        place = len(rows)
-        rows.append(None)
-        if isinstance(node, int):
-            rows[place] = (-1, 0.0, -1, -1, node)
-        else:
-            (feature, threshold), left, right = node
-            rows[place] = (feature, threshold, add(left), add(right), -1)
-        return place
-
-    add(nested)
-    return ir.Tree(*(np.array(column) for column in zip(*rows, strict=True)))
+    return in_preorder(nested, lambda node: node if isinstance(node, int) else (*node[0], *node[1:]), "float32")
 
 
 def policy(agent, features, actions, nested):

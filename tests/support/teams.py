@@ -3,6 +3,7 @@
 import numpy as np
 
 from codegen import ir
+from codegen.paths import in_preorder
 from tests.support.strategies import with_trees
 
 
@@ -10,6 +11,11 @@ def tree(*nodes):
     """A tree from (feature, threshold, left, right) splits and bare actions."""
     columns = [(*node, -1) if isinstance(node, tuple) else (-1, 0.0, -1, -1, node) for node in nodes]
     return ir.Tree(*(np.array(column) for column in zip(*columns, strict=True)))
+
+
+def nested(node, numbers="float32"):
+    """A tree from nested (feature, threshold, left, right) and bare actions."""
+    return in_preorder(node, lambda each: each, numbers)
 
 
 STAY, LEFT, RIGHT, DOWN, UP = range(5)

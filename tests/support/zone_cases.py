@@ -9,7 +9,7 @@ import numpy as np
 from codegen import ir
 from maviper.worlds import find
 from tests.support.meanings import meanings, with_meanings
-from tests.support.teams import team, towards
+from tests.support.teams import nested, team, towards
 from verify.claims.formula import agents
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere
@@ -37,21 +37,14 @@ def stated(profile, formula, region, semantics=MACHINE, budget=NODES, goals=None
 
 def random_tree(rng, n_features, max_depth, n_actions=5, grow=0.75):
     """A tree in preorder, thresholds sharp or anywhere."""
-    nodes = []
 
     def grown(level):
-        place = len(nodes)
-        nodes.append(None)
         if level == max_depth or rng.random() > grow:
-            nodes[place] = (ir.NO_FEATURE, 0.0, ir.NO_CHILD, ir.NO_CHILD, int(rng.integers(n_actions)))
-            return place
+            return int(rng.integers(n_actions))
         threshold = rng.choice(SHARP) if rng.random() < 0.5 else float(np.float32(rng.uniform(-1.5, 1.5)))
-        feature = int(rng.integers(n_features))
-        nodes[place] = (feature, float(np.float32(threshold)), grown(level + 1), grown(level + 1), ir.NO_ACTION)
-        return place
+        return int(rng.integers(n_features)), float(np.float32(threshold)), grown(level + 1), grown(level + 1)
 
-    grown(0)
-    return ir.Tree(*(np.array(column) for column in zip(*nodes, strict=True)))
+    return nested(grown(0))
 
 
 def random_region(rng, profile):
