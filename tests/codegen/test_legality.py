@@ -14,6 +14,7 @@ from codegen.lowering.lower import lower
 from codegen.paths import illegal_leaves, mask_of
 from codegen.profiles import check
 from codegen.targets.rendered import emit_c, emit_python
+from tests.support.teams import nested
 
 ACTIONS = 3
 FEATURES = tuple(
@@ -38,19 +39,16 @@ LAWFUL = tree_of((2, 0.5, 1, 4, -1), (1, 0.5, 2, 3, -1), (-1, 0, -1, -1, 2), (-1
 @st.composite
 def trees(draw):
     """Random trees over the mask and one other feature, thresholds anywhere near the numbers that a mask has."""
-    rows = []
 
     def grow(depth):
-        place = len(rows)
-        rows.append([-1, 0.0, -1, -1, draw(st.integers(0, ACTIONS - 1))])
-        if depth and draw(st.booleans()):
-            feature = draw(st.integers(0, ACTIONS))
-            threshold = 0.5 if feature else draw(st.sampled_from([0.25, 0.5, 0.75]))
-            rows[place] = [feature, threshold, grow(depth - 1), grow(depth - 1), -1]
-        return place
+        action = draw(st.integers(0, ACTIONS - 1))
+        if not depth or not draw(st.booleans()):
+            return action
+        feature = draw(st.integers(0, ACTIONS))
+        threshold = 0.5 if feature else draw(st.sampled_from([0.25, 0.5, 0.75]))
+        return feature, threshold, grow(depth - 1), grow(depth - 1)
 
-    grow(5)
-    return tree_of(*rows)
+    return nested(grow(5))
 
 
 def acts_illegally(tree):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
-from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
+from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, nested, team, tree
 from verify.checker.episodes.certificates import check_certificate
 from verify.claims.catalogue import find_claim, in_general, usual
 from verify.claims.episodes import KeepsApart, StaysIn
@@ -26,23 +26,16 @@ from verify.verdicts.episodes import verify_episodes
 THRESHOLDS = (-1.5, -0.5, 0.0, 0.25, 1.0)
 
 
-def grown(rng, policy, depth=3):
+def grown(rng, policy):
     """A random tree of a few tests, most of which turn an agent back."""
-    nodes = []
 
     def grow(left):
-        place = len(nodes)
         if not left or rng.random() < 0.15:
-            nodes.append(int(rng.integers(5)))
-            return place
-        feature = int(rng.integers(len(policy.features)))
-        nodes.append(None)
-        at = float(rng.choice(THRESHOLDS))
-        nodes[place] = (feature, at, grow(left - 1), grow(left - 1))
-        return place
+            return int(rng.integers(5))
+        feature, at = int(rng.integers(len(policy.features))), float(rng.choice(THRESHOLDS))
+        return feature, at, grow(left - 1), grow(left - 1)
 
-    grow(depth)
-    return tree(*nodes)
+    return nested(grow(3))
 
 
 def boxed(rng, policy):
