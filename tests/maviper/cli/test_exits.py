@@ -226,7 +226,7 @@ def test_a_full_standard_error_gives_no_verdict(full):
     assert ended({}, arguments)[0] == ExitCode.DONE
     for streams in ({"stderr": full}, {"stdout": full, "stderr": full}):
         assert ended(streams, arguments)[0] == ExitCode.MISSING
-    assert ended({"stdout": full, "stderr": full}, ["check", "nowhere"])[0] == ExitCode.INPUT
+    assert ended({"stdout": full, "stderr": full}, ["-q", "check", "nowhere"])[0] == ExitCode.INPUT
 
 
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])

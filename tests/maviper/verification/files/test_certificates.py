@@ -61,7 +61,7 @@ def test_a_proof_that_does_not_hold_is_refused_with_1(proved, tmp_path, capsys):
     proofs = {goal: proof.replace(b"\x02", b"\x01") for goal, proof in made.proof.proofs.items()}
     forged = tmp_path / "forged.json"
     forged.write_text(to_json(altered(made, proofs=proofs)))
-    assert main.run(["check", str(forged), "--profile", str(proved / "profile.json")]) == 1
+    assert main.run(["-q", "check", str(forged), "--profile", str(proved / "profile.json")]) == 1
     said = capsys.readouterr().err
     assert said.startswith("error: the certificate is refused\n") and "goal landmark_0" in said and str(forged) in said
 
@@ -110,7 +110,7 @@ def test_a_forged_proof_about_episodes_is_refused(arrived, tmp_path, capsys):
     sooner = altered(made, claim=replace(made.claim, steps=10))
     forged = tmp_path / "forged.json"
     forged.write_text(to_json(sooner))
-    assert main.run(["check", str(forged), "--profile", str(arrived / "profile.json")]) == 1
+    assert main.run(["-q", "check", str(forged), "--profile", str(arrived / "profile.json")]) == 1
     assert capsys.readouterr().err.startswith("error: the certificate is refused\n")
     other = tmp_path / "profile.json"
     other.write_text(policy_json.dumps(team(small_profile(), tree(STAY), towards(1, 1))))
@@ -131,7 +131,7 @@ def test_a_proof_without_a_certificate_says_so(arrived, tmp_path, monkeypatch, c
 @pytest.mark.parametrize("start", ["", '{"certificate":"maviper-episode-certificate-1","region":'])
 def test_texts_of_endless_depth_are_input_errors(arrived, tmp_path, capsys, start):
     (tmp_path / "deep.json").write_text(start + '{"a":' * 100_000)
-    assert main.run(["check", str(tmp_path / "deep.json"), "--profile", str(arrived / "profile.json")]) == 2
+    assert main.run(["-q", "check", str(tmp_path / "deep.json"), "--profile", str(arrived / "profile.json")]) == 2
     assert capsys.readouterr().err.startswith("error: ")
 
 

@@ -125,8 +125,8 @@ def test_a_damaged_file_is_told(folder, tmp_path, change, said):
     ("change", "said"),
     [
         ({"counterexample": "maviper-episode-counterexample-9"}, "another version"),
-        ({"claim": "reach"}, "property"),
-        ({"claim": "distinct_targets"}, "property"),
+        ({"claim": "reach"}, "unknown claim"),
+        ({"claim": "distinct_targets"}, "unknown claim"),
         ({"team": "nobody"}, "team"),
         ({"goal": "landmark_7"}, "another world"),
         ({"position": {}}, "another world"),
