@@ -1,7 +1,4 @@
-"""Prints what the cells of this folder come to, and a word for each comparison (needs numpy alone): python recompute.py
-
-A value is a ratio to the expert in the same episodes, more being better; comparisons are paired by seed or by expert.
-"""
+"""Prints what the cells of this folder come to, and a word for each comparison (needs numpy alone): python recompute.py"""
 
 import hashlib
 import json

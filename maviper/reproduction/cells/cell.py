@@ -28,6 +28,7 @@ from maviper.extraction.settings import (
     IVIPER_RESAMPLING,
     MAVIPER,
     NO_PREDICTION,
+    PAPER,
     RELEASED,
     VARIANTS,
     VIPER,
@@ -231,7 +232,9 @@ LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> a measured one, and ho
 def key_of(cell: Cell) -> str:
     """Returns the key that cells of the same cost have in common, their depths aside."""
     words = [cell.kind, cell.game.partition(",")[0], cell.algorithm]
-    words += [cell.preset, "" if cell.preset == RELEASED else cell.splits]
+    grown = cell.kind == EXTRACTION  # for all else it does not matter how trees were grown
+    preset = cell.preset if grown or not cell.preset else PAPER
+    words += [preset, "" if preset == RELEASED else cell.splits]
     return " ".join(word for word in words if word)
 
 
