@@ -20,6 +20,7 @@ from __future__ import annotations
 from maviper import starting as starting  # first: what follows takes time, in which somebody may press Ctrl-C
 
 # isort: split
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from maviper import siblings as siblings  # it says what is in the way of the imports below
@@ -32,7 +33,7 @@ from maviper.importing.verbs import from_file, from_onnx, from_sklearn
 from maviper.options.verbs import TARGETS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Generator, Iterable
     from pathlib import Path
     from typing import Any, Unpack
 
@@ -159,6 +160,17 @@ def load(path: str | Path, world: str | Callable[..., Any] | None = None) -> Tea
     return Team.of(loaded(path, sums=True), _played(world))
 
 
+@contextmanager
+def _told(progress: Progress, doing: str, once: str) -> Generator[None]:
+    """Tells of the searches within as one stage, at its end of one `once`: they may be too short to say how far."""
+    from maviper.console import Console
+    from verify.spending import listening
+
+    with Console.showing(progress).following(doing) as listener, listening(listener):
+        yield
+        listener(1, 1, once)
+
+
 def _played(world: str | Callable[..., Any] | None) -> Callable[[], Any] | None:
     """What finds a team's world when it is needed."""
 
@@ -184,8 +196,7 @@ def train(
     Args:
         world: A game, with options after commas, or module:function for your own environment.
         output: The run folder.
-        progress: True shows what the command shows, on standard error; in a notebook, bars. A function is told of each
-            step: (stage, done, total, words).
+        progress: As for `extract`.
 
     Returns:
         The expert's card: how it learned, and what was measured. It has `stopped` where training ended early.
@@ -262,8 +273,7 @@ def evaluate(
 
     Args:
         subject: A team or its file, whose name ends in .json; or an expert as `extract` takes it.
-        progress: True shows what the command shows, on standard error; in a notebook, bars. A function is told of each
-            step: (stage, done, total, words).
+        progress: As for `extract`.
 
     Raises:
         InputError: Something cannot be used.
@@ -281,7 +291,11 @@ def evaluate(
 @process.defaults
 @options.spell_out(options.ExploitOptions)
 def exploit(
-    subject: TeamOrFile | Callable[..., Any], team: str, **asked: Unpack[options.ExploitOptions]
+    subject: TeamOrFile | Callable[..., Any],
+    team: str,
+    *,
+    progress: Progress = False,
+    **asked: Unpack[options.ExploitOptions],
 ) -> Exploitability:
     """Finds a lower bound on what the opponents of a team gain by answering its policies.
 
@@ -290,6 +304,7 @@ def exploit(
     Args:
         subject: As for `evaluate`.
         team: The team whose policies stay as they are.
+        progress: As for `extract`.
 
     Raises:
         InputError: Something cannot be used.
@@ -300,7 +315,9 @@ def exploit(
     from maviper.console import Console
     from maviper.extraction.exploiting import exploit_team
 
-    return exploit_team(str(subject) if isinstance(subject, Path) else subject, team, Console(quiet=True), **asked)
+    named = str(subject) if isinstance(subject, Path) else subject
+    with _told(progress, "answering", "team"):
+        return exploit_team(named, team, Console.showing(progress), **asked)
 
 
 @process.defaults
@@ -345,8 +362,7 @@ def verify(
         claim: One of `maviper.claims`, such as `claims.Reaches(steps=25)`, which has its parameters and its team; or
             a name, with the parameters as options.
         region: `start`, or a region file.
-        progress: True shows what the command shows, on standard error; in a notebook, bars. A function is told of each
-            step: (stage, done, total, words).
+        progress: As for `extract`.
 
     `margin` and `radius` are lengths of the world, `kappa` is a ratio, `eps` is in the features' units. With `where`,
     the evidence says where a claim about single decisions holds and fails. `shared`: ["all"] for all features. None: as
@@ -355,22 +371,24 @@ def verify(
     Raises:
         InputError: There is no such name, or the claim does not read a parameter.
     """
-    from maviper.console import Console
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import results
-    from verify.spending import listening
 
     about = VerifyOptions.about(claim, str(region), asked)
-    with Console.showing(progress).following("deciding") as listener, listening(listener):
+    with _told(progress, "deciding", "claim"):
         (found,) = results(_team(profile), about)
-        listener(1, 1, "claim")  # also where the search was too short to say how far it is
     return found
 
 
 @process.defaults
 @options.spell_out(options.FileOptions)
 def verify_file(
-    profile: TeamOrFile, file: str | Path, region: str | Path = "start", **asked: Unpack[options.FileOptions]
+    profile: TeamOrFile,
+    file: str | Path,
+    region: str | Path = "start",
+    *,
+    progress: Progress = False,
+    **asked: Unpack[options.FileOptions],
 ) -> list[AnyResult]:
     """Decides the claims of a property file, in its order.
 
@@ -381,6 +399,7 @@ def verify_file(
         profile: The team, or its file.
         file: The property file.
         region: Where claims hold that name no region: `start`, or a region file.
+        progress: As for `extract`.
 
     Raises:
         InputError: A claim cannot be read, by line and column; or nothing reads a limit.
@@ -391,7 +410,8 @@ def verify_file(
     from maviper.verification.run import results
 
     given = options.complete_options(options.FileOptions, asked)
-    return results(_team(profile), VerifyOptions(file=Path(file), region=str(region), **given))
+    with _told(progress, "deciding", "file"):
+        return results(_team(profile), VerifyOptions(file=Path(file), region=str(region), **given))
 
 
 @process.defaults
@@ -455,6 +475,8 @@ def repair(
     profile: TeamOrFile,
     claim: str | claims.Claim = "distinct_targets",
     region: str | Path = "start",
+    *,
+    progress: Progress = False,
     **asked: Unpack[options.RepairOptions],
 ) -> Repaired:
     """Changes the leaves from which a claim can fail, until both engines prove it.
@@ -466,6 +488,7 @@ def repair(
         claim: distinct_targets or own_target, by name or as an object, such as
             `claims.OwnTarget(landmarks=["landmark_1", "landmark_0"])`.
         region: `start`, or a region file.
+        progress: As for `extract`.
 
     Returns:
         The repair. `Repaired.after` is the team, None where no repair was found; `Repaired.cost` has the measures
@@ -477,7 +500,8 @@ def repair(
     from codegen.profiles import ensure
     from maviper.verification.repair import repair_profile, request
 
-    return repair_profile(ensure(_team(profile)), claim, str(region), request(claim, asked))
+    with _told(progress, "repairing", "claim"):
+        return repair_profile(ensure(_team(profile)), claim, str(region), request(claim, asked))
 
 
 @process.defaults
@@ -517,7 +541,12 @@ def robust(
 @process.defaults
 @options.spell_out(options.DiffOptions)
 def diff(
-    first: TeamOrFile, second: TeamOrFile, region: str | Path = "start", **asked: Unpack[options.DiffOptions]
+    first: TeamOrFile,
+    second: TeamOrFile,
+    region: str | Path = "start",
+    *,
+    progress: Progress = False,
+    **asked: Unpack[options.DiffOptions],
 ) -> Compared | OutputsCompared:
     """Finds every state of a region in which two teams act differently, or proves that there is none.
 
@@ -527,6 +556,7 @@ def diff(
         first: A team, or its file.
         second: The other one.
         region: `start`, or a region file.
+        progress: As for `extract`.
 
     Returns:
         What was compared. `Compared.facts` has shares, zones and examples, `Compared.found` the certificate. Of agents
@@ -537,13 +567,19 @@ def diff(
     """
     from maviper.verification.diff import compare_profiles, request
 
-    return compare_profiles(_team(first), _team(second), str(region), request(**asked))
+    with _told(progress, "comparing", "pair"):
+        return compare_profiles(_team(first), _team(second), str(region), request(**asked))
 
 
 @process.defaults
 @options.spell_out(options.SystemOptions)
 def verify_system(
-    profile: TeamOrFile, world: str | Path, properties: str | Path | None = None, **asked: Unpack[options.SystemOptions]
+    profile: TeamOrFile,
+    world: str | Path,
+    properties: str | Path | None = None,
+    *,
+    progress: Progress = False,
+    **asked: Unpack[options.SystemOptions],
 ) -> Verified:
     """Decides the claims about the system that a world file states.
 
@@ -553,6 +589,7 @@ def verify_system(
         profile: The team, or its file.
         world: The world file.
         properties: A property file, whose claims are asked instead of the world file's.
+        progress: As for `extract`.
 
     Returns:
         All questions with their results. `Verified.results` has verdicts and evidence, `Verified.document` the report.
@@ -569,7 +606,8 @@ def verify_system(
 
     file = None if properties is None else Path(properties)
     about = VerifyOptions(world=Path(world), file=file, **options.complete_options(options.SystemOptions, asked))
-    return verify_world(ensure(_team(profile)), about)
+    with _told(progress, "deciding", "system"):
+        return verify_world(ensure(_team(profile)), about)
 
 
 @process.defaults
@@ -589,8 +627,7 @@ def compare(
     Args:
         expert: As for `extract`; so are `experts`.
         output: A folder, in which an interrupted call goes on when it is repeated. None: nothing is kept.
-        progress: True shows what the command shows, on standard error; in a notebook, bars. A function is told of each
-            step: (stage, done, total, words).
+        progress: As for `extract`.
 
     Returns:
         The comparison. `rows`, `to_csv()` and `to_latex()` of it are the table, `best` is a team.
@@ -612,7 +649,9 @@ def compare(
 
 @process.defaults
 @options.spell_out(options.ReproduceOptions)
-def reproduce(output: str | Path, **asked: Unpack[options.ReproduceOptions]) -> Reproduced:
+def reproduce(
+    output: str | Path, *, progress: Progress = False, **asked: Unpack[options.ReproduceOptions]
+) -> Reproduced:
     """Runs the experiments of the MAVIPER paper, as cells in a folder, with their table and report.
 
         maviper.reproduce("cells", quick=True)
@@ -622,6 +661,7 @@ def reproduce(output: str | Path, **asked: Unpack[options.ReproduceOptions]) -> 
 
     Args:
         output: The folder.
+        progress: As for `extract`.
 
     Returns:
         What was done. `Reproduced.failed` has the cells that failed, with their messages; `Reproduced.lines` is the
@@ -631,6 +671,7 @@ def reproduce(output: str | Path, **asked: Unpack[options.ReproduceOptions]) -> 
         InputError: Something cannot be used.
         MissingToolError: There is no room on the disk, no Dask, or its scheduler went away.
     """
+    from maviper.console import Console
     from maviper.reproduction.run import reproduce_paper, request
 
-    return reproduce_paper(output, request(asked))
+    return reproduce_paper(output, request(asked), Console.showing(progress))

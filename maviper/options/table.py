@@ -100,8 +100,8 @@ def _is_pair(value: Any) -> bool:
 
 
 def is_object(value: Any) -> bool:
-    """Returns True for a function, a team, or an expert: what has no name, or needs none."""
-    return callable(value) or hasattr(value, "act") or hasattr(value, "provenance")
+    """Returns True for a function, a team, an expert, or a vector environment: what has no name, or needs none."""
+    return callable(value) or any(hasattr(value, name) for name in ("act", "provenance", "single_observation_space"))
 
 
 @cache

@@ -79,8 +79,8 @@ add_maker(SYSTEM, _maker_of)
 
 
 def find(name: str | World | Callable[..., Any], giving: bool = False) -> World:
-    """The world of that name and options, or of a function that returns an environment; UnknownNameError with the
-    closest match, or InputError, otherwise.
+    """The world of that name and options, of a function that returns an environment, or of a vector environment of
+    Gymnasium, whose games are played as ours are; UnknownNameError with the closest match, or InputError, otherwise.
 
     `giving`: whether its agents may give numbers in place of choosing among actions. Whoever asks says so: elsewhere
     such a world is refused. `module:function` imports and runs a user's code, so a name that a data file states goes to
@@ -96,6 +96,10 @@ def _resolve_world(name: str | Callable[..., Any]) -> World:
     if not isinstance(name, str):
         from maviper.worlds.outside.pettingzoo import PettingZooWorld
 
+        if hasattr(name, "single_observation_space"):
+            from maviper.worlds.outside.wrappers import of_batch
+
+            name = of_batch(name)
         return PettingZooWorld(name, Source.of(name))
     if not is_named_by_user(name):
         if OF_GYMNASIUM.fullmatch(name.partition(",")[0]):

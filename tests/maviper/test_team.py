@@ -286,6 +286,10 @@ def test_who_asks_is_told_of_progress(profile, capsys):
     assert stages() == ["playing"]
     maviper.verify(profile, progress=note)
     assert stages() == ["deciding"]
+    maviper.repair(profile, progress=note)
+    maviper.diff(profile, profile, progress=note)
+    maviper.exploit(profile, "defenders", episodes=20, refinement_episodes=0, progress=note)
+    assert stages() == ["repairing", "comparing", "answering"]
     few = {"algorithms": ["imitation"], "depths": [2], "seeds": 1, "max_episodes": 20}
     maviper.compare(doorway.act, world=doorway.make, **few, progress=note)
     assert stages() == ["cells"]

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, cast
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Space
+from gymnasium.vector import VectorEnv, VectorWrapper
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils.conversions import aec_to_parallel_wrapper, turn_based_aec_to_parallel_wrapper
 
@@ -58,6 +59,8 @@ from maviper.worlds.outside.spaces import (
 
 if TYPE_CHECKING:
     from gymnasium import spaces
+
+BATCHING = ("num_envs", "vectorization_mode", "vector_kwargs")  # of gymnasium.make_vec, not of a game
 
 
 AGENT = "agent"
@@ -312,7 +315,35 @@ def wrap_environment(env: Any, text: int | str, source: Source) -> ParallelEnv:
     return parallel
 
 
+def of_batch(games: Any) -> Callable[[], gymnasium.Env]:
+    """What makes one environment of those that a vector environment of Gymnasium steps together. InputError where they
+    are not alike, or something is around all of them, which one alone would not have.
+    """
+    functions, spec = list(getattr(games, "env_fns", ())), games.spec
+    kinds = {_parts_of(function) for function in functions}
+    if isinstance(games, VectorWrapper) or len(kinds) > 1 or not (kinds or spec):
+        what = "its games are not alike" if len(kinds) > 1 else "a wrapper is around all of its games together"
+        raise InputError(what, f"{games}", "give a function that makes one game, with the wrappers that it needs")
+
+    def make() -> gymnasium.Env:
+        chosen = {key: value for key, value in spec.kwargs.items() if key not in BATCHING} if spec else {}
+        return functions[0]() if functions else gymnasium.make(spec.id, **chosen)
+
+    make.__module__, make.__qualname__ = "__main__", re.sub(r"\W+", "_", getattr(spec, "id", "")) or "game"
+    return make
+
+
+def _parts_of(function: Any) -> Any:
+    """What decides which environment a function makes: equal for `[lambda: make()] * 2`, and for two of one line."""
+    cells = tuple(repr(cell.cell_contents) for cell in getattr(function, "__closure__", None) or ())
+    return getattr(function, "__code__", function), repr(getattr(function, "__defaults__", None)), cells
+
+
 def _parallel(env: Any, wrappers: Sequence[str], source: Source) -> ParallelEnv:
+    if isinstance(env, cast("type[Any]", VectorEnv)):
+        make = of_batch(env)
+        env.close()
+        env = make()
     if isinstance(env, gymnasium.Env):
         return SingleAgent(env, source, bool(FLATTENING & set(wrappers)))
     if isinstance(env, AECEnv):

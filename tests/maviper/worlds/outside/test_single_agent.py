@@ -7,6 +7,7 @@ import gymnasium
 import numpy as np
 import pytest
 
+import maviper
 from codegen.errors import InputError, MissingToolError
 from maviper.episodes.play import Policies, rollout
 from maviper.evaluation.crossplay import Stage
@@ -200,3 +201,31 @@ def test_what_a_game_of_many_raises_is_told_of_the_environment():
     with pytest.raises(InputError, match="the environment's step raised AssertionError"):
         together.ask("step", [[0], [7]])
     world.close()
+
+
+def push(agent, rows):
+    return (rows[:, 2] + rows[:, 3] > 0).astype(int)
+
+
+@pytest.mark.parametrize("mode", [None, "sync", "async"])
+def test_a_vector_environment_is_a_world_whose_games_are_played_as_one_alone_is(mode):
+    """Given itself, or by a function; its options are those of its games."""
+    games = gymnasium.make_vec("CartPole-v1", num_envs=2, vectorization_mode=mode, sutton_barto_reward=True)
+    chosen = {"max_episodes": 30, "max_depth": 2, "held_out": 5}
+    one = maviper.extract(push, world=lambda: gymnasium.make("CartPole-v1", sutton_barto_reward=True), **chosen)
+    for world in (games, lambda: gymnasium.make_vec("CartPole-v1", 2, mode, sutton_barto_reward=True)):
+        team = maviper.extract(push, world=world, **chosen)
+        assert team.to_text() == one.to_text() and len(team["agent"].tree.feature) > 1
+        measured = [each.provenance.evaluation for each in (team, one)]
+        assert measured[0] == measured[1] and measured[0]["agent return"] <= 0  # the reward that was asked for
+    games.close()
+
+
+def test_vector_environments_whose_games_differ_or_are_wrapped_together_are_refused():
+    unlike = gymnasium.vector.SyncVectorEnv([lambda g=g: gymnasium.make("Pendulum-v1", g=g) for g in (9.0, 10.0)])
+    wrapped = gymnasium.wrappers.vector.RecordEpisodeStatistics(gymnasium.make_vec("CartPole-v1", 2))
+    for games, said in ((unlike, "its games are not alike"), (wrapped, "a wrapper is around all of its games")):
+        with pytest.raises(InputError, match=said):
+            find(games)
+    alike = gymnasium.vector.SyncVectorEnv([lambda g=g: gymnasium.make("CartPole-v1") for g in (9.0, 9.0)])
+    assert find(alike).spec.episode_steps == 500
