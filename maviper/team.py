@@ -55,6 +55,8 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
     def of(profile: PolicyProfile, played: Callable[[], Any] | None = None) -> "Team":
         """Makes a team of a profile.
 
+            team = Team.of(profile)
+
         Args:
             profile: The profile.
             played: Returns the team's world.
@@ -155,6 +157,8 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
     def save(self, path: str | Path) -> Path:
         """Writes the profile, which `maviper.load` reads again; equal teams give equal bytes. Returns the path.
 
+            again = maviper.load(team.save("team.json"))
+
         Raises:
             InputError: The file cannot be written.
             MissingToolError: There is no room for it.
@@ -162,11 +166,16 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
         return runs.write(Path(path), policy_json.dumps(self))
 
     def to_text(self) -> str:
-        """Returns the trees as rules, one line for each leaf."""
+        """Returns the trees as rules, one line for each leaf.
+
+        print(team.to_text())
+        """
         return "\n".join(tell_rules(self, self.agents))
 
     def to_svg(self) -> str:
         """Draws the trees as one SVG.
+
+            Path("team.svg").write_text(team.to_svg())
 
         Raises:
             InputError: There are trees of thousands of nodes.
@@ -177,6 +186,8 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
 
     def to_latex(self) -> str:
         r"""Draws the trees in LaTeX, by the package forest: `\usepackage{forest}`, then the text as it is.
+
+            Path("team.tex").write_text(team.to_latex())
 
         Raises:
             InputError: There are trees of thousands of nodes.

@@ -59,6 +59,13 @@ def test_each_class_that_users_name_has_an_example():
             ast.parse(inspect.cleandoc("\n".join(["", *lines])))
 
 
+@pytest.mark.parametrize("name", [name for name in vars(maviper.Team) if name[0] != "_" and name != "played"])
+def test_each_method_of_a_team_has_an_example(name):
+    text = inspect.getdoc(getattr(maviper.Team, name))
+    (example,) = re.findall(r"(?<=\n\n)(?: {4}.*\n?)+", text)[:1]
+    assert re.search(r"\bteam\b|Team", example) and ast.parse(textwrap.dedent(example))
+
+
 def test_options_are_read_by_name_nowhere():
     for path in (ROOT / "maviper").rglob("*.py"):
         assert not re.search(r"options\[[\"']", path.read_text()), path
