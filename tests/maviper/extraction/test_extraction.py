@@ -439,7 +439,8 @@ def test_the_time_that_measuring_takes_is_part_of_the_limit(seconds, further, ov
     settings = Settings.of({"max_seconds": float(seconds)}, world)
     monkeypatch.setattr("maviper.extraction.extraction.TALLY", Tally(50, 30.0, 1))
     asked = Extraction(world, expert, settings, ends=time.monotonic() + seconds)
-    assert asked.is_over(*further, since=time.monotonic() - 50)  # as long again
+    begun = time.monotonic() - 50
+    assert asked.is_over(*further, since=begun)  # as long again
     assert asked.is_over(*further) is over and not replace(asked, ends=math.inf).is_over(10**9)
 
 
