@@ -18,7 +18,6 @@ import enum
 import math
 import operator
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial, reduce
 from typing import Any
@@ -183,14 +182,13 @@ def convert_feature(m: Any, feature: Feature) -> Feature:
 
 
 def compute(m: Any, feature: Feature, step: Step) -> Feature:
-    """The feature behind a step. InputError where that fails for large numbers, as NumPy does for whole ones."""
+    """The feature behind a step. InputError where Python fails for large numbers, as it does for int(x) * 9 / 2."""
     after = convert_feature(m, feature).then(step)
-    with suppress(OverflowError, TypeError):
-        kinds = {type(after.value(each)) for each in (1.0, LARGEST, -LARGEST)}
-        if step.sense != FOLDING or not {int, np.int64} <= kinds:  # np.abs makes int64 of some whole numbers
-            return after
-    advice = "cut the feature first, np.clip(x, -1000, 1000); of whole numbers take Python's own min, max and abs"
-    raise Refused("this fails where the feature is large", advice)
+    try:
+        after.value(LARGEST), after.value(-LARGEST)
+    except OverflowError:
+        raise Refused("this fails where the feature is large", "cut it first: min(max(x, -1000), 1000)") from None
+    return after
 
 
 def unary(m: Any, kind: type[ast.unaryop], value: Any) -> Any:
@@ -341,7 +339,7 @@ def _call_step(name: str, m: Any, given: Given, named: Named) -> Any:
     if given and isinstance(given[0], Feature):
         if len(given) > 1 or named or not sense:
             raise Refused(f"{name} of a feature, or with further arguments, is not understood", STATED)
-        if name == "numpy.abs":
+        if name in ("numpy.abs", "numpy.deg2rad", "numpy.rad2deg"):
             _refuse_whole(m, given[0])
         m.finite |= name in WHOLE
         return compute(m, given[0], Step(name, apply, sense))

@@ -21,6 +21,7 @@ BODIES = {
     "            break\n    else:\n        return 9\n    return 1 if v > 3 else 2",
     "and gives its operand": "return (x[0] > 0.5 and 'left') or (x[1] > 1 and 'right') or 'stay'",
     "conditions are numbers": "return (x[0] > 0) + 2 * (x[1] > 1) - (x[2] <= 0.5)",
+    "a condition that is kept is turned": "far = not x[0] > 0.5\n    return 1 if far and x[1] > 1 else 2",
     "conditions are compared": "return 1 if (x[0] > 0) == (x[1] > 0) else 2 if (x[0] > 1) ^ (x[2] > 1) else 3",
     "a chain asks only what it must": "return 1 if 0 < x[0] <= 2 < x[1] != 3 else 0",
     "whole numbers": "k = int(min(max(x[0], -1), 2))\n    return (5, 6, 7)[k] + (round(min(max(x[1], -5), 5)) == 2)",
