@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from codegen.errors import InputError
+from codegen.errors import InputError, escape_text
 
 MAX_READS = 300  # of one text, for one line
 BEGINS = re.compile(r"\s*(\[.*\]\s*(#.*)?$|[^\s\[#].*=)")  # lines with which a statement may begin; some rows of lists
@@ -44,7 +44,8 @@ class Place:
         words = ""
         for before, key in zip(("", *self.keys), self.keys, strict=False):
             joint = ", " if isinstance(before, int) else "." if words else ""
-            words += f" {key + 1}" if isinstance(key, int) else f"{joint}{key}"
+            shown = key if isinstance(key, int) or key.isprintable() else escape_text(key)
+            words += f" {key + 1}" if isinstance(key, int) else f"{joint}{shown}"
         return words
 
     def of_offset(self, text: str, offset: int) -> str:
