@@ -103,17 +103,10 @@ def say(text: str) -> None:
         click.echo(wrap(line, width, len(line) - len(line.lstrip()) + 4))
 
 
-def say_json(document: Mapping[str, Any]) -> None:
-    """A result on standard output, as JSON."""
-    from codegen.policy_json import layout
-
-    click.echo(layout(document))
-
-
 class Console:
     """Prints to standard error; `quiet` keeps everything back but errors. `of`: whose lines these are, where several
     print at the same time: plain lines that begin with it. `lines`: False for stages alone, on a terminal, while they
-    last. `on_stage`: told of each step of a stage.
+    last. `on_stage`: told of each step of a stage. `json`: prints a result that is asked for as JSON.
     """
 
     def __init__(
@@ -122,7 +115,7 @@ class Console:
         of: str = "",
         lines: bool = True,
         on_stage: "OnStage | None" = None,
-        json: bool = False,
+        json: "Callable[[Mapping[str, Any]], None] | None" = None,
     ) -> None:
         self.quiet, self.of, self.lines, self.on_stage, self.json = quiet, of, lines, on_stage, json
 
@@ -160,7 +153,7 @@ class Console:
     def give(self, document: Mapping[str, Any], lines: Iterable[str] = ()) -> None:
         """The result of a command on standard output: the document where JSON is asked for, else the lines."""
         if self.json:
-            say_json(document)
+            self.json(document)
         elif text := "\n".join(lines):
             say(text)
 

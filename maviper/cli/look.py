@@ -17,7 +17,7 @@ from click.core import ParameterSource
 
 from codegen.errors import ExitCode
 from codegen.wording import format_count
-from maviper.cli.options import PATH, PROFILE, SETTING, Verb, Verbs, option, options_of
+from maviper.cli.options import PATH, PROFILE, SETTING, Verb, Verbs, option, options_of, say_json
 from maviper.options import EvaluateOptions, ExploitOptions, table_of
 from maviper.options.verbs import ANSWERS
 
@@ -35,7 +35,6 @@ WORLD = option("--world", default=None, metavar="WORLD", help="Your own world, t
 def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
     if asked and not context.resilient_parsing:
         from codegen.profiles import schema
-        from maviper.console import say_json
 
         say_json(schema())
         context.exit(ExitCode.DONE)

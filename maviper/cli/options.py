@@ -303,6 +303,13 @@ def console_of(context: click.Context) -> Any:
     from maviper import console
 
     said: Mapping[str, bool] = context.obj or {}
-    console.current = console.Console(said.get("quiet", False), json=said.get("json", False))
+    console.current = console.Console(said.get("quiet", False), json=say_json if said.get("json") else None)
     context.call_on_close(lambda: setattr(console, "current", None))
     return console.current
+
+
+def say_json(document: Mapping[str, Any]) -> None:
+    """A result on standard output, as JSON."""
+    from codegen.policy_json import layout
+
+    click.echo(layout(document))

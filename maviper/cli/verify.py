@@ -245,7 +245,7 @@ def _decide_claims(profile: Path, options: dict[str, Any], output: Path | None, 
     for label, text in written if full or asking.where else ():
         console.line(label, text)
     if console.json or full:
-        click.echo(done.printed(console.json), nl=False)
+        click.echo(done.printed(bool(console.json)), nl=False)
     if open_claims and is_over():
         return _end_with(exit_code([*(result.verdict for result in done.results), Verdict.UNKNOWN]), unread)
     if open_claims:
