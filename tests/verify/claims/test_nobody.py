@@ -174,7 +174,7 @@ def test_no_certificate_about_episodes_is_about_nobody(place, capfd, name):
 
 def checked_file(place, capfd):
     """Exit code and what was said: nothing on the standard output, three lines of printable ASCII on the other."""
-    code = main.run(["check", str(place / "c.json")])
+    code = main.run(["-q", "check", str(place / "c.json")])
     out, err = capfd.readouterr()
     assert out == "" and err.count("\n") == 3 and all(" " <= letter <= "~" for letter in err.replace("\n", "")), err
     return code, err
