@@ -68,7 +68,7 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
 
 def _check_cases(parsed: Any, where: str) -> None:
     """Refuses a switch that leads into a loop or another statement within it: a case is sought in its own block."""
-    nodes = [each for each in walk(parsed) if isinstance(each, c_ast.Switch | c_ast.Case | c_ast.Default)]
+    nodes: list[Any] = [each for each in walk(parsed) if isinstance(each, c_ast.Switch | c_ast.Case | c_ast.Default)]
     own = {id(item) for each in nodes if isinstance(each, c_ast.Switch) for item in items_of(each)}
     for each in nodes:
         if not isinstance(each, c_ast.Switch) and id(each) not in own:

@@ -185,7 +185,8 @@ def compute(m: Any, feature: Feature, step: Step) -> Feature:
     """The feature behind a step. InputError where Python fails for large numbers, as it does for int(x) * 9 / 2."""
     after = convert_feature(m, feature).then(step)
     try:
-        after.value(LARGEST), after.value(-LARGEST)
+        for end in (LARGEST, -LARGEST):
+            after.value(end)
     except OverflowError:
         raise Refused("this fails where the feature is large", "cut it first: min(max(x, -1000), 1000)") from None
     return after
