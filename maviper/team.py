@@ -166,9 +166,11 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
         return runs.write(Path(path), policy_json.dumps(self))
 
     def to_text(self) -> str:
-        """Returns the trees as rules, one line for each leaf.
+        """Returns the trees as rules, one line for each leaf; `maviper show` prints them.
 
-        print(team.to_text())
+            print(team.to_text())
+
+        A line has the tests on the way to the leaf, and what the leaf decides.
         """
         return "\n".join(tell_rules(self, self.agents))
 
