@@ -3,14 +3,18 @@
     python -m tests.benchmarks.doorway [--rounds 3] [--json]
     python -m tests.benchmarks.doorway --seeds 10 [--json]
     python -m tests.benchmarks.doorway --left [--json]
+    python -m tests.benchmarks.doorway --simulator [--json]
 
 Two robots meet at a doorway: a PettingZoo environment as a researcher writes it, and networks of NumPy. `maviper
 extract` and the forty lines (`dagger`) play as many episodes, held-out ones included, each in a process of its own,
 in turns. All that either spends counts, from the start of Python on. With `--seeds`, what their trees reach is compared
 over so many seeds, in TESTED episodes that neither has seen. With `--left`, the share of an extraction's time that is
-still to come when its clock first says that nothing is left; of this environment, and of a game of ours.
+still to come when its clock first says that nothing is left; of this environment, and of a game of ours. With
+`--simulator`, the environment stands in for a slow simulator: it works for a second an episode, prints each step, and
+fails where a process has two of it; told is what our own process spends beside it.
 """
 
+import os
 import sys
 import time
 from pathlib import Path
@@ -24,6 +28,7 @@ from tests.benchmarks.common import figure, reader, spent, spent_by, tell
 
 HERE = "tests.benchmarks.doorway"
 EPISODES, DEPTH, ROUNDS, HELD_OUT = 300, 3, 5, 37
+WORK = 1.0  # seconds of CPU of a simulator's longest episode
 TESTED, FIRST_TESTED, SEEDS_APART = 500, 10_000_000, 300_000
 
 
@@ -74,6 +79,32 @@ class Doorway(ParallelEnv):
 def make():
     """A fresh environment."""
     return Doorway()
+
+
+class Simulator(Doorway):
+    """The doorway behind a simulator of which a process has one: a second of work an episode, and a line a step."""
+
+    begun = 0
+
+    def __init__(self):
+        super().__init__()
+        Simulator.begun += 1
+        assert Simulator.begun == 1, "a process has one simulation"
+
+    def step(self, actions):
+        print("step", self.steps)
+        until = time.process_time() + WORK / self.max_cycles
+        while time.process_time() < until:
+            pass
+        return super().step(actions)
+
+    def close(self):
+        Simulator.begun -= 1
+
+
+def simulate():
+    """A fresh simulator."""
+    return Simulator()
 
 
 class Network:
@@ -223,15 +254,28 @@ def compare_clocks():
     yield figure("share of the time after '0 s left', physical-deception", ours, 0)
 
 
+def beside_a_simulator():
+    """The figure of a slow simulator: what our process spends, from before the extraction, over what its copies do."""
+    import maviper
+
+    maviper.extract(f"{HERE}:act", world=f"{HERE}:make", max_episodes=30, held_out=2)  # imports are no part of it
+    before = os.times()
+    maviper.extract(f"{HERE}:act", world=f"{HERE}:simulate", max_depth=DEPTH, max_episodes=40, held_out=5)
+    after = os.times()
+    mine, theirs = sum(after[:2]) - sum(before[:2]), sum(after[2:4]) - sum(before[2:4])
+    yield figure("our process beside a simulator of a second an episode, CPU", mine / theirs, 0.1)
+
+
 def main():
     parser = reader(__doc__)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seeds", type=int, default=0, help="compare what trees reach, over so many seeds")
     parser.add_argument("--forty", action="store_true", help="run the forty lines once")
     parser.add_argument("--left", action="store_true", help="how long it goes on after nothing is left")
+    parser.add_argument("--simulator", action="store_true", help="what a slow simulator costs beside its own work")
     options = parser.parse_args()
-    if options.left:
-        tell(compare_clocks(), options.json)
+    if options.left or options.simulator:
+        tell(compare_clocks() if options.left else beside_a_simulator(), options.json)
         return
     if options.forty:
         _, reached, expert = dagger(make(), act, EPISODES, DEPTH, ROUNDS, HELD_OUT)
