@@ -180,7 +180,7 @@ def test_what_cannot_be_claimed_is_refused_with_its_place(claim, says, tmp_path)
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ([], "write a property with formula = "),
+        ([], "write a claim with formula = "),
         (["--claim", "alive_leaves"], "--claim has no effect"),
         (["--claims", "claims.toml", "--set", "semantics=real"], "--set semantics has no effect"),
         (["--claims", "claims.toml", "--region", "apart.toml"], "bounds of single variables"),
