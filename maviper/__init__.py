@@ -20,7 +20,6 @@ from __future__ import annotations
 from maviper import starting as starting  # first: what follows takes time, in which somebody may press Ctrl-C
 
 # isort: split
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from maviper import siblings as siblings  # it says what is in the way of the imports below
@@ -33,7 +32,8 @@ from maviper.importing.verbs import from_file, from_onnx, from_sklearn
 from maviper.options.verbs import TARGETS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable
+    from collections.abc import Callable, Iterable
+    from contextlib import AbstractContextManager
     from pathlib import Path
     from typing import Any, Unpack
 
@@ -160,15 +160,11 @@ def load(path: str | Path, world: str | Callable[..., Any] | None = None) -> Tea
     return Team.of(loaded(path, sums=True), _played(world))
 
 
-@contextmanager
-def _told(progress: Progress, doing: str, once: str) -> Generator[None]:
-    """Tells of the searches within as one stage, at its end of one `once`: they may be too short to say how far."""
-    from maviper.console import Console
+def _told(progress: Progress, doing: str, once: str) -> AbstractContextManager[None]:
+    from maviper.console import telling
     from verify.spending import listening
 
-    with Console.showing(progress).following(doing) as listener, listening(listener):
-        yield
-        listener(1, 1, once)
+    return telling(progress, doing, once, listening)
 
 
 def _played(world: str | Callable[..., Any] | None) -> Callable[[], Any] | None:

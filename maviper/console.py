@@ -14,7 +14,7 @@ import textwrap
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import cached_property
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, TextIO
@@ -215,6 +215,18 @@ class Console:
         )
         with Progress(*columns, console=self.rich, expand=True, transient=True, redirect_stdout=False) as progress:
             yield LiveLine(self, label, total, begun, progress)
+
+
+@contextmanager
+def telling(
+    progress: "bool | OnStage", doing: str, once: str, listening: Callable[[Any], AbstractContextManager[Any]]
+) -> Generator[None]:
+    """Tells `progress` of the searches within as one stage, at its end of one `once`: they may be too short to say how
+    far they are. `listening`: within it a listener hears of them.
+    """
+    with Console.showing(progress).following(doing) as listener, listening(listener):
+        yield
+        listener(1, 1, once)
 
 
 current: Console | None = None  # that of the command that runs, for those who cannot be handed one
