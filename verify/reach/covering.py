@@ -63,11 +63,14 @@ class CutPart:
         """Its halves along the variable in which it is widest, beside the whole and by weights [variables]; none where
         no such variable has a float within, and for a part that was cut so often.
         """
-        (low, high), middle = self.box, 0.5 * self.box.low + 0.5 * self.box.high
-        with np.errstate(all="ignore"):
-            ratios = np.where((low < middle) & (middle < high), weights * (high - low) / (whole.high - whole.low), 0.0)
-        if self.depth < deepest and ratios.max() > 0:
-            self.column = int(ratios.argmax())
+        widest = 0.0  # one by one: most systems have few variables
+        ends = zip(*(each.tolist() for each in (*self.box, *whole, weights)), strict=True)
+        for column, (low, high, least, most, weight) in enumerate(ends if self.depth < deepest else ()):
+            within = low < 0.5 * low + 0.5 * high < high
+            ratio = weight * (high - low) / (most - least) if within else 0.0
+            if ratio > widest:
+                self.column, widest = column, ratio
+        if widest:
             self.halves = [CutPart(half, self.depth + 1) for half in halves(self.box, self.column)]
         return self.halves
 
