@@ -64,9 +64,8 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         raise UnknownNameError("style", style, STYLES, "--style")
     prefix = identifier(profile.world.name) if prefix is None else prefix
     if not PREFIX.fullmatch(prefix):
-        raise InputError(
-            f"not a usable prefix: {prefix!r}", "--prefix", "a lower-case letter, then letters, digits or _"
-        )
+        form = "a lower-case letter, then up to 40 lower-case letters, digits or _"
+        raise InputError(f"not a usable prefix: {prefix!r}", "--prefix", form)
     if is_reserved(prefix):
         raise InputError(f"no file of code can be called {prefix!r}", "--prefix", "choose another with --prefix")
     digest = content_hash(profile)

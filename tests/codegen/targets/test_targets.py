@@ -194,6 +194,28 @@ def test_unknown_target_and_bad_prefix(profile):
         emit(profile, ["c"], prefix="2fast")
 
 
+@pytest.mark.parametrize("prefix", ["2fast", "rotorCtl", "Rotor", "_rotor", "rotor-1", "rotör", "r" * 42, ""])
+def test_a_prefix_that_is_refused_is_answered_with_what_one_may_be(profile, prefix):
+    """Not every identifier of C is one: `rotorCtl` has a letter that is not lower-case."""
+    with pytest.raises(InputError, match="not a usable prefix") as refused:
+        emit(profile, ["c"], prefix=prefix)
+    assert refused.value.next_step == "a lower-case letter, then up to 40 lower-case letters, digits or _"
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@pytest.mark.usefixtures("unoptimised", "few_completions")
+def test_every_public_name_of_a_header_begins_with_the_prefix(profile, style):
+    files = emit(profile, ["c"], "rotor", style)
+    assert list(files) == ["rotor.h"]
+    functions = re.findall(r"^static inline .*?(\w+)\(", files["rotor.h"], re.MULTILINE)
+    constants = re.findall(r"^(?:#define |    )([A-Z]\w*)(?: =.*| \S+)$", files["rotor.h"], re.MULTILINE)
+    assert len(functions) > 20 and all(re.fullmatch(r"rotor_[a-z0-9_]+", name) for name in functions)
+    assert len(constants) > 50 and all(re.fullmatch(r"ROTOR_[A-Z0-9_]+", name) for name in constants)
+    report = selfcheck.check_files(profile, files, "rotor", FEW, style).ensure()
+    assert {item.target for item in report.agreements} >= {"c", "c structure"}
+
+
 @pytest.mark.parametrize("name", ["x_goal_dx", "N_ACTIONS"])
 def test_names_that_collide_in_code_are_refused(profile, name):
     first, *others = profile.agents[1].actions
