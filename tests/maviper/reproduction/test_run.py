@@ -154,8 +154,9 @@ def test_a_cell_of_another_process_is_waited_for(tmp_path, calls, monkeypatch):
         looks = []
 
         def finish(seconds):
-            looks.append(seconds)
-            other.write(cheap()(task, {}))
+            if seconds == grid.POLL:  # not another thread's
+                looks.append(seconds)
+                other.write(cheap()(task, {}))
 
         monkeypatch.setattr(grid.time, "sleep", finish)
         done = reproduced(tmp_path, **GAME)
@@ -182,7 +183,7 @@ def test_a_full_disk_ends_the_run_with_5_and_keeps_whole_files(tmp_path, calls, 
     monkeypatch.undo()
     monkeypatch.setattr(grid, "make_cell", cheap(calls))
     assert main.run(["reproduce", *asked]) == ExitCode.DONE
-    assert len(calls) == len(rows(tmp_path)) + 1 and count == 3  # the third could not be written
+    assert len(calls) == len(rows(tmp_path)) + 1 and 1 < count <= 3  # where a claim's beat came between, one less
 
 
 @pytest.mark.parametrize(
