@@ -214,7 +214,7 @@ class Provenance:
     algorithm: str
     preset: str
     seed: int
-    expert: str  # content hash of the expert, or "" when there was none
+    expert: str  # content hash of the expert, `module:function` of one without, or "" when there was none
     tool: str  # name and version of the program that made the profile
     training: Mapping[str, float | int | str] = field(default_factory=lambda: MappingProxyType({}))
     evaluation: Mapping[str, float | int | str] = field(default_factory=lambda: MappingProxyType({}))

@@ -109,25 +109,33 @@ def show(
 @PROFILE
 @WORLD
 @option("--certificate", type=PATH, default=None, help="Show its claim first, and what a monitor of its proof says.")
-@option("-o", "--output", type=PATH, default=None, help="The page (default: play.html beside the profile).")
+@option("-o", "--output", type=PATH, default=None, help="The page (default: NAME.play.html beside NAME.json).")
 def play(console: "Console", profile: Path, world: str | None, certificate: Path | None, output: Path | None) -> int:
     """Open a page that plays PROFILE in the browser.
 
-    It writes the page of `maviper show --format html`, and opens it. If no browser can be opened, it names the file.
+    The page is that of `maviper show --format html`. Without options, a play.html of the same profile that lies beside
+    it is opened as it is: `demo`, `verify` and `repair` write one, with their verdicts. If no browser can be opened,
+    the file is named.
     """
     console.line("playing", str(profile))
     import webbrowser
 
     from maviper.files import runs
     from maviper.files.profiles import load
+    from maviper.page.page import shows
 
     loaded = load(profile, sums=True)
-    page = runs.ensure_other(output or profile.parent / USUAL[HTML], _list_given(profile, world, certificate))
-    file = runs.target(page, USUAL[HTML])
-    written = _write(loaded, file, console, world, certificate)
-    if not webbrowser.open(written.resolve().as_uri()):
+    file = profile.parent / USUAL[HTML]
+    found = (output, world, certificate) == (None, None, None) and shows(file, loaded)
+    if found:
+        console.line("page", str(file))
+    else:
+        own = profile.with_name(f"{profile.name.removesuffix(runs.PACKED).removesuffix('.json')}.{USUAL[HTML]}")
+        page = runs.ensure_other(output or own, _list_given(profile, world, certificate))
+        file = _write(loaded, runs.target(page, USUAL[HTML]), console, world, certificate)
+    if not webbrowser.open(file.resolve().as_uri()):
         console.line("", "no browser could be opened: open the file in one")
-    console.give({"wrote": str(written)})
+    console.give({"opened" if found else "wrote": str(file)})
     return ExitCode.DONE
 
 

@@ -67,7 +67,7 @@ def read_measure(rows: Mapping[str, float | int | str], measure: Measure) -> tup
 def stop_of(world: World) -> str:
     """After how many steps episodes are stopped, where nobody states how long they are, and how to say it."""
     steps = f"{world.spec.episode_steps:,} steps"
-    return f"{steps}, a length that nobody stated: give it by max_cycles, or write {world.name},{MAX_STEPS}=NUMBER"
+    return f"{steps}, a length that nobody stated: write {world.name},{MAX_STEPS}=NUMBER"
 
 
 def format_cut(rows: Mapping[str, float | int | str], team: str) -> str:

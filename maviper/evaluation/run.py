@@ -37,6 +37,7 @@ from maviper.evaluation.crossplay import (
 from maviper.evaluation.held_out import stop_of
 from maviper.evaluation.players import RANDOM, Player, find_player, find_shipped
 from maviper.evaluation.why import Causes, causes, ensure_branched
+from maviper.experts.finding import origin_of
 from maviper.options import EvaluateOptions, make_request
 from maviper.worlds import World, find
 from maviper.worlds.world import Int
@@ -244,12 +245,12 @@ def request(text: Any, **options: Unpack[EvaluateOptions]) -> Request:
     notes: list[str] = []
     if expert is None and len(origins) == 1 and "" not in origins:
         (origin,) = origins
-        alike = [player for player in known if player.id == origin]
+        alike = [player for player in known if origin in (player.id, origin_of(player.controller))]
         expert = alike[0] if alike else find_shipped(origin, world)
     if expert is None:
         why = "the expert of the profile is not a shipped one" if origins - {""} else "nothing to compare with"
         notes.append(f"no ratios, no fidelity: {why}; --expert names it")
-    elif origins - {expert.id, ""}:
+    elif origins - {expert.id, origin_of(expert.controller), ""}:
         notes.append("another expert than the one that the profile was extracted from")
     against = _against(asked.against, world) or ({expert.name: expert} if expert else {})
     teams = (asked.team,) if asked.team else ()

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
@@ -178,6 +179,14 @@ def reward_weighed_by(expert: Expert, world: World) -> str:
     return cards.critic_reward(card, world) if whose == "learned" else ""
 
 
+def origin_of(expert: Expert) -> str:
+    """Returns where a profile says that it comes from: the expert's hash; of a user's own without one, its function."""
+    known = getattr(expert, "hash", "")
+    while isinstance(expert, Wrapped) and not isinstance(expert, Given):
+        expert = expert.expert
+    return known or (expert.source.reference if isinstance(expert, Given) else "")
+
+
 class Acting:
     """A function `act(agent, observations) -> actions` as an expert of a world. It has no critic.
 
@@ -186,6 +195,7 @@ class Acting:
     """
 
     critic = "none"
+    card: Mapping[str, Any] = MappingProxyType({"algorithm": "function"})
 
     def __init__(self, function: Callable[[Any, Float32], Any], world: World) -> None:
         self.function, self.world, self.agents = function, world, world.agents

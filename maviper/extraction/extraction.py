@@ -27,7 +27,7 @@ from maviper.episodes.play import TALLY, Controller
 from maviper.episodes.trees import among
 from maviper.evaluation.held_out import evaluate_trees
 from maviper.experts.expert import AS_GIVEN, Expert
-from maviper.experts.finding import critic_of, reward_weighed_by
+from maviper.experts.finding import critic_of, origin_of, reward_weighed_by
 from maviper.extraction.arena import stack_trees
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.journal import NOTHING_KEPT, WHOLE, Journal, OnProgress, OnUnderway, Part
@@ -321,7 +321,7 @@ def profile_of(
         algorithm=settings.algorithm,
         preset=settings.preset,
         seed=settings.seed,
-        expert=expert.hash,
+        expert=origin_of(expert),
         tool=f"maviper {version()}",
         training=MappingProxyType({**training, **numbered}),
         evaluation=MappingProxyType(reached),

@@ -32,7 +32,7 @@ from maviper.evaluation import held_out
 from maviper.evaluation.held_out import format_cut, read_measure, stop_of
 from maviper.experts.cards import how_learned
 from maviper.experts.expert import Expert, labels
-from maviper.experts.finding import NONE, critic_of, find_expert, seeing
+from maviper.experts.finding import NONE, critic_of, find_expert, origin_of, seeing
 from maviper.experts.foreign.layers import LOG_PROBABILITIES
 from maviper.extraction import refitting
 from maviper.extraction.algorithms import check, extract
@@ -325,11 +325,10 @@ def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | N
 
 def say_expert(expert: Expert, world: World, console: Console) -> None:
     """Prints what made the expert, and how it learned."""
-    made = expert.card.get("algorithm", "unknown")
+    algorithm, own = expert.card.get("algorithm", ""), "" if expert.hash else origin_of(expert)
+    made = f"{own} ({algorithm})" if own and algorithm else own or algorithm or "unknown"
     critic = f", {WEIGHED[critic_of(expert)]}" if critic_of(expert) in WEIGHED else ""
     console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
-    if not world.length_stated:
-        console.line("length", f"episodes are cut after {stop_of(world)}")
     if how_learned(expert.card):
         console.line("", f"it learned by {how_learned(expert.card)}")
 
@@ -458,6 +457,8 @@ def say_measured(profile: ir.PolicyProfile, world: World, console: Console) -> N
                 cut = format_cut(measured, measure.team)
                 parts.append(f"{measure.team} {ours:.3f} (expert {theirs:.3f}, {text}{cut})")
         console.line("measured", f"{name}: {'; '.join(parts)}, {measured['episodes']} held-out episodes")
+    if any(format_cut(measured, team) for team in world.teams):
+        console.line("length", f"episodes that went on were cut after {stop_of(world)}")
     say_idle(profile, console)
 
 

@@ -9,6 +9,7 @@ Assumes: `maviper.page.document` made the data; results of one profile, in the o
 Does not: decide, open a browser or write files.
 """
 
+import contextlib
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,6 +31,7 @@ from codegen.lowering.model import Agent
 from codegen.lowering.render import render
 from codegen.lowering.tracking import Edges, Start
 from codegen.lowering.watching import WORDS
+from codegen.policy_json import content_hash
 from codegen.profiles import ensure
 from codegen.targets.svg import Box, Edge, Picture, picture
 from codegen.wording import format_count
@@ -108,6 +110,13 @@ def visits_of(profile: ir.PolicyProfile, world: World) -> dict[str, list[int]]:
 def _visits(policy: ir.AgentPolicy, observations: ir.Float32) -> list[int]:
     """Counts the observations that reach each leaf, by node."""
     return np.bincount(ir.apply(policy.tree, observations), minlength=len(policy.tree.feature)).tolist()
+
+
+def shows(file: Path, profile: ir.PolicyProfile) -> bool:
+    """Returns True if a file is a page of this profile alone."""
+    with contextlib.suppress(OSError, UnicodeDecodeError):
+        return f'"profile":"{content_hash(profile)}","against":null,' in file.read_text(encoding="utf-8")
+    return False
 
 
 def unplayable(*profiles: ir.PolicyProfile) -> str:

@@ -123,7 +123,7 @@ def test_a_game_that_is_not_ours_is_no_failed_check(bring, tmp_path, capsys):
     (tmp_path / "car.json").write_text(dumps(bring(NUMBERS)))
     code, _, err = run(capsys, "compile", str(tmp_path / "car.json"), "--target", "python", "-o", str(tmp_path / "out"))
     assert code == ExitCode.DONE
-    assert f"SKIPPED     episode replay: only built-in games can be replayed, and {CAR} is not one" in err
+    assert f"episodes    not replayed: only built-in games can be replayed, and {CAR} is not one" in err
 
 
 def test_what_needs_rules_or_landmarks_says_so(bring, tmp_path, capsys):

@@ -5,13 +5,16 @@ the verifier.
 import functools
 import itertools
 import json
+import shutil
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from codegen import profiles
+from maviper.cli.main import run as run_command
 from maviper.episodes.play import play, tree_policies
 from maviper.page.document import Contents, Shown, document, usual_claims
 from maviper.page.page import contents_of, page
@@ -324,3 +327,23 @@ def test_a_page_shows_a_claim_and_is_small_and_needs_no_network(name):
     assert page(profile, contents_of(profile, usual_claims(profile))) == html
     for outside in ("http://", "https://", "import(", "fetch(", "XMLHttpRequest", "src="):
         assert outside not in html.replace("http://www.w3.org/2000/svg", ""), outside
+
+
+# --- the command
+
+
+def test_playing_leaves_the_page_of_another_verb_as_it_is(tmp_path, monkeypatch, capsys):
+    """Pages of `demo` have verdicts, and their manifest their hashes: the page is opened, not written again."""
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda url: opened.append(Path(url.removeprefix("file://")).name) or True)
+    folder = Path(shutil.copytree(GENERATED / "physical_deception", tmp_path / "demo"))
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    assert "PROVED in the start region" in (folder / "play.html").read_text()
+    asked = ["play", str(folder / "profile.json")]
+    assert run_command(asked) == run_command(["play", str(folder / "extracted" / "profile.json")]) == 0
+    assert opened == ["play.html"] * 2 and {path for path in folder.rglob("*") if path.is_file()} == {*before}
+    assert run_command([*asked, "--certificate", str(folder / "certificate-1-distinct_targets.json")]) == 0
+    other = Path(shutil.copy(folder / "extracted" / "profile.json", folder / "other.json"))
+    assert run_command(["play", str(other)]) == 0
+    assert opened[2:] == ["profile.play.html", "other.play.html"]
+    assert all(path.read_bytes() == content for path, content in before.items())

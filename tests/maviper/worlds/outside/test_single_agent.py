@@ -9,6 +9,7 @@ import pytest
 
 import maviper
 from codegen.errors import InputError, MissingToolError
+from maviper.cli import main
 from maviper.episodes.play import Policies, rollout
 from maviper.evaluation.crossplay import Stage
 from maviper.worlds import find
@@ -205,6 +206,22 @@ def test_what_a_game_of_many_raises_is_told_of_the_environment():
 
 def push(agent, rows):
     return (rows[:, 2] + rows[:, 3] > 0).astype(int)
+
+
+def stay(agent, rows):
+    return np.ones(len(rows), int)
+
+
+def test_what_is_told_of_a_function_and_of_episodes_that_the_game_itself_ends(tmp_path, capsys):
+    """The game ends after 8 steps, states no length, and takes no `max_cycles`."""
+    game, place = "tests.support.environments:Line", str(tmp_path / "team.json")
+    asked = ["--world", game, "--max-episodes", "40", "--max-depth", "1"]
+    assert main.run(["extract", f"{__name__}:stay", *asked, "-o", place]) == 0
+    told = capsys.readouterr().err
+    assert f"expert      {__name__}:stay (function) for {game}, no Q: " in told and "cut" not in told
+    assert maviper.load(place).provenance.expert == f"{__name__}:stay"
+    measured = maviper.evaluate(place, world=game, expert=stay, episodes=2)
+    assert "another expert" not in str(measured) and "no ratios" not in str(measured)
 
 
 @pytest.mark.parametrize("mode", [None, "sync", "async"])
