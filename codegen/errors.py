@@ -97,7 +97,7 @@ class HangingToolError(MaviperError):
     exit_code = ExitCode.MISSING
 
 
-MAX_NAMES_SHOWN = 10
+MAX_NAMES_SHOWN, MAX_NAMES_LISTED = 10, 50  # where another command lists them, and where none does
 LISTS = {"claim": "maviper verify --list", "world": "maviper worlds list"}  # kind of name -> what prints them all
 STEERING = frozenset(("Cc", "Cf", "Zl", "Zp"))  # categories of control and format characters and of ends of lines
 
@@ -124,13 +124,19 @@ def closest(name: str, known: Iterable[str]) -> str | None:
 
 
 def suggestion(name: str, known: Iterable[str], lists: str = "") -> str:
-    """One line that helps after a misspelt name: the closest match, else the names if they are few, else the command
+    """One line that helps after a misspelt name: the closest matches, else the names, or if there are many the command
     that `lists` them.
     """
     names = list(known)
     match = closest(name, names)
     if match is not None:
-        return f"did you mean '{escape_text(match)}'?"
-    if len(names) <= MAX_NAMES_SHOWN:
-        return "known: " + ", ".join(map(escape_text, names))
-    return f"see `{lists}`" if lists else f"none of the {len(names)} known names is close"
+        near = [each for each in dict.fromkeys(names) if _likeness(each, name) == _likeness(match, name)]
+        return "did you mean " + " or ".join(f"'{escape_text(each)}'" for each in near[:MAX_NAMES_SHOWN]) + "?"
+    if lists and len(names) > MAX_NAMES_SHOWN:
+        return f"see `{lists}`"
+    more = f", and {len(names) - MAX_NAMES_LISTED} more" if len(names) > MAX_NAMES_LISTED else ""
+    return "known: " + ", ".join(map(escape_text, names[:MAX_NAMES_LISTED])) + more
+
+
+def _likeness(known: str, name: str) -> float:
+    return difflib.SequenceMatcher(None, known, name).ratio()

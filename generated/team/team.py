@@ -13,7 +13,9 @@
 # `features` and `action_names` are optional. The expert is any function from an agent and its
 # observations `[n, n_features]` to actions `[n]`. This one is written by hand, and [policies of other
 # libraries](../../maviper/manual/experts.md#policies-of-other-libraries) become one in five lines. For the command line
-# save this block as `mygame.py`:
+# save this block as `mygame.py`. A script of your own that imports it and plays needs `if __name__ ==
+# "__main__":` above its calls: copies of the environment may play in processes, which import the
+# script again.
 
 import numpy as np
 from gymnasium.spaces import Box, Discrete

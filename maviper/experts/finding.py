@@ -346,6 +346,8 @@ def import_expert(source: Source, world: World | None = None) -> Given:
     function = import_maker(source)
     if not callable(function) or _acts(function):
         return given_expert(function, world, source)
+    if not source.options:
+        _ensure_takes(function, source)
     return given_expert(_run(lambda: function(**source.options), source, source.function), world, source)
 
 
@@ -357,12 +359,28 @@ def _acts(function: Callable[..., Any]) -> bool:
     return False
 
 
+def _ensure_takes(function: Callable[..., Any], source: Source, *given: Any) -> None:
+    """InputError where a function does not take so many arguments: it is no expert, and makes none."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # not written in Python
+        return
+    try:
+        signature.bind(*given)
+    except TypeError:
+        called = source.function
+        advice = f"write {called}(agent, observations), or {called}() that returns an expert"
+        what = f"an expert takes agent and observations; {called} takes {signature}"
+        raise InputError(what, source.text, advice) from None
+
+
 def given_expert(given: Any, world: World | None, source: Source) -> Given:
     """A user's expert, checked: an object, or a function that acts in `world`."""
     if callable(given) and not hasattr(given, "world"):
         if world is None:
             what = "a function act(agent, observations) does not say which world it plays"
             raise InputError(what, source.text, "name it: --world module:function")
+        _ensure_takes(given, source, "agent", "observations")
         return Given(cast("Expert", Acting(given, world)), source)
     expert: Any = given
     missing = [name for name in MEMBERS if not hasattr(expert, name)]

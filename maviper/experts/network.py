@@ -355,7 +355,8 @@ def load(name_or_path: str, world: World | None = None) -> tuple[NetworkExpert, 
             missing = not path.exists()
         except (OSError, ValueError) as error:  # too long, or not a path at all
             raise InputError("cannot read the file", f"{name_or_path[:80]}: {error}"[:200], "check the path") from None
-        if missing and path.suffix == "" and path.parent == Path():
-            raise UnknownNameError("expert", name_or_path, SHIPPED, "neither a shipped expert nor a file or run folder")
+        if missing and path.parent == Path():
+            where = "neither a shipped expert, a file nor a run folder; a function of your own is named module:function"
+            raise UnknownNameError("expert", name_or_path, SHIPPED, where)
         expert = decode(runs.read(path, MAX_BYTES), str(path), world)
     return expert, world or find_built_in(str(expert.card["world"]))

@@ -122,8 +122,10 @@ class Scored(NamedTuple):
 
 def ensure_counts(seeds: int, jobs: int) -> None:
     """InputError for numbers of seeds or jobs out of their range."""
-    if jobs < 1 or not 1 <= seeds <= MAX_SEEDS:
-        raise InputError(f"--seeds must be from 1 to {MAX_SEEDS}, --jobs at least 1", "--seeds, --jobs")
+    if not 1 <= seeds <= MAX_SEEDS:
+        raise InputError(f"the number of seeds must be from 1 to {MAX_SEEDS}, not {seeds}", "--seeds")
+    if jobs < 1:
+        raise InputError(f"the number of jobs must be at least 1, not {jobs}", "--jobs")
 
 
 def folder_of(run: Path, seed: int) -> Path:

@@ -91,7 +91,11 @@ class Option:
         if self.base in NUMBERS and not isinstance(value, bool) and isinstance(value, NUMBERS[self.base]):
             return self.base(cast("Any", value))
         if not isinstance(value, self.base) or self.base in NUMBERS:
-            raise InputError(f"{self.name} is {CALLED[self.base]}, not {escape_text(repr(value)[:40])}", self.flag)
+            called = "a name or a function" if self.objects else CALLED[self.base]
+            what = f"{self.name} is {called}, not {escape_text(repr(value)[:40])}"
+            made = self.objects and hasattr(value, "reset")  # an environment
+            advice = f"give the function that makes it: {self.name}=make, not {self.name}=make()" if made else ""
+            raise InputError(what, self.flag, advice)
         return value
 
 

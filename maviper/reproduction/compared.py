@@ -228,8 +228,10 @@ class _Cells:
             self.number("", lambda expert, of=of: of(expert, setting, measure))
             for of in (self.value, self.ratio, self.theirs)
         )
-        scores = [list(self.by_seed(expert, setting, measure).values()) for expert in self.asked.experts]
-        middle = interquartile([np.array(each) for each in scores if each])
+        scores = [np.array([*self.by_seed(expert, setting, measure).values()]) for expert in self.asked.experts]
+        fewest = min((len(each) for each in scores if len(each)), default=0)
+        enough = fewest >= register.read().least_seeds  # of few a bootstrap would find the least and the most
+        middle = interquartile(scores) if enough else (np.nan, np.nan, np.nan)
         cells, members = self.cells(setting), self.asked.world.teams[measure.team]
         facts = [self.results.facts(cell.cell) for cell in cells]
         return {
@@ -398,7 +400,7 @@ def _shown(row: Mapping[str, Any], name: str, digits: int = 3) -> str:
     return f"{number:z.{digits}f}{interval}"
 
 
-HEAD = ("algorithm", "depth", "mean", "ratio", "leaves", "fidelity", "episodes", "CPU s")
+HEAD = ("algorithm", "depth", "mean", "ratio", "IQM", "leaves", "fidelity", "episodes", "CPU s")
 
 
 def _lines(cells: _Cells, rows: Rows, differences: Rows, best: str, making: Making) -> list[str]:
@@ -413,9 +415,11 @@ def _lines(cells: _Cells, rows: Rows, differences: Rows, best: str, making: Maki
         shown = [row for row in rows if row["measure"] == measure.label]
         lower = ", lower is better" if measure.lower_is_better else ""
         lines += ["", f"{measure.label}{lower}; the expert's is {spell(shown[0]['expert'])}"]
-        lines += tabulate([HEAD, *map(_row, shown)], 2)
+        lines += tabulate([_with_iqm(each, HEAD.index("IQM"), shown) for each in (HEAD, *map(_row, shown))], 2)
+    least = register.read().least_seeds
+    if not _has_iqm(rows):
+        lines += ["", f"no interquartile means (IQM) of ratios: they need {least} seeds of each expert"]
     if differences:
-        least = register.read().least_seeds
         few = f"under {least} {units.split()[1].removesuffix('s')}s decide nothing"
         lines += ["", f"differences of ratios; the chance of any false word is at most 5 %; {few}"]
         lines += tabulate(
@@ -429,13 +433,25 @@ def _lines(cells: _Cells, rows: Rows, differences: Rows, best: str, making: Maki
 
 def _row(row: Mapping[str, Any]) -> list[str]:
     sizes = [f"{row['leaves']:.1f}", f"{row['fidelity']:.3f}", f"{row['episodes']:,.0f}", f"{row['cpu_seconds']:.1f}"]
-    return [row["algorithm"], str(row["depth"]), _shown(row, "value"), _shown(row, "ratio", 2), *sizes]
+    numbers = [_shown(row, "value"), _shown(row, "ratio", 2), _shown(row, "iqm", 2)]
+    return [row["algorithm"], str(row["depth"]), *numbers, *sizes]
+
+
+def _has_iqm(rows: Rows) -> bool:
+    return any(row["iqm"] is not None for row in rows)
+
+
+def _with_iqm(line: Sequence[str], place: int, rows: Rows) -> list[str]:
+    """A line of a table, without the interquartile mean at its place where no row has one."""
+    return [each for k, each in enumerate(line) if k != place or _has_iqm(rows)]
 
 
 def _latex(cells: _Cells, rows: Rows) -> str:
     """A tabular by booktabs, with a part for each team."""
     head = ["Algorithm", "Depth", "Mean", "Ratio", "IQM of ratios", "Leaves", "Fidelity", "Episodes"]
-    lines = ["% \\usepackage{booktabs}", "\\begin{tabular}{lrllllrr}", "\\toprule", f"{' & '.join(head)} \\\\"]
+    place = head.index("IQM of ratios")
+    columns, head = "".join(_with_iqm("lrllllrr", place, rows)), _with_iqm(head, place, rows)
+    lines = ["% \\usepackage{booktabs}", f"\\begin{{tabular}}{{{columns}}}", "\\toprule", f"{' & '.join(head)} \\\\"]
     for measure in cells.main:
         shown = [row for row in rows if row["measure"] == measure.label]
         lower = ", lower is better" if measure.lower_is_better else ""
@@ -445,5 +461,5 @@ def _latex(cells: _Cells, rows: Rows) -> str:
             numbers = [_shown(row, "value"), _shown(row, "ratio", 2), _shown(row, "iqm", 2)]
             sizes = [f"{row['leaves']:.1f}", f"{row['fidelity']:.2f}", f"{row['episodes']:.0f}"]
             words = [escape(name_algorithm(row["algorithm"])), str(row["depth"])]
-            lines.append(f"{' & '.join([*words, *numbers, *sizes])} \\\\")
+            lines.append(f"{' & '.join(_with_iqm([*words, *numbers, *sizes], place, rows))} \\\\")
     return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"

@@ -17,6 +17,7 @@ ROW, SIDE, INSET = 24, 30, 12
 LEGEND_COLUMNS, LEGEND_ROW = 2, 18
 APART = 7.0  # between the series at one x, so that intervals can be told apart
 MAX_TICKS = 6
+CUT = 4  # half the width of the arrowhead on an interval that goes on beyond the frame
 
 
 @dataclass(frozen=True)
@@ -118,8 +119,7 @@ def lines(
 
     drawn: list[dict[str, Any]] = []
     for place, (name, points) in enumerate(shown.items()):
-        apart = APART * (place - (len(shown) - 1) / 2) if len(xs) <= MAX_TICKS or to_scale else 0.0
-        apart /= 2 if to_scale else 1
+        apart = APART * (place - (len(shown) - 1) / 2) if len(xs) <= MAX_TICKS and not to_scale else 0.0
         at = [round(across(point.x) + apart, 2) for point in points]
         ends = [[down(end) for end in point.ends] or [None, None] for point in points]
         placed = [
@@ -128,6 +128,14 @@ def lines(
                 "y": down(point.value),
                 "low": end[0],
                 "high": end[1],
+                "cut": [
+                    f"M{x - CUT},{edge + way * CUT} L{x},{edge} L{x + CUT},{edge + way * CUT}"
+                    for edge, way, beyond in (
+                        (bottom, -1, min(point.ends, default=low) < low),
+                        (TOP, 1, max(point.ends, default=high) > high),
+                    )
+                    if beyond
+                ],
                 "told": f"{name_algorithm(name)}: {point.told}",
             }
             for x, point, end in zip(at, points, ends, strict=True)

@@ -121,7 +121,7 @@ def find_built_in(name: str) -> World:
     """Finds a world among our own games only: nothing is imported or run, whatever the name says; see `find`."""
     game, *choices = name.split(",")
     if game not in WORLDS:
-        raise UnknownNameError("world", game, WORLDS)
+        raise UnknownNameError("world", game, WORLDS, "an environment of your own is named module:function")
     usual = options_of(game)
     options: dict[str, int | str] = {}
     for choice in choices:

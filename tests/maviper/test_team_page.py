@@ -39,6 +39,30 @@ def test_the_script_prints_what_the_page_says(tmp_path):
     assert ran.stdout == notebook.printed(PAGE)
 
 
+UNGUARDED = """
+import maviper
+from maviper.worlds.outside import processes
+from mygame import act, make
+
+processes.cores = lambda: 2
+maviper.extract(act, world=make, max_depth=2, max_episodes=60)
+"""
+
+
+def test_a_script_without_a_guard_ends_in_one_error(tmp_path):
+    """Its copies' processes import it again: each printed a traceback and the lecture of multiprocessing."""
+    code = next(text for kind, text in notebook.cells(PAGE) if kind == "code")
+    (tmp_path / "mygame.py").write_text(code)
+    (tmp_path / "play.py").write_text(UNGUARDED)
+    ran = subprocess.run([sys.executable, "play.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ran.returncode == 1 and ran.stderr.count("Traceback") == 1 and "bootstrapping" not in ran.stderr
+    what, where, advice = ran.stderr.splitlines()[-3:]
+    assert "copies of mygame:make play in processes" in what and where.endswith("play.py")
+    assert "write `if __name__ == '__main__':`" in advice
+    (tmp_path / "play.py").write_text("if __name__ == '__main__':\n" + UNGUARDED.replace("\n", "\n    "))
+    subprocess.run([sys.executable, "play.py"], cwd=tmp_path, check=True)
+
+
 RUN = """
 import sys
 import nbformat

@@ -44,6 +44,7 @@ TRIAL, LONGER = 10.0, 20  # seconds that two copies may take, and how many times
 MESSAGE, WAKING = 1e-4, 1e-3
 SPAWN, LOKY = "spawn", "loky"  # the latter in joblib's workers; a copy is told it, and does not know it
 GRACE = 2.0  # seconds in which a copy may end by itself
+UNGUARDED = 113  # exit code of a copy whose process, as it started, ran a script that wants copies itself
 
 
 class Copy:
@@ -311,6 +312,8 @@ class _Process:
     """A copy in a process of its own, and our end of its pipe."""
 
     def __init__(self, source: Source) -> None:
+        if getattr(multiprocessing.current_process(), "_inheriting", False):  # it is importing the main script
+            raise SystemExit(UNGUARDED)
         if multiprocessing.get_start_method(allow_none=True) == LOKY:
             multiprocessing.set_start_method(SPAWN, force=True)
         context = multiprocessing.get_context(SPAWN)
@@ -326,16 +329,19 @@ class _Process:
             self.pipe.send((verb, argument))
 
     def outcome(self, limit: float | None = None) -> Any:
-        """The answer; InputError for an error, the process's end, or none within `limit` seconds."""
+        """The answer; InputError for an error, the process's end, or none within `limit` seconds. MaviperError where
+        the process ended since the main script has no guard: no other way to play would help.
+        """
         try:
             if not self.pipe.poll(limit):
                 self.process.kill()
             raised, answer = self.pipe.recv()
         except (EOFError, OSError):
             self.process.join(GRACE)
+            if self.process.exitcode == UNGUARDED:
+                raise _unguarded(self.source) from None
             what = f"a copy of the environment ended by itself, exit code {self.process.exitcode}"
-            advice = "its last output is on standard error; a script of your own needs `if __name__ == '__main__':`"
-            raise InputError(what, self.source.text, advice) from None
+            raise InputError(what, self.source.text, "its last output is on standard error") from None
         if raised:
             raise InputError(*answer)
         return answer
@@ -351,6 +357,12 @@ class _Process:
             self.process.kill()
             self.process.join()
         self.process.close()
+
+
+def _unguarded(source: Source) -> MaviperError:
+    what = f"copies of {source.text} play in processes, and each of these runs the script again from its first line"
+    script = getattr(sys.modules["__main__"], "__file__", "the script")
+    return MaviperError(what, script, "write `if __name__ == '__main__':` above what it runs, and indent that")
 
 
 @contextmanager

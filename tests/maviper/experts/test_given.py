@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.errors import ExitCode, InputError
+import maviper
+from codegen.errors import ExitCode, InputError, UnknownNameError
 from maviper.cli import main
 from maviper.experts.finding import find_expert
+from tests.benchmarks import doorway
 
 EXPERT = """
 import numpy as np
@@ -164,3 +166,25 @@ def test_an_action_of_who_has_ended_means_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(type(world), "alive", lambda self, state: np.zeros((len(state), 3), bool))
     assert (expert.act(range(3), seen, start) == 0).all()
     sys.modules.pop("ended", None)
+
+
+def test_a_function_of_other_arguments_is_no_expert(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    Path("turned.py").write_text("def one(observations):\n    return observations[:, 0]\n")
+    for given in ("turned:one", lambda observations: observations[:, 0]):
+        with pytest.raises(InputError, match=r"an expert takes agent and observations; \w+ takes \(observations\)"):
+            find_expert(given, world=doorway.make)
+
+
+@pytest.mark.parametrize("name", ["tug", "tug.policy"])
+def test_who_names_no_expert_is_told_how_a_function_is_named(name):
+    with pytest.raises(UnknownNameError, match="a function of your own is named module:function") as caught:
+        find_expert(name)
+    assert "known: " in caught.value.next_step and "cooperative-navigation" in caught.value.next_step
+
+
+def test_an_environment_in_place_of_what_makes_it_is_told():
+    with pytest.raises(InputError, match="world is a name or a function, not") as caught:
+        maviper.extract(doorway.act, world=doorway.make())
+    assert caught.value.next_step == "give the function that makes it: world=make, not world=make()"

@@ -24,9 +24,10 @@ def test_the_first_of_the_best_is_kept_and_every_score_is_said(tmp_path):
 
 def test_counts_out_of_their_range_are_refused():
     ensure_counts(1_000, 1)
-    for seeds, jobs in ((0, 1), (1_001, 1), (1, 0)):
-        with pytest.raises(InputError, match="--seeds must be from 1 to 1000"):
+    for seeds, jobs, said in ((0, 1, "seeds must be from 1 to 1000, not 0"), (1, 0, "jobs must be at least 1, not 0")):
+        with pytest.raises(InputError, match=said) as caught:
             ensure_counts(seeds, jobs)
+        assert caught.value.where == ("--jobs" if seeds else "--seeds")
 
 
 def test_a_seed_goes_on_only_where_it_had_begun(tmp_path):

@@ -109,6 +109,15 @@ def test_experts_are_the_units_where_there_are_several(tmp_path, calls):
         compared(tmp_path / "other", experts=["physical-deception"])
 
 
+def test_interquartile_means_need_as_many_seeds_as_a_verdict(tmp_path, calls):
+    few, enough = compared(tmp_path, seeds=4), compared(tmp_path, seeds=5)
+    assert {row["iqm"] for row in few.rows} == {row["iqm low"] for row in few.rows} == {None}
+    assert "IQM" not in few.latex and "{lrlllrr}" in few.latex and "  IQM" not in "\n".join(few.lines)
+    assert "no interquartile means (IQM) of ratios: they need 5 seeds of each expert" in few.lines
+    assert "IQM of ratios" in enough.latex and "  IQM  " in "\n".join(enough.lines)
+    assert not any(line.startswith("no interquartile") for line in enough.lines)
+
+
 def test_interquartile_means_are_those_of_the_definition():
     rng = np.random.default_rng(5)
     scores = [rng.normal(size=10), rng.normal(1, size=7)]

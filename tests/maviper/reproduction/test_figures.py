@@ -63,6 +63,23 @@ def test_numbers_lie_where_the_axis_says():
     assert share == pytest.approx(0.5, abs=0.01)
 
 
+def test_marks_lie_at_their_own_numbers_and_cut_intervals_say_so():
+    series = {
+        "maviper": [Point(0.5, 0.4, 0.6, 7), Point(0.7, -50.0, 50.0, 13)],
+        "iviper": [Point(0.6, 0.5, 0.7, 7), Point(0.6, 0.5, 0.7, 13)],
+    }
+    root = ET.fromstring(figures.lines("t", "leaves", series, None, to_scale=True))
+    labels = [each for each in root.iter(f"{SVG}text") if each.get("text-anchor") == "middle"]
+    ticks = {float(each.text): float(each.get("x")) for each in labels}
+    first, last = min(ticks), max(ticks)
+    for points in ([each for each in root.iter(f"{SVG}g") if each.find(f"{SVG}title") is not None],):
+        for leaves, group in zip([7, 13, 7, 13], points, strict=True):
+            x = float(group.findall(f"{SVG}path")[-1].get("transform").removeprefix("translate(").partition(",")[0])
+            place = ticks[first] + (ticks[last] - ticks[first]) * (leaves - first) / (last - first)
+            assert x == pytest.approx(place, abs=0.02)
+    assert [len(each.findall(f"{SVG}path")) for each in points] == [2, 4, 2, 2]  # two arrowheads
+
+
 def test_long_intervals_do_not_hide_the_numbers():
     low, high, ticks = figures._scale(figures._reach({"a": [Point(1.0, -50.0, 50.0), Point(2.0, 1.9, 2.1)]}))
     assert low <= 0 and 2 < high <= 4 and len(ticks) <= 9
