@@ -70,7 +70,11 @@ class UnknownNameError(InputError):
     """A name that does not exist; the message carries the closest match."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: object = "") -> None:
-        super().__init__(f"unknown {kind} '{escape_text(name)}'", where, suggestion(name, known, LISTS.get(kind, "")))
+        names, alone = list(known), name.partition(".")[2]
+        advice = suggestion(name, names, LISTS.get(kind, ""))
+        if kind == "coordinate" and alone in names:
+            advice = f"write {escape_text(alone)}: it is shared, or there is one agent"
+        super().__init__(f"unknown {kind} '{escape_text(name)}'", where, advice)
 
 
 class RefusedError(MaviperError):

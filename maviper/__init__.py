@@ -357,7 +357,7 @@ def verify(
         profile: The team, or its file.
         claim: One of `maviper.claims`, such as `claims.Reaches(steps=25)`, which has its parameters and its team; or
             a name, with the parameters as options.
-        region: `start`, or a region file.
+        region: `start`, or a region file; over observations also `seen`, which `start` means there, and `ranges`.
         progress: As for `extract`.
 
     `margin` and `radius` are lengths of the world, `kappa` is a ratio, `eps` is in the features' units. With `where`,

@@ -288,13 +288,11 @@ def output(text: str, kind: click.Path = FOLDER) -> Callable[[Any], Any]:
     return option("-o", "--output", type=kind, required=True, help=text, section=RESULTS)
 
 
-REGION = option(
-    "--region",
-    default="start",
-    show_default=True,
-    metavar="REGION",
-    section=QUESTION,
-    help="`start` (where episodes start), or a region file (TOML).",
+_region = partial(option, "--region", default="start", show_default=True, metavar="REGION", section=QUESTION)
+REGION = _region(help="`start` (where episodes start), or a region file (TOML).")
+OBSERVED_REGION = _region(
+    help="`start` (where episodes start), or a region file (TOML); of observations also `seen` (what episodes showed; "
+    "`start` means it there) and `ranges` (all that features may be).",
 )
 
 

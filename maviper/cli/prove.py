@@ -16,7 +16,19 @@ import click
 
 from codegen.errors import ExitCode, InputError, escape_text
 from codegen.wording import format_count
-from maviper.cli.options import FOLDER, PATH, PROFILE, REGION, RESULTS, SETTING, Verb, option, options_of, output
+from maviper.cli.options import (
+    FOLDER,
+    OBSERVED_REGION,
+    PATH,
+    PROFILE,
+    REGION,
+    RESULTS,
+    SETTING,
+    Verb,
+    option,
+    options_of,
+    output,
+)
 from maviper.options import DiffOptions, RepairOptions
 from maviper.options.verbs import QUESTION
 
@@ -222,7 +234,7 @@ def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], co
 )
 @click.argument("first", type=PATH)
 @click.argument("second", type=PATH)
-@REGION
+@OBSERVED_REGION
 @options_of(DiffOptions)
 @SETTING
 @option("-o", "--output", type=FOLDER, default=None, section=RESULTS, help="Folder for data, certificate and page.")

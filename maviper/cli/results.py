@@ -19,6 +19,7 @@ from verify.result import AnyResult, Verdict
 
 CAVEATS = (WEAK, "no certificate", "not replayed")  # in lines that say what a verdict is not
 EXAMPLE = "counterexample: "  # begins the line of a report that says who does what
+OBSERVED = ("at ", "if agents observe ")  # begin lines of a counterexample over observations
 
 if TYPE_CHECKING:
     from maviper.compilation.compile import Compiled
@@ -40,13 +41,23 @@ def say_verdict(profile: PolicyProfile, result: AnyResult, console: Console) -> 
     console.result(result.verdict.value, as_lines(profile, result)[0])
 
 
-def say_details(profile: PolicyProfile, results: Sequence[AnyResult], console: Console) -> None:
-    """Who does what where the first violated claim fails, or what is known of the only one; what any verdict is not."""
-    violated = [result for result in results if result.verdict is Verdict.VIOLATED]
-    shown = violated[:1] or (results if len(results) == 1 else ())
-    for result in results:
-        for line in _pick_lines(result, as_lines(profile, result)[1], result in shown):
-            console.result("", line.removeprefix(EXAMPLE))
+class Said:
+    """What says each result as soon as it is known, of so many: under the verdict what it is not; under the first that
+    is violated, or the only one, also who does what there, or what is known.
+    """
+
+    def __init__(self, profile: PolicyProfile, count: int, console: Console) -> None:
+        self.profile, self.alone, self.console = profile, count == 1, console
+        self.violated = False  # whether one was
+
+    def __call__(self, result: AnyResult) -> None:
+        """Says a result."""
+        named, lines = as_lines(self.profile, result)
+        first = result.verdict is Verdict.VIOLATED and not self.violated
+        self.violated = self.violated or first
+        self.console.result(result.verdict.value, named)
+        for line in _pick_lines(result, lines, first or self.alone):
+            self.console.result("", line.removeprefix(EXAMPLE))
 
 
 def _pick_lines(result: AnyResult, lines: Sequence[str], shown: bool) -> Sequence[str]:
@@ -58,6 +69,8 @@ def _pick_lines(result: AnyResult, lines: Sequence[str], shown: bool) -> Sequenc
         return lines if shown else caveats
     told = [line for line in lines if line.startswith(EXAMPLE)] or [*filter(None, [result.reason, *lines])]
     told = told[: 2 if result.verdict is Verdict.VIOLATED else 1]
+    if shown and result.viewed is not None:
+        told += [line for line in lines if line.startswith(OBSERVED)]
     return [*told, *(line for line in caveats if line not in told)]
 
 

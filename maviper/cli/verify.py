@@ -16,9 +16,9 @@ from codegen.errors import ExitCode, InputError
 from codegen.wording import format_count
 from maviper.cli.options import (
     FOLDER,
+    OBSERVED_REGION,
     PATH,
     PROFILE,
-    REGION,
     RESULTS,
     SETTING,
     FolderPath,
@@ -114,7 +114,7 @@ def _of_the_world(claim: str, parameter: str) -> str:
     help="List the built-in claims with their parameters.",
 )
 @option("--new", is_flag=True, section=QUESTION, help="Write a file of claims to start from. PROFILE may be a world.")
-@REGION
+@OBSERVED_REGION
 @option(
     "--system",
     "world",
@@ -191,7 +191,7 @@ def _read_robust(claims: Sequence[str]) -> tuple[Path, dict[str, Any]]:
 def _decide_claims(profile: Path, options: dict[str, Any], output: Path | None, full: bool, console: "Console") -> int:
     """Decides, prints and writes; the exit code."""
     from maviper.cli.exits import limit_seconds
-    from maviper.cli.results import exit_code, say_details, say_results, say_verdict
+    from maviper.cli.results import Said, exit_code, say_results
     from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions
@@ -226,7 +226,7 @@ def _decide_claims(profile: Path, options: dict[str, Any], output: Path | None, 
     for about, words in said:
         console.line(about, words)
     with console.following("deciding") as listener, listening(listener), limit_seconds(seconds) as is_over:
-        done = verify_questions(loaded, asked, asking, lambda one: say_verdict(loaded, one, console), stated, is_over)
+        done = verify_questions(loaded, asked, asking, Said(loaded, len(asked), console), stated, is_over)
     if junit is not None:
         known = {id(one): result for one, result in zip(done.asked, done.results, strict=True)}
         answers = [(known[id(one)].verdict, known[id(one)].reason) if id(one) in known else late for one in asked]
@@ -234,7 +234,6 @@ def _decide_claims(profile: Path, options: dict[str, Any], output: Path | None, 
     open_claims = [one for one in asked if one not in done.asked]
     for one in open_claims if is_over() else ():
         console.result(Verdict.UNKNOWN.value, f"{one.words}: no answer within {seconds:g} s (--max-seconds)")
-    say_details(loaded, done.results, console)
     if full or asking.where:
         say_results(loaded, done.results, console)
     written: list[tuple[str, str]] = []

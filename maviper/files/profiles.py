@@ -5,6 +5,7 @@ Assumes: paths from the caller.
 Does not: write profiles, or decide what holds in a region.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from codegen import ir, profiles
@@ -53,15 +54,15 @@ def find_profile(profile: PolicyProfile | str | Path | None, beside: Path, *, su
 MAX_REGION_BYTES = 2**20
 
 
-def find_region(name: str, profile: ir.PolicyProfile) -> Region:
-    """`start` for the start region, else the region in the file `name`."""
+def find_region(name: str, profile: ir.PolicyProfile, others: Sequence[str] = ()) -> Region:
+    """`start` for the start region, else the region in the file `name`. `others`: names that the caller knows."""
     if name == "start":
         return everywhere(profile)
     path = Path(name)
     if not path.suffix and len(path.parts) == 1 and not path.exists():
-        raise InputError(
-            f"'{escape_text(name)}' is neither `start` nor a file", "--region", "write start, or the file's name"
-        )
+        what = f"'{escape_text(name)}' is {'none of' if others else 'neither'} "
+        what += f"{', '.join(f'`{each}`' for each in ('start', *others))} {'and no' if others else 'nor a'} file"
+        raise InputError(what, "--region", f"write {', '.join(('start', *others))}, or the file's name")
     try:
         data = runs.read(path, MAX_REGION_BYTES)
         kinds.ensure(data, name, kinds.REGION.called, kinds.REGION)

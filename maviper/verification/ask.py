@@ -71,7 +71,7 @@ def resolve_region(about: PolicyProfile, viewed: Viewed | None, name: str) -> Re
     `ranges` what the features' ranges are.
     """
     if viewed is None or name not in (START, SEEN, RANGES):
-        return find_region(name, about)
+        return find_region(name, about, () if viewed is None else (SEEN, RANGES))
     known = build_seen_region(viewed)
     if known is None and name == SEEN:
         raise InputError("the profile does not say what was seen", "--region seen", "leave it out")

@@ -73,7 +73,7 @@ BUILT_IN: dict[str, type[DecisionClaim]] = {**BY_NAME, AliveLeaves.of: AliveLeav
 WITH_ERRORS = ", even when every feature{who} is off by up to eps, each by an error of its own"
 OF_ALL = " of each of the {team}"  # whose features may be off
 WHOSE = {OWN: ""}  # the same, where it is not said
-OWN_WORDS = "in every world state of the region, the formula holds for what the {team} do"
+OWN_WORDS = "in every world state of the region, the formula holds for the actions of the {team}"
 
 
 def spell_rounded(rounded: Iterable[tuple[str, str]]) -> list[str]:

@@ -16,7 +16,7 @@ from codegen.boxes import leaves_below
 from codegen.ir import PolicyProfile, Tree
 from verify.certificates.proofs import count_bytes
 from verify.claims.claim import Parameter
-from verify.claims.decisions import formula
+from verify.claims.decisions import OWN, formula
 from verify.claims.region import goal_text
 from verify.claims.region_files import name_region
 from verify.claims.views import describe_view
@@ -31,7 +31,7 @@ from verify.result import Margin, Verdict
 from verify.solver.leaves import LeafFinding
 from verify.states import shares
 from verify.states.real import write_value, write_values
-from verify.verdicts.decisions import DecisionEvidence, DecisionResult
+from verify.verdicts.decisions import DecisionEvidence, DecisionResult, of_states
 
 SINGLE = "The claim is about single decisions in world states of the region: it does not say that agents arrive."
 REAL_POSITIONS = "Positions are real numbers. Agents may leave the region during an episode (see the on-policy states)."
@@ -56,6 +56,7 @@ REAL_MEANINGS = {
     Verdict.PROVED: "holds in every world state of the region, in real arithmetic",
     Verdict.VIOLATED: "fails in the world state shown, in real arithmetic",
 }
+OF_PLACES = ("margin", "radius")  # parameters that no formula over observations reads
 WORLD_MARGIN = 0.25
 NEAREST = 0.25  # least half side of what a picture shows, its margin aside: length units
 ARROW = 34  # picture units
@@ -87,24 +88,27 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
     """A result as plain data."""
     profile, claim, evidence = result.question.profile, result.claim, result.evidence
     measured, counterexample = evidence.shares, evidence.counterexample
+    unread = OF_PLACES if claim.of == OWN and result.viewed is not None else ()
     return {
         "kind": claim.kind.value,
         "property": claim.name,
         "label": claim.label,
         "team": claim.team,
         **({} if result.viewed is None else {"observations": describe_view(result.viewed.view)}),
-        "claim": _adapt_text(result, spell_decisions(claim)),
+        "claim": of_states(result.question, spell_decisions(claim)),
         "landmarks": shares.about_landmarks(profile, formula(profile, claim)),
         "formula": claim.written.strip(),
         "data": formula_document(formula(profile, claim)) if claim.per_state else None,
         "assumption": claim.assumption.strip(),
         **({"numbers": spell_rounded(claim.rounded)} if claim.rounded else {}),
-        "parameters": {name: _format_parameter(value, name) for name, value in claim.parameters.items()},
+        "parameters": {
+            name: _format_parameter(value, name) for name, value in claim.parameters.items() if name not in unread
+        },
         "semantics": result.semantics,
         "region_name": name_region(profile, result.region),
         "region": region_document(result.region),
         "verdict": result.verdict.value,
-        "meaning": _adapt_text(result, _meaning(result)),
+        "meaning": of_states(result.question, _meaning(result)),
         "reason": result.reason,
         "conflict": None if measured.conflict is None else measured.conflict.document(),
         "contested": None if measured.contested is None else measured.contested.document(),
@@ -134,11 +138,6 @@ def _where(profile: PolicyProfile, result: DecisionResult) -> dict[str, Any]:
     from verify.reports.where import where_facts  # imported here, as few ask where
 
     return {"where": where_facts(profile, result)}
-
-
-def _adapt_text(result: DecisionResult, text: str) -> str:
-    """Describes about a result: over observations, of these and of no world states."""
-    return text if result.viewed is None else text.replace("world state", "observation")
 
 
 def _alone(reason: str) -> str:

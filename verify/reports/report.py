@@ -10,13 +10,14 @@ Does not: contain times, paths or facts about the machine, so equal questions gi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
 from codegen.floats import FLOAT32
 from codegen.form import layout
 from codegen.intervals import percent
-from codegen.ir import NO_FEATURE, PolicyProfile
+from codegen.ir import NO_FEATURE, FeatureSpec, PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash
 from codegen.wording import visible
@@ -194,20 +195,27 @@ def _of_game(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]
 
 
 def _show_involved(result: AnyResult, facts: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The facts with a counterexample over observations of those agents that the claim speaks of, and of what they
-    observe: the report has the others.
+    """The facts with a counterexample over observations of those agents that the claim speaks of, and of the features
+    that it or their paths name; `unlike`: those of one name that they observe unlike. The report has the others.
     """
     example: dict[str, Any] = facts.get("counterexample") or {}
     question: Question[Any] = result.question
     acting = agents(question.formula) if example and result.viewed is not None else frozenset[str]()
-    if not acting:
+    if not acting or result.viewed is None:
         return facts
-    policies = [policy for policy in question.profile.agents if policy.agent in acting]
-    meanings = [feature.meaning for policy in policies for feature in policy.features]
-    read = {name for meaning in meanings if meaning for _, name in meaning.terms} | {*coordinates(question.formula)}
-    position: dict[str, Any] = {name: value for name, value in example["position"].items() if name in read}
     shown: list[dict[str, Any]] = [each for each in example["agents"] if each["agent"] in acting]
-    return {**facts, "counterexample": {**example, "position": position, "agents": shown}}
+    read, values = {*coordinates(question.formula)}, dict[FeatureSpec, set[Any]]()
+    for each in shown:
+        tested = {step["feature"] for step in each["path"]}
+        for feature in question.profile.policy(each["agent"]).features:
+            assert feature.meaning is not None
+            ((_, name),) = feature.meaning.terms
+            read |= {name} if feature.name in tested else set()
+            if feature.name in tested and result.viewed.view.original(each["agent"]) == each["agent"]:
+                values.setdefault(replace(feature, meaning=None), set()).add(example["position"][name])
+    position: dict[str, Any] = {name: value for name, value in example["position"].items() if name in read}
+    unlike = [feature.name for feature, found in values.items() if len(found) > 1]
+    return {**facts, "counterexample": {**example, "position": position, "agents": shown, "unlike": unlike}}
 
 
 def _extent(facts: Mapping[str, Any]) -> str:
@@ -215,6 +223,7 @@ def _extent(facts: Mapping[str, Any]) -> str:
     parts: list[str] = []
     if facts["of_start"] is not None:
         whole = "it" if facts["region_name"] == START else "the start region"
+        whole = "the stated ranges" if "observations" in facts else whole
         parts.append(shares.extent_words(facts["of_start"], whole))
     if facts.get("visited"):
         parts.append(f"{percent(facts['visited']['inside'], facts['visited']['states'])} of the states met")

@@ -118,6 +118,7 @@ def verify(
     if not claim.per_state:
         return _alive(question, visited)
     zoned, (verdict, reason, spent, state, second) = _judge_question(question)
+    reason = of_states(question, reason)
     beside = question.spending(solver_units=question.budgets.detail_units)
     counterexample = explanation = None
     if state is not None:
@@ -159,7 +160,12 @@ def verdict(question: DecisionQuestion) -> tuple[Verdict, str]:
         outcome = _alive(question, None)
         return outcome.verdict, outcome.reason
     settled = _judge_question(question)[1]
-    return settled.verdict, settled.reason
+    return settled.verdict, of_states(question, settled.reason)
+
+
+def of_states(question: DecisionQuestion, text: str) -> str:
+    """A text about a question: over observations it speaks of these and of no world states."""
+    return text if question.viewed is None else text.replace("world state", "observation")
 
 
 def _judge_question(question: DecisionQuestion) -> tuple[Zoned, Settled]:
@@ -264,7 +270,7 @@ def _alive(question: DecisionQuestion, visited: Visited | None) -> DecisionResul
     unasked = Share(0, 0)
     shares, solver = Shares(unasked, None, unasked), solve.solver_name()
     evidence = DecisionEvidence(shares=shares, solver=solver, visited=visited, leaves=tuple(findings))
-    return Result(question, verdict, reason, evidence, _cost(question, spent))
+    return Result(question, verdict, of_states(question, reason), evidence, _cost(question, spent))
 
 
 def _settle_question(question: DecisionQuestion, zoned: Zoned) -> Settled:

@@ -166,7 +166,7 @@ def _subject(proof: DecisionCertificate, profile: PolicyProfile) -> str:
         compared = ", ".join(decisions.find_compared_agents(formula, profile))
         return f"{compared} act as in the second profile in {_place(header, profile)}"
     profile = profile if header.view is None else over(profile, header.view)
-    claim = "a formula without a name" if named is None else f"{named.name} of the {named.team}"
+    claim = "a formula" if named is None else f"{named.name} of the {named.team}"
     if named is None and not agents(formula):
         claim += " that speaks of no agent's actions"
     if named is None and header.eps:
@@ -211,7 +211,7 @@ def _place(header: GameHeader, profile: PolicyProfile) -> str:
     if is_start(profile, region):
         return f"region start{goals}, {arithmetic}"
     bounds = region_words(region, profile)
-    return f"a region of its own{f' ({bounds})' if bounds else ''}{goals}, {arithmetic}"
+    return f"{f'the region ({bounds})' if bounds else 'a region of its own'}{goals}, {arithmetic}"
 
 
 def _format_parameter(value: Parameter) -> str:

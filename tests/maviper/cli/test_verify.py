@@ -131,8 +131,8 @@ def test_verdicts_are_the_result(tmp_path, capsys):
         code = command(["verify", *quiet, str(EXTRACTED), "--claim", "alive_leaves", *TWO, "-o", str(tmp_path / "out")])
         lines = capsys.readouterr().out.splitlines()
         assert code == ExitCode.VIOLATED and len(lines) == 6
-        assert [line.split()[0] for line in lines[:3]] == ["PROVED", "VIOLATED", "VIOLATED"]
-        assert lines[3].strip().startswith("agent_0 goes") and lines[4].startswith("report      ")
+        assert [line.split()[0] for line in lines[:4]] == ["PROVED", "VIOLATED", "agent_0", "VIOLATED"]
+        assert lines[2].strip().startswith("agent_0 goes") and lines[4].startswith("report      ")
         assert lines[5].startswith("next        maviper replay ") and "counterexample-2-" in lines[5]
 
 

@@ -103,7 +103,7 @@ def test_a_vacuous_claim_is_no_success(tmp_path, capsys):
     profile = imported(tmp_path, DOSE)
     (tmp_path / "claims.toml").write_text("[[property]]\nformula = 'level > 1 and level < 0 implies level > 5'\n")
     assert run(["verify", str(profile), "--claims", str(tmp_path / "claims.toml")]) == 3
-    assert "no world state of the region meets the condition: level > 1 and level < 0" in capsys.readouterr().out
+    assert "no observation of the region meets the condition: level > 1 and level < 0" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("arrays", ["float32", "float64"])

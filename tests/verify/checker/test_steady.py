@@ -281,7 +281,7 @@ def test_the_check_says_what_was_proved(profile, tmp_path, capsys):
         "named": (claim, "steady of the defenders, eps 0.04, of own_target in region start"),
         "assuming": (
             replace(claim, assume=left),
-            "a formula without a name, though every feature is off by up to 0.04 in region start",
+            "a formula, though every feature is off by up to 0.04 in region start",
         ),
     }
     for name, (asked, line) in said.items():
