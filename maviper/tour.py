@@ -150,6 +150,7 @@ def story(made: Toured, files: Mapping[str, str | bytes]) -> dict[str, Any]:
             {"agent": one.agent, "node": one.node, "landmark": one.landmark, "leaves": len(ir.leaves(one.tree))}
             for one in made.repair.repair.guards
         ],
+        "cost": made.repair.cost,
         "trees": [
             {"title": f"The trees as {name}", "svg": svg(profile, team)} for name, profile, *_ in _list_stages(made)
         ],

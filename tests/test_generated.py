@@ -36,6 +36,16 @@ def test_the_demo_knows_before_its_work_what_it_will_write():
     assert {name for name in present() if "-1-" not in name and "_1_" not in name} == set(tour.NAMES)
 
 
+def test_the_first_page_says_what_the_repair_costs():
+    """Not only the measure that went up."""
+    page, cost = ((FOLDER / name).read_text() for name in ("report.html", "repair.json"))
+    told = json.loads(cost)
+    assert f"in {100 * told['changed']['met']['share']:.1f} % of the states met in play" in page
+    for row in told["measures"]:
+        values = "</td><td>".join(f"{row[when]['value']:.3f}" for when in ("before", "after"))
+        assert f"<td>{row['measure']}</td><td>{values}</td><td>{row['difference']['value']:+.3f} [" in page
+
+
 def test_the_manifest_names_every_hash():
     manifest = json.loads((FOLDER / "manifest.json").read_text())
     found = {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in present().items()}
