@@ -183,6 +183,16 @@ def _close(used: Sequence[Source]) -> None:
 # --- cells
 
 
+def _ensure_extractable(task: Task, world: World) -> None:
+    """InputError where its algorithm cannot extract in this world; the option is named as `compare` has it."""
+    settings = task.settings(world)
+    try:
+        check(settings.judge_world(world), settings, refitting.NOTHING.examples)
+    except InputError as error:
+        what = error.what.replace("--algorithm", f"--algorithms {task.cell.algorithm}")
+        raise InputError(what, error.where, error.next_step.replace("--algorithm", "algorithm")) from None
+
+
 def list_tasks(experts: Sequence[Known], world: World, options: Request) -> list[Task]:
     """All cells, seed by seed, so that what an interrupted call leaves has whole seeds."""
     held = EPISODES if world.games is None else OUTSIDE
@@ -195,7 +205,6 @@ def list_tasks(experts: Sequence[Known], world: World, options: Request) -> list
         for cell in cells:
             task = Task(cell, one.source, one.hash, "", budget=budget)
             if cell.kind == EXTRACTION and not seed:
-                settings = task.settings(world)
-                check(settings.judge_world(world), settings, refitting.NOTHING.examples)
+                _ensure_extractable(task, world)
             tasks.setdefault(task.id, task)
     return list(tasks.values())

@@ -177,6 +177,12 @@ def test_bad_options_are_told_before_anything_is_made(tmp_path, calls, options, 
     assert not calls and not (tmp_path / "new").exists()
 
 
+def test_an_algorithm_that_cannot_learn_there_is_named_by_an_option_that_there_is(tmp_path, calls):
+    with pytest.raises(InputError, match=r"^--algorithms fitted-q cannot be used with continuous actions") as caught:
+        compared(tmp_path, "tests.support.steering:pulling", algorithms=["maviper", "fitted-q"])
+    assert not re.search(r"--algorithm\b", str(caught.value)) and not calls
+
+
 def test_nothing_of_somebody_else_is_written_over(tmp_path, calls):
     (tmp_path / "best.json").write_text("{}")
     with pytest.raises(InputError, match=re.escape("another best.json, which no comparison wrote")):
