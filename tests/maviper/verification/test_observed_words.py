@@ -105,3 +105,9 @@ def test_check_names_the_region_of_a_formula(pumps, capsys):
     code, out, _ = run(capsys, "check", pumps / "out" / "certificate-1-formula.json", *beside)
     assert code == 0 and "in the region (pump_a.feature_0 in [-1, 1], " in out
     assert "without a name" not in out and "of its own" not in out
+
+
+def test_the_report_says_what_one_can_do_on_a_page_without_an_arena(pumps, capsys):
+    code, _, _ = run(capsys, "verify", pumps / "pumps.json", "--claims", pumps / "claims.toml", "-o", pumps / "out")
+    report = (pumps / "out" / "report.html").read_text()
+    assert code == 1 and "Play this team</a>: change what an agent observes, and see what its tree does." in report
