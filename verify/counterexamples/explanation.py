@@ -301,7 +301,7 @@ def _exact_ends(low: Fraction, high: Fraction, excluded: Sequence[str]) -> tuple
 
 def _shortfall(amount: float) -> str:
     if not math.isfinite(amount):
-        return "what the agents do, whatever the distances"
+        return "what the agents do, however far bounds are relaxed"
     return f"{amount:.3g} (with every bound relaxed by more than that, the claim holds here)"
 
 

@@ -24,7 +24,7 @@ from verify.decimals import plain
 from verify.decimals import text as decimal
 from verify.extent.largest import Where
 from verify.extent.violations import Failing
-from verify.verdicts.decisions import DecisionResult
+from verify.verdicts.decisions import DecisionResult, of_states
 from verify.zones.search import Branch
 
 FORM = "maviper-zones-1"
@@ -44,7 +44,7 @@ def where_facts(profile: PolicyProfile, result: DecisionResult) -> dict[str, Any
     share = extent.share
     between = {} if share is None or share.exact else {"between": [float(share.value), float(share.upper)]}
     return {
-        "reason": extent.reason,
+        "reason": of_states(result.question, extent.reason),
         "everywhere": extent.everywhere,
         "zones": extent.count,
         "goals": len(result.region.goals),

@@ -89,7 +89,7 @@ def test_regions_of_observations_are_named(pumps, capsys):
 
 def test_reports_speak_of_observations_and_of_what_the_formula_reads(pumps, capsys):
     claim = "pump_a.feature_0 > 1.5 implies acts(pump_a) == stay"
-    code, out, _ = said(capsys, pumps, claim, "-o", pumps / "out")
+    code, out, _ = said(capsys, pumps, claim, "--where", "-o", pumps / "out")
     assert code == 3 and "no observation of the region meets the condition" in out
     (result,) = json.loads((pumps / "out" / "report.json").read_text())["results"]
     assert result["parameters"] == {} and "world state" not in (pumps / "out" / "report.txt").read_text()
