@@ -101,7 +101,7 @@ class HangingToolError(MaviperError):
     exit_code = ExitCode.MISSING
 
 
-MAX_NAMES_SHOWN, MAX_NAMES_LISTED = 10, 50  # where another command lists them, and where none does
+MAX_NAMES_SHOWN, MAX_NAMES_LISTED = 10, 20  # where another command lists them, and where none does
 LISTS = {"claim": "maviper verify --list", "world": "maviper worlds list"}  # kind of name -> what prints them all
 STEERING = frozenset(("Cc", "Cf", "Zl", "Zp"))  # categories of control and format characters and of ends of lines
 
