@@ -443,12 +443,17 @@ def _exactly(row: Row) -> dict[int, Fraction]:
 
 
 def _course(system: System, branch: Branch, start: Branch, exact: Exactly, bits: int | None) -> Course:
-    """The course that values of the unknowns stand for. `bits`: of the start, where that may be rounded."""
+    """The course that values of the unknowns stand for. `bits`: of the start, where that may be rounded. A mode that
+    nothing fixes lies in the middle of its numbers, next to which there is one.
+    """
+    modes = {one.name for one in system.variables if one.modes}
     places = {key: number for number, key in enumerate(branch.motion.unknowns)}
     values: dict[str, Fraction] = {}
     for name, least in start.at.items():
         width = sum(start.motion.weights[name].values(), Fraction(0))
         value = least + width * exact.get(places.get((-1, name), -1), Fraction(0))
+        if name in modes:
+            value = Fraction(round(value))
         values[name] = value if bits is None else min(max(_short(value, bits + 8), least), least + width)
     errors: list[dict[str, Fraction]] = []
     for step, number in enumerate(branch.pieces):

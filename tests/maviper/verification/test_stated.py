@@ -124,6 +124,20 @@ def test_a_claim_about_decisions_speaks_of_states_of_the_ranges(tmp_path, capsys
         assert told in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_a_claim_need_not_name_the_modes(tmp_path, capsys, count):
+    """The middle of an even number of modes is none of them; a state of the claim has one of them."""
+    modes = json.dumps([f"M{number}" for number in range(count)])
+    world = CART.replace("[agents", f"mode = {{ modes = {modes} }}\n\n[agents", 1)
+    world = world.replace("v = [0, 0] }", 'v = [0, 0], mode = "M0" }').replace('cart.a"', 'cart.a"\nmode = "mode"')
+    tree = policy("cart", ["place"], ["stay", "left", "right"], ((0, 50.0), 0, 2))
+    (tmp_path / "profile.json").write_text(profile(tree))
+    (tmp_path / "cart.toml").write_text(f'{world}[[claim]]\nformula = "x <= 10"\n')
+    verify(tmp_path, "--json")
+    [told] = json.loads(capsys.readouterr().out)["results"]
+    assert told["verdict"] == "PROVED", told
+
+
 def test_a_certificate_about_an_action_that_there_is_not(cart, capsys):
     out = cart / "report"
     verify(cart, "-o", str(out))
