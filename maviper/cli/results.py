@@ -131,16 +131,16 @@ def say_contracts(proven: "Proven", console: Console) -> None:
 
 def write_junit(suite: str, claims: Sequence[tuple[str, Verdict, str]]) -> str:
     """Claims as a test suite in JUnit's XML: in words, with verdict and reason. A violated claim is a failure, one
-    without an answer is skipped.
+    without an answer an error, as CI passes what is skipped.
     """
     violated = sum(verdict is Verdict.VIOLATED for _, verdict, _ in claims)
     unclear = sum(verdict not in (Verdict.PROVED, Verdict.VIOLATED) for _, verdict, _ in claims)
-    counts = {"tests": str(len(claims)), "failures": str(violated), "errors": "0", "skipped": str(unclear)}
+    counts = {"tests": str(len(claims)), "failures": str(violated), "errors": str(unclear), "skipped": "0"}
     root = ElementTree.Element("testsuite", {"name": suite, **counts})
     for words, verdict, reason in claims:
         case = ElementTree.SubElement(root, "testcase", {"name": words, "classname": suite})
         if verdict is not Verdict.PROVED:
-            kind = "failure" if verdict is Verdict.VIOLATED else "skipped"
+            kind = "failure" if verdict is Verdict.VIOLATED else "error"
             ElementTree.SubElement(case, kind, {"message": f"{verdict.value}: {reason}".rstrip(": ")})
     ElementTree.indent(root)
     return f"<?xml version='1.0' encoding='utf-8'?>\n{ElementTree.tostring(root, encoding='unicode')}\n"

@@ -84,7 +84,7 @@ def text(value: object, where: Place) -> str:
 def count(value: object, where: Place, most: int) -> int:
     """A whole number from 1."""
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
-        raise InputError(f"not a whole number from 1 to {most}", where, "write such as 25")
+        raise InputError(f"not a whole number from 1 to {most}", where, f"write such as {min(25, most)}")
     return value
 
 

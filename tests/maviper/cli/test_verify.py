@@ -4,6 +4,7 @@ import json
 import signal
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -11,9 +12,11 @@ from codegen.agreement import compiled
 from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
+from maviper.cli.results import write_junit
 from maviper.verification import run as verification
 from tests.support import stated
 from tests.support.systems import CART
+from verify.result import Verdict
 from verify.verdicts import decisions
 
 EXTRACTED = Path(__file__).parents[3] / "generated" / "physical_deception" / "extracted" / "profile.json"
@@ -149,6 +152,17 @@ def test_junit_is_read_by_another_parser(tmp_path, more):
         ("alive_leaves", 0),
         ("distinct_targets", 1),
     ]
+
+
+def test_what_is_not_decided_does_not_pass_in_junit():
+    told = [("a", Verdict.PROVED, ""), ("b", Verdict.UNKNOWN, "a budget"), ("c", Verdict.VACUOUS, "")]
+    suite = ElementTree.fromstring(write_junit("team", told))
+    assert [[(each.tag, each.get("message")) for each in case] for case in suite] == [
+        [],
+        [("error", "UNKNOWN: a budget")],
+        [("error", "VACUOUS")],
+    ]
+    assert suite.get("errors") == "2" and suite.get("skipped") == "0"
 
 
 def test_after_max_seconds_open_claims_are_unknown(profile_file, capsys, monkeypatch):
