@@ -142,6 +142,8 @@ def story(made: Toured, files: Mapping[str, str | bytes]) -> dict[str, Any]:
     assert world is not None
     (claimed,) = made.before.document["results"]
     team = [policy.agent for policy in before.team(DEFENDERS)]
+    cost = made.repair.cost
+    changed = None if cost is None else cost.exact or (cost.uniform and cost.uniform.value)
     return {
         "team": DEFENDERS,
         "teams": stages(made, world),
@@ -150,7 +152,8 @@ def story(made: Toured, files: Mapping[str, str | bytes]) -> dict[str, Any]:
             {"agent": one.agent, "node": one.node, "landmark": one.landmark, "leaves": len(ir.leaves(one.tree))}
             for one in made.repair.repair.guards
         ],
-        "cost": made.repair.cost,
+        "cost": cost,
+        "changed": None if changed is None else float(changed),
         "trees": [
             {"title": f"The trees as {name}", "svg": svg(profile, team)} for name, profile, *_ in _list_stages(made)
         ],

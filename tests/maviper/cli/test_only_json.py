@@ -35,7 +35,7 @@ ASKED = {  # every command
     "guide": "guide claims --json",
     "show": f"show {TEAM} --json",
     "play": f"play {TEAM} -o page.html --json",
-    "train": "train cooperative-navigation -o run --steps 2000 --json",
+    "train": "train cooperative-navigation -o run --steps 25600 --json",
     "reproduce": "reproduce --plan -o reproduced --json",
     "worlds new": "worlds new new.toml --json",
     "extract": f"extract physical-deception -o small.json --critic none {FEW} --json",
