@@ -168,7 +168,8 @@ def test_a_full_disk_ends_the_run_with_5_and_keeps_whole_files(tmp_path, calls, 
     written, replace = [], Path.replace
 
     def full(self, target):
-        written.append(target)
+        if tmp_path in Path(target).parents:  # not another thread's
+            written.append(target)
         if len(written) > 9:
             raise OSError(errno.ENOSPC, "No space left on device")
         return replace(self, target)
@@ -183,7 +184,7 @@ def test_a_full_disk_ends_the_run_with_5_and_keeps_whole_files(tmp_path, calls, 
     monkeypatch.undo()
     monkeypatch.setattr(grid, "make_cell", cheap(calls))
     assert main.run(["reproduce", *asked]) == ExitCode.DONE
-    assert len(calls) == len(rows(tmp_path)) + 1 and 1 < count <= 3  # where a claim's beat came between, one less
+    assert len(calls) == len(rows(tmp_path)) + 1 and count == 3  # the third could not be written
 
 
 @pytest.mark.parametrize(
