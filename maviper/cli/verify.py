@@ -170,7 +170,7 @@ def verify(
 
 
 def _read_robust(claims: Sequence[str]) -> tuple[Path, dict[str, Any]]:
-    """What the claim `robust` says: the file of observations, and the rest by name."""
+    """The claim `robust` as read: the file of observations, and the rest by name."""
     from verify.claims.calls import read_call
     from verify.decimals import number
 

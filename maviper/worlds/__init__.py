@@ -159,7 +159,7 @@ def range_of(game: str, key: str) -> tuple[int, int]:
 
 
 def explain_option(game: str, key: str) -> str:
-    """What an option of one of our games may be, is by default, and means."""
+    """Describes an option of one of our games: its values, its default, its meaning."""
     usual = options_of(game)[key]
     values = ", ".join(WORDS[key]) if key in WORDS else "{} to {}".format(*range_of(game, key))
     return f"{values} (default: {'none' if usual == '' else usual})  {MEANINGS[key]}"

@@ -316,8 +316,8 @@ def wrap_environment(env: Any, text: int | str, source: Source) -> ParallelEnv:
 
 
 def of_batch(games: Any) -> Callable[[], gymnasium.Env]:
-    """What makes one environment of those that a vector environment of Gymnasium steps together. InputError where they
-    are not alike, or something is around all of them, which one alone would not have.
+    """Returns a function that makes one environment of those that a vector environment of Gymnasium steps together.
+    InputError where they are not alike, or something is around all of them, which one alone would not have.
     """
     functions, spec = list(getattr(games, "env_fns", ())), games.spec
     kinds = {_parts_of(function) for function in functions}
@@ -334,7 +334,9 @@ def of_batch(games: Any) -> Callable[[], gymnasium.Env]:
 
 
 def _parts_of(function: Any) -> Any:
-    """What decides which environment a function makes: equal for `[lambda: make()] * 2`, and for two of one line."""
+    """Returns what decides which environment a function makes: equal for `[lambda: make()] * 2`, and for two of one
+    line.
+    """
     cells = tuple(repr(cell.cell_contents) for cell in getattr(function, "__closure__", None) or ())
     return getattr(function, "__code__", function), repr(getattr(function, "__defaults__", None)), cells
 
