@@ -12,10 +12,9 @@
 # Two robots on a line are to meet. The environment is any parallel one of PettingZoo; `teams`,
 # `features` and `action_names` are optional. The expert is any function from an agent and its
 # observations `[n, n_features]` to actions `[n]`. This one is written by hand, and [policies of other
-# libraries](../../maviper/manual/experts.md#policies-of-other-libraries) become one in five lines. For the command line
-# save this block as `mygame.py`. A script of your own that imports it and plays needs `if __name__ ==
-# "__main__":` above its calls: copies of the environment may play in processes, which import the
-# script again.
+# libraries](../../maviper/manual/experts.md#policies-of-other-libraries) become one in five lines. Copies of the
+# environment may play in processes, which import a script of yours again: put its calls under `if
+# __name__ == "__main__":`. For the command line save this block as `mygame.py`:
 
 import numpy as np
 from gymnasium.spaces import Box, Discrete

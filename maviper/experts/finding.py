@@ -21,7 +21,7 @@ import numpy as np
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PHYSICS, Float32, Float64
 from codegen.wording import format_count
-from maviper.episodes.play import in_columns
+from maviper.episodes.play import Controller, in_columns
 from maviper.experts import cards, network
 from maviper.experts.expert import AS_GIVEN, Expert, Measured
 from maviper.experts.foreign import libraries
@@ -179,7 +179,7 @@ def reward_weighed_by(expert: Expert, world: World) -> str:
     return cards.critic_reward(card, world) if whose == "learned" else ""
 
 
-def origin_of(expert: Expert) -> str:
+def origin_of(expert: Controller) -> str:
     """Returns where a profile says that it comes from: the expert's hash; of a user's own without one, its function."""
     known = getattr(expert, "hash", "")
     while isinstance(expert, Wrapped) and not isinstance(expert, Given):

@@ -403,7 +403,7 @@ def test_everything_on_a_page_runs_in_its_order(name, place, monkeypatch, capsys
             case "run", line, _ if line.startswith("maviper "):
                 wanted = re.search(r"# exits with (\d)", line)
                 words = [*words_of(line), *(SHORT if line.startswith("maviper train ") else [])]
-                assert main.run(words) == int(wanted[1] if wanted else 0), (line, capsys.readouterr().err)
+                assert main.run(words) == int(wanted[1] if wanted else 0), (line, *capsys.readouterr())
             case "run", line, out:
                 said = out or printed_by(files.get(line.split()[-1], ""))
                 command = line.replace("python ", f"{sys.executable} ", 1)
