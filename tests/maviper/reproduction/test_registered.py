@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.stats import linregress, t
 
 from codegen.errors import InputError
 from maviper.reproduction.statistics import holm, of_differences, size
@@ -152,6 +153,38 @@ def test_the_usual_assignment_of_an_expert_with_fixed_roles():
     cell = registered.Cell("physical-deception", "mappo", "equal", "iviper", 4, 1300)
     expert, world = registered.expert_of("physical-deception", "mappo")
     assert registered.usual_assignment(world, expert, cell) > 0.9
+
+
+@pytest.mark.parametrize("grows, word", [(0.5, "HOLDS"), (-0.5, "REFUTED"), (0.0, "OPEN")])
+def test_leads_over_demand_are_told_as_scipy_has_them(capsys, monkeypatch, grows, word):
+    script, register, rng = (
+        script_of("roles"),
+        read_register(RECORDS / "roles" / "experts.toml"),
+        np.random.default_rng(0),
+    )
+    cells, fits = {}, {}
+    for group in register["groups"]:
+        demand, label = rng.uniform(size=8), group["measures"][0]
+        lead = 0.1 + grows * demand + rng.normal(0, 0.02, size=8)
+        fits[group["name"]] = linregress(demand, lead)
+        for cell in cells_of(register, group):
+            at = group["experts"].index(cell.expert)
+            kept = 0.4 + (lead[at] if cell.algorithm == "rollouts" else 0)
+            ours = {label: {"mean": 1 / kept if label == "agents D" else kept}}
+            values = {"expert": {label: {"mean": 1.0}}, f"joint:{label.partition(' ')[0]}": ours}
+            cells[cell.name] = {"usual": 1 - demand[at], "values": values}
+    monkeypatch.setattr(script, "CELLS", cells)
+    script.trained()
+    told = re.findall(
+        rf"lead over demand, (\w+): ([+-]{NUMBER}) \[([+-]{NUMBER}), ([+-]{NUMBER})\]  (\w+)", capsys.readouterr().out
+    )
+    for name, *numbers, said in told:
+        fit, half = fits[name], t.ppf(0.975, 6) * fits[name].stderr
+        assert [float(number) for number in numbers] == pytest.approx(
+            [fit.slope, fit.slope - half, fit.slope + half], abs=1e-3
+        )
+        assert said == word
+    assert len(told) == 2
 
 
 # --- what is said
