@@ -49,6 +49,7 @@ NESTED_LEVELS = 100  # MSVC stops at 128 nested blocks
 NESTED_SPLITS = 10_000
 COMPLETE_LEVELS = 8
 SELECTS = 100  # splits up to which evaluating all of them beats walking
+WALKED = 10  # splits per level from which on numpy walks faster than it evaluates all of them
 C_TYPES = {"float32": "float", "float64": "double"}
 SHOWN_DIGITS = 3  # of what leaves give, where people read them
 PREFIX = re.compile(r"[a-z][a-z0-9_]{0,40}")
@@ -162,6 +163,7 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         comparisons=comparisons,
         n_leaves=len(ir.leaves(policy.tree)),
         selects=len(nodes) // 2 <= SELECTS,
+        walks=len(nodes) // 2 > WALKED * comparisons and not any(node.split and node.below_zero for node in nodes),
         located=all(feature.terms is not None for feature in features),
         labels=labels_of([action.label for action in policy.actions]),
         summed=summed,

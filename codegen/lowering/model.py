@@ -415,6 +415,7 @@ class Agent:
     comparisons: int  # in the worst case
     n_leaves: int
     selects: bool  # whether a batch over columns evaluates every split (else it walks)
+    walks: bool  # whether a numpy batch walks; a walk asks no x < 0
     located: bool  # whether every feature has a meaning
     force: str  # the acceleration of a unit action, length / s^2
     labels: Labels | None = None  # where an action's number or name does not say what the source returns
@@ -490,7 +491,7 @@ class Agent:
     @property
     def tiled(self) -> bool:
         """True if a numpy batch first copies its columns, in tiles."""
-        return len(self.used) >= TILED
+        return len(self.used) >= TILED and not self.walks
 
 
 @dataclass(frozen=True)
@@ -585,8 +586,13 @@ class Model:
 
     @property
     def chosen(self) -> bool:
-        """True if any agent has a choice."""
-        return any(agent.comparisons for agent in self.agents)
+        """True if any agent's numpy batch evaluates every split."""
+        return any(agent.comparisons and not agent.walks for agent in self.agents)
+
+    @property
+    def walks(self) -> bool:
+        """True if any agent's numpy batch walks its tree."""
+        return any(agent.walks for agent in self.agents)
 
     @property
     def tiled(self) -> bool:

@@ -43,7 +43,8 @@ MEASURES = (  # in the order in which the driver prints them
     *((f"all, {states}", way) for states in ("random", "trajectory") for way in ("nested", "all")),
 )
 PLACE = {measure: place for place, measure in enumerate(MEASURES)}
-PYTHON_TARGETS = {2: (0.25, 0.16), 4: (0.30, 0.19), 6: (0.60, 0.52)}
+PYTHON_TARGETS = {2: (0.25, 0.16), 4: (0.30, 0.19), 6: (0.60, 0.52), 10: (1.1, 0.8)}
+DECISION_TARGETS = (1.4, 1.2)
 
 
 def full_tree(depth, rng):
@@ -105,15 +106,60 @@ def python_figures(rounds):
         classifier = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(x, tree.action[ir.apply(tree, x)])
         profile = scikit.from_sklearn(classifier)
         module = readback.load_python(next(iter(emit(profile, ["python"]).values())))
-        ways = {"ours": lambda: module["act_agent_0_batch"](x), "theirs": lambda: classifier.tree_.predict(x)}  # noqa: B023
-        found.append(figure(f"python batch over tree_.predict, depth {depth}", ratio(ways, 15 * rounds), *targets))
-    rows, act, plain = x[:1_000].tolist(), module["act_agent_0"], plain_python(profile.agents[0].tree)
-    assert decided(plain, rows) == decided(act, rows)
-    ways = {"ours": lambda: decided(act, rows), "theirs": lambda: decided(plain, rows)}
-    name = "python: one decision over plain nested ifs over a list, depth 6"
-    found.append(figure(name, ratio(ways, 20 * rounds), 1.0))
-    ways = {"ours": lambda: [classifier.predict(x[:1]) for _ in range(len(rows))], "theirs": lambda: decided(act, rows)}
-    name = "python: scikit-learn's predict over one decision, depth 6"
+        imported = profile.agents[0].tree
+        found += batch_figures(module["act_agent_0_batch"], classifier, imported, x, 15 * rounds, targets)
+        if depth >= 6:
+            found += decision_figures(module["act_agent_0"], classifier, imported, x[:1_000], rounds)
+    return found
+
+
+def batch_figures(act, classifier, tree, x, rounds, targets):
+    """Batches against scikit-learn's own tree, and that beside numpy as anybody writes it."""
+    leaves, depth = len(ir.leaves(tree)), int(ir.depth(tree).max())
+    walk = by_level(tree)
+    ways = {"ours": lambda: act(x), "sklearn": lambda: classifier.tree_.predict(x), "numpy": lambda: walk(x)}
+    assert (ways["ours"]() == ways["numpy"]()).all()
+    times = {name: np.array(each) for name, each in interleave(ways, rounds, time.thread_time).items()}
+    over = {name: float(np.median(each / times["sklearn"])) for name, each in times.items()}
+    name = f"depth {depth} ({leaves} leaves)"
+    return [
+        figure(f"python batch over tree_.predict, {name}", over["ours"], *targets),
+        figure(f"numpy level by level over tree_.predict, {name}", over["numpy"]),
+    ]
+
+
+def by_level(tree):
+    """A function of the tree that takes all rows of a batch down a level at a time; leaves lead to themselves."""
+    leaf, here = tree.feature == ir.NO_FEATURE, np.arange(len(tree.feature))
+    feature, left, right = (
+        np.where(leaf, 0, tree.feature),
+        np.where(leaf, here, tree.left),
+        np.where(leaf, here, tree.right),
+    )
+
+    def act(x):
+        node, rows = np.zeros(len(x), dtype=np.intp), np.arange(len(x))
+        for _ in range(int(ir.depth(tree).max())):
+            node = np.where(x[rows, feature[node]] <= tree.threshold[node], left[node], right[node])
+        return tree.action[node]
+
+    return act
+
+
+def decision_figures(act, classifier, tree, x, rounds):
+    """One decision against nested ifs over a list, and over `tolist()` of an array; scikit-learn's against it."""
+    depth, rows, plain = int(ir.depth(tree).max()), x.tolist(), plain_python(tree)
+    ways = {
+        "list": (lambda: decided(act, rows), lambda: decided(plain, rows)),
+        "array": (lambda: decided(act, x), lambda: [plain(row.tolist()) for row in x]),
+    }
+    found = []
+    for given, (ours, theirs) in ways.items():
+        assert ours() == theirs()
+        name = f"python: one decision over plain nested ifs, {given}, depth {depth}"
+        found.append(figure(name, ratio({"ours": ours, "theirs": theirs}, 20 * rounds), *DECISION_TARGETS))
+    ways = {"ours": lambda: [classifier.predict(x[:1]) for _ in rows[:100]], "theirs": lambda: decided(act, rows[:100])}
+    name = f"python: scikit-learn's predict over one decision, depth {depth}"
     return [*found, figure(name, ratio(ways, rounds), 100, better="higher")]
 
 

@@ -1,11 +1,14 @@
 """The batch function of the Python module: any number of rows, in any layout, decide as the tree does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from codegen import ir
 from codegen.agreement import probes, readback
 from codegen.dynamics import motionless
+from codegen.floats import below_zero
 from codegen.lowering.deploy import deploy_tree
 from codegen.lowering.lower import lower
 from codegen.lowering.model import TILED
@@ -27,12 +30,16 @@ def full_tree(n_features, n_actions, depth, rng):
 
 def batch_of(tree, n_features, n_actions=5):
     """The policy of one agent, whether its columns are copied in tiles, and its batch function."""
+    profile = profile_of(tree, n_features, n_actions)
+    module = readback.load_python(emit(profile, ["python"])["synthetic.py"])
+    return profile.agents[0], lower(profile).agents[0].tiled, module["act_agent_0_batch"]
+
+
+def profile_of(tree, n_features, n_actions=5):
     actions = tuple(ir.ActionSpec(f"a{k}", None) for k in range(n_actions))
     policy = ir.AgentPolicy("agent_0", "team", specs(n_features), actions, tree)
     world = motionless("synthetic", "", ["agent_0"], 1, {})
-    profile = ensure(ir.PolicyProfile(world, (policy,), ir.Provenance("test", "none", 0, "", "test")))
-    module = readback.load_python(emit(profile, ["python"])["synthetic.py"])
-    return policy, lower(profile).agents[0].tiled, module["act_agent_0_batch"]
+    return ensure(ir.PolicyProfile(world, (policy,), ir.Provenance("test", "none", 0, "", "test")))
 
 
 @pytest.mark.parametrize("n_features", [TILED - 1, TILED, 18])
@@ -49,10 +56,41 @@ def test_any_number_of_rows(n_features, rows):
     np.testing.assert_array_equal(found, ir.act(policy, x))
 
 
-@pytest.mark.parametrize("n_features", [TILED - 1, 18])
-def test_any_layout(n_features):
+@pytest.mark.parametrize("rows", [0, 1, 8_192, 8_193, 20_000])
+def test_any_number_of_rows_walks(rows):
+    rng = np.random.default_rng(rows)
+    policy, tiled, batch = batch_of(full_tree(18, 5, 7, rng), 18)
+    assert not tiled
+    x = rng.uniform(-1, 1, (rows, 18)).astype(np.float32)
+    x = np.where(rng.random(x.shape) < 0.3, rng.choice(probes.SPECIAL["float32"], x.shape), x)
+    found = batch(x)
+    assert found.dtype == np.int64
+    np.testing.assert_array_equal(found, ir.act(policy, x))
+
+
+@pytest.mark.parametrize("numbers", ["float32", "float64"])
+def test_a_walk_meets_every_threshold(numbers):
+    rng = np.random.default_rng(6)
+    tree = full_tree(3, 5, 7, rng)
+    tree = replace(tree, threshold=tree.threshold.astype(numbers))
+    policy, _, batch = batch_of(tree, 3)
+    x = np.repeat(tree.threshold[tree.feature >= 0], 3).reshape(-1, 3)
+    near = np.concatenate([x, np.nextafter(x, np.inf, dtype=numbers), np.nextafter(x, -np.inf, dtype=numbers)])
+    np.testing.assert_array_equal(batch(near), ir.act(policy, near))
+
+
+def test_what_asks_below_zero_does_not_walk():
+    tree = full_tree(3, 5, 7, np.random.default_rng(7))
+    threshold = tree.threshold.copy()
+    threshold[ir.ROOT] = below_zero("float32")
+    for each, walks in ((tree, True), (replace(tree, threshold=threshold), False)):
+        assert lower(profile_of(each, 3)).agents[0].walks == walks
+
+
+@pytest.mark.parametrize(("n_features", "depth"), [(TILED - 1, 5), (18, 5), (18, 7)])
+def test_any_layout(n_features, depth):
     rng = np.random.default_rng(3)
-    policy, _, batch = batch_of(full_tree(n_features, 5, 5, rng), n_features)
+    policy, _, batch = batch_of(full_tree(n_features, 5, depth, rng), n_features)
     x = rng.uniform(-1, 1, (1_000, n_features)).astype(np.float32)
     wide = np.zeros((2_000, 2 * n_features), dtype=np.float32)
     wide[::2, ::2] = x
