@@ -243,11 +243,12 @@ def diff(
 ) -> int:
     """Find every state in which two teams of trees act differently.
 
-    FIRST and SECOND are profiles of one world, whose agents observe and may do the same. For each agent, the command
-    lists the zones of states in which it acts differently: one leaf in each profile, and bounds on positions. It gives
-    their exact share of the region, the share of the states that FIRST meets in play, and an example of each zone. If
-    there is no such state, it proves that, with a certificate for `maviper check`. If agents test sums or
-    give numbers, it gives the largest difference of each output over the ranges of what they observe, and where.
+    FIRST and SECOND are profiles of one world, or imported controllers, whose agents observe and may do the same. For
+    each agent, the command lists the zones of states in which it acts differently: one leaf in each profile, and
+    bounds. It gives their exact share of the region, the share of the states that FIRST meets in play, and an example
+    of each zone. If there is no such state, it proves that, for games with a certificate for `maviper check`. If agents
+    test sums or give numbers, it gives the largest difference of each output over the ranges of what they observe, and
+    where.
 
     With -o, it writes difference.json, the certificate, both profiles, and a page that plays one team beside the other.
 

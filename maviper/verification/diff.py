@@ -31,21 +31,18 @@ from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
 from verify.certificates.games import to_json
 from verify.claims.observed import View
-from verify.claims.views import Viewed, unread
+from verify.claims.region_files import START
+from verify.claims.views import RANGES, Viewed, unread
 from verify.kinds import SEMANTICS
 from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report
 from verify.result import Verdict
-from verify.states.shares import SAMPLE_SEED, SAMPLES, find_unbounded
+from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import sample
 from verify.verdicts.differences import Difference, difference
 
 CERTIFICATE_FILE, REPORT_FILE = "certificate.json", "difference.json"
 MAX_NODES = 10**12
-ONE_TEAM = (  # the way out for trees that know no places
-    "import both as one team, `maviper import --agents a=FILE,b=FILE`, and compare them over observations: "
-    "`maviper verify TEAM --claim agree(agents=[a,b]) --shared all`"
-)
 
 
 def request(**options: Unpack[DiffOptions]) -> Any:
@@ -141,10 +138,10 @@ def compare_profiles(
     agents = asked.agents or _common(first, second)
     if sums_in(first) or sums_in(second):
         return compare_outputs(first, second, agents, region, _budgets(asked).max_cells)
-    if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world and first.world.reference:
+    if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world:
         return _compare_observed(first, second, agents, region, asked)
     for profile in (ensure(first), ensure(second)):
-        ensure_places(profile.world, [one for policy in profile.agents for one in policy.features], ONE_TEAM)
+        ensure_places(profile.world, [one for policy in profile.agents for one in policy.features])
     where = find_region(region, first)
     differences = difference(first, second, agents, where, asked.semantics, _budgets(asked))
     coordinates, _ = sample(where, first.world, SAMPLES, SAMPLE_SEED)
@@ -164,9 +161,8 @@ def _compare_observed(
     """
     seen, other = Viewed(first, View()), Viewed(second, View())
     where = resolve_region(seen.profile, seen, region)
-    if find_unbounded(where):
-        what = "some feature has no range, and nobody saw it"
-        raise InputError(what, ", ".join(find_unbounded(where)), "bound them in a region file (--region)")
+    if where.name == START:  # nobody saw any, so that these are the ranges
+        where = replace(where, name=RANGES)
     differences = difference(seen.profile, other.profile, agents, where, asked.semantics, _budgets(asked))
     coordinates, _ = sample(where, seen.profile.world, SAMPLES, SAMPLE_SEED)
     uniform = _count_differing(seen.profile, other.profile, agents, coordinates)
@@ -177,8 +173,8 @@ def _common(first: ir.PolicyProfile, second: ir.PolicyProfile) -> tuple[str, ...
     names, others = ([policy.agent for policy in profile.agents] for profile in (first, second))
     if set(names) != set(others):
         what = f"the profiles have different agents: {', '.join(names)} and {', '.join(others)}"
-        both = "name those to compare: --agent NAME" if {*names} & {*others} else "compare profiles of one world"
-        raise InputError(what, "", both)
+        advice = f"compare profiles of one world, or import the second again: maviper import --agents {names[0]}=FILE"
+        raise InputError(what, "", "name those to compare: --agent NAME" if {*names} & {*others} else advice)
     return tuple(names)
 
 

@@ -294,7 +294,7 @@ def middle(
     asked: Problem, zones: Sequence[Sequence[int]], names: Sequence[str], wanted: Mapping[str, Fraction] | None = None
 ) -> dict[str, Fraction]:
     """A point of a zone, given as the closed matrix of each component: one coordinate after the other, in the middle of
-    what is left to it, or as near as ROOM allows to the value that is wanted.
+    what is left to it, or as near to the value that is wanted as ROOM allows, and no more than 1 inside.
     """
     highest = [bounds[:: asked.sizes[component]] for component, bounds in enumerate(zones)]
     lowest = [bounds[: asked.sizes[component]] for component, bounds in enumerate(zones)]  # with the opposite sign
@@ -304,7 +304,7 @@ def middle(
         bounds, size, high, low = zones[component], asked.sizes[component], highest[component], lowest[component]
         value = (high[node] - low[node]) // 2
         if wanted is not None:
-            room = (high[node] + low[node]) // ROOM
+            room = min((high[node] + low[node]) // ROOM, asked.scale)
             value = min(max(int(wanted[name] * asked.scale), room - low[node]), high[node] - room)
         to, past = bounds[node::size], bounds[node * size : node * size + size]
         highest[component] = [min(most, gap + value) for most, gap in zip(high, to, strict=True)]

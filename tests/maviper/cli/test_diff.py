@@ -153,14 +153,42 @@ def test_the_page_says_where_the_trees_differ(run, profile, world, tmp_path):
     assert len(html.encode()) < 300_000 and "http://" not in html.replace("http://www.w3.org/2000/svg", "")
 
 
-def test_trees_without_places_are_told_the_way_out_and_it_works(tmp_path, capsys):
-    rule = "def {}(x):\n    if x[0] > {}:\n        return 'go'\n    return 'stay'\n"
-    for name, number in (("a", 1), ("b", 2)):
-        (tmp_path / f"{name}.py").write_text(rule.format(name, number))
+RULE = """
+def act(temperature, humidity):
+    if temperature < 18.5:
+        return "heat"
+    if temperature > {} and humidity > 60:
+        return "cool"
+    return "off"
+"""
+
+
+def test_imported_controllers_are_compared_over_all_that_they_may_observe(tmp_path, capsys):
+    decide = []
+    for name, number in (("a", 24.0), ("b", 24.5)):
+        (tmp_path / f"{name}.py").write_text(RULE.format(number))
         assert command(["import", str(tmp_path / f"{name}.py"), "-o", str(tmp_path / f"{name}.json")]) == 0
-    assert command(["diff", str(tmp_path / "a.json"), str(tmp_path / "a.json")]) == ExitCode.INPUT
-    assert "import both as one team" in capsys.readouterr().err
-    files = ",".join(f"{name}={tmp_path / name}.py" for name in "ab")
-    assert command(["import", "--agents", files, "-o", str(tmp_path / "team.json")]) == 0
-    asked = ["--claim", "agree(agents=[a,b])", "--shared", "all"]
-    assert command(["verify", str(tmp_path / "team.json"), *asked]) == ExitCode.VIOLATED
+        exec(RULE.format(number), known := {})
+        decide.append(known["act"])
+    first, second = (str(tmp_path / f"{name}.json") for name in "ab")
+    assert command(["diff", first, first]) == 0
+    capsys.readouterr()
+    assert command(["diff", first, second, "--json"]) == ExitCode.VIOLATED
+    (agent,) = json.loads(capsys.readouterr().out)["agents"]
+    (zone,) = agent["zones"]
+    assert zone["words"] == ["60 < humidity", "24 < temperature <= 24.5"] and agent["complete"]
+    assert [each(**zone["example"]["position"]) for each in decide] == zone["actions"] == ["cool", "off"]
+    (tmp_path / "room.toml").write_text("[box]\ntemperature = [-40, 60]\nhumidity = [0, 100]\n")
+    assert command(["diff", first, second, "--region", str(tmp_path / "room.toml")]) == ExitCode.VIOLATED
+    assert "act: 0.2 % of region" in capsys.readouterr().err  # .5 of 100 degrees, 40 of 100 %
+
+
+def test_imported_controllers_of_other_names_are_told_the_way_out(tmp_path, capsys):
+    for name in ("act", "decide"):
+        (tmp_path / f"{name}.py").write_text(RULE.format(24.0).replace("act", name))
+        assert command(["import", str(tmp_path / f"{name}.py"), "-o", str(tmp_path / f"{name}.json")]) == 0
+    files = [str(tmp_path / "act.json"), str(tmp_path / "decide.json")]
+    assert command(["diff", *files]) == ExitCode.INPUT
+    assert "maviper import --agents act=FILE" in capsys.readouterr().err
+    assert command(["import", "--agents", f"act={tmp_path / 'decide.py'}", "-o", files[1]]) == 0
+    assert command(["diff", *files]) == 0
