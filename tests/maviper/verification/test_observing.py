@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 import maviper
 from codegen import policy_json
-from codegen.errors import InputError
 from codegen.floats import NUMBERS, below_zero
 from maviper.verification.ask import as_compared
 from tests.support.pole import pole
