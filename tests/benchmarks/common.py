@@ -68,6 +68,15 @@ def interleave(
     return times
 
 
+def interleave_commands(commands: Mapping[str, Iterable[object]], rounds: int) -> dict[str, list[float]]:
+    """The seconds of CPU of each command in each round, in turns, after one round that is not counted."""
+    times = {name: list[float]() for name in commands}
+    for order in turns(list(commands), rounds + 1):
+        for name in order:
+            times[name].append(spent_by(*commands[name]).seconds)
+    return {name: each[1:] for name, each in times.items()}
+
+
 def turns(everybody: list[Any], rounds: int) -> Iterator[list[Any]]:
     """Everybody, once in each round, beginning with another one each time."""
     for turn in range(rounds):

@@ -15,6 +15,7 @@ three agents, the checker's time for a branch, and the bytes of a proof that lea
 """
 
 import gc
+import json
 import math
 import statistics
 import sys
@@ -26,6 +27,7 @@ from sklearn.tree import DecisionTreeClassifier
 from codegen import ir
 from codegen.floats import FLOAT32
 from codegen.observe import observe
+from codegen.policy_json import dumps
 from codegen.profiles import ensure
 from maviper.worlds import find
 from tests.benchmarks import direct
@@ -42,6 +44,7 @@ from verify.question import Question
 from verify.result import Verdict
 from verify.solver.encode import query
 from verify.solver.solve import ask, decide
+from verify.solver.terms import half_line
 from verify.subjects import Game
 from verify.verdicts.opinions import by_zones
 from verify.zones import engine as zones
@@ -240,10 +243,11 @@ def teams(game, full):
 def interleaved(profile, region, rounds):
     """The zones' answer, and the median seconds of CPU of each way to it, in turns."""
     question = Question(Game(profile), DistinctTargets("defenders"), region)
+    document = json.loads(dumps(profile))
     ways = {
         "zones": lambda: by_zones(Question(Game(profile), question.claim, region)).opinion.verdict is Verdict.PROVED,
         "search": lambda: zones.decide(question).verdict is Verdict.PROVED,
-        "direct": lambda: direct.decided(profile, "defenders"),
+        "direct": lambda: direct.decided(document, "defenders", _machine_end),
         "ours": lambda: _by_solver(Question(Game(profile), question.claim, region)),
     }
     times, answers = {name: [] for name in ways}, set()
@@ -255,6 +259,11 @@ def interleaved(profile, region, rounds):
             answers.add(proved)
     assert len(answers) == 1
     return zones.decide(question), {name: statistics.median(each) for name, each in times.items()}
+
+
+def _machine_end(threshold):
+    line = half_line(threshold, True)
+    return line.end, line.strict
 
 
 def _by_solver(question):

@@ -158,10 +158,10 @@ def _simplify_model(question: DecisionQuestion, goal: str | None, model: Mapping
     return exact_point(pinned, region, goal), spent
 
 
-def violating_samples(question: DecisionQuestion) -> Iterator[State]:
+def violating_samples(question: DecisionQuestion, count: int = SAMPLES) -> Iterator[State]:
     """The sampled world states of the violating fraction, of the same draw, that the referee confirms."""
     region, world = question.region, question.profile.world
-    coordinates, goals, fails = draw_states(question, SAMPLE_SEED, SAMPLES)
+    coordinates, goals, fails = draw_states(question, SAMPLE_SEED, count)
     for row in np.flatnonzero(fails)[:MAX_REFEREED]:
         state = state_at(region, world, coordinates[row], int(goals[row]))
         if question.claim.eps:

@@ -44,6 +44,8 @@ from verify.solver.terms import (
     Terms,
     Test,
     add_terms,
+    at_least,
+    at_most,
     compare_terms,
     conjunction,
     constant,
@@ -51,8 +53,10 @@ from verify.solver.terms import (
     either,
     half_line,
     last_double,
+    less_than,
     negation,
     number,
+    on_line,
     sum_terms,
     unknown,
 )
@@ -249,8 +253,7 @@ class _Encoder:
             return disjunction(*(self.encode_formula(part) for part in _group_parts(claim.parts, Or)))
         assert isinstance(claim, Linear), claim
         parts = [self.at[name] if weight == 1 else number(weight) * self.at[name] for weight, name in claim.terms]
-        total, bound = add_terms(parts), number(claim.bound)
-        return total < bound if claim.strict else total <= bound
+        return (less_than if claim.strict else at_most)(add_terms(parts), number(claim.bound))
 
     def _once_chosen(self, claim: Formula, agent: str, action: int) -> Test:
         return self.encode_formula(substitute_actions(claim, {agent: action}))
@@ -325,9 +328,8 @@ class _Encoder:
             always = constant(threshold >= 1)
             return always, negation(always)
         if slack:
-            return measured <= number(line.end - slack), measured >= number(line.end + slack)
-        below = measured < number(line.end) if line.strict else measured <= number(line.end)
-        return below, negation(below)
+            return at_most(measured, number(line.end - slack)), at_least(measured, number(line.end + slack))
+        return on_line(measured, line)
 
     def _terms(self, feature: FeatureSpec) -> Terms:
         """A feature's terms, the goal's coordinates as those of the landmark that it is."""

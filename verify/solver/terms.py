@@ -13,6 +13,7 @@ rounding ties, then where the first one does; a tie belongs to it iff the lower 
 Replacing the threshold by that end makes the question over the reals the machine's own question.
 """
 
+import ctypes
 import struct
 import threading
 from collections.abc import Sequence
@@ -88,12 +89,17 @@ Test: TypeAlias = z3.BoolRef
 
 
 class _Home(threading.local):
-    """Where a thread's terms live: Z3 breaks when two threads write into one context, such as its own global one."""
+    """Where a thread's terms live: Z3 breaks when two threads write into one context, such as its own global one.
+
+    Terms are made by Z3's own functions: what z3's operators look up of every argument takes most of the time in which
+    a tree is written.
+    """
 
     def __init__(self) -> None:
         self.context = z3.Context()
         z3.Z3_enable_concurrent_dec_ref(self.context.ref())  # Python frees terms in whichever thread collects them
         self.compared = lru_cache(maxsize=MAX_KNOWN)(_compare_terms)
+        self.summed = lru_cache(maxsize=MAX_KNOWN)(_sum_terms)
 
 
 def number(value: Fraction) -> Real:
@@ -113,17 +119,39 @@ def constant(value: bool) -> Test:
 
 def conjunction(*parts: Test) -> Test:
     """All of these, of which there may be none."""
-    return z3.And(*parts, _home.context)
+    return Test(z3.Z3_mk_and(*_listed(parts)), _home.context)
 
 
 def disjunction(*parts: Test) -> Test:
     """Some of these, of which there may be none."""
-    return z3.Or(*parts, _home.context)
+    return Test(z3.Z3_mk_or(*_listed(parts)), _home.context)
+
+
+def _listed(parts: Sequence[z3.ExprRef]) -> tuple["z3.ContextHandle", int, "ctypes.Array[z3.Ast]"]:
+    """Parts as Z3 takes them."""
+    return _home.context.ref(), len(parts), (z3.Ast * len(parts))(*[part.as_ast() for part in parts])
 
 
 def negation(test: Test) -> Test:
     """That a test does not hold."""
-    return z3.Not(test)
+    return Test(z3.Z3_mk_not(test.ctx.ref(), test.as_ast()), test.ctx)
+
+
+def less_than(one: Real, bound: Real) -> Test:
+    """That a number is less than a bound. The bound stands first, here and below: the models that Z3 finds, and so
+    counterexamples, hang on the order.
+    """
+    return Test(z3.Z3_mk_gt(one.ctx.ref(), bound.as_ast(), one.as_ast()), one.ctx)
+
+
+def at_most(one: Real, bound: Real) -> Test:
+    """That a number is not greater than a bound."""
+    return Test(z3.Z3_mk_ge(one.ctx.ref(), bound.as_ast(), one.as_ast()), one.ctx)
+
+
+def at_least(one: Real, bound: Real) -> Test:
+    """That a number is not less than a bound."""
+    return Test(z3.Z3_mk_le(one.ctx.ref(), bound.as_ast(), one.as_ast()), one.ctx)
 
 
 def compare_terms(terms: Terms, line: HalfLine) -> tuple[Test, Test]:
@@ -132,19 +160,27 @@ def compare_terms(terms: Terms, line: HalfLine) -> tuple[Test, Test]:
 
 
 def _compare_terms(terms: Terms, line: HalfLine) -> tuple[Test, Test]:
-    measured, end = sum_terms(terms), number(line.end)
-    below = measured < end if line.strict else measured <= end
-    return below, z3.Not(below)
+    return on_line(sum_terms(terms), line)
+
+
+def on_line(measured: Real, line: HalfLine) -> tuple[Test, Test]:
+    """(a number lies on the half line, it does not)."""
+    within = (less_than if line.strict else at_most)(measured, number(line.end))
+    return within, negation(within)
 
 
 def sum_terms(terms: Terms) -> Real:
     """The sum of unknowns, each with its weight."""
+    return _home.summed(terms)
+
+
+def _sum_terms(terms: Terms) -> Real:
     return add_terms([_times(weight, unknown(name)) for weight, name in terms])
 
 
 def add_terms(parts: Sequence[Real]) -> Real:
     """The sum of terms, of which there may be none."""
-    return z3.Sum(*parts) if parts else number(Fraction(0))
+    return Real(z3.Z3_mk_add(*_listed(parts)), _home.context) if parts else number(Fraction(0))
 
 
 def _times(weight: float, coordinate: Real) -> Real:
@@ -154,15 +190,13 @@ def _times(weight: float, coordinate: Real) -> Real:
 
 
 def either(test: Test, left: Test, right: Test) -> Test:
-    """Makes the term of z3.If without its coercions: they take most of the time in which a tree is written."""
-    context = test.ctx
-    return z3.BoolRef(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
+    """The one test where a test holds, else the other."""
+    return Test(z3.Z3_mk_ite(test.ctx.ref(), test.as_ast(), left.as_ast(), right.as_ast()), test.ctx)
 
 
 def either_number(test: Test, left: Real, right: Real) -> Real:
     """The one number where a test holds, else the other."""
-    context = test.ctx
-    return Real(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
+    return Real(z3.Z3_mk_ite(test.ctx.ref(), test.as_ast(), left.as_ast(), right.as_ast()), test.ctx)
 
 
 def equal(one: Real, other: Real) -> Test:

@@ -170,6 +170,19 @@ def test_the_control_is_asked_not_assumed(profile, claim):
     assert result.evidence.shares.conflict.hits == 0
 
 
+@pytest.mark.parametrize("few", [0, decisions.FEW])
+def test_controls_are_decided_alike_by_sampled_states_and_by_engines(profile, claim, few, monkeypatch):
+    """The nearest landmark is nobody's own: of its shuffled copies some break the claim, some do not."""
+    monkeypatch.setattr(decisions, "FEW", few)
+    place = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
+    place |= {"agent_0.x": (Fraction(-1), Fraction(0)), "landmark_0.x": (Fraction(1, 2), Fraction(1))}
+    question = Question(
+        Game(team(profile, towards(0, 0), tree(STAY))), claim, Region(place, ("landmark_0", "landmark_1"))
+    )
+    found = verify(question, {}).evidence.control
+    assert (found.fulfil, found.broken, found.asked) == (5, 18, 23)
+
+
 def test_shrinking_keeps_the_violation_and_drops_the_digits(profile, claim):
     from verify.counterexamples.search import shrink
 
