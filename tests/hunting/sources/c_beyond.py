@@ -5,7 +5,7 @@ Assumes: drafts.py fills in constants, conditions, features and names; `{end}` e
 Does not: say which of them are refused: the compiler's own decisions are the judge.
 """
 
-from tests.hunting.sources.drafts import Feature, Program, Step
+from tests.hunting.sources.drafts import Feature, Program, Step, put
 
 # name, what stands instead of a constant, what stands before the function, what stands at the end
 # fmt: off
@@ -583,25 +583,19 @@ def smallest(place: int) -> Program:
     names = ("a", "b") if columns else ("x[0]", "x[1]")
     fill = {**SMALL, "f": names[0], "g": names[1], "cond": f"{names[0]} > 1", "other": f"{names[1]} > 0"}
     fill |= {"end": f"_{place}", "fn": f"act_{place}"}
-
-    def put(text: str) -> str:
-        for key, value in fill.items():
-            text = text.replace(f"{{{key}}}", value)
-        return text
-
-    lines = put(step.text).split("\n")
+    lines = put(step.text, fill).split("\n")
     test = {"constant": f"{names[0]} > {lines[0]}", "condition": lines[0], "statement": f"{names[0]} > 1"}[step.kind]
     inside = lines if step.kind == "statement" else []
     typed = kind if kind in ("float", "double", "bool") else f"{kind}_t"
     given = f"{typed} a, {typed} b" if columns else f"const {typed} *x"
-    head = ["#include <stdint.h>", "#include <stdbool.h>", *([put(step.before)] if step.before else []), ""]
+    head = ["#include <stdint.h>", "#include <stdbool.h>", *([put(step.before, fill)] if step.before else []), ""]
     body = [
         f"int act_{place}({given})",
         "{",
         *(f"    {each}" for each in (*inside, f"if ({test}) return 1;", "return 0;")),
         "}",
     ]
-    source = "\n".join([*head, *body, *([put(step.after)] if step.after else [])]) + "\n"
+    source = "\n".join([*head, *body, *([put(step.after, fill)] if step.after else [])]) + "\n"
     features = tuple(Feature(f"x{n}" if not columns else name, kind, name) for n, name in enumerate(names))
     return Program(
         place, source, f"act_{place}", "", "columns" if columns else "array", features, {}, f"{step.name}, {kind}"

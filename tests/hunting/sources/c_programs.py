@@ -8,10 +8,9 @@ Assumes: what importing.md says is refused is avoided: numbers that may not fit,
 Does not: compile them, or know how they are read.
 """
 
-from tests.hunting.sources.drafts import DECIMAL, NAMES, TEXTS, WHOLE, Draft, Feature, Program, Step
+from tests.hunting.sources.drafts import DECIMAL, INDENT, NAMES, TEXTS, WHOLE, Draft, Feature, Program, Step
 from tests.hunting.sources.observing import WHOLE as RANGES
 
-INDENT = "    "
 FORMS = ("array", "array", "pointer", "pointer", "value", "columns", "columns", "columns")
 FLOATS = ("float", "float", "double")
 WHOLES = ("int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "bool")
@@ -34,6 +33,10 @@ CODES = {
 class CDraft(Draft):
     """The C program of a seed."""
 
+    leaving, idle = "return {};", PLACE
+    statements = ("branches", "guard", "loop", "switch", "ternary", "variable", "counted", "assigned")
+    shares = (28, 26, 9, 11, 9, 9, 6, 8)
+
     def __init__(self, seed: int, step: Step | None = None, place: int = -1) -> None:
         super().__init__(seed, "c", step, place)
         rng = self.rng
@@ -49,8 +52,6 @@ class CDraft(Draft):
         self.numbers: dict[str, list[str]] = {"float": [], "double": [], "whole": []}
         self.helping: dict[str, list[str]] = {}
         self.helpers: list[tuple[str, str, str]] = []  # name, "number" or "test", type
-        self.conditions: list[str] = []
-        self.counted = 0
         self._actions()
         self._constants()
         self._helpers()
@@ -70,11 +71,6 @@ class CDraft(Draft):
     def typed(kind: str) -> str:
         """A type as C has it."""
         return kind if kind in ("float", "double", "bool") else f"{kind}_t"
-
-    def fresh(self, stem: str) -> str:
-        """A name that nothing else has."""
-        self.counted += 1
-        return f"{stem}{self.counted}"
 
     # --- numbers
 
@@ -260,7 +256,7 @@ class CDraft(Draft):
         rng = self.rng
         for number in range(rng.choices((0, 1, 2), (50, 35, 15))[0]):
             what = rng.choice(("number", "test"))
-            kind = rng.choice((*FLOATS, *({each.type for each in self.features} - {"bool"})))
+            kind = rng.choice((*FLOATS, *sorted({each.type for each in self.features} - {"bool"})))
             if what == "number" and kind not in FLOATS:
                 continue
             name = rng.choice(("scale", "limit", "is_far", "close_to")) + f"{number}{self.end}"
@@ -288,32 +284,16 @@ class CDraft(Draft):
 
     # --- statements
 
-    def returning(self, depth: int) -> list[str]:
-        """Statements that return on every path."""
-        rng = self.rng
-        if depth <= 0:
-            return [f"return {self.action()};"]
-        kinds = ("branches", "guard", "loop", "switch", "ternary", "variable", "counted", "assigned")
-        kind = rng.choices(kinds, (28, 26, 9, 11, 9, 9, 6, 8))[0]
-        before = self.spot("statement", PLACE).split("\n") if self.chance(0.15) else []
-        return [*before, *getattr(self, f"_{kind}")(depth)]
-
-    def _within(self, depth: int) -> list[str]:
-        kept = list(self.conditions)
-        lines = [INDENT + line for line in self.returning(depth)]
-        self.conditions = kept
-        return lines
-
     def _branches(self, depth: int) -> list[str]:
-        lines = [f"if ({self.condition()}) {{", *self._within(depth - 1)]
+        lines = [f"if ({self.condition()}) {{", *self.within(depth - 1)]
         for _ in range(self.rng.choice((0, 0, 1, 2))):
-            lines += [f"}} else if ({self.condition()}) {{", *self._within(depth - 2)]
-        return [*lines, "} else {", *self._within(depth - 1), "}"]
+            lines += [f"}} else if ({self.condition()}) {{", *self.within(depth - 2)]
+        return [*lines, "} else {", *self.within(depth - 1), "}"]
 
     def _guard(self, depth: int) -> list[str]:
         if self.chance(0.4):
             return [f"if ({self.condition()}) return {self.action()};", *self.returning(depth - 1)]
-        return [f"if ({self.condition()}) {{", *self._within(depth - 2), "}", *self.returning(depth - 1)]
+        return [f"if ({self.condition()}) {{", *self.within(depth - 2), "}", *self.returning(depth - 1)]
 
     def _ternary(self, depth: int) -> list[str]:
         last = self.action()
@@ -366,7 +346,7 @@ class CDraft(Draft):
             lines.append(
                 rng.choice((f"if ({self.condition(1)}) {name}++;", f"{name} += ({self.condition(1)}) ? 1 : 0;"))
             )
-        lines += [f"if ({name} {rng.choice(('>=', '==', '<'))} {rng.randint(1, 2)}) {{", *self._within(depth - 2), "}"]
+        lines += [f"if ({name} {rng.choice(('>=', '==', '<'))} {rng.randint(1, 2)}) {{", *self.within(depth - 2), "}"]
         return [*lines, *self.returning(depth - 1)]
 
     def _assigned(self, depth: int) -> list[str]:
@@ -398,17 +378,15 @@ class CDraft(Draft):
                 f"else if ({self.condition()}) {subject} = 2;",
             ]
             cases = ["0", "1", "7"]
-        lines = [*before, f"switch ({subject}) {{", f"case {cases[0]}: {{", *self._within(depth - 2), "}"]
+        lines = [*before, f"switch ({subject}) {{", f"case {cases[0]}: {{", *self.within(depth - 2), "}"]
         if self.chance(0.4):
-            lines += [f"case {cases[1]}:", f"case {cases[2]}: {{", *self._within(depth - 2), "}"]
+            lines += [f"case {cases[1]}:", f"case {cases[2]}: {{", *self.within(depth - 2), "}"]
         else:
             lines += (
-                [f"case {cases[1]}:", f"{INDENT}break;"]
-                if self.chance(0.3)
-                else [f"case {cases[1]}:", *self._within(0)]
+                [f"case {cases[1]}:", f"{INDENT}break;"] if self.chance(0.3) else [f"case {cases[1]}:", *self.within(0)]
             )
         if self.chance(0.6):
-            lines += ["default: {", *self._within(depth - 2), "}"]
+            lines += ["default: {", *self.within(depth - 2), "}"]
         return [*lines, "}", *self.returning(depth - 1)]
 
     # --- the file
@@ -463,8 +441,5 @@ class CDraft(Draft):
 def make(seed: int, step: Step | None = None, place: int = -1) -> tuple[CDraft, Program]:
     """The program of a seed, and its draft."""
     draft = CDraft(seed, step, place)
-    source = draft.text()
-    if step is not None and step.rewrite is not None and draft.taken:
-        source = step.rewrite(source)
-    name = "" if step is None else step.name
+    source, name = draft.source(), "" if step is None else step.name
     return draft, Program(seed, source, draft.agent, "", draft.form, draft.features, {}, name, draft.labels)

@@ -10,7 +10,6 @@ import re
 import subprocess
 import sys
 import tempfile
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,6 @@ from tests.hunting.sources import c_beyond, c_programs, judging, observing
 from tests.hunting.sources.drafts import Program, take
 from tests.hunting.sources.judging import Import, Told
 
-TOGETHER = 64  # sources in one translation unit
 ASKED = ("#ifdef compiler", "#if system")  # steps that only a compiler can refuse: imported as a user does
 ROOT = Path(__file__).parents[3]
 SHORT = 700  # characters of a source that a finding keeps
@@ -59,21 +57,6 @@ NUMBER = re.compile(r"(?<![\w.])(0[xX][\da-fA-F.]+(?:[pP][+-]?\d+)?|\d+\.?\d*(?:
 def program(seed: int, beyond: bool) -> Program:
     """The source of a seed."""
     return take(c_programs.make, seed, c_beyond.STEPS) if beyond else c_programs.make(seed)[1]
-
-
-def ask(seed: int, thorough: bool = False, *, beyond: bool = False, run: bool = False) -> Told:
-    """What became of the source of a seed. `run`: imported as a user does, compared by the product itself too."""
-    if thorough:
-        told = judge([program(seed, beyond)], run)[0]
-        print(program(seed, beyond).source)
-        return told
-    return batch(seed // TOGETHER, beyond, run)[seed % TOGETHER]
-
-
-@lru_cache(maxsize=4)
-def batch(number: int, beyond: bool, run: bool) -> list[Told]:
-    """What became of so many sources."""
-    return judge([program(number * TOGETHER + place, beyond) for place in range(TOGETHER)], run)
 
 
 def judge(programs: list[Program], run: bool = False) -> list[Told]:
@@ -207,3 +190,6 @@ def _judge_answers(read: Import, pair: tuple[np.ndarray, np.ndarray], place: Pat
         answers = np.where(trapped, len(values), answers)
         enumerators = dict(zip(read.program.labels, arrays["labels"].tolist(), strict=False))
     judging.compare(read, rows, answers, labels, "compiled", told, enumerators)
+
+
+ask = judging.asking(program, judge)

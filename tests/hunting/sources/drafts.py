@@ -12,40 +12,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 NAMES = (
-    "speed",
-    "gap",
-    "level",
-    "temp",
-    "angle",
-    "spin",
-    "height",
-    "flow",
-    "load",
-    "offset",
-    "range_m",
-    "drift",
-    "wind",
-    "charge",
-    "depth_m",
-    "slope",
+    *("speed", "gap", "level", "temp", "angle", "spin", "height", "flow"),
+    *("load", "offset", "range_m", "drift", "wind", "charge", "depth_m", "slope"),
 )
 TEXTS = (
-    "left",
-    "right",
-    "stay",
-    "go",
-    "brake",
-    "coast",
-    "up",
-    "down",
-    "hold",
-    "open",
-    "close",
-    "idle",
-    "heat",
-    "cool",
-    "alarm",
+    *("left", "right", "stay", "go", "brake", "coast", "up", "down"),
+    *("hold", "open", "close", "idle", "heat", "cool", "alarm"),
 )
+INDENT = "    "
 WHOLE = (0, 1, 2, 3, 5, 7, 10, 30, 60, 100, 255, 1000)
 DECIMAL = (0.1, 0.2, 0.3, 0.5, 0.05, 0.01, 1e-3, 1.0, 1.5, 2.0, 0.25, 3.6, 9.81, 0.45, 12.5, 99.9, 1e-6, 1e6, 0.7, 4.35)
 AGENTS = ("act", "decide", "steer", "policy", "control", "choose", "step_once", "governor")
@@ -92,6 +66,13 @@ class Step:
     rewrite: Callable[[str], str] | None = None  # of the whole text
 
 
+def put(template: str, values: dict[str, str]) -> str:
+    """A template with what it names."""
+    for key, value in values.items():
+        template = template.replace(f"{{{key}}}", value)
+    return template
+
+
 class Draft:
     """Draws from a seed; at the place that a step names, what the step says."""
 
@@ -103,6 +84,9 @@ class Draft:
         self.taken = False
         self.replaced = ""
         self.last = ""
+        self.counted = 0
+        self.conditions: list[str] = []  # variables
+        self.scaled: list[str] = []
         self.quiet = 0  # above 0 while a step is drawn, which has no places of its own
 
     def spot(self, kind: str, text: str) -> str:
@@ -129,9 +113,7 @@ class Draft:
         values |= {"label": self.action()} if names["label"] else {}
         self.quiet -= 1
         self.rng = own
-        for key, value in values.items():
-            template = template.replace(f"{{{key}}}", value)
-        return template
+        return put(template, values)
 
     # what a language draws
 
@@ -139,6 +121,15 @@ class Draft:
     given = ""
     end = ""  # of names of the file
     features: tuple[Feature, ...] = ()
+    statements: tuple[str, ...] = ()  # names of their methods
+    shares: tuple[int, ...] = ()  # how often each is drawn
+    joint = ""  # between the stem of a name and its number
+    leaving = ""  # what returns an action
+    idle = ""  # a statement that does nothing: where a step may stand
+
+    def text(self) -> str:
+        """The whole source."""
+        raise NotImplementedError
 
     def compare(self) -> str:
         """A comparison of features."""
@@ -156,6 +147,31 @@ class Draft:
         """An action that is not the last one drawn: neighbouring leaves that are alike say nothing."""
         self.last = self.rng.choice([each for each in actions if each != self.last] or actions)
         return self.last
+
+    def fresh(self, stem: str) -> str:
+        """A name that nothing else has."""
+        self.counted += 1
+        return f"{stem}{self.joint}{self.counted}"
+
+    def returning(self, depth: int) -> list[str]:
+        """Statements that return on every path."""
+        if depth <= 0:
+            return [self.leaving.format(self.action())]
+        kind = self.rng.choices(self.statements, self.shares)[0]
+        before = self.spot("statement", self.idle).split("\n") if self.chance(0.15) else []
+        return [*before, *getattr(self, f"_{kind}")(depth)]
+
+    def within(self, depth: int) -> list[str]:
+        """Such statements in a block, whose variables end with it."""
+        kept = list(self.conditions), list(self.scaled)
+        lines = [INDENT + line for line in self.returning(depth)]
+        self.conditions, self.scaled = kept
+        return lines
+
+    def source(self) -> str:
+        """The text, written anew where its step says so."""
+        text, step = self.text(), self.step
+        return step.rewrite(text) if step is not None and step.rewrite is not None and self.taken else text
 
     def chance(self, share: float) -> bool:
         """True in that share of cases."""

@@ -7,7 +7,9 @@ Does not: run sources.
 
 import inspect
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,7 @@ from tests.hunting.sources.observing import Box, Test
 
 HARMLESS = ("AssertionError", "OverflowError")  # a precondition; a number beyond Python's own
 NO_DECISION = ("raised", "other")
+TOGETHER = 64  # sources that one process answers, or one compiler
 ARRAYS = ("floats", "float64", "float32")
 
 
@@ -46,6 +49,26 @@ class Told:
         if self.reason:
             counts[f"refused: {self.reason}"] = 1
         return counts
+
+
+def asking(
+    program: Callable[[int, bool], Program], judge: Callable[[list[Program], bool], list[Told]]
+) -> Callable[..., Told]:
+    """A language's answer to the hunt, by its sources and who judges many of them at once."""
+
+    @lru_cache(maxsize=4)
+    def judge_many(number: int, beyond: bool, run: bool) -> list[Told]:
+        return judge([program(number * TOGETHER + place, beyond) for place in range(TOGETHER)], run)
+
+    def ask(seed: int, thorough: bool = False, *, beyond: bool = False, run: bool = False) -> Told:
+        """What became of the source of a seed. `run`: imported as a user does, compared by the product itself too."""
+        if not thorough:
+            return judge_many(seed // TOGETHER, beyond, run)[seed % TOGETHER]
+        told = judge([program(seed, beyond)], run)[0]
+        print(program(seed, beyond).source)
+        return told
+
+    return ask
 
 
 @dataclass

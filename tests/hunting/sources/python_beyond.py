@@ -7,7 +7,7 @@ Does not: say which of them are refused: Python's own decisions are the judge.
 
 import re
 
-from tests.hunting.sources.drafts import Feature, Program, Step
+from tests.hunting.sources.drafts import Feature, Program, Step, put
 from tests.hunting.sources.python_tests import CONDITIONS, STATEMENTS
 
 # name, what stands instead of a constant, what stands before the function, what stands at the end
@@ -347,15 +347,9 @@ def smallest(place: int) -> Program:
     """The smallest program with a step, what a finding is told by; beyond their number of an array that it makes."""
     turn, place = divmod(place, len(STEPS))
     step = STEPS[place]
-
-    def put(text: str) -> str:
-        for key, value in SMALL.items():
-            text = text.replace(f"{{{key}}}", value)
-        return text
-
-    lines = put(step.text).split("\n")
-    head = [put(step.before), "", ""] if step.before else []
-    tail = ["", "", put(step.after)] if step.after else []
+    lines = put(step.text, SMALL).split("\n")
+    head = [put(step.before, SMALL), "", ""] if step.before else []
+    tail = ["", "", put(step.after, SMALL)] if step.after else []
     test = {"constant": f"x[0] > {lines[0]}", "condition": lines[0], "statement": "x[0] > 0.5"}[step.kind]
     inside = lines if step.kind == "statement" else []
     body = [*["x = np.asarray(x)"] * bool(turn), *inside, f"if {test}:", "    return 1", "return 0"]

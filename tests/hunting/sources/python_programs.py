@@ -9,9 +9,8 @@ Does not: run them, or know how they are read.
 import re
 from collections.abc import Sequence
 
-from tests.hunting.sources.drafts import AGENTS, DECIMAL, NAMES, TEXTS, WHOLE, Draft, Feature, Program, Step
+from tests.hunting.sources.drafts import AGENTS, DECIMAL, INDENT, NAMES, TEXTS, WHOLE, Draft, Feature, Program, Step
 
-INDENT = "    "
 PLACE = "pass  # a place for a step"
 FORMS = ("row", "row", "row", "unpacked", "unpacked", "columns", "columns", "names", "attributes")
 LABELS = ("whole", "whole", "texts", "texts", "members", "members", "constants", "list", "bools", "table", "odd")
@@ -21,6 +20,10 @@ ORDERS = ("<", "<=", ">", ">=")
 
 class PythonDraft(Draft):
     """The Python program of a seed."""
+
+    joint, leaving, idle = "_", "return {}", PLACE
+    statements = ("branches", "guard", "loop", "match", "ternary", "variable", "counted", "assigned", "steps")
+    shares = (26, 24, 9, 7, 8, 12, 5, 6, 3)
 
     def __init__(self, seed: int, step: Step | None = None, place: int = -1) -> None:
         super().__init__(seed, "python", step, place)
@@ -38,9 +41,6 @@ class PythonDraft(Draft):
         self.numbers: list[str] = []  # constants by name
         self.helpers: list[tuple[str, str]] = []  # name and "number" or "test"
         self.helping: dict[str, list[str]] = {}  # their text: what nothing calls would be an agent
-        self.conditions: list[str] = []  # variables
-        self.scaled: list[str] = []
-        self.counted = 0
         self._constants()
         self._actions()
         self._helpers()
@@ -53,11 +53,6 @@ class PythonDraft(Draft):
             "names": f'{self.given}["{name}"]',
             "attributes": f"{self.given}.{name}",
         }[self.form]
-
-    def fresh(self, stem: str) -> str:
-        """A name that nothing else has."""
-        self.counted += 1
-        return f"{stem}_{self.counted}"
 
     # --- numbers
 
@@ -283,30 +278,14 @@ class PythonDraft(Draft):
 
     # --- statements
 
-    def returning(self, depth: int) -> list[str]:
-        """Statements that return on every path."""
-        rng = self.rng
-        if depth <= 0:
-            return [f"return {self.action()}"]
-        kinds = ("branches", "guard", "guard", "loop", "match", "ternary", "variable", "counted", "assigned", "steps")
-        kind = rng.choices(kinds, (26, 14, 10, 9, 7, 8, 12, 5, 6, 3))[0]
-        before = self.spot("statement", PLACE).split("\n") if self.chance(0.15) else []
-        return [*before, *getattr(self, f"_{kind}")(depth)]
-
-    def _within(self, depth: int) -> list[str]:
-        kept = list(self.conditions), list(self.scaled)
-        lines = [INDENT + line for line in self.returning(depth)]
-        self.conditions, self.scaled = kept
-        return lines
-
     def _branches(self, depth: int) -> list[str]:
-        lines = [f"if {self.condition()}:", *self._within(depth - 1)]
+        lines = [f"if {self.condition()}:", *self.within(depth - 1)]
         for _ in range(self.rng.choice((0, 0, 1, 2))):
-            lines += [f"elif {self.condition()}:", *self._within(depth - 2)]
-        return [*lines, "else:", *self._within(depth - 1)]
+            lines += [f"elif {self.condition()}:", *self.within(depth - 2)]
+        return [*lines, "else:", *self.within(depth - 1)]
 
     def _guard(self, depth: int) -> list[str]:
-        return [f"if {self.condition()}:", *self._within(depth - 2), *self.returning(depth - 1)]
+        return [f"if {self.condition()}:", *self.within(depth - 2), *self.returning(depth - 1)]
 
     def _ternary(self, depth: int) -> list[str]:
         text = f"{self.action()} if {self.condition()} else {self.action()}"
@@ -341,7 +320,7 @@ class PythonDraft(Draft):
             (f"for {name} in ({literal}):", f"for {name} in [{literal}]:", f"for {name} in range({len(values)}):")
         )
         lines = [line, f"{INDENT}if {feature} {rng.choice(ORDERS)} {name} and {self.condition(1)}:"]
-        return [*lines, *(INDENT + each for each in self._within(0)), *self.returning(depth - 1)]
+        return [*lines, *(INDENT + each for each in self.within(0)), *self.returning(depth - 1)]
 
     def _counted(self, depth: int) -> list[str]:
         """Counts conditions, in a loop over limits or one by one."""
@@ -355,7 +334,7 @@ class PythonDraft(Draft):
         else:
             for _ in range(rng.randint(2, 3)):
                 lines += [f"if {self.condition(1)}:", f"{INDENT}{name} += 1"]
-        lines += [f"if {name} {rng.choice(('>=', '==', '<'))} {rng.randint(1, 2)}:", *self._within(depth - 2)]
+        lines += [f"if {name} {rng.choice(('>=', '==', '<'))} {rng.randint(1, 2)}:", *self.within(depth - 2)]
         return [*lines, *self.returning(depth - 1)]
 
     def _assigned(self, depth: int) -> list[str]:
@@ -376,7 +355,7 @@ class PythonDraft(Draft):
             if self.chance(0.5)
             else [f"{INDENT}{level} += 1"]
         )
-        return [*lines, f"if {level} > {rng.randint(0, 2)}:", *self._within(depth - 2), *self.returning(depth - 1)]
+        return [*lines, f"if {level} > {rng.randint(0, 2)}:", *self.within(depth - 2), *self.returning(depth - 1)]
 
     def _match(self, depth: int) -> list[str]:
         rng, mode = self.rng, self.fresh("mode")
@@ -396,8 +375,8 @@ class PythonDraft(Draft):
         lines.append(f"match {subject}:")
         for case in cases:
             guard = f" if {self.condition(1)}" if self.chance(0.1) else ""
-            lines += [f"{INDENT}case {case}{guard}:", *(INDENT + line for line in self._within(depth - 2))]
-        return [*lines, f"{INDENT}case _:", *(INDENT + line for line in self._within(depth - 2))]
+            lines += [f"{INDENT}case {case}{guard}:", *(INDENT + line for line in self.within(depth - 2))]
+        return [*lines, f"{INDENT}case _:", *(INDENT + line for line in self.within(depth - 2))]
 
     # --- the file
 
@@ -460,12 +439,9 @@ class PythonDraft(Draft):
 def make(seed: int, step: Step | None = None, place: int = -1) -> tuple[PythonDraft, Program]:
     """The program of a seed, and its draft."""
     draft = PythonDraft(seed, step, place)
-    source = draft.text()
-    if step is not None and step.rewrite is not None and draft.taken:
-        source = step.rewrite(source)
     form = "row" if draft.form == "unpacked" else draft.form
     options: dict[str, object] = {"numbers": {"output_names": ("u", "w")}, "scores": {"scores": True}}.get(
         draft.gives, {}
     )
-    name = "" if step is None else step.name
+    source, name = draft.source(), "" if step is None else step.name
     return draft, Program(seed, source, draft.agent, draft.entry, form, draft.features, options, name)

@@ -9,7 +9,6 @@ import json
 import subprocess
 import sys
 import tempfile
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,6 @@ from tests.hunting.sources import judging, python_beyond, python_programs
 from tests.hunting.sources.drafts import Program, take
 from tests.hunting.sources.judging import Import, Told
 
-TOGETHER = 64  # sources that one process answers
 ROOT = Path(__file__).parents[3]
 SHORT = 500  # characters of a source that a finding keeps
 
@@ -27,21 +25,6 @@ SHORT = 500  # characters of a source that a finding keeps
 def program(seed: int, beyond: bool) -> Program:
     """The source of a seed."""
     return take(python_programs.make, seed, python_beyond.STEPS) if beyond else python_programs.make(seed)[1]
-
-
-def ask(seed: int, thorough: bool = False, *, beyond: bool = False, run: bool = False) -> Told:
-    """What became of the source of a seed. `run`: imported as a user does, compared by the product itself too."""
-    if thorough:
-        told = judge([program(seed, beyond)], run)[0]
-        print(program(seed, beyond).source)
-        return told
-    return batch(seed // TOGETHER, beyond, run)[seed % TOGETHER]
-
-
-@lru_cache(maxsize=4)
-def batch(number: int, beyond: bool, run: bool) -> list[Told]:
-    """What became of so many sources."""
-    return judge([program(number * TOGETHER + place, beyond) for place in range(TOGETHER)], run)
 
 
 def judge(programs: list[Program], run: bool = False) -> list[Told]:
@@ -108,3 +91,6 @@ def _judge_answers(read: Import, place: Path, given: list[str], told: Told) -> N
                 told.wrong.append(f"Python answers {form} {rows[other[0]].tolist()} in two ways: state")
             else:
                 judging.compare(read, rows, arrays[form], said["labels"], f"given {form}", told, said["names"])
+
+
+ask = judging.asking(program, judge)
