@@ -542,7 +542,7 @@ def _decisions(profile: ir.PolicyProfile, claim: DecisionClaim) -> dict[str, Any
     if stated == TRUE:  # about leaves, so of no world state
         return {}
     shared = _share_parts(stated)
-    if sum(len(next(iter(part.values()))) for part in shared) > MAX_PARTS:
+    if shared is None:
         return {"unjudged": f"not judged here: more than {MAX_PARTS:,} inequalities and actions"}
     if not claim.eps:
         return {"formula": shared}
@@ -551,24 +551,33 @@ def _decisions(profile: ir.PolicyProfile, claim: DecisionClaim) -> dict[str, Any
     return {"formula": shared, "eps": rational_literal(claim.eps)}
 
 
-def _share_parts(stated: Formula) -> list[dict[str, Any]]:
+def _share_parts(stated: Formula) -> list[dict[str, Any]] | None:
     """The formula as a list of its joined parts, each once, the whole last; numbers in a part are places in the list.
+    None where they have more than `MAX_PARTS` parts of their own.
 
     Of 720 matchings of six agents there are 4,320 pairs, and only 36 different ones.
     """
     found: dict[Formula, int] = {}
     written: list[dict[str, Any]] = []
+    left = MAX_PARTS
 
     def place(node: Formula) -> int | dict[str, Any]:
+        nonlocal left
         if not isinstance(node, (And, Or)):
             return formula_document(node)
         if node not in found:
+            left -= len(node.parts)
+            if left < 0:  # whatever follows
+                raise OverflowError
             parts = [place(part) for part in node.parts]
             written.append({"all" if isinstance(node, And) else "any": parts})
             found[node] = len(written) - 1
         return found[node]
 
-    whole = place(stated)
+    try:
+        whole = place(stated)
+    except OverflowError:
+        return None
     return written if isinstance(whole, int) else [{"all": [whole]}]
 
 
