@@ -21,18 +21,9 @@ from tests.support.teams import team, towards
 from tests.support.tiers import first_of
 
 PROVED = Path(__file__).parents[3] / "generated" / "proved_defenders" / "profile.json"
-QUICK = [
-    "--iterations",
-    "2",
-    "--rollouts",
-    "4",
-    "--set",
-    "selection_episodes=4",
-    "--refinement",
-    "0",
-    "--max-depth",
-    "2",
-]
+VERIFY = ["verify", "--property", "alive_leaves", PROVED]
+QUICK = ["--iterations", "2", "--rollouts", "4", "--refinement", "0", "--max-depth", "2"]
+QUICK += ["--set", "selection_episodes=4"]
 
 
 @pytest.fixture(autouse=True)
@@ -199,14 +190,7 @@ def closed():
     os.close(writer)
 
 
-WRITTEN = [
-    ["verify", "--json", PROVED],
-    ["show", PROVED],
-    ["guide"],
-    ["--help"],
-    ["verify", "--list"],
-    ["worlds", "list"],
-]
+WRITTEN = [[*VERIFY, "--json"], ["show", PROVED], ["guide"], ["--help"], ["verify", "--list"], ["worlds", "list"]]
 COMMANDS = [[name, "--help"] for names in main.NAMES.values() for name in names]
 
 
@@ -222,14 +206,13 @@ def test_a_full_standard_output_is_said_in_words(arguments, full):
 
 def test_a_full_standard_error_gives_no_verdict(full):
     """The claim is proved; 1 would say that it is violated, 0 that someone was told."""
-    arguments = ["verify", PROVED]
-    assert ended({}, arguments)[0] == ExitCode.DONE
+    assert ended({}, VERIFY)[0] == ExitCode.DONE
     for streams in ({"stderr": full}, {"stdout": full, "stderr": full}):
-        assert ended(streams, arguments)[0] == ExitCode.MISSING
+        assert ended(streams, VERIFY)[0] == ExitCode.MISSING
     assert ended({"stdout": full, "stderr": full}, ["-q", "check", "nowhere"])[0] == ExitCode.INPUT
 
 
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
 def test_a_closed_pipe_gives_no_verdict_and_no_words(stream, closed):
-    code, said = ended({stream: closed}, ["verify", "--json", PROVED])
+    code, said = ended({stream: closed}, [*VERIFY, "--json"])
     assert code == ExitCode.MISSING and "error" not in said
