@@ -5,8 +5,8 @@ Assumes: `pip install 'maviper[signals]'`.
 Does not: simulate pedestrians, or change the demand. A seed is SUMO's own: it is about how drivers drive.
 
 Every 5 s a signal `signal_0`, `signal_1`, ... does `green_K`, which gives green to phase K of its own program. If
-another one is on, clearance takes these 5 s: 3 s of yellow, then 2 s of all red, for whoever loses green. Before 5 s of
-green a signal does not act: `acting` masks all actions of it at once.
+another one is on, clearance takes these 5 s: 3 s of yellow, then 2 s of all red, for whoever loses green. A signal does
+not act before 10 s of green: `acting` masks all actions of it at once. Where no signal may act, another 5 s pass.
 
 An approach is the lanes of one road that have green in the same phases, named by where its traffic comes from:
 `north`, `south_west`, `south_west_2`. A signal observes, in this order:
@@ -15,7 +15,7 @@ An approach is the lanes of one road that have green in the same phases, named b
 - `red_K` for each phase: seconds since K had green, 0 where it is on;
 - for each approach A `A_cars` and `A_halting`, its vehicles and those that stand, and `A_ahead`, those in the lanes it
   leads to: counts, and at most what fits there.
-Clocks count to 240 s. An episode starts with phase 0 and all clocks at 0, so `red_K` says nothing before K is served.
+Clocks count to 240 s. An hour starts with phase 0 and all clocks at 0, so `red_K` says nothing before K is served.
 
 A reward is minus the vehicles that stand before the signal. `measures` are RESCO's: `delay` and `waiting` in seconds a
 trip, those that never departed included, and `queue`, the vehicles that stand before all signals.
@@ -36,7 +36,7 @@ from junctions import STEP
 from pettingzoo import ParallelEnv
 
 NETWORKS = ("cologne1", "cologne3", "cologne8", "ingolstadt1", "ingolstadt7", "ingolstadt21")
-YELLOW, MIN_GREEN = 3, 5  # seconds
+YELLOW, MIN_GREEN = 3, 10  # seconds
 Dicts = tuple[dict[str, Any], ...]
 
 
@@ -48,12 +48,13 @@ class Signals(ParallelEnv):
     measures: Mapping[str, tuple[str, str, str]] = {
         "delay": ("delay", "last", "lower"),
         "waiting": ("waiting", "last", "lower"),
-        "queue": ("queue", "mean", "lower"),
+        "queue": ("queue", "last", "lower"),
     }
 
     def __init__(self, network: str, seconds: int, own: bool) -> None:
         self.config, self.folder = network_file(network), TemporaryDirectory()
-        self.own, self.max_cycles, self.steps = own, seconds // STEP, 0
+        self.trips = f"{self.folder.name}/trips.xml"
+        self.own, self.max_cycles, self.queues = own, seconds // STEP, list[int]()
         self._start(0)
         self.signals = junctions.signals()
         self.possible_agents, self.agents = list(self.signals), []
@@ -62,18 +63,14 @@ class Signals(ParallelEnv):
         self.close()
 
     def _start(self, seed: int) -> None:
-        trips = ["--tripinfo-output", self._trips, "--tripinfo-output.write-unfinished"]
+        trips = ["--tripinfo-output", self.trips, "--tripinfo-output.write-unfinished"]
         options = ["--tripinfo-output.write-undeparted", "--no-step-log", "--no-warnings", "--time-to-teleport", "-1"]
         libsumo.start(["sumo", "-c", self.config, "--seed", str(seed), *trips, *options])
 
     @property
-    def _trips(self) -> str:
-        return f"{self.folder.name}/trips.xml"
-
-    @property
     def acting(self) -> list[str]:
         """Those whose phase has had its least green."""
-        return [agent for agent in self.agents if self.signals[agent].green >= MIN_GREEN]
+        return [agent for agent in self.agents if self.own or self.signals[agent].green >= MIN_GREEN]
 
     def observation_space(self, agent: Any) -> Box:
         """As `features` say."""
@@ -85,32 +82,37 @@ class Signals(ParallelEnv):
         return Discrete(len(self.action_names[agent]))
 
     def reset(self, seed: int | None = None, options: Any = None) -> Dicts:
-        """The start of the hour."""
+        """The first moment of the hour at which somebody may act."""
         self.close()
         self._start(seed or 0)
-        self.agents, self.steps = list(self.possible_agents), 0
+        self.agents, self.queues = list(self.possible_agents), []
         for signal in self.signals.values():
             signal.start()
+        self._pass_time({})
         return {agent: signal.observe() for agent, signal in self.signals.items()}, {a: {} for a in self.agents}
 
     def step(self, actions: Mapping[str, int]) -> Dicts:
-        """Five seconds: clearance where a signal switches, else green."""
-        if not self.own:
-            free = {agent: int(actions[agent]) for agent in self.acting}
-            self._move({agent: free.get(agent, signal.phase) for agent, signal in self.signals.items()})
-        else:
-            libsumo.simulationStep(libsumo.simulation.getTime() + STEP)
-        self.steps += 1
+        """Five seconds at a time, until somebody may act again: clearance where a signal switches, else green."""
+        rewards = self._pass_time(actions)
         seen = {agent: signal.observe() for agent, signal in self.signals.items()}
-        standing = {agent: signal.standing() for agent, signal in self.signals.items()}
-        info: dict[str, float] = {"queue": sum(standing.values())}
-        cut = self.steps == self.max_cycles
-        if cut:
-            info |= self._means()
+        cut = len(self.queues) >= self.max_cycles
         ends = dict.fromkeys(self.agents, False), dict.fromkeys(self.agents, cut)
-        infos = dict.fromkeys(self.agents, info)
+        infos = dict.fromkeys(self.agents, self._means() if cut else {})
         self.agents = [] if cut else self.agents
-        return seen, {agent: -float(count) for agent, count in standing.items()}, *ends, infos
+        return seen, rewards, *ends, infos
+
+    def _pass_time(self, actions: Mapping[str, int]) -> dict[str, float]:
+        """Returns what each agent is paid meanwhile."""
+        paid = dict.fromkeys(self.agents, 0.0)
+        while True:
+            chosen = {agent: int(actions[agent]) for agent in self.acting if agent in actions}
+            moved = {} if self.own else self.signals
+            self._move({agent: chosen.get(agent, signal.phase) for agent, signal in moved.items()})
+            standing = {agent: signal.standing() for agent, signal in self.signals.items()}
+            self.queues.append(sum(standing.values()))
+            paid, actions = {agent: paid[agent] - count for agent, count in standing.items()}, {}
+            if self.acting or len(self.queues) >= self.max_cycles:
+                return paid
 
     def _move(self, phases: Mapping[str, int]) -> None:
         for seconds, shown in ((YELLOW, "y"), (STEP - YELLOW, "r")):
@@ -123,10 +125,11 @@ class Signals(ParallelEnv):
     def _means(self) -> dict[str, float]:
         """Ends the simulation, and returns means over its trips, as RESCO counts them."""
         self.close()
-        trips = [trip.attrib for trip in ET.parse(self._trips).iter("tripinfo")]
+        trips = [trip.attrib for trip in ET.parse(self.trips).iter("tripinfo")]
         lost = [float(trip["timeLoss"]) + float(trip["departDelay"]) for trip in trips]
         stood = [float(trip["waitingTime"]) for trip in trips]
-        return {"delay": float(np.mean(lost)), "waiting": float(np.mean(stood))}
+        means = {"delay": lost, "waiting": stood, "queue": self.queues}
+        return {name: float(np.mean(numbers)) for name, numbers in means.items()}
 
     def close(self) -> None:
         """Ends the simulation, if one runs."""
@@ -138,10 +141,9 @@ def network_file(network: str) -> str:
     """Where SUMO's configuration of a network lies. ValueError for a name that is none."""
     if network not in NETWORKS:
         raise ValueError(f"network is one of {', '.join(NETWORKS)}")
-    spec = find_spec("sumo_rl")
-    if spec is None or not spec.submodule_search_locations:
-        raise ImportError("the networks are in the package sumo-rl: pip install 'maviper[signals]'")
-    return str(Path(spec.submodule_search_locations[0], "nets/RESCO", network, f"{network}.sumocfg"))
+    spec = find_spec("sumo_rl")  # to import it would start what we do not need
+    (folder,) = spec.submodule_search_locations or [""] if spec else [""]
+    return str(Path(folder, "nets/RESCO", network, f"{network}.sumocfg"))
 
 
 def make(network: str = "cologne3", seconds: int = 3600, own: int = 0) -> Signals:

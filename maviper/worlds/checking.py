@@ -329,7 +329,7 @@ def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[Any]]) -
     state = world.start_from_seeds([seed])
     outcomes: list[Outcome] = []
     for acted in [*actions, None]:
-        others = (part[0].tolist() for part in (state.rewards, state.done, state.terminated, state.acting))
+        others = (part[0].tolist() for part in (state.rewards, state.done, state.terminated, state.acting, state.told))
         outcomes.append(Outcome([seen[0] for seen in state.observations], *others))
         if acted is not None and world.continuous:
             state = world.step(state, _pad_numbers(acted, world))

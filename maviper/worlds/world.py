@@ -51,12 +51,14 @@ class Outcome(NamedTuple):
     done: list[bool]  # the agent's episode has ended
     terminated: list[bool]  # ... by itself; it was not just cut
     acting: list[bool]  # the agent acts in the next step
+    told: list[list[float]]  # by agent what its infos tell of each measure, NaN where they do not
 
     @property
-    def bytes(self) -> tuple[list[bytes], bytes, list[list[bool]]]:
+    def bytes(self) -> tuple[list[bytes], bytes, bytes, list[list[bool]]]:
         """All of it, to compare: NaN is like itself."""
         vectors = [vector.tobytes() for vector in self.observations]
-        return vectors, np.array(self.rewards).tobytes(), [self.done, self.terminated, self.acting]
+        paid, told = np.array(self.rewards).tobytes(), np.array(self.told).tobytes()
+        return vectors, paid, told, [self.done, self.terminated, self.acting]
 
 
 def legal_in(mask: Mask, obs: Float32) -> Bool:

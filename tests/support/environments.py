@@ -399,3 +399,42 @@ def walking_expert():
     from maviper.worlds import find
 
     return Walking(find("tests.support.environments:walker"))
+
+
+class measured(Line):
+    """Its infos tell how far everybody went: in each step, and at the end who is left."""
+
+    measures = {  # noqa: RUF012
+        "way": ("went", "sum", "lower"),
+        "pace": ("went", "mean", "lower"),
+        "place": ("place", "last", "higher"),
+    }
+
+    def step(self, actions):
+        *others, infos = super().step(actions)
+        for agent, info in infos.items():
+            info |= {"went": abs(actions[agent] - 1)} | ({} if agent in self.agents else {"place": self.place[agent]})
+        return *others, infos
+
+
+class mismeasured(measured):
+    """It states a measure in words that mean nothing."""
+
+    measures = {"way": ("went", "total", "lower")}  # noqa: RUF012
+
+
+class unmeasured(measured):
+    """None of its infos has the key."""
+
+    measures = {"way": ("gone", "sum", "lower")}  # noqa: RUF012
+
+
+class measured_team(measured):
+    """Both are one team."""
+
+    teams = {"runners": ["left runner", "runner_1"]}  # noqa: RUF012
+
+
+def still(agent, observations):
+    """An expert that goes nowhere."""
+    return np.ones(len(observations), dtype=np.int64)

@@ -17,6 +17,7 @@ An environment may say more about itself by attributes (its own, or its `unwrapp
 - `features`: agent -> a FeatureSpec for each number that it observes, with unit, range and meaning.
 - `action_names`: agent -> a name for each of its actions.
 - `outputs`: agent -> an OutputSpec for each number that it gives.
+- `measures`: name -> key of infos; sum, mean or last; whether lower or higher is better.
 """
 
 import re
@@ -33,7 +34,7 @@ from codegen import ir
 from codegen.dynamics import motionless
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32
-from codegen.ir import CONSTANT, MAX_LENGTH, ActionSpec, Bool, FeatureSpec, OutputSpec, Sum, WorldSpec
+from codegen.ir import CONSTANT, MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float64, OutputSpec, Sum, WorldSpec
 from codegen.profiles import check
 from codegen.sums import DOUBLE_SUMS
 from maviper.worlds.outside.making import import_maker, make_environment
@@ -61,7 +62,9 @@ from maviper.worlds.outside.processes import (
     probe_episode,
 )
 from maviper.worlds.outside.sources import (
+    MEAN,
     Source,
+    Told,
     action_names,
     attribute,
     join_equals,
@@ -70,6 +73,7 @@ from maviper.worlds.outside.sources import (
     read_legal_features,
     read_length,
     read_teams,
+    read_told,
     space,
     table,
     teams_by_name,
@@ -121,13 +125,17 @@ class PettingZooWorld(OutsideWorld):
         self.spec = _spec(self.source, names, stated or (probe.steps if probe and probe.cut else PROBE_STEPS))
         self.teams = given or join_equals(alike, names, probe.rewards if probe else [])
         self.joined = not given and self.teams != alike
-        self.measures = tuple(Measure(team, RETURN) for team in self.teams)
+        self._told = read_told(env, self.source)
+        told = [
+            Measure(team, each.name, lower_is_better=each.lower_is_better) for team in self.teams for each in self._told
+        ]
+        self.measures = (*(Measure(team, RETURN) for team in self.teams), *told)
         self._ensure()
         at_once, apart = self._at_once(env) if games is None else (games, games > 1)
         self.games = at_once
         Copy(env, self.source).close()  # it has said what it had to
         make = partial(make_environment, function, self.source)
-        alone = apart is False and steps_alone(env)
+        alone = apart is False and steps_alone(env) and not self._told
         self._copies = Together(self.source, make) if alone else Copies(self.source, make, at_once, apart)
         self.plays_here = apart is False and at_once > 1
         self._moment, self.branches = PAST, False
@@ -244,6 +252,22 @@ class PettingZooWorld(OutsideWorld):
         """Whose episode goes on, [batch, n_agents]; nobody's where nobody can act."""
         return ~state.done & state.acting.any(axis=1, keepdims=True)
 
+    def values(self, states: Sequence[EnvStates]) -> Float64:
+        """Each team's return, then what the environment measures, [n_measures, batch]: the mean over the team's agents
+        whose infos tell it. InputError where none does.
+        """
+        told = np.stack([state.told for state in states])
+        rows = [
+            Told("", "", MEAN, False).reduce(each.reduce(told[:, :, self.members(team), place]).T)
+            for team in self.teams
+            for place, each in enumerate(self._told)
+        ]
+        for measure, row in zip(self.measures[len(self.teams) :], rows, strict=True):
+            if np.isnan(row).any():
+                advice = "its infos must tell each of its `measures` once in an episode"
+                raise InputError(f"no agent is told {measure.label} in an episode", self.source.text, advice)
+        return np.stack([*super().values(states), *rows])
+
     def reference_env(self) -> Any:
         """A fresh environment."""
         return make_environment(self._function, self.source)
@@ -272,8 +296,8 @@ def _leaf(outputs: Sequence[OutputSpec]) -> ir.Tree:
 
 def _states(outcomes: Sequence[Outcome]) -> EnvStates:
     observations = zip(*(outcome.observations for outcome in outcomes), strict=True)
-    rewards, done, terminated, acting = map(np.array, zip(*(outcome[1:] for outcome in outcomes), strict=True))
-    return EnvStates(tuple(map(np.array, observations)), rewards, done, terminated, acting)
+    rewards, *others = map(np.array, zip(*(outcome[1:] for outcome in outcomes), strict=True))
+    return EnvStates(tuple(map(np.array, observations)), rewards, *others)
 
 
 def user_world(text: str) -> PettingZooWorld:

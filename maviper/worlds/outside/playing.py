@@ -118,6 +118,7 @@ class EnvStates:
     done: Bool  # [batch, n_agents] whose episode has ended
     terminated: Bool  # [batch, n_agents] ... and was not just cut
     acting: Bool  # [batch, n_agents] who acts in the next step
+    told: Float64  # [batch, n_agents, n_told] what infos tell, NaN where they do not
     moment: int = PAST
     pasts: Pasts | None = None  # how each game got here, where it may be branched
     copies: tuple[Copy, ...] = ()  # of its own, where it was branched
@@ -128,18 +129,20 @@ class EnvStates:
     def __getitem__(self, rows: Any) -> EnvStates:
         observations = tuple(seen[rows] for seen in self.observations)
         pasts = None if self.pasts is None else self.pasts[rows]
-        ends = self.done[rows], self.terminated[rows], self.acting[rows]
-        return EnvStates(observations, self.rewards[rows], *ends, pasts=pasts)
+        others = self.done[rows], self.terminated[rows], self.acting[rows], self.told[rows]
+        return EnvStates(observations, self.rewards[rows], *others, pasts=pasts)
 
     @staticmethod
     def concatenate(states: Sequence[EnvStates]) -> EnvStates:
         """Several batches as one, in their order."""
         observations = zip(*(state.observations for state in states), strict=True)
-        parts = zip(*((state.rewards, state.done, state.terminated, state.acting) for state in states), strict=True)
-        rewards, done, terminated, acting = map(np.concatenate, parts)
+        parts = zip(
+            *((each.rewards, each.done, each.terminated, each.acting, each.told) for each in states), strict=True
+        )
+        rewards, *others = map(np.concatenate, parts)
         known = [state.pasts for state in states if state.pasts is not None]
         pasts = np.concatenate(known) if len(known) == len(states) else None
-        return EnvStates(tuple(map(np.concatenate, observations)), rewards, done, terminated, acting, pasts=pasts)
+        return EnvStates(tuple(map(np.concatenate, observations)), rewards, *others, pasts=pasts)
 
 
 class OutsideWorld(World):
@@ -214,7 +217,7 @@ class Together:
         self._live = list(range(len(seeds)))
         seen = np.array([outcome.observations[0] for outcome in outcomes])
         nobody = np.zeros((len(seeds), 1), bool)
-        return EnvStates((seen,), np.zeros((len(seeds), 1)), nobody, nobody, ~nobody)
+        return EnvStates((seen,), np.zeros((len(seeds), 1)), nobody, nobody, ~nobody, np.empty((len(seeds), 1, 0)))
 
     def _step_games(self, actions: Sequence[Sequence[Any]]) -> EnvStates:
         last = self._last
@@ -243,7 +246,7 @@ class Together:
         for place, ended in over:
             done[place], terminated[place] = True, ended
         self._live = [place for place in self._live if not done[place]]
-        return EnvStates((seen,), rewards, done, terminated, ~done)
+        return replace(last, observations=(seen,), rewards=rewards, done=done, terminated=terminated, acting=~done)
 
     def _vector(self, shown: Any, place: int, shape: tuple[int, ...]) -> Float32:
         """An observation as float32; InputError for one of another shape."""

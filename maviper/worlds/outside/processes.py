@@ -31,6 +31,7 @@ from maviper.worlds.outside.sources import (
     output_aside,
     parse_source,
     read_legal_features,
+    read_told,
     space,
     table,
 )
@@ -60,6 +61,7 @@ class Copy:
         self.truncated = False  # whether the last step cut an agent's episode
         self._sizes = [space(env, "observation", name).shape[0] for name in self.names]
         self._taking = [taking(space(env, "action", name)) for name in self.names]
+        self._keys = [each.key for each in read_told(env, source)]
         self._seen: list[Float32] = []
         self._ended: set[Any] = set()
         self._cut: set[Any] = set()  # those of them whose episode did not end by itself
@@ -83,7 +85,7 @@ class Copy:
             self.env.close()
 
     def _reset(self, seed: int) -> Outcome:
-        observations, _ = self._parts(self.env.reset(seed=seed), "reset", "observations and infos")
+        observations, infos = self._parts(self.env.reset(seed=seed), "reset", "observations and infos")
         missing = [str(name) for name in self.names if name not in observations or name not in self.env.agents]
         if missing:
             what = f"reset: no observation of {', '.join(missing)}, or missing from `agents`"
@@ -91,27 +93,33 @@ class Copy:
             raise InputError(what, self.source.text, advice)
         self._ended, self._cut = set(), set()
         self._seen = [np.zeros(size, np.float32) for size in self._sizes]
-        return self._outcome([], observations, {})
+        return self._outcome([], observations, {}, infos)
 
     def _step(self, actions: Sequence[Any]) -> Outcome:
         live = self._live()
         self.truncated = False
         if not live:
-            return self._outcome([], {}, {})
+            return self._outcome([], {}, {}, {})
         acted = zip(self.names, self._taking, actions, strict=True)
         chosen = {name: taken(action) for name, taken, action in acted if name in live}
         parts = "observations, rewards, terminations, truncations and infos"
-        observations, rewards, terminated, truncated, _ = self._parts(self.env.step(chosen), "step", parts)
+        observations, rewards, terminated, truncated, infos = self._parts(self.env.step(chosen), "step", parts)
         ended = {name for name in live if terminated.get(name) or truncated.get(name) or name not in self.env.agents}
         self._ended |= ended
         self._cut |= {name for name in ended if truncated.get(name) and not terminated.get(name)}
         self.truncated = any(truncated.get(name) for name in live)
-        return self._outcome(live, observations, rewards)
+        return self._outcome(live, observations, rewards, infos)
 
     def _live(self) -> list[Any]:
         return [name for name in self.names if name not in self._ended]
 
-    def _outcome(self, acted: Sequence[Any], observations: Mapping[Any, Any], rewards: Mapping[Any, Any]) -> Outcome:
+    def _outcome(
+        self,
+        acted: Sequence[Any],
+        observations: Mapping[Any, Any],
+        rewards: Mapping[Any, Any],
+        infos: Mapping[Any, Any],
+    ) -> Outcome:
         live = self._live()
         for index, (name, size) in enumerate(zip(self.names, self._sizes, strict=True)):
             if name in observations and (name in acted or name in live):
@@ -127,7 +135,8 @@ class Copy:
         done, ended = ([name in which for name in self.names] for which in (self._ended, self._ended - self._cut))
         turn = getattr(self.env, "acting", None)
         acting = [name not in self._ended and (turn is None or name in turn) for name in self.names]
-        return Outcome(list(self._seen), gained, done, ended, acting)
+        told = [[float(infos.get(name, {}).get(key, np.nan)) for key in self._keys] for name in self.names]
+        return Outcome(list(self._seen), gained, done, ended, acting, told)
 
     def lawful(self, drawn: Sequence[Any], seen: Outcome) -> list[Any]:
         """Legal actions in place of drawn ones, agent by agent, after an outcome."""

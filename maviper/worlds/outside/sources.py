@@ -19,16 +19,20 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
-from typing import Any, TextIO, TypeGuard, cast
+from typing import Any, NamedTuple, TextIO, TypeGuard, cast
 
 import numpy as np
 
 from codegen.check import identifier
-from codegen.errors import InputError, MaviperError
+from codegen.errors import InputError, MaviperError, escape_text
+from codegen.ir import Float64
 from codegen.process import silence_warnings
 from maviper import console
+from maviper.worlds.world import RETURN
 
 FIRST, NEXT = 5.0, 10.0  # seconds of a wait before it is said, and before it is said again
+SUM, MEAN, LAST = HOW = "sum", "mean", "last"  # of a number in infos over an episode
+LOWER, HIGHER = BETTER = "lower", "higher"
 _lock = threading.Lock()
 _inside: list[TextIO] = []  # standard output as each found it that is within: the first one's is the real one
 _asked: list[tuple[str, float]] = []  # what other people's code is asked for, the outermost first, and since when
@@ -228,6 +232,34 @@ def _texts(given: Any) -> tuple[str, ...] | None:
     parts = tuple(given) if is_row(given) else ()
     texts = tuple(part for part in parts if isinstance(part, str))
     return texts if is_row(given) and len(texts) == len(parts) else None
+
+
+class Told(NamedTuple):
+    """A measure that an environment tells by a number in its agents' infos, in each step or in some."""
+
+    name: str
+    key: str
+    how: str  # of HOW
+    lower_is_better: bool
+
+    def reduce(self, series: Float64) -> Float64:
+        """The sum, the mean or the last of what was told, [...] from [n_steps, ...]; NaN where nothing was."""
+        told = ~np.isnan(series)
+        if self.how == LAST:
+            last = len(series) - 1 - told[::-1].argmax(axis=0)
+            return np.take_along_axis(series, last[None], axis=0)[0]
+        total, count = np.where(told, series, 0.0).sum(axis=0), np.where(told.any(axis=0), told.sum(axis=0), np.nan)
+        return total / count if self.how == MEAN else total + 0.0 * count
+
+
+def read_told(env: Any, source: Source) -> tuple[Told, ...]:
+    """What the attribute `measures` states; InputError where that is something else."""
+    stated = [(name, _texts(given)) for name, given in table(env, "measures", source).items()]
+    for name, parts in stated:
+        if parts is None or len(parts) != 3 or parts[1] not in HOW or parts[2] not in BETTER or name == RETURN:
+            advice = f"give (key of infos, {' | '.join(HOW)}, {' | '.join(BETTER)}), and no measure named {RETURN}"
+            raise InputError(f"`measures` does not state the measure {escape_text(name)}", source.text, advice)
+    return tuple(Told(str(name), parts[0], parts[1], parts[2] == LOWER) for name, parts in stated if parts)
 
 
 def read_length(env: Any, source: Source) -> int | None:

@@ -181,7 +181,7 @@ class VmasWorld(OutsideWorld):
 
     def _enter_states(self, observations: tuple[Float32, ...], rewards: Float64, done: Bool) -> EnvStates:
         self._moment = next(MOMENTS)
-        return EnvStates(observations, rewards, done, done, ~done, self._moment)
+        return EnvStates(observations, rewards, done, done, ~done, np.empty((*done.shape, 0)), self._moment)
 
     def _rows(self, seen: Any, n: int) -> Float32:
         """The first `n` games' observations, [n, n_features]."""

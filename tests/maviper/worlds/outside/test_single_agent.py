@@ -182,7 +182,7 @@ def test_games_stepped_together_give_the_outcomes_of_copies(name):
         for _ in range(60):
             for place, outcome in enumerate(other):
                 assert one.observations[0][place].tobytes() == outcome.observations[0].tobytes()
-                rows = one.rewards, one.done, one.terminated, one.acting
+                rows = one.rewards, one.done, one.terminated, one.acting, one.told
                 assert [row[place].tolist() for row in rows] == list(outcome[1:])
                 ends.add((outcome.done[0], outcome.terminated[0]))
             before = one.observations[0].copy()
