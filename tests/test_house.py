@@ -126,7 +126,7 @@ def test_help_and_import_load_nothing_heavy():
 @pytest.mark.solver
 def test_a_claim_about_decisions_loads_no_more_than_it_needs():
     """What is imported is waited for, and of episodes, of stated systems and of experts nothing is asked."""
-    others = {"maviper.experts", "verify.reach", "verify.systems"}
+    others = {"codegen.targets", "jinja2", "maviper.experts", "verify.reach", "verify.systems"}
     unasked = tuple(sorted(ASIDE | others | HEAVY - {"mpe2", "pettingzoo", "z3"}))
     code = (
         "import sys; from maviper.cli import main;"

@@ -8,8 +8,6 @@ Does not: know what the right answers are (selfcheck.py).
 """
 
 import ctypes
-import os
-import shlex
 import shutil
 import subprocess
 import tempfile
@@ -21,31 +19,19 @@ from typing import Any
 
 import numpy as np
 
-from codegen.agreement.programs import run
+from codegen.agreement.programs import find_compiler, run
 from codegen.errors import DisagreementError, InputError, MissingToolError
 from codegen.floats import observations
 from codegen.ir import Float64, Floats, Int32, PolicyProfile
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
 from codegen.targets import USUAL, emit_model
-from codegen.targets.rendered import harness
+from codegen.targets.rendered import harness, usual_c
 
 STRICT = (
     "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()  # noqa: SIM905
 )
 OTHERS = ("gcc -std=c99", "clang -std=c99", "g++ -x c++ -std=c++17", "clang++ -x c++ -std=c++20")
-
-
-def find_compiler() -> list[str] | None:
-    """The C compiler's command, or None. MissingToolError when $CC cannot be read as a command."""
-    try:
-        named = shlex.split(os.environ.get("CC", ""))
-    except ValueError as error:
-        raise MissingToolError("cannot read $CC as a command", str(error), "set it to a compiler") from None
-    for command in [named] if named else [["cc"], ["gcc"], ["clang"]]:
-        if shutil.which(command[0]):
-            return command
-    return None
 
 
 def ensure_strict(header: str, model: Model) -> tuple[str, ...]:
@@ -74,12 +60,14 @@ def ensure_strict(header: str, model: Model) -> tuple[str, ...]:
 class CompiledC:
     """The header, compiled strictly into a library and loaded. Use as a context manager."""
 
+    flags, whole = STRICT, True  # how it is compiled, and whether all functions of the header can be called
+
     def __init__(self, header: str, model: Model, compiler: list[str], optimised: bool = True) -> None:
         self._level = "-O2" if optimised else "-O0"
         self._folder = tempfile.TemporaryDirectory(prefix="maviper-")
         folder = Path(self._folder.name)
         (folder / f"{model.prefix}.h").write_text(header)
-        (folder / "harness.c").write_text(harness(model, "c"))
+        (folder / "harness.c").write_text(harness(model, "c", self.whole))
         built = self._build(compiler, "harness.c")
         if built.returncode != 0:
             (folder / "empty.c").write_text("extern int nothing;\n")
@@ -100,7 +88,7 @@ class CompiledC:
         self._n_coordinates = len(model.names.coordinates)
 
     def _build(self, compiler: list[str], source: str) -> subprocess.CompletedProcess[str]:
-        command = [*compiler, *STRICT, self._level, "-fPIC", "-shared", "-o", "policy.so", source]
+        command = [*compiler, *self.flags, self._level, "-fPIC", "-shared", "-o", "policy.so", source]
         try:
             return run(command, self._folder.name)
         except BaseException:
@@ -206,6 +194,23 @@ class CompiledC:
         return held
 
 
+class ReplayedC(CompiledC):
+    """The header, compiled for a few decisions: it can `act` and tell `checks`. Optimising, warnings and what nobody
+    calls take compilers five times as long.
+    """
+
+    flags, whole = ("-std=c99", "-w"), False
+
+    @classmethod
+    def of(cls, profile: PolicyProfile) -> "ReplayedC":
+        """The C of a profile; errors as `codegen.targets.emit`. MissingToolError without a compiler."""
+        compiler = find_compiler()
+        if compiler is None:
+            raise MissingToolError("no C compiler was found", "", "set CC to one")
+        model, _, header = usual_c(profile)
+        return cls(header, model, compiler, optimised=False)
+
+
 def _pointer(array: np.ndarray) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
 
@@ -252,25 +257,6 @@ class Build:
         library = self.__dict__.pop("library", None)
         if library is not None:
             library.close()
-
-
-class ReplayBuild(Build):
-    """The header alone, for a few decisions: written and compiled when the first one is asked for, not optimised."""
-
-    @classmethod
-    def of(cls, profile: PolicyProfile) -> "ReplayBuild":
-        """The build of a profile that has no file yet. Errors as `build`."""
-        return cls(profile, lower(profile), {}, optimised=False)
-
-    @property
-    def compilable(self) -> bool:
-        """True if there is a compiler."""
-        return self.compiler is not None
-
-    @cached_property
-    def library(self) -> CompiledC:
-        """The header, written and compiled when it is first asked for. Only where it is `compilable`."""
-        return Build(self.profile, self.model, emit_model(self.model, self.profile, ["c"]), self.optimised).library
 
 
 def build(

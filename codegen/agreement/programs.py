@@ -7,6 +7,8 @@ Does not: judge how a program ended.
 
 import contextlib
 import os
+import shlex
+import shutil
 import signal
 import subprocess
 import threading
@@ -17,6 +19,18 @@ from codegen.errors import HangingToolError, MissingToolError
 
 LIMIT_S = 120
 GRACE_S = 5  # for pipes to close
+
+
+def find_compiler() -> list[str] | None:
+    """The C compiler's command, or None. MissingToolError when $CC cannot be read as a command."""
+    try:
+        named = shlex.split(os.environ.get("CC", ""))
+    except ValueError as error:
+        raise MissingToolError("cannot read $CC as a command", str(error), "set it to a compiler") from None
+    for command in [named] if named else [["cc"], ["gcc"], ["clang"]]:
+        if shutil.which(command[0]):
+            return command
+    return None
 
 
 def run(

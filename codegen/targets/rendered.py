@@ -14,11 +14,13 @@ zero, and a GPU may.
 """
 
 from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 
 from codegen import ir
 from codegen.ir import Floats, Int32
+from codegen.lowering.lower import lower
 from codegen.lowering.model import Agent, Model
 from codegen.lowering.render import render
 from codegen.lowering.watching import WORDS, Watch
@@ -32,6 +34,16 @@ LANGUAGES = {"c": "h", "python": "py", "javascript": "mjs"}  # of monitors: targ
 def emit_c(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
     """One header with every agent's policy, for one observation, many, or a world state."""
     return {f"{model.prefix}.h": render("c/header.h.j2", model=model)}
+
+
+@lru_cache(maxsize=1)
+def usual_c(profile: ir.PolicyProfile) -> tuple[Model, str, str]:
+    """The model of a profile, and name and text of the header that it gets without options. It is kept, as a
+    counterexample is replayed by it and its report quotes it.
+    """
+    model = lower(profile)
+    ((name, header),) = emit_c(model, profile).items()
+    return model, name, header
 
 
 def emit_python(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
@@ -83,9 +95,11 @@ def emit_monitors(watch: Watch, targets: Iterable[str]) -> dict[str, str]:
     }
 
 
-def harness(model: Model, target: str) -> str:
-    """A program in the language of a target that decides for the rows in files, for replaying what was emitted."""
-    return render(HARNESSES[target], model=model)
+def harness(model: Model, target: str, whole: bool = True) -> str:
+    """A program in the language of a target that decides for the rows in files, for replaying what was emitted.
+    `whole`: of C, whether it calls all functions, or `act` and the input checks alone.
+    """
+    return render(HARNESSES[target], model=model, whole=whole)
 
 
 def facts(model: Model, agent: Agent, rows: Floats, wanted: Int32) -> list[str]:

@@ -8,7 +8,6 @@ Does not: decide, write files or print what belongs on standard output.
 
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
-from xml.etree import ElementTree
 
 from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
@@ -136,6 +135,8 @@ def write_junit(suite: str, claims: Sequence[tuple[str, Verdict, str]]) -> str:
     violated = sum(verdict is Verdict.VIOLATED for _, verdict, _ in claims)
     unclear = sum(verdict not in (Verdict.PROVED, Verdict.VIOLATED) for _, verdict, _ in claims)
     counts = {"tests": str(len(claims)), "failures": str(violated), "errors": str(unclear), "skipped": "0"}
+    from xml.etree import ElementTree
+
     root = ElementTree.Element("testsuite", {"name": suite, **counts})
     for words, verdict, reason in claims:
         case = ElementTree.SubElement(root, "testcase", {"name": words, "classname": suite})

@@ -7,9 +7,7 @@ Assumes: arguments and results can be sent to a process; a cluster's workers hav
 Does not: leave a process behind.
 """
 
-import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import CancelledError
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -61,6 +59,9 @@ def on_dask(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], sc
     `scheduler`: its address; None: as Dask is configured (DASK_SCHEDULER_ADDRESS). MissingToolError without Dask, or
     when no scheduler answers, has no worker, or goes away.
     """
+    import logging
+    from concurrent.futures import CancelledError
+
     from joblib import parallel_config
 
     client = _client(scheduler)

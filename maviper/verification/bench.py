@@ -13,12 +13,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from types import TracebackType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from codegen import ir
-from codegen.agreement.compiled import Build, ReplayBuild
+from codegen.agreement.programs import find_compiler
 from codegen.errors import escape_text
 from codegen.ir import Float32, Int32, PolicyProfile
 from maviper.episodes.play import Episodes
@@ -34,10 +34,41 @@ from verify.states.episodes import Episode, EpisodeReplay, agree_on_course
 from verify.states.state import State, contains, observe_state
 from verify.verdicts.decisions import Visited
 
+if TYPE_CHECKING:
+    from codegen.agreement.compiled import CompiledC
+
 Decide = Callable[[str, Float32], Int32]  # an agent and its observations [batch, n_features] -> actions [batch]
 
 
-def rollouts(made: Build, world: ParticleWorld | None) -> Mapping[str, EpisodeReplay]:
+class ReplayBuild:
+    """The C of a profile, for a few decisions: written, compiled without optimising and loaded when the first one is
+    asked for. Most claims are proved, and ask for none.
+    """
+
+    def __init__(self, profile: PolicyProfile) -> None:
+        self.profile = profile
+
+    @cached_property
+    def compilable(self) -> bool:
+        """True if there is a compiler. MissingToolError when $CC cannot be read as a command."""
+        return find_compiler() is not None
+
+    @cached_property
+    def library(self) -> CompiledC:
+        """The compiled header. Only where it is `compilable`."""
+        from codegen.agreement.compiled import ReplayedC
+
+        return ReplayedC.of(self.profile)
+
+    def __enter__(self) -> ReplayBuild:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if "library" in self.__dict__:
+            self.library.close()
+
+
+def rollouts(made: ReplayBuild, world: ParticleWorld | None) -> Mapping[str, EpisodeReplay]:
     """Returns the functions that can replay episodes of a profile, by name."""
     if world is None:
         return {}
@@ -55,7 +86,7 @@ def _by_tree(profile: PolicyProfile, agent: str, obs: Float32) -> Int32:
     return ir.act(profile.policy(agent), obs)
 
 
-def _by_library(made: Build, agent: str, obs: Float32) -> Int32:
+def _by_library(made: ReplayBuild, agent: str, obs: Float32) -> Int32:
     return made.library.act(agent, obs)  # compiled for the first replay
 
 
@@ -138,7 +169,7 @@ class Bench:
     @staticmethod
     def of(profile: ir.PolicyProfile, observing: bool) -> Bench:
         """For questions about a profile. `observing`: about its observations."""
-        made, world = ReplayBuild.of(profile), None if observing else matching_places(profile)
+        made, world = ReplayBuild(profile), None if observing else matching_places(profile)
         skipped = [] if made.compilable else ["compiled C: no compiler found"]
         if world is None:
             why = NOT_SET if observing else NO_WORLD
@@ -149,10 +180,8 @@ class Bench:
         self.made.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.made.__exit__(kind, error, trace)
+    def __exit__(self, *_: object) -> None:
+        self.made.__exit__()
 
     @cached_property
     def _episodes(self) -> Episodes | None:
@@ -166,7 +195,7 @@ class Bench:
 
 
 def state_replays(
-    made: Build, profile: ir.PolicyProfile, team: str, world: ParticleWorld | None
+    made: ReplayBuild, profile: ir.PolicyProfile, team: str, world: ParticleWorld | None
 ) -> Mapping[str, Replay]:
     """Returns the functions that replay a team's decisions in one state. `profile`: the built one, or a view of it."""
     replays: dict[str, Replay] = {}
@@ -177,7 +206,7 @@ def state_replays(
     return replays
 
 
-def _in_compiled(made: Build, profile: ir.PolicyProfile, team: str, state: State) -> list[int]:
+def _in_compiled(made: ReplayBuild, profile: ir.PolicyProfile, team: str, state: State) -> list[int]:
     """The team's actions by the compiled header; a copy of an agent acts by that agent's function."""
     known = [policy.agent for policy in made.profile.agents]
     actions: list[int] = []
@@ -224,7 +253,7 @@ def replay_state(
 ) -> Acted:
     """A team's actions in a state, by everything that can replay it here: of a view by the compiled C alone."""
     profile, world = (origin, matching_places(origin)) if view is None else (over(origin, view), None)
-    with ReplayBuild.of(origin) as made:
+    with ReplayBuild(origin) as made:
         return confirm_actions(profile, claim, team, state, state_replays(made, profile, team, world), semantics)
 
 
@@ -233,6 +262,6 @@ def replay_course(profile: ir.PolicyProfile, state: State, steps: int) -> tuple[
 
     DisagreementError when one of them takes another course.
     """
-    with ReplayBuild.of(profile) as made:
+    with ReplayBuild(profile) as made:
         players = rollouts(made, matching_places(profile))
         return agree_on_course(profile, state, steps, players), tuple(players)

@@ -11,8 +11,8 @@ from functools import lru_cache
 from typing import Any
 
 from codegen.ir import PolicyProfile
-from codegen.lowering.lower import NESTED, lower
-from codegen.targets.rendered import emit_c
+from codegen.lowering.lower import NESTED
+from codegen.targets.rendered import usual_c
 
 _FUNCTION = re.compile(r"^static inline int (\w+)\(const (?:float|double) \*x\)$")
 _NUMBER = re.compile(r"/\* (?:node|leaf) (\d+)\b")
@@ -30,8 +30,7 @@ def code_of(profile: PolicyProfile, agent: str, nodes: Sequence[int]) -> dict[st
 @lru_cache(maxsize=4)
 def _lines(profile: PolicyProfile) -> tuple[str, Mapping[str, Mapping[int, tuple[int, str]]]]:
     """The header's name; agent -> node -> (number, text) of its line."""
-    model = lower(profile)
-    ((name, header),) = emit_c(model, profile).items()
+    model, name, header = usual_c(profile)
     if model.style != NESTED:
         return name, {}
     functions = {agent.name: (agent.twin or agent.names).act for agent in model.agents}  # equal trees share their code

@@ -7,12 +7,13 @@ Does not: contain times, paths or facts about the machine.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from fractions import Fraction
 from typing import Any
 
 from codegen.boxes import leaves_below
+from codegen.intervals import format_share, percent
 from codegen.ir import PolicyProfile, Tree
 from verify.certificates.proofs import count_bytes
 from verify.claims.claim import Parameter
@@ -270,4 +271,48 @@ def picture(profile: PolicyProfile, example: Counterexample) -> dict[str, Any]:
     return {"size": VIEW, "agents": agents, "landmarks": landmarks}
 
 
-TELLING = Telling(facts, limits, (WITH_CERTIFICATE, WITHOUT_CERTIFICATE))
+LEAF_WORDS = {"PROVED": "reached", "VIOLATED": "dead", "UNKNOWN": "open"}
+
+
+def words(result: DecisionResult, told: Mapping[str, Any]) -> list[str]:
+    """The first lines of a result for a terminal, from its facts."""
+    if not result.claim.per_state:
+        return [*_tell_leaves(told["leaves"]), told["reason"]]
+    return [
+        f"{_tell_shares(told)}, shuffled leaves: {told.get('shuffled_leaves') or 'SKIPPED'}",
+        told["reason"],
+        told.get("alone", ""),
+        *([f"errors can change an action in {format_share(told['changing'])}"] if told.get("changing") else []),
+        *([f"stays proved up to margin {told['largest_margin']['proved']}"] if told.get("largest_margin") else []),
+        *([f"stays proved up to eps {told['largest_eps']['proved']}"] if "largest_eps" in told else []),
+        *([f"counterexample: {_tell_agents(told)}"] if told.get("counterexample") else []),
+    ]
+
+
+def _tell_leaves(leaves: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    for verdict, said in LEAF_WORDS.items():
+        found = [f"{leaf['agent']} leaf {leaf['leaf']}" for leaf in leaves if leaf["verdict"] == verdict]
+        named = f": {', '.join(found)}" if verdict != "PROVED" else ""
+        yield from [f"{len(found)} of {len(leaves)} leaves {said}{named}"] if found else []
+
+
+def _tell_shares(told: Mapping[str, Any]) -> str:
+    if "unmeasured" in told:
+        return f"no shares: {told['unmeasured']}"
+    conflict = format_share(told["conflict"]) if told["conflict"] else "not measured (too many joint actions)"
+    exact = told.get("where", {}).get("exact")
+    violating = f"{percent(exact['share'])} exactly" if exact else format_share(told["violating"])
+    return f"conflict share {conflict}, violating {violating}"
+
+
+def _tell_agents(told: Mapping[str, Any]) -> str:
+    """Who does what in the counterexample."""
+    does = "takes" if "observations" in told else "goes"
+    acts = [f"{agent['agent']} {does} {agent['action']}" for agent in told["counterexample"]["agents"]]
+    if told["landmarks"]:
+        near = [", ".join(agent["engaged_with"]) or "no landmark" for agent in told["counterexample"]["agents"]]
+        acts = [f"{act}, engaged with {marks}" for act, marks in zip(acts, near, strict=True)]
+    return "; ".join(acts)
+
+
+TELLING = Telling(facts, limits, (WITH_CERTIFICATE, WITHOUT_CERTIFICATE), words=words)

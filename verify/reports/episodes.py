@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from codegen.dynamics import partners
+from codegen.intervals import format_share
 from codegen.ir import PolicyProfile
 from verify.certificates.proofs import count_bytes
 from verify.checker.episodes.unbounded import Edges
@@ -193,4 +194,21 @@ def _courses(profile: PolicyProfile, episode: Episode, ours: Sequence[str]) -> d
     }
 
 
-TELLING = Telling(facts, limits, (EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE))
+def words(result: EpisodeResult, told: Mapping[str, Any]) -> list[str]:
+    """The first lines of a result for a terminal, from its facts."""
+    leaves = told["shuffled_leaves"] or "SKIPPED"
+    lines = [
+        f"violating {format_share(told['violating'])} of sampled starts, shuffled leaves: {leaves}",
+        told["reason"],
+    ]
+    if result.verdict is Verdict.PROVED:
+        followed = "; ".join(" with ".join(agents) for agents in told["followed"])
+        lines += [f"{told['zones']:,} zones; followed: {followed}; {told['whatever']}", result.evidence.left_out]
+    lines += [f"one reading, no certificate: {told['uncertified']}"] if told["uncertified"] else []
+    lines += [f"contacts: {told['contacts']}"] if told["contacts"] else []
+    if told["counterexample"]:
+        lines.append(f"counterexample: {'; '.join(agent['says'] for agent in told['counterexample']['agents'])}")
+    return lines
+
+
+TELLING = Telling(facts, limits, (EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE), words=words)

@@ -13,7 +13,6 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from codegen.importers.reading import find_uncompared
 from codegen.ir import PolicyProfile
 from codegen.wording import format_count
 
@@ -39,6 +38,7 @@ class Telling:
     limits: Callable[[PolicyProfile, Sequence[Any]], list[str]]  # what the verdicts do not say
     trusted: tuple[str, ...]  # what proofs rest on
     lines: Callable[[Any], tuple[str, list[str]]] | None = None  # what was asked, and lines under it; None: of a game
+    words: Callable[[Any, Mapping[str, Any]], list[str]] = lambda result, told: []  # first lines under it, of a game
 
 
 def sets(told: Mapping[str, Any]) -> str:
@@ -118,6 +118,8 @@ def texts(checked: bool | None, proofs: Sequence[str], replayed: Sequence[str]) 
 
 def readers(profile: PolicyProfile) -> list[str]:
     """A line for each imported agent whose source was compared with nothing: its reader must be right."""
+    from codegen.importers.reading import find_uncompared  # here, as only whole reports tell of readers
+
     facts = profile.provenance.training
     return [
         f"that {agent} was read as its language means it (the reader of {facts.get(f'{agent} from', 'its file')}): its "
