@@ -60,7 +60,7 @@ from maviper.options import ExtractOptions, complete_options
 from maviper.worlds import ParticleWorld, World, find_built_in
 from maviper.worlds.games.features import DERIVED, SEPARATOR
 from maviper.worlds.matching import with_names
-from maviper.worlds.outside.sources import Source
+from maviper.worlds.outside.sources import Source, logging_output
 from maviper.worlds.world import Int
 
 EPISODES, HELD_OUT = 200, 50
@@ -184,26 +184,37 @@ def extract_named(expert: Any, output: Path | None, options: Request, console: C
     """The trees of the named expert. `expert`: as for `find_expert`; `output`: the profile's .json file, or a run
     folder; None: no file is written.
     """
-    jobs, resume, seeds = options.jobs, options.resume, options.seeds
     alone = output is None or output.suffix == ".json"
-    if alone and (resume or seeds > 1):
-        what = "only a run folder can be resumed" if resume else "several seeds need a run folder"
+    if alone and (options.resume or options.seeds > 1):
+        what = "only a run folder can be resumed" if options.resume else "several seeds need a run folder"
         raise InputError(what, str(output or "output"), "name a folder with -o, without .json at the end")
     if output is not None:
         _ensure_room(output, options)  # before the work, not after it
-    asked = _find(expert, options, console)
     if output is None or alone:
-        profile = extract_live(asked, console, jobs)
+        asked = _find(expert, options, console)
+        profile = extract_live(asked, console, options.jobs)
         return profile if output is None else _write_profile(output, profile, console, asked, options.command)
+    with logging_output(output, console.line):
+        return _extract_in_folder(expert, output, options, console)
+
+
+def _extract_in_folder(expert: Any, output: Path, options: Request, console: Console) -> ir.PolicyProfile:
+    """The trees of the named expert, of the best seed, by a run that is kept in the folder. Copies of a user's
+    environment end within.
+    """
+    asked = _find(expert, options, console)
     resuming.resumable(partial(runs.holds_run, output))
-    task = _Task(output, asked, options.critic, options.command, resume, console.quiet)
-    if seeds == 1:
-        profile = _run(task, console, jobs)
-        return _write_profile(output / runs.PROFILE_FILE, profile, console, asked, options.command)
-    say_expert(asked.expert, asked.world, console)
-    best = _best_of_seeds(task, seeds, jobs, console)
-    say_measured(best, asked.world, console)
-    return _write_profile(output / runs.PROFILE_FILE, best, console, asked, options.command)
+    task = _Task(output, asked, options.critic, options.command, options.resume, console.quiet)
+    try:
+        if options.seeds == 1:
+            profile = _run(task, console, options.jobs)
+        else:
+            say_expert(asked.expert, asked.world, console)
+            profile = _best_of_seeds(task, options.seeds, options.jobs, console)
+            say_measured(profile, asked.world, console)
+    finally:
+        asked.world.close()
+    return _write_profile(output / runs.PROFILE_FILE, profile, console, asked, options.command)
 
 
 def _ensure_room(output: Path, options: Request) -> None:

@@ -252,14 +252,24 @@ def _keep(path: Path, beside: Path) -> None:
 
 def room(path: Path) -> None:
     """Makes sure, before the work, that a folder can be made and written into later; nothing is left of that."""
+    with folder_while_filled(path):
+        pass
+
+
+@contextlib.contextmanager
+def folder_while_filled(path: Path) -> Generator[None]:
+    """Makes an output folder; at the end, folders that were made and hold nothing are taken away again."""
     try:
         missing = [each for each in (ensure_visible(path), *path.parents) if not each.exists()]
     except OSError:  # folder says what is wrong
         missing = []
     folder(path)
-    for each in missing:
-        with contextlib.suppress(OSError):
-            each.rmdir()
+    try:
+        yield
+    finally:
+        for each in missing:
+            with contextlib.suppress(OSError):
+                each.rmdir()
 
 
 def unwritten(path: Path, error: OSError) -> MaviperError:

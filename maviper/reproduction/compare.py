@@ -106,6 +106,8 @@ def compare_algorithms(
         folder = stack.enter_context(tempfile.TemporaryDirectory()) if output is None else output
         store, done = Store(Path(folder)), Making()
         ensure_own(store, (table.TABLE_FILE, *compared.FILES), "comparison")
+        if output is not None:
+            stack.enter_context(sources.logging_output(store.folder, console.line))
         experts, world = _find_experts([expert, *_rejoin(options.experts)], options)
         stack.callback(_close, [one.source for one in experts])
         tasks = list_tasks(experts, world, options)
@@ -175,9 +177,7 @@ def fingerprint(expert: Expert, world: World) -> str:
 def _close(used: Sequence[Source]) -> None:
     """Ends the copies of users' environments."""
     for source in used:
-        close = getattr(source.read()[1], "close", None)
-        if callable(close):
-            close()
+        source.read()[1].close()
 
 
 # --- cells

@@ -256,6 +256,9 @@ class World(ABC):
         """Whose episode has ended by itself, [batch, n_agents]: nothing follows, unlike after a cut."""
         return np.zeros((len(state), len(self.agents)), dtype=bool)
 
+    def close(self) -> None:  # noqa: B027 - most worlds have no copies
+        """Ends the copies of a user's environment; a later start makes fresh ones."""
+
     def branch(self) -> None:
         """Lets states be branched from now on; InputError where they cannot be.
 

@@ -273,7 +273,7 @@ class PettingZooWorld(OutsideWorld):
         return make_environment(self._function, self.source)
 
     def close(self) -> None:
-        """Ends the copies; a later start makes fresh ones."""
+        """Ends the copies; see `World.close`."""
         self._moment = PAST
         self._copies.close()
 

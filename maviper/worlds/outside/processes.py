@@ -28,6 +28,7 @@ from maviper.worlds.outside.sources import (
     asking,
     fault,
     is_row,
+    open_log,
     output_aside,
     parse_source,
     read_legal_features,
@@ -387,7 +388,7 @@ def _deaf_to_interrupts() -> Generator[None]:
 
 def serve(pipe: Connection, text: str, folder: str) -> None:
     """A copy's process: answers (raised, outcome or the error's three parts) until the pipe or a None ends it."""
-    os.dup2(2, 1)  # standard output is for results
+    os.dup2((open_log() or sys.stderr).fileno(), 1)  # standard output is for results
     os.chdir(folder)  # spawned processes start where their parent did
     source = parse_source(text)
     copies, alone = list[Copy](), list[Outcome]()

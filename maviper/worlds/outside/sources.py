@@ -1,14 +1,15 @@
 """Environments by name: `module:function,option=value`, `gymnasium:ID`, `vmas:SCENARIO` or `system:FILE`.
 
 Does: reads such a name; asks an environment for its spaces and attributes; turns what it raises into an InputError;
-  keeps what other people's code prints off standard output, which is for results, and has a command say what a long
-  wait is for.
+  keeps what other people's code prints off standard output, which is for results: in a file of a run, or on standard
+  error; has a command say what a long wait is for.
 Assumes: whoever names an environment means to run its code; what is printed meanwhile by other threads may go to
   standard error as well; a command keeps descriptor 1 to itself (`exits.keep_output`).
 Does not: import or make an environment (making.py), play one, or know what a world is; touch what programs write past
   Python's streams; stop what takes long.
 """
 
+import os
 import re
 import sys
 import threading
@@ -28,12 +29,16 @@ from codegen.errors import InputError, MaviperError, escape_text
 from codegen.ir import Float64
 from codegen.process import silence_warnings
 from maviper import console
+from maviper.files import runs
 from maviper.worlds.world import RETURN
 
 FIRST, NEXT = 5.0, 10.0  # seconds of a wait before it is said, and before it is said again
 SUM, MEAN, LAST = HOW = "sum", "mean", "last"  # of a number in infos over an episode
 LOWER, HIGHER = BETTER = "lower", "higher"
+LOG_FILE = "environment.log"
+LOG = "MAVIPER_ENVIRONMENT_LOG"  # the variable that names it for this process, and for those that it starts
 _lock = threading.Lock()
+_log: TextIO | None = None  # the open file
 _inside: list[TextIO] = []  # standard output as each found it that is within: the first one's is the real one
 _asked: list[tuple[str, float]] = []  # what other people's code is asked for, the outermost first, and since when
 _watch: list[threading.Thread] = []
@@ -41,10 +46,12 @@ _watch: list[threading.Thread] = []
 
 @contextmanager
 def output_aside(words: str = "") -> Generator[None]:
-    """Standard output is standard error until the last thread has left. `words`: as in `asking`."""
+    """Standard output is the log of a run, else standard error, until the last thread has left. `words`: as in
+    `asking`.
+    """
     with _lock:
         _inside.append(sys.stdout)
-        sys.stdout = sys.stderr
+        sys.stdout = open_log() or sys.stderr
     try:
         with asking(words):
             yield
@@ -53,6 +60,67 @@ def output_aside(words: str = "") -> Generator[None]:
             if len(_inside) == 1:
                 sys.stdout = _inside[0]
             _inside.pop()
+
+
+@contextmanager
+def logging_output(folder: Path, say: Callable[[str, str], None]) -> Generator[None]:
+    """What environments print to standard output goes to LOG_FILE in a run's folder, here and in processes that start
+    meanwhile; in a command also what their C code and child processes print. `say`: shows a label and a line, where
+    there is something in it.
+    """
+    path = folder.absolute() / LOG_FILE
+    with runs.folder_while_filled(folder):
+        before = _size(path)
+        try:
+            with _opened_log(path):
+                yield
+        finally:
+            if _size(path) > before:
+                say("output", f"of the environment: {folder / LOG_FILE}")
+            elif not before:
+                path.unlink(missing_ok=True)
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.exists() else 0
+
+
+@contextmanager
+def _opened_log(path: Path) -> Generator[None]:
+    global _log
+    os.environ[LOG] = str(path)
+    try:
+        with cast("TextIO", open_log()), _descriptor_aside():
+            yield
+    finally:
+        _log = None
+        del os.environ[LOG]
+
+
+@contextmanager
+def _descriptor_aside() -> Generator[None]:
+    """Descriptor 1 is the log, in a command that keeps another one for its results."""
+    if _log is None or console.current is None or sys.stdout is None or sys.stdout is sys.__stdout__:
+        yield
+        return
+    kept = os.dup(1)
+    os.dup2(_log.fileno(), 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
+def open_log() -> TextIO | None:
+    """The log of the run that this process works for; None where there is none."""
+    global _log
+    if _log is None and (name := os.environ.get(LOG)):
+        try:
+            _log = Path(name).open("a", encoding="utf-8", errors="replace", buffering=1)  # noqa: SIM115
+        except OSError as error:
+            raise runs.unwritten(Path(name), error) from None
+    return _log
 
 
 @contextmanager

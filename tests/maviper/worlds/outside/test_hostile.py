@@ -108,6 +108,27 @@ def test_a_length_that_nobody_stated_stands_beside_its_numbers(tmp_path):
 # --- standard output
 
 
+@pytest.mark.parametrize(("verb", "jobs"), [("extract", 1), ("compare", 2)])
+def test_what_an_environment_prints_goes_to_the_log_of_a_run(verb, jobs, tmp_path):
+    """By Python, by descriptor, by a child, in whichever process; the file grows when a run goes on."""
+    place, log = tmp_path / "run", tmp_path / "run" / "environment.log"
+    more = ("--critic", "none", "--max-depth", "1")
+    if verb == "compare":
+        more = ("--algorithms", "imitation", "--seeds", "1", "--depths", "1", "--json")
+    small = ("--max-episodes", "30", "--jobs", str(jobs), "-o", str(place))
+    words = (verb, "tests.support.hostile:expert,mode=prints", *small, *more)
+    done = run(*words)
+    assert done.returncode == 0, done.stderr
+    kept = log.read_text(errors="replace")
+    assert all(said in kept for said in ("python: made", "python: step", "descriptor 1", "a child"))
+    shown = (done.stderr + done.stdout).replace("python: closed\n\0\ufffd descriptor 1\na child\n", "")
+    assert "python" not in shown and "descriptor" not in shown, shown  # only the expert's own copy ends later
+    assert f"of the environment: {log}" in done.stderr
+    assert verb == "extract" or json.loads(done.stdout)["best"]
+    done = run(*words, *["--resume"] * (verb == "extract"))
+    assert done.returncode == 0 and log.read_text(errors="replace").startswith(kept), done.stderr
+
+
 @pytest.fixture(scope="module")
 def profile(tmp_path_factory):
     place = tmp_path_factory.mktemp("printing") / "p.json"

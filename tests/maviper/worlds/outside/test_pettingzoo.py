@@ -26,10 +26,11 @@ from maviper.extraction.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import find, find_built_in
 from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import matching_world, not_ours
-from maviper.worlds.outside.making import import_maker
+from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld
 from maviper.worlds.outside.playing import EnvStates
-from maviper.worlds.outside.sources import is_named_by_user, parse_source
+from maviper.worlds.outside.processes import Copies
+from maviper.worlds.outside.sources import LOG_FILE, is_named_by_user, logging_output, parse_source
 from maviper.worlds.outside.spaces import legal_names
 from maviper.worlds.seeds import TRAINING, fold_seed
 from maviper.worlds.world import world_name
@@ -52,6 +53,32 @@ def here(monkeypatch):
 def world_of(text, games=1):
     text = f"tests.support.environments:{text}"
     return PettingZooWorld(import_maker(parse_source(text)), text, games)
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_what_copies_print_goes_to_the_log_of_a_run(apart, tmp_path, capfd):
+    source, said = parse_source("tests.support.hostile:make,mode=prints"), []
+    copies = Copies(source, lambda: make_environment(import_maker(source), source), 2, apart)
+    run, log = tmp_path / "a" / "run", tmp_path / "a" / "run" / LOG_FILE
+    with logging_output(run, lambda *line: said.append(line)):
+        assert not log.stat().st_size
+        copies.ask("reset", [0, 1])
+    copies.close()
+    capfd.readouterr()  # outside a command, descriptor 1 is not ours
+    assert said == [("output", f"of the environment: {log}")] and log.read_text(errors="replace").count("reset") == 2
+    assert ("descriptor 1" in log.read_text(errors="replace")) is apart
+    with logging_output(run, lambda *line: said.append(line)):
+        pass
+    assert len(said) == 1 and log.exists()
+
+
+def test_a_run_whose_environment_prints_nothing_has_no_log(tmp_path):
+    with pytest.raises(InputError, match="no such world"), logging_output(tmp_path / "a" / "run", print):
+        raise InputError("no such world", "")
+    assert not list(tmp_path.iterdir())
+    (tmp_path / LOG_FILE).mkdir()
+    with pytest.raises(InputError, match=r"cannot write environment\.log"), logging_output(tmp_path, print):
+        pytest.fail("it cannot be written")
 
 
 def played(world, state, actions):
