@@ -8,7 +8,7 @@ Does not: run experiments over training seeds, or ask an expert.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeVar
@@ -110,9 +110,13 @@ def score(measure: Measure, values: Float64) -> Float64:
     return -values if measure.lower_is_better else values
 
 
-def values(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Float64]:
-    """Every measure of the world in each of the episodes `seeds`, and each team's return (its agents' mean)."""
-    tables = [table(world, episodes) for episodes in rollout(world, controllers, seeds, keep=False)]
+def values(
+    world: World, controllers: Sequence[Controller], seeds: Sequence[int], over: Callable[[], bool] = lambda: False
+) -> dict[Measure, Float64]:
+    """Every measure of the world in each of the episodes `seeds`, and each team's return (its agents' mean). `over`: as
+    in `rollout`.
+    """
+    tables = [table(world, episodes) for episodes in rollout(world, controllers, seeds, keep=False, over=over)]
     return {measure: np.concatenate([rows[measure] for rows in tables]) for measure in tables[0]}
 
 

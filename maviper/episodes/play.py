@@ -189,13 +189,31 @@ class _Kept:
         return tuple((each[0] if len(each) == 1 else np.concatenate(each))[: self._done] for each in blocks)
 
 
-def rollout(world: World, controllers: Sequence[Controller], seeds: Sequence[int], keep: bool = True) -> list[Episodes]:
+def start_games(world: World, seeds: Sequence[int] | Int) -> Any:
+    """The start states from `seeds`; what that takes, long in some environments, is part of their episodes' time."""
+    began = time.monotonic()
+    states = world.start_from_seeds(seeds)
+    TALLY.seconds += time.monotonic() - began
+    return states
+
+
+def rollout(
+    world: World,
+    controllers: Sequence[Controller],
+    seeds: Sequence[int],
+    keep: bool = True,
+    over: Callable[[], bool] = lambda: False,
+) -> list[Episodes]:
     """The episodes that start from `seeds`, in batches of as many games as the world plays at once; `keep` as in
-    `play`.
+    `play`. `over`: asked after each batch; True ends with those that were played.
     """
     at_once = world.games or max(1, len(seeds))
-    parts = [seeds[low : low + at_once] for low in range(0, len(seeds), at_once)]
-    return [play(world, controllers, world.start_from_seeds(part), keep) for part in parts]
+    played: list[Episodes] = []
+    for low in range(0, len(seeds), at_once):
+        played.append(play(world, controllers, start_games(world, seeds[low : low + at_once]), keep))
+        if over():
+            break
+    return played
 
 
 def points(episodes: Episodes) -> tuple[tuple[Float32, ...], Any]:

@@ -18,7 +18,7 @@ from codegen.intervals import Share
 from codegen.ir import Float32, Float64
 from maviper.episodes import measures
 from maviper.episodes.measures import Estimate, likeness
-from maviper.episodes.play import Controller, Episodes, play
+from maviper.episodes.play import Controller, Episodes, play, start_games
 from maviper.worlds import Measure, World
 from maviper.worlds.world import Int
 
@@ -168,7 +168,7 @@ class Stage:
 
     def _start(self, seeds: range) -> Any:
         if self.world.games is not None:  # copies of an environment, which have to start anew
-            return self.world.start_from_seeds(seeds)
+            return start_games(self.world, seeds)
         if seeds not in self._starts:
             self._starts[seeds] = self.world.start_from_seeds(seeds)
         return self._starts[seeds]

@@ -71,6 +71,7 @@ def extract(
     if settings.preset == DEFAULT:  # the others write what their authors' code grows
         trees = _merge_leaves(trees)
     facts = {**facts, **spent, **examples.facts}
+    settings = replace(asked.fit_held_out(), refinement=settings.refinement)
     running.on_underway(Underway(0, settings.plan(world)[MEASURING], "held-out episodes", MEASURING))
     return profile_of(world, expert, settings, agent_policies(world, trees, agents), facts)
 
@@ -177,7 +178,7 @@ def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterate
         parts = [Part(place, len(tasks), name) for place, name in enumerate(names)] if len(tasks) > 1 else [WHOLE]
         per_task = list[Iterates]()
         for (task, together), part in zip(tasks, parts, strict=True):
-            now = time.monotonic()  # each gets as much of the time as those after it
+            now = time.monotonic() + task.measuring  # each gets as much of the other time as those after it
             mine = replace(task, ends=now + (task.ends - now) / (len(tasks) - part.place))
             per_task.append(_choose_iterates(mine, together, replace(running, part=part)))
     else:

@@ -21,7 +21,7 @@ from codegen.lowering.deploy import SummedTree
 from codegen.numbers import round_down
 from codegen.sums import clip_values
 from maviper.episodes.measures import score
-from maviper.episodes.play import Controller, Episodes, in_columns, play
+from maviper.episodes.play import Controller, Episodes, in_columns, play, start_games
 from maviper.episodes.trees import agent_policies
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -291,11 +291,11 @@ class Arena:
         values, parts = list[Float64](), list[Float64]()
         which = np.repeat(np.arange(len(candidates)), episodes)
         seen: list[list[Float32]] = [[] for _ in self.agents]
-        starts = self.world.start_from_seeds(seeds) if self.world.games is None else None
+        starts = start_games(self.world, seeds) if self.world.games is None else None
         at_once = self.world.games or GAMES_AT_ONCE
         for low in range(0, len(which), at_once):
             rows = np.arange(low, min(low + at_once, len(which)))
-            start = self.world.start_from_seeds(seeds[rows % episodes]) if starts is None else starts[rows % episodes]
+            start = start_games(self.world, seeds[rows % episodes]) if starts is None else starts[rows % episodes]
             played = self._play(candidates, which[rows], start)
             first = np.flatnonzero(which[rows] == 0)
             for agent, met in zip(self.agents, seen, strict=True):

@@ -18,7 +18,7 @@ What the description of RGMDT (arXiv 2410.16517) leaves open, and the reading ch
   trees, the first round's being the experts'; one round is chosen as for the other algorithms.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,7 +33,7 @@ from maviper.experts.expert import Expert
 from maviper.experts.finding import critic_of
 from maviper.extraction.arena import merge_leaves
 from maviper.extraction.dataset import Dataset, Met, collect
-from maviper.extraction.extraction import Extraction
+from maviper.extraction.extraction import Extraction, OutOfTime
 from maviper.extraction.growth.best_first import BestFirstTree
 from maviper.extraction.growth.joint import BINS, Bins
 from maviper.extraction.growth.weights import ROWS_AT_ONCE, joint_actions, parts
@@ -52,7 +52,7 @@ def fitted_q(asked: Extraction, everybody: Sequence[int], selection: Selection) 
     Episodes and rounds are made again when a run goes on: together they take seconds.
     """
     world, settings = asked.world, asked.settings
-    played = collect_episodes(world, asked.expert, settings)
+    played = collect_episodes(world, asked.expert, settings, selection.cut)
     agents = [_Agent(world, index, played, settings) for index in everybody]
     for _ in range(settings.iterations):
         if selection.offer([agent.round() for agent in agents]):
@@ -60,13 +60,17 @@ def fitted_q(asked: Extraction, everybody: Sequence[int], selection: Selection) 
     return sum(int(episodes.alive.any(axis=2).sum()) for episodes in played)
 
 
-def collect_episodes(world: World, expert: Expert, settings: Settings) -> list[Episodes]:
-    """The episodes that Q is fitted to: the expert's, a share `explore` of whose actions are uniform."""
+def collect_episodes(
+    world: World, expert: Expert, settings: Settings, over: Callable[[], bool] = lambda: False
+) -> list[Episodes]:
+    """The episodes that Q is fitted to: the expert's, a share `explore` of whose actions are uniform; `over`: as in
+    `rollout`.
+    """
     player: Controller = expert
     if settings.explore:
         choices = np.array([len(choices) for choices in world.actions])
         player = _Exploring(expert, settings.explore, choices, np.random.default_rng(settings.seed))
-    return rollout(world, [player] * len(world.agents), settings.rollout_episodes(0))
+    return rollout(world, [player] * len(world.agents), settings.rollout_episodes(0), over=over)
 
 
 @dataclass(frozen=True)
@@ -190,7 +194,10 @@ def rgmdt(asked: Extraction, agents: Sequence[int], selection: Selection) -> int
     points, trees = _Points(asked, agents), dict[int, GrownTree]()
     controllers: Sequence[Controller] = [asked.expert] * len(world.agents)
     for iteration in range(settings.iterations):
-        met = points.play(controllers, settings.rollout_episodes(iteration))
+        try:
+            met = points.play(controllers, settings.rollout_episodes(iteration), selection.cut)
+        except OutOfTime:
+            break
         selection.note_rollouts(met.values, met.fidelity)
         for agent in agents:
             trees[agent] = points.tree(agent, trees)
@@ -209,15 +216,15 @@ class _Points:
         self.asked, self.agents = asked, list(agents)
         self.state: Any = None
 
-    def play(self, controllers: Sequence[Controller], seeds: range) -> Met:
-        """More episodes, whose points join the others."""
+    def play(self, controllers: Sequence[Controller], seeds: range, over: Callable[[], bool] = lambda: False) -> Met:
+        """More episodes, whose points join the others; `over`: as in `rollout`."""
         asked, states = self.asked, [] if self.state is None else [self.state]
 
         def keep_state(observations: tuple[Float32, ...], state: Any, wanted: Int) -> Float64:
             states.append(state)
             return np.ones((len(wanted), len(self.agents)))
 
-        met = collect(asked.world, asked.expert, controllers, self.agents, seeds, keep_state)
+        met = collect(asked.world, asked.expert, controllers, self.agents, seeds, keep_state, over)
         self.data = met.data if self.state is None else self.data + met.data
         self.state = states[0].concatenate(states)
         return met

@@ -23,7 +23,7 @@ from maviper.episodes.trees import agent_policies, among
 from maviper.experts.finding import critic_of
 from maviper.extraction.arena import merge_leaves
 from maviper.extraction.dataset import Dataset, Met, collect, resample
-from maviper.extraction.extraction import Extraction, counts_of
+from maviper.extraction.extraction import Extraction, OutOfTime, counts_of
 from maviper.extraction.growth.growing import Growth, Labelled, Part, lawful, pool_points
 from maviper.extraction.growth.weights import Replies, iviper_weights, maviper_weights
 from maviper.extraction.journal import NOTHING_KEPT, pack_trees, unpack_trees
@@ -71,12 +71,15 @@ def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> in
         growers = [_Voters(asked, [mine[agent] for agent in team], f"-team-{place}") for place, team in teams]
     for iteration in range(settings.iterations):
         met: list[Met] = []
-        for place, group in enumerate(groups):  # lines 3 and 4
+        try:
+            for place, group in enumerate(groups):  # lines 3 and 4
 
-            def tell(share: float, place: int = place) -> None:
-                selection.underway(WEIGHING * (place + share) / len(groups), "weighing the states of a round")
+                def tell(share: float, place: int = place) -> None:
+                    selection.underway(WEIGHING * (place + share) / len(groups), "weighing the states of a round")
 
-            met.append(group.play(iteration, tell))
+                met.append(group.play(iteration, tell, selection.cut))
+        except OutOfTime:
+            break
         if settings.rollouts_by != EXPERTS:
             played = dict.fromkeys(team for each in met for team in each.values)
             values = {team: np.concatenate([one.values[team] for one in met if team in one.values]) for team in played}
@@ -132,9 +135,9 @@ class _Group:
         """The number of points."""
         return 0 if self.data is None else len(self.data)
 
-    def play(self, iteration: int, told: Callable[[float], None]) -> Met:
+    def play(self, iteration: int, told: Callable[[float], None], over: Callable[[], bool]) -> Met:
         """Episodes of the group, labelled by the expert, with each agent's weights (line 3). `told`: of the share that
-        is weighed.
+        is weighed; `over`: as in `rollout`.
         """
         asked = self.asked
         seeds = asked.settings.rollout_episodes(iteration)
@@ -149,7 +152,7 @@ class _Group:
                 told(min(1.0, weighed / most))
             return np.concatenate(columns, axis=1)
 
-        given = (asked.world, asked.expert, self.controllers, self.agents, seeds, weigh)
+        given = (asked.world, asked.expert, self.controllers, self.agents, seeds, weigh, over)
         met = self.journal.load_or_collect(f"{iteration:04d}-rollouts{self.name}", collect, *given)
         self.data = met.data if self.data is None else self.data + met.data  # line 4
         return met

@@ -89,15 +89,16 @@ def collect(
     agents: Sequence[int],
     seeds: Sequence[int],
     weigh: Weigh,
+    over: Callable[[], bool] = lambda: False,
 ) -> Met:
     """Plays episodes and labels what they meet. `agents`: those that the rollouts are about, and that `weigh` gives a
-    column of weights each; only the steps in which one of them acts become points.
+    column of weights each; only the steps in which one of them acts become points. `over`: as in `rollout`.
     """
     mine = list(agents)
     datasets: list[Dataset] = []
     values: dict[str, list[Float64]] = {world.team_of(world.agents[agent]): [] for agent in agents}
     agreed, asked = 0.0, 0
-    for episodes in rollout(world, controllers, seeds):
+    for episodes in rollout(world, controllers, seeds, over=over):
         observations, state = points(episodes)
         acted = episodes.actions.reshape(-1, *episodes.actions.shape[2:])
         alive = episodes.alive.reshape(acted.shape[:2])

@@ -39,6 +39,8 @@ from maviper.worlds.world import Int
 from verify.claims.formula import Formula, Or
 from verify.states.values import Batch
 
+MEASURED = 0.5  # of a limit of time, at most, is kept for held-out episodes
+FEWEST = 2  # of them, in whatever time: one has no interval
 SHARE = 0.2  # of the weight of a team's data, where there are examples for it
 MAX_EACH = 100  # average points of the data that one such state may weigh, so that a few do not rule
 MAX_JOINT = 4_096  # joint actions with the same number of changed agents that are tried in a state
@@ -218,6 +220,10 @@ def _moves(sizes: Sequence[int]) -> Iterator[list[tuple[int, ...]]]:
         ]
 
 
+class OutOfTime(Exception):
+    """The time is over within a round, which is given up."""
+
+
 @dataclass(frozen=True)
 class Extraction:
     """The inputs of an extraction: from an expert of a world, as the settings say."""
@@ -235,9 +241,23 @@ class Extraction:
         """
         if self.ends == math.inf:
             return False
-        held_out = (len(self.world.teams) + 1) * self.settings.count_held_out(self.world)
         now = time.monotonic()
-        return now + max(0.0, now - since) + TALLY.expect(self.world, held_out, *further) >= self.ends
+        return now + max(0.0, now - since) + self.measuring + TALLY.expect(self.world, *further) >= self.ends
+
+    @property
+    def measuring(self) -> float:
+        """Seconds that are kept for held-out episodes."""
+        expected = TALLY.expect(self.world, (len(self.world.teams) + 1) * self.settings.count_held_out(self.world))
+        return expected if self.world.games is None else min(expected, MEASURED * self.settings.max_seconds)
+
+    def fit_held_out(self) -> Settings:
+        """The settings with as few held-out episodes as there is still time for, where a user's episodes take long."""
+        count = self.settings.count_held_out(self.world)
+        if self.ends == math.inf or self.world.games is None:
+            return self.settings
+        pace = TALLY.expect(self.world, len(self.world.teams) + 1) or math.inf
+        fits = int(max(0.0, self.ends - time.monotonic()) / pace)
+        return replace(self.settings, held_out=min(count, max(FEWEST, fits)))
 
 
 def unseen(progress: object) -> None:

@@ -20,7 +20,7 @@ from maviper.episodes.measures import Estimate, score
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
 from maviper.extraction.arena import Arena, halving, halving_by_member
-from maviper.extraction.extraction import Extraction, Running, joint_ratio
+from maviper.extraction.extraction import Extraction, OutOfTime, Running, joint_ratio
 from maviper.extraction.journal import EXPERT_STEP, EXTRACTING, SELECTING, Arrays, Progress, Underway, count_leaves
 from maviper.extraction.settings import AGENT, EXPERTS, MEMBER, RACE, RETURN, TEAM, UNIFORM, Settings, group_agents
 from maviper.worlds import Measure
@@ -200,8 +200,8 @@ class Raced(Choice):
 
     @property
     def race(self) -> int:
-        """The number of episodes of the race; see `Choice.race`."""
-        return self.asked.settings.selection_episodes * len(self.candidates)
+        """The number of episodes of the race, none of one candidate; see `Choice.race`."""
+        return self.asked.settings.selection_episodes * len(self.candidates) * (len(self.candidates) > 1)
 
 
 class Members(Raced):
@@ -272,7 +272,8 @@ class Selection:
 
     def _experts(self) -> Arrays:
         asked = self.asked
-        values = measures.values(asked.world, [asked.expert] * len(asked.world.agents), common(asked))
+        experts, seeds = [asked.expert] * len(asked.world.agents), common(asked)
+        values = measures.values(asked.world, experts, seeds, lambda: asked.is_over(asked.settings.rollouts))
         return {team: values[asked.world.primary(team)] for team in asked.world.teams}
 
     def note_rollouts(self, values: Mapping[str, Float64], fidelity: float) -> None:
@@ -282,6 +283,15 @@ class Selection:
         self.fidelity = fidelity
         for choice in self.choices:
             choice.note_rollouts(values)
+
+    def cut(self) -> bool:
+        """Returns True if the first round, from which there must be some trees, is to end with the episodes that were
+        played so far, since the time is over. OutOfTime in later ones.
+        """
+        over = self.asked.is_over(sum(choice.race for choice in self.choices))
+        if over and self.offered:
+            raise OutOfTime
+        return over
 
     def underway(self, share: float, doing: str) -> None:
         """Says that a share of the work on the next candidate is done."""

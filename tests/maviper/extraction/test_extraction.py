@@ -20,7 +20,7 @@ from codegen.lowering.deploy import deploy_tree
 from codegen.profiles import check
 from maviper.episodes import measures, trees
 from maviper.episodes.measures import Mean
-from maviper.episodes.play import Policies, Tally, play, points, tree_policies
+from maviper.episodes.play import TALLY, Policies, Tally, play, points, tree_policies
 from maviper.episodes.trees import ON_POLICY_EPISODES
 from maviper.evaluation.held_out import EVALUATION_EPISODES, Counting, read_measure
 from maviper.experts import network
@@ -35,6 +35,9 @@ from maviper.extraction.journal import Underway
 from maviper.extraction.selection import Selection, explain_stop
 from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, WorldState, find
+from maviper.worlds.outside.pettingzoo import PettingZooWorld
+from tests.support.ends import Expert as LineExpert
+from tests.support.environments import Line
 from tests.support.growing import train_joint_trees
 
 
@@ -430,6 +433,48 @@ def test_an_extraction_ends_with_its_best_trees_when_the_time_is_over():
     assert told["stopped_after"] == 1 and told["max_seconds"] == 1e-9 and not told.get("refinement_spent")
     assert "1e-09 s are over (--max-seconds)" in explain_stop({"patience": 9, **told})
     assert "--max-seconds" not in explain_stop({"patience": 9})
+
+
+class Timed(Line):
+    """Episodes of a second each, later of four, by a clock of their own."""
+
+    now, later, max_cycles = 0.0, math.inf, 8
+    teams = {"runners": ["left runner", "runner_1"]}  # noqa: RUF012
+
+    def reset(self, seed=None, options=None):
+        Timed.now += 1.0 if Timed.now < Timed.later else 4.0
+        return super().reset(seed, options)
+
+
+def extract_timed(monkeypatch, seconds, later=math.inf, **counts):
+    monkeypatch.setattr(time, "monotonic", lambda: Timed.now)
+    world = PettingZooWorld(Timed, "tests.maviper.extraction.test_extraction:Timed", games=1)
+    monkeypatch.setattr(Timed, "now", 0.0)
+    monkeypatch.setattr(Timed, "later", later)
+    monkeypatch.setattr(TALLY, "episodes", 0)
+    monkeypatch.setattr(TALLY, "seconds", 0.0)
+    few = {"max_seconds": float(seconds), "iterations": 3, "selection_episodes": 4, "max_depth": 2, **counts}
+    return extract(world, LineExpert(world), Settings.of(few, world))
+
+
+@pytest.mark.parametrize(
+    ("later", "rollouts", "held_out", "rounds", "measured"),
+    [(math.inf, 200, 10, 1, 10), (30, 20, 5, 1, 4), (math.inf, 200, 200, 1, 25)],
+    ids=["within the first round", "within a later round", "with held-out episodes for most of it"],
+)
+def test_a_round_that_has_begun_ends_when_the_time_is_over(later, rollouts, held_out, rounds, measured, monkeypatch):
+    """Held-out episodes of two line-ups are given half of the time at most."""
+    profile = extract_timed(monkeypatch, 100, later, rollouts=rollouts, held_out=held_out)
+    told = profile.provenance.training
+    most = 100 if later == math.inf else 115  # held-out episodes take longer than the first ones
+    assert 90 <= Timed.now <= most and told["stopped_after"] == rounds, Timed.now
+    assert profile.provenance.evaluation["episodes"] == measured
+
+
+def test_a_limit_of_time_that_is_not_reached_changes_nothing(monkeypatch):
+    without, within = (extract_timed(monkeypatch, limit, rollouts=6, held_out=3, iterations=2) for limit in (0, 10_000))
+    assert policy_json.dumps(replace(within, provenance=without.provenance)) == policy_json.dumps(without)
+    assert within.provenance.evaluation == without.provenance.evaluation and Timed.now < 1_000
 
 
 @pytest.mark.parametrize(("seconds", "further", "over"), [(100, (), False), (80, (), True), (100, (400,), True)])
