@@ -44,15 +44,12 @@ class Shown:
 
         OSError where it cannot be written.
         """
-        rows, text = self.rows, io.StringIO()
-        table = csv.DictWriter(text, _columns(rows), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+        text = as_csv(self.rows)
         if path is not None:
             part = Path(path).with_name(f".{Path(path).name}.part")
-            part.write_text(text.getvalue(), encoding="utf-8")
+            part.write_text(text, encoding="utf-8")
             part.replace(path)
-        return text.getvalue()
+        return text
 
     def _repr_html_(self) -> str:
         rows = self.rows
@@ -71,6 +68,15 @@ class CalledRows(list[dict[str, Any]]):
         """The rows themselves."""
         warnings.warn("`rows` is no method any more: write `.rows`", DeprecationWarning, stacklevel=2)
         return self
+
+
+def as_csv(rows: list[dict[str, Any]]) -> str:
+    """Rows as CSV text, with all their names as its head."""
+    text = io.StringIO()
+    table = csv.DictWriter(text, _columns(rows), lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
+    return text.getvalue()
 
 
 def _columns(rows: list[dict[str, Any]]) -> list[str]:

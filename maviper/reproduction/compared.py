@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen.errors import ExitCode
-from codegen.ir import PolicyProfile
+from codegen.ir import Float64, PolicyProfile
 from codegen.profiles import loads
-from codegen.rows import Shown, spell
+from codegen.rows import Shown, as_csv, spell
 from codegen.wording import format_count
 from maviper.console import tabulate
 from maviper.episodes import measures
@@ -31,12 +31,14 @@ from maviper.reproduction.figures import MARKS, Mark, Point, name_algorithm
 from maviper.reproduction.grid import Making
 from maviper.reproduction.recipes import Finder, Number, Part, Place, estimate_parts, less, times
 from maviper.reproduction.register import Claim
-from maviper.reproduction.statistics import MODES, Estimate, interquartile, of_differences
+from maviper.reproduction.statistics import MODES, Estimate, interquartile, of_differences, performance_profile
 from maviper.reproduction.verdicts import OPEN, comparison, decide_family
 from maviper.worlds import Measure, World
 
 TABLE, LATEX, SUMMARY, BEST, FIGURE = "table.csv", "table.tex", "summary.txt", "best.json", "figure.svg"
-FILES = (TABLE, LATEX, SUMMARY, BEST, FIGURE)
+PROFILES, PROFILE_FIGURE = "profiles.csv", "profiles.svg"  # where there are enough seeds
+FILES = (TABLE, LATEX, SUMMARY, BEST, FIGURE, PROFILES, PROFILE_FIGURE)
+THRESHOLDS = 41  # of a performance profile
 NONE = "-"
 Rows = Sequence[Mapping[str, Any]]
 RULE = (
@@ -82,6 +84,7 @@ class AlgorithmsCompared(Shown):
     differences: list[dict[str, Any]]  #: of ratios: the first algorithm less each other one, depth by depth
     best: PolicyProfile
     chosen: dict[str, Any]  #: of which setting, expert and seed the best is
+    profiles: list[dict[str, Any]]  #: of ratios: the share of seeds above each threshold, a row for each
     pictures: dict[str, str]  #: file name -> SVG
     latex: str
     lines: list[str]  #: everything, for people
@@ -120,7 +123,8 @@ class AlgorithmsCompared(Shown):
     def document(self) -> dict[str, Any]:
         """Everything as plain data."""
         told = {"world": self.world, "experts": list(self.experts), "rows": self.table}
-        return told | {"differences": self.differences, "best": self.chosen, "failed": self.failed}
+        told |= {"differences": self.differences, "profiles": self.profiles}
+        return told | {"best": self.chosen, "failed": self.failed}
 
     def to_latex(self) -> str:
         r"""A table for a paper, by the package booktabs: `\\usepackage{booktabs}`, then the text as it is."""
@@ -139,13 +143,15 @@ def read(folder: Path, asked: Asked, making: Making) -> AlgorithmsCompared:
     setting, row = cells.choose()
     data = runs.read(folder / CELLS / row.cell / runs.PROFILE_FILE, 2**26)
     chosen = {"algorithm": setting.algorithm, "depth": setting.depth, "expert": row.expert, "seed": row.seed}
-    pictures = cells.pictures(rows)
+    profiles = cells.profiles()
+    pictures = cells.pictures(rows) | cells.picture_profiles(profiles, setting.depth)
     lines = _lines(cells, rows, differences, f"{setting}, seed {row.seed}, expert {row.expert}", making)
     latex = _latex(cells, rows)
-    found = AlgorithmsCompared(
-        asked.world.name, asked.experts, rows, differences, loads(data, BEST), chosen, pictures, latex, lines, making
-    )
+    best = loads(data, BEST)
+    shown = rows, differences, best, chosen, profiles, pictures, latex, lines, making
+    found = AlgorithmsCompared(asked.world.name, asked.experts, *shown)
     texts = {TABLE: found.to_csv(), LATEX: latex, SUMMARY: "\n".join(lines) + "\n", BEST: data.decode()}
+    texts |= {PROFILES: as_csv(profiles)} if profiles else {}
     return replace(found, files=texts | pictures)
 
 
@@ -222,16 +228,34 @@ class _Cells:
                 values[seed] = float(MODES[part.mode](ours.mean(), theirs.mean(), np.abs(theirs).mean()))
         return values
 
+    def scores(self, setting: Setting, measure: Measure) -> list[Float64]:
+        """The ratios of each expert, [seeds]; [] where there are too few of some: a bootstrap of few would find the
+        least and the most.
+        """
+        every = [np.array([*self.by_seed(expert, setting, measure).values()]) for expert in self.asked.experts]
+        scores = [each for each in every if len(each)]
+        return scores if min(map(len, scores), default=0) >= register.read().least_seeds else []
+
+    def profiles(self) -> list[dict[str, Any]]:
+        """The performance profiles of ratios, by the measures that teams are judged by: rows for each setting."""
+        every = {pair: self.scores(pair[1], pair[0]) for pair in product(self.main, self.settings)}
+        known = {pair: scores for pair, scores in every.items() if scores and np.isfinite(np.concatenate(scores)).all()}
+        ends = [end for scores in known.values() for each in scores for end in (each.min(), each.max())]
+        thresholds = np.linspace(min([0.0, *ends]), max([1.0, *ends]), THRESHOLDS)
+        return [
+            {"measure": measure.label, **setting._asdict(), "threshold": float(threshold), **_three("share", *shares)}
+            for (measure, setting), scores in known.items()
+            for threshold, *shares in zip(thresholds, *performance_profile(scores, thresholds), strict=True)
+        ]
+
     def row(self, measure: Measure, setting: Setting) -> dict[str, Any]:
         """The row of the table."""
         value, ratio, theirs = (
             self.number("", lambda expert, of=of: of(expert, setting, measure))
             for of in (self.value, self.ratio, self.theirs)
         )
-        scores = [np.array([*self.by_seed(expert, setting, measure).values()]) for expert in self.asked.experts]
-        fewest = min((len(each) for each in scores if len(each)), default=0)
-        enough = fewest >= register.read().least_seeds  # of few a bootstrap would find the least and the most
-        middle = interquartile(scores) if enough else (np.nan, np.nan, np.nan)
+        scores = self.scores(setting, measure)
+        middle = interquartile(scores) if scores else (np.nan, np.nan, np.nan)
         cells, members = self.cells(setting), self.asked.world.teams[measure.team]
         facts = [self.results.facts(cell.cell) for cell in cells]
         return {
@@ -321,10 +345,27 @@ class _Cells:
 
     def pictures(self, rows: Rows) -> dict[str, str]:
         """A figure for each team, by file name."""
-        return {
-            FIGURE if len(self.main) == 1 else f"figure-{measure.team}.svg": self._picture(measure, rows)
-            for measure in self.main
-        }
+        return {self._file(FIGURE, measure): self._picture(measure, rows) for measure in self.main}
+
+    def picture_profiles(self, profiles: Rows, depth: int) -> dict[str, str]:
+        """A figure of performance profiles at a depth for each team that has any, by file name."""
+        drawn: dict[str, str] = {}
+        for measure in self.main:
+            series: dict[str, list[Point]] = {}
+            for row in profiles:
+                if (row["measure"], row["depth"]) == (measure.label, depth):
+                    point = Point(*(row[each] for each in _names("share")), row["threshold"])
+                    series.setdefault(row["algorithm"], []).append(point)
+            title = f"{measure.label}: share of seeds above a ratio, depth {depth}"
+            looks = _looks(series)
+            if series:
+                figure = figures.lines(title, "ratio to the expert", series, None, looks, to_scale=True, bands=True)
+                drawn[self._file(PROFILE_FIGURE, measure)] = figure
+        return drawn
+
+    def _file(self, name: str, measure: Measure) -> str:
+        """A figure's file; of each of several teams its own."""
+        return name if len(self.main) == 1 else name.replace(".svg", f"-{measure.team}.svg")
 
     def _picture(self, measure: Measure, rows: Rows) -> str:
         shown, name = [row for row in rows if row["measure"] == measure.label], "ratio" if self.several else "value"

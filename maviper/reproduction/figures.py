@@ -98,9 +98,11 @@ def lines(
     reference: float | None = 1.0,
     looks: Mapping[str, Mark] = MARKS,
     to_scale: bool = False,
+    bands: bool = False,
 ) -> str:
     """Series by algorithm over a few values of x; a dashed line at `reference`, where the expert is. `looks`: of series
-    that are no algorithms. `to_scale`: both axes are; that of the values need not begin at 0.
+    that are no algorithms. `to_scale`: both axes are; that of the values need not begin at 0. `bands`: of many values
+    of x, each with an interval; few of them are marked.
     """
     shown = {name: [point for point in points if point.finite] for name, points in series.items()}
     shown = {name: points for name, points in shown.items() if points}
@@ -126,7 +128,7 @@ def lines(
             {
                 "x": x,
                 "y": down(point.value),
-                "low": end[0],
+                "low": None if bands else end[0],
                 "high": end[1],
                 "cut": [
                     f"M{x - CUT},{edge + way * CUT} L{x},{edge} L{x + CUT},{edge + way * CUT}"
@@ -141,7 +143,11 @@ def lines(
             for x, point, end in zip(at, points, ends, strict=True)
         ]
         path = "M" + " L".join(f"{each['x']},{each['y']}" for each in placed)
-        drawn.append({"mark": looks.get(name) or mark(name), "points": placed, "path": path})
+        lower, upper = zip(*ends, strict=True)
+        corners = zip([*at, *reversed(at)], [*upper, *reversed(lower)], strict=True)
+        band = "M" + " L".join(f"{x},{y}" for x, y in corners) + " Z" if bands else ""
+        marked = placed[:: len(placed) // MAX_TICKS + 1] if bands else placed
+        drawn.append({"mark": looks.get(name) or mark(name), "points": marked, "path": path, "band": band})
     figure = {
         "title": title,
         "x_label": x_label,

@@ -18,6 +18,7 @@ from maviper.evaluation.crossplay import DRAWS, counts
 DRAW_SEED = 17
 TINY = 1e-12  # a smaller standard error is rounding: all draws are the same
 LEVEL = 0.95
+ENDS = (1 - LEVEL) / 2, (1 + LEVEL) / 2  # quantiles that an interval lies between
 
 
 @dataclass(frozen=True)
@@ -146,10 +147,24 @@ def interquartile(scores: Sequence[Float64]) -> tuple[float, float, float]:
     value = float(interquartile_mean(every))
     if max(map(len, scores)) < 2:
         return value, np.nan, np.nan
-    rng = np.random.default_rng([DRAW_SEED, *map(len, scores)])
-    drawn = np.hstack([each[rng.integers(0, len(each), (DRAWS, len(each)))] for each in scores])
-    low, high = np.quantile(interquartile_mean(drawn), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    low, high = np.quantile(interquartile_mean(_draw_runs(scores)), ENDS)
     return value, float(low), float(high)
+
+
+def _draw_runs(scores: Sequence[Float64]) -> Float64:
+    """As many runs as there are, drawn with replacement within each task, [DRAWS, runs of all tasks]."""
+    rng = np.random.default_rng([DRAW_SEED, *map(len, scores)])
+    return np.hstack([each[rng.integers(0, len(each), (DRAWS, len(each)))] for each in scores])
+
+
+def performance_profile(scores: Sequence[Float64], thresholds: Float64) -> Float64:
+    """The share of all runs whose score is above each threshold, and the ends of its 95 % interval, [3, thresholds];
+    drawn as for `interquartile` (Agarwal et al. 2021, score distributions). `scores`: per task [runs].
+    """
+    drawn = _draw_runs(scores)
+    bands = [np.quantile((drawn > each).mean(axis=1), ENDS) for each in thresholds]
+    shares = (np.concatenate(scores) > thresholds[:, None]).mean(axis=1)
+    return np.vstack([shares, np.transpose(bands)])
 
 
 OPPOSITE, SMALLER, SAME_SIZE, SIZE_OPEN = "OPPOSITE", "SMALLER THAN HALF", "SAME SIZE", "SIZE OPEN"

@@ -18,8 +18,8 @@ from maviper.reproduction.cells import table
 from maviper.reproduction.cells.cell import DONE, EXPERT, FORMAT, Document, Made
 from maviper.reproduction.cells.making import EPISODES_FILE, FACTS_FILE, HEAD
 from maviper.reproduction.cells.table import CELL_FILE, Store
-from maviper.reproduction.compared import FILES
-from maviper.reproduction.statistics import interquartile
+from maviper.reproduction.compared import FILES, PROFILE_FIGURE, PROFILES, THRESHOLDS
+from maviper.reproduction.statistics import interquartile, performance_profile
 from tests.benchmarks import doorway
 from tests.maviper.reproduction.small import QUIET, contents
 from tests.support.killing import killed_at, needs_fork
@@ -124,6 +124,42 @@ def test_interquartile_means_are_those_of_the_definition():
     value, low, high = interquartile(scores)
     assert value == pytest.approx(trim_mean(np.concatenate(scores), 0.25)) and low < value < high
     assert np.isnan(interquartile([np.array([1.0])])[1]) and np.isnan(interquartile([np.array([np.inf])])[0])
+
+
+RUNS = [np.random.default_rng(5).normal(mean, size=10).round(1) for mean in (0, 1)]  # of two tasks
+TAUS = np.array([-9.0, RUNS[0][0], 0.5, 9.0])
+
+
+def test_performance_profiles_are_those_of_the_definition():
+    """Strictly above each threshold, all runs alike."""
+    shares, low, high = performance_profile(RUNS, TAUS)
+    assert shares.tolist() == [sum(each > tau for row in RUNS for each in row) / 20 for tau in TAUS]
+    assert (low <= shares).all() and (shares <= high).all() and low[2] < shares[2] < high[2]
+    assert (low[0], high[0], low[3], high[3]) == (1, 1, 0, 0)
+
+
+def test_performance_profiles_are_those_of_rliable():
+    library = pytest.importorskip("rliable.library")
+    shares, bands = library.create_performance_profile({"a": np.transpose(RUNS)}, TAUS)
+    ours, *ends = performance_profile(RUNS, TAUS)
+    assert np.allclose(shares["a"], ours) and np.allclose(bands["a"], ends, atol=0.06)
+
+
+def test_performance_profiles_are_a_table_and_a_figure(tmp_path, calls):
+    found = compared(tmp_path, experts=[OTHER])
+    rows = [row for row in found.profiles if (row["algorithm"], row["depth"]) == ("maviper", 2)]
+    ratios = [1 / (1.248 + 0.05 * seed) for seed in range(6)] * 2
+    shares = [np.mean(np.array(ratios) > row["threshold"]) for row in rows]
+    assert [row["share"] for row in rows] == shares and shares[0] == 1 and shares[-1] == 0
+    assert all(row["share low"] <= row["share"] <= row["share high"] for row in rows)
+    table = list(csv.DictReader((tmp_path / PROFILES).read_text().splitlines()))
+    assert len(table) == 4 * len(rows) == 4 * THRESHOLDS and float(table[0]["share"]) == 1
+    figure = (tmp_path / PROFILE_FIGURE).read_text()
+    depth = found.chosen["depth"]
+    assert f"share of seeds above a ratio, depth {depth}" in figure and figure.count('opacity="0.15"') == 2
+    assert "profiles" in found.document and figure in found._repr_html_()
+    few = compared(tmp_path / "few", seeds=4)
+    assert not few.profiles and not {PROFILES, PROFILE_FIGURE} & set(few.files)
 
 
 def test_the_answer_is_shown_as_others_are(tmp_path, calls, capsys):
