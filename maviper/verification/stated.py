@@ -27,7 +27,7 @@ from maviper.files import runs
 from maviper.verification import games, worlds
 from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims, resolve_region
 from maviper.verification.files.places import repeat_options
-from maviper.verification.files.systems import PROPERTY_FILE, counterexample_document
+from maviper.verification.files.systems import CLAIM_FILE, counterexample_document
 from maviper.verification.procedures import Procedure
 from maviper.verification.reference import find_by_rules, measure_reference, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
@@ -113,12 +113,12 @@ class StatedWorld:
         assert options.world is not None
         file = file_of(options.world)
         options = replace(options, world=file)
-        given = {WORLD_FILE: file} | ({} if options.file is None else {PROPERTY_FILE: options.file})
+        given = {WORLD_FILE: file} | ({} if options.file is None else {CLAIM_FILE: options.file})
         made = _join_parts(profile, read(file), given, _texts(given), options)
         if not options.claims:
             return made
-        asked = made.beside.get(PROPERTY_FILE, "") + worlds.spell_claims(map(read_call, options.claims))
-        return replace(made, given={WORLD_FILE: file}, beside={**made.beside, PROPERTY_FILE: asked})
+        asked = made.beside.get(CLAIM_FILE, "") + worlds.spell_claims(map(read_call, options.claims))
+        return replace(made, given={WORLD_FILE: file}, beside={**made.beside, CLAIM_FILE: asked})
 
     @staticmethod
     def of_observations(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -132,11 +132,11 @@ class StatedWorld:
         if options.file is None:
             what = "claims about agents that give numbers or test sums are formulas of a file"
             raise InputError(what, "--claims", f'write a claim with formula = "{_example(profile)}"')
-        given = {PROPERTY_FILE: options.file}
+        given = {CLAIM_FILE: options.file}
         beside = _texts(given)
         viewed = Viewed(profile, View(select_features(profile, options.shared or ())))
         region = resolve_region(viewed.profile, viewed, options.region)
-        errors = worlds.errors_in(beside[PROPERTY_FILE], profile, options.file.name)
+        errors = worlds.errors_in(beside[CLAIM_FILE], profile, options.file.name)
         world = worlds.state_observations(profile, viewed.view, region, errors)
         beside = {WORLD_FILE: world.source, **beside}
         made = _join_parts(profile, world.statement, given, beside, options)
@@ -171,7 +171,7 @@ class StatedWorld:
         """The command that asks all again, in the folder of the report."""
         options = self.options
         words = ["maviper", "verify", runs.PROFILE_FILE, "--system", WORLD_FILE]
-        words += ["--claims", PROPERTY_FILE] if PROPERTY_FILE in self.beside else []
+        words += ["--claims", CLAIM_FILE] if CLAIM_FILE in self.beside else []
         words += [] if options.effort == "normal" else ["--effort", options.effort]
         words += [] if options.max_boxes is None else ["--set", f"max_boxes={options.max_boxes}"]
         return shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
@@ -418,7 +418,7 @@ def _join_parts(
     statement, profile = as_played(statement, origin)
     claims = claims_said(options.claims, statement, profile)
     if options.file is not None:
-        claims = (*claims_in(beside[PROPERTY_FILE], statement, profile, options.file.name), *claims)
+        claims = (*claims_in(beside[CLAIM_FILE], statement, profile, options.file.name), *claims)
     elif not claims:
         claims = claims_of(statement, profile, given.get(WORLD_FILE, Path(WORLD_FILE)).name)
     return StatedWorld(profile, origin, statement, claims, given, beside, options)

@@ -66,7 +66,8 @@ def tell_shown(done: int, most: int) -> None:
     tell(done, most, "pieces shown again by the checker")
 
 
-PROPERTY_FILE = "properties.toml"  # beside certificates, where claims were asked from a file of their own
+CLAIM_FILE = "claims.toml"  # beside certificates, where claims were asked from a file of their own
+OLD_CLAIM_FILE = "properties.toml"  # as it was called
 FORM = "maviper-system-counterexample-1"
 ADVICE = "make it again with `maviper verify --system -o`"
 
@@ -117,7 +118,8 @@ def check_certificate(
     closed = ensure_accepted(path, certificate, statement, about, told=tell_shown)
     statement, about = as_played(statement, about)
     stated = list(claims_of(statement, about, WORLD_FILE)) if statement.properties else []
-    stated += _read_beside(statement, about, path.parent / PROPERTY_FILE)
+    for name in (CLAIM_FILE, OLD_CLAIM_FILE):
+        stated += _read_beside(statement, about, path.parent / name)
     try:
         curve = _of_curves(certificate.claim, statement, stated)
     except RejectedError as error:

@@ -58,10 +58,21 @@ def test_a_certificate_is_checked_with_its_enclosures(answered, capsys):
     assert "angle*spin > 0.5 and angle > 0 implies acts(cart) == right, by 100 enclosures shown again" in told
 
 
+def test_a_certificate_beside_a_file_of_claims_by_its_old_name(answered, capsys):
+    _, out = answered
+    (certificate,) = out.glob("certificate-*.json")
+    (out / "claims.toml").rename(out / "properties.toml")
+    try:
+        assert command(["check", str(certificate)]) == ExitCode.DONE
+        assert "by 100 enclosures shown again" in capsys.readouterr().out
+    finally:
+        (out / "properties.toml").rename(out / "claims.toml")
+
+
 def test_without_the_file_of_claims_a_check_says_what_was_proved_alone(answered, capsys):
     _, out = answered
     (certificate,) = out.glob("certificate-*.json")
-    claims = out / "properties.toml"
+    claims = out / "claims.toml"
     text = claims.read_text()
     claims.write_text(text.replace("angle*spin > 0.5 and angle", "angle*spin > 0.6 and angle"))
     try:

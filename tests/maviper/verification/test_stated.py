@@ -203,8 +203,8 @@ def test_claims_as_they_are_written(cart, capsys):
     assert verify(cart, "--claim", near, "--claim", slow, "-o", str(cart / "report"), "--json") == ExitCode.DONE
     told = json.loads(capsys.readouterr().out)
     assert [each["verdict"] for each in told["results"]] == ["PROVED", "PROVED"]
-    assert "--claims properties.toml" in (cart / "report" / "report.txt").read_text()
-    again = ["verify", "profile.json", "--system", "world.toml", "--claims", "properties.toml", "--json"]
+    assert "--claims claims.toml" in (cart / "report" / "report.txt").read_text()
+    again = ["verify", "profile.json", "--system", "world.toml", "--claims", "claims.toml", "--json"]
     known = subprocess.run(
         [sys.executable, "-m", "maviper", *again], cwd=cart / "report", capture_output=True, text=True, check=True
     )
