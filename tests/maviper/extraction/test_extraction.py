@@ -309,9 +309,9 @@ class Recorder:
         collect, grow_teams, resample = module.collect, module.grow_teams, module.resample
         tree_policies, team_values = trees.tree_policies, measures.team_values
 
-        def record_rollouts(world, expert, controllers, agents, seeds, weigh):
+        def record_rollouts(world, expert, controllers, agents, seeds, *rest):
             self.played.append((controllers, list(seeds)))
-            return collect(world, expert, controllers, agents, seeds, weigh)
+            return collect(world, expert, controllers, agents, seeds, *rest)
 
         def record_resampling(weights, alive, most, rng):
             self.counts.append(resample(weights, alive, most, rng))
