@@ -242,11 +242,20 @@ LASTING = 2_000_000  # boxes for an invariant
 
 def decide(question: Question[SystemClaim]) -> ReachOutcome:
     """The answer to a question. InputError for agents or features that the system does not state."""
+    return _search_for(question).decide()
+
+
+def decide_control(question: Question[SystemClaim]) -> ReachOutcome:
+    """The same about shuffled leaves, which mostly break a claim at once: episodes are played before all else."""
+    return _search_for(question).break_claim() or decide(question)
+
+
+def _search_for(question: Question[SystemClaim]) -> ClaimSearch:
     assert isinstance(question.subject, ClosedLoop)
     profile, system = question.profile, question.subject.system
     ensure_stated(profile, system)
     _ensure_asked(profile, system, question.claim)
-    return ClaimSearch(profile, system, question.claim, question.budgets).decide()
+    return ClaimSearch(profile, system, question.claim, question.budgets)
 
 
 class ClaimSearch:
@@ -262,7 +271,7 @@ class ClaimSearch:
         try:
             outcome = self._run_stages()
         except BudgetSpentError:
-            outcome = self._play_last() or self._report_spent()
+            outcome = self.break_claim() or self._report_spent()
         spent = self.spending
         counts = {"states": spent.states, "programs": spent.programs, "boxes": outcome.boxes or spent.boxes}
         return replace(outcome, **counts)
@@ -303,7 +312,7 @@ class ClaimSearch:
         boxes = np.array([parts[at].low for at in some]), np.array([parts[at].high for at in some])
         return self._play(Starts(min(played, self.budgets.samples), boxes))
 
-    def _play_last(self) -> ReachOutcome | None:
+    def break_claim(self) -> ReachOutcome | None:
         """Plays all samples, like `_play`, where there would be no answer: whatever is left of the budget, so that a
         claim that is plainly false is VIOLATED with any.
         """
@@ -332,7 +341,7 @@ class ClaimSearch:
             self.spending.states += outcome.states
             self.spending.programs += outcome.programs
             self.spending.take(outcome.boxes)
-        return (self._play_last() if outcome.verdict is Verdict.UNKNOWN else None) or outcome
+        return (self.break_claim() if outcome.verdict is Verdict.UNKNOWN else None) or outcome
 
     def _symbolic(self) -> ReachOutcome:
         """Stages, until one has an answer. BudgetSpentError."""
@@ -344,7 +353,7 @@ class ClaimSearch:
                 finally:
                     self._open = search.open or self._open
                 if outcome is not None:
-                    return (self._play_last() if outcome.verdict is Verdict.UNKNOWN else None) or outcome
+                    return (self.break_claim() if outcome.verdict is Verdict.UNKNOWN else None) or outcome
             growth *= GROWTH
 
     def _report_spent(self) -> ReachOutcome:

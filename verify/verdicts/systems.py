@@ -159,7 +159,7 @@ def _times(weight: Fraction) -> str:
 
 ENGINE, UNIT, BOXES = "reach", "symbolic states", "boxes"
 FLOWS, SETS = "flows", "sets of states"
-CONTROLS = 2_000_000  # boxes for all shuffled leaves together: they mostly fail at once
+CONTROLS, EACH = 2_000_000, 100_000  # boxes for all shuffled leaves together, and in steps for each: most fail at once
 FEW = 256  # episodes of each that are played
 ENCLOSED = "the claim fails within the enclosure error, but no violating episode of the exact rules was found"
 NARROWER = ("more `cuts` where rules are not affine", "a smaller start region", "fewer steps")
@@ -232,9 +232,10 @@ def verify_system(
 
 
 def _ask_controls(question: Question[SystemClaim]) -> Control:
-    controls = question.controls
-    limits = {"max_boxes": CONTROLS // max(len(controls), 1), "samples": FEW}
-    return Control.of(_decide(control.spending(**limits)).verdict for control in controls)
+    controls, flowing = question.controls, is_flow(question)
+    most, decide = CONTROLS // max(len(controls), 1), flows.decide if flowing else reach.decide_control
+    limits = {"max_boxes": most if flowing else min(most, EACH), "samples": FEW}
+    return Control.of(decide(control.spending(**limits)).verdict for control in controls)
 
 
 def _decide(question: Question[SystemClaim]) -> ReachOutcome:

@@ -325,10 +325,10 @@ def world(name):
 @pytest.mark.parametrize("name", ["corridor", "crossing", "pendulum", "pendulum_wide", "quadrotor", "quadrotor_wide"])
 def test_a_larger_budget_takes_no_longer_to_what_a_smaller_one_answered(name, monkeypatch):
     """But for what is found at its end, by a few episodes beyond the budget."""
-    last = ClaimSearch._play_last
-    monkeypatch.setattr(ClaimSearch, "_play_last", lambda search: None)
+    last = ClaimSearch.break_claim
+    monkeypatch.setattr(ClaimSearch, "break_claim", lambda search: None)
     _ensure_monotone(name, (10, 1_000, 30_000, 300_000, 3_000_000))
-    monkeypatch.setattr(ClaimSearch, "_play_last", last)
+    monkeypatch.setattr(ClaimSearch, "break_claim", last)
     _ensure_monotone(name, (0, 10, 300_000), verdicts=True)
 
 
@@ -336,7 +336,7 @@ def test_a_larger_budget_takes_no_longer_to_what_a_smaller_one_answered(name, mo
 @pytest.mark.parametrize("name", NAMES)
 def test_budgets_of_all_sizes(name, monkeypatch):
     _ensure_monotone(name, [4**power for power in range(0, 14, 2)], verdicts=True)
-    monkeypatch.setattr(ClaimSearch, "_play_last", lambda search: None)
+    monkeypatch.setattr(ClaimSearch, "break_claim", lambda search: None)
     _ensure_monotone(name, [4**power for power in range(14)])
 
 

@@ -353,10 +353,6 @@ class LineCuts:
             self._first[far] = max(self._first[far], -end.up)
         self._none = bool((self._first > self._last).any())  # no state meets all
 
-    def may_meet(self, least: Float64) -> bool:
-        """Returns False if no box meets all of them, of those whose bounds are at least so large."""
-        return not (least > self._last).any()
-
     def within(self, boxes: BoxList) -> BoxList:
         """For each box with a state that may meet all of them, a box around all such states."""
         if self._none:

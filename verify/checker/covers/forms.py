@@ -31,7 +31,7 @@ import numpy as np
 from codegen.ir import NO_FEATURE, AgentPolicy, Bool, Float64, Int64, splits
 from verify.checker.covers.boxes import BoxList, end_of, linear, opposite
 from verify.checker.covers.rounding import ceiling, floor
-from verify.checker.covers.trees import choices_of
+from verify.checker.covers.trees import PairNumbers, choices_of
 from verify.checker.reading import RejectedError
 from verify.checker.systems.reading import goes_left
 from verify.claims.formula import FALSE, TRUE, Formula, Linear, Or
@@ -369,7 +369,7 @@ MAX_COMPARED = 1 << 25  # bounds of pieces that are compared with bounds of form
 
 
 class _Known(NamedTuple):
-    """The effect of a piece and a joint action: factors [d, d], and bounds of constants and errors, [d] each."""
+    """Effects of a piece and a joint action: factors [.., d, d], and bounds of constants and errors, [.., d] each."""
 
     matrix: Float64
     low: Float64
@@ -395,9 +395,8 @@ class FormPieces:
         self._cut = [self._columns[name] for name in self._names if any(name in each.where for each in system.pieces)]
         self._when = [[cut_of(linear(half), self._columns) for half in piece.when] for piece in system.pieces]
         self._kept = np.array([self._columns[name] for name in self._names if self._errs(name)], dtype=np.int64)
-        self._places: dict[tuple[int, int], int] = {}
-        self._known: list[_Known] = []
-        self._table = _Known(*(np.zeros(0),) * 3)
+        size, self._numbers = len(self._names), PairNumbers(len(system.pieces))
+        self._known = _Known(np.zeros((0, size, size)), np.zeros((0, size)), np.zeros((0, size)))
 
     def _end(self, bounds: tuple[Fraction, Fraction] | None) -> tuple[float, float]:
         return (-np.inf, np.inf) if bounds is None else (floor(bounds[0]), ceiling(bounds[1]))
@@ -499,31 +498,24 @@ class FormPieces:
 
     def _of(self, joint: Int64, piece: Int64) -> _Known:
         """Returns the effects of pieces and joint actions, one row for each."""
-        keys, back = np.unique(np.stack([piece, joint]), axis=1, return_inverse=True)
-        places = np.array([self._place(*map(int, key)) for key in keys.T], dtype=np.int64)
-        if len(self._table.low) < len(self._known):
-            self._table = _Known(*(np.array(each) for each in zip(*self._known, strict=True)))
-        of = places[back.reshape(-1)]
-        size = len(self._names)
-        return (
-            _Known(*(each[of] for each in self._table))
-            if len(of)
-            else _Known(np.zeros((0, size, size)), np.zeros((0, size)), np.zeros((0, size)))
-        )
+        pairs = self._numbers.find(piece, joint, self._add)
+        return _Known(*(each.take(pairs, axis=0) for each in self._known))
 
-    def _place(self, piece: int, joint: int) -> int:
-        if (piece, joint) not in self._places:
-            size = len(self._names)
-            matrix, low, high = np.zeros((size, size)), np.zeros(size), np.zeros(size)
-            choices, of = choices_of(joint, self._policies), self._pieces[piece]
-            for row, name in enumerate(self._names):
-                form, error = of.total(name, choices), of.error.get(name, ZERO)
-                for read, factor in form.terms:
-                    matrix[row, self._columns[read]] = weight(factor)
-                low[row], high[row] = floor(form.constant + error[0]), ceiling(form.constant + error[1])
-            self._places[piece, joint] = len(self._known)
-            self._known.append(_Known(matrix, low, high))
-        return self._places[piece, joint]
+    def _add(self, pairs: Sequence[tuple[int, int]]) -> None:
+        """Notes the effects of pieces and joint actions."""
+        new = zip(*(self._effect(*pair) for pair in pairs), strict=True)
+        self._known = _Known(*(np.concatenate(each) for each in zip(self._known, new, strict=True)))
+
+    def _effect(self, piece: int, joint: int) -> _Known:
+        size = len(self._names)
+        matrix, low, high = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+        choices, of = choices_of(joint, self._policies), self._pieces[piece]
+        for row, name in enumerate(self._names):
+            form, error = of.total(name, choices), of.error.get(name, ZERO)
+            for read, factor in form.terms:
+                matrix[row, self._columns[read]] = weight(factor)
+            low[row], high[row] = floor(form.constant + error[0]), ceiling(form.constant + error[1])
+        return _Known(matrix, low, high)
 
 
 def _with_error(low: Float64, high: Float64) -> tuple[Float64, Float64]:

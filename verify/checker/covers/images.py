@@ -8,57 +8,69 @@ Does not: know claims.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
+from itertools import groupby
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from codegen.ir import AgentPolicy, Bool, Float64, Int64, PolicyProfile
-from verify.checker.covers.boxes import BoxList, Cut, LineCuts, half_line, linear, together
-from verify.checker.covers.rounding import Factor, around, ceiling, floor, sum_down
-from verify.checker.covers.trees import TreeCuts, choices_of, split_by_trees
+from verify.checker.covers.boxes import BoundLine, BoxList, Cut, half_line, linear, together
+from verify.checker.covers.rounding import Factor, ceiling, floor, sum_down
+from verify.checker.covers.trees import LeafWays, PairNumbers, TreeCuts, WayDown, choices_of, meet_all, split_by_trees
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import has_cases, hull_of
 from verify.systems.claims import SystemClaim
-from verify.systems.system import Box, Piece, System, box_of, find_gap
+from verify.systems.system import Affine, Box, Piece, System, box_of, find_gap
 
-Terms = tuple[tuple[tuple[str, Fraction], ...], ...]  # of each variable's next value
+Reads = tuple[tuple[tuple[int, Fraction], ...], ...]  # of each next bound: columns of bounds, and factors above 0
 
 
 class _Term(NamedTuple):
-    """A term of several next values: their columns of bounds, the columns that are read, and factors above 0. None for
-    columns: all of them, in order.
+    """A term of several next bounds, `to`. Of each motion, in one row: the column that is read for each of these, the
+    factors, and whether there is such a term, None where there always is.
     """
 
-    to: Int64 | None
-    read: Int64 | None
+    to: Int64
+    read: Int64
     factors: Factor
+    stated: Bool | None
 
 
-class _BoxMotion:
-    """The motion by joint actions of boxes that differ only in what is added to them. Of a variable that is multiplied
-    by a negative number, the bounds of its negative are multiplied by a positive one.
+class _BoxMotions:
+    """Motions of boxes. Of a variable that is multiplied by a negative number, the bounds of its negative are
+    multiplied by a positive one.
     """
 
-    def __init__(self, terms: Terms, columns: Mapping[str, int]) -> None:
-        size, self.terms, self._terms = len(columns), terms, list[_Term]()
-        for rank in range(max(map(len, terms), default=0)):
-            to = [column for column, form in enumerate(terms) if len(form) > rank]
-            reads = [(columns[form[rank][0]], form[rank][1]) for form in terms if len(form) > rank]
-            read = [at + size * (factor < 0) for at, factor in reads]
-            factors = Factor(*2 * [abs(factor) for _, factor in reads])
-            columns_of = [*to, *(at + size for at in to)], [*read, *((at + size) % (2 * size) for at in read)]
-            to_, read_ = (None if each == list(range(2 * size)) else np.array(each) for each in columns_of)
-            self._terms.append(_Term(to_, read_, factors))
+    def __init__(self, motions: Sequence[Reads]) -> None:
+        self._single = len(motions) == 1
+        ranks = max((len(terms) for motion in motions for terms in motion), default=0)
+        self._terms = [self._term(motions, rank) for rank in range(ranks)]
 
-    def move_bounds(self, bounds: Float64, shift: Float64) -> Float64:
-        """The bounds of boxes after a step. `shift`: what is added to each, at least; both [n, 2 variables]."""
+    @staticmethod
+    def _term(motions: Sequence[Reads], rank: int) -> _Term:
+        to = [at for at in range(len(motions[0])) if any(len(motion[at]) > rank for motion in motions)]
+        terms = [motion[at][rank : rank + 1] for motion in motions for at in to]
+        reads = [term[0] if term else (0, Fraction(1)) for term in terms]
+        stated = np.array([bool(term) for term in terms])
+        factors = Factor(*(factor for _, factor in reads))
+        return _Term(np.array(to), np.array([at for at, _ in reads]), factors, None if stated.all() else stated)
+
+    def move_bounds(self, bounds: Float64, shift: Float64, motion: Int64) -> Float64:
+        """The bounds of boxes after a step, [n, 2 variables]. `shift`: what is added to each, at least; `motion`: the
+        number of each box's motion, [n].
+        """
         image = shift
-        for to, read, factors in self._terms:
-            product = factors.times_down(bounds if read is None else bounds.take(read, axis=1))
-            if to is None:
+        for to, read, factors, stated in self._terms:
+            if self._single:
+                product = factors.times_down(bounds.take(read, axis=1))
+            else:
+                at = motion[:, None] * len(to) + np.arange(len(to))
+                product = factors.times_down(np.take_along_axis(bounds, read.take(at), axis=1), at)
+                product = product if stated is None else np.where(stated.take(at), product, 0.0)
+            if len(to) == image.shape[1]:
                 image = sum_down(image, product)
             else:
                 image = image.copy() if image is shift else image
@@ -72,15 +84,12 @@ class BoxMotion:
     def __init__(self, profile: PolicyProfile, system: System) -> None:
         columns = {one.name: column for column, one in enumerate(system.variables)}
         self._trees = [TreeCuts(system, policy, columns) for policy in profile.agents]
-        self._pieces = [PieceImage(system, piece, profile.agents) for piece in system.pieces]
+        self._pieces = BoxPieces(system, profile.agents)
         self.several = any(tree.several for tree in self._trees)
 
     def move_boxes(self, boxes: BoxList) -> BoxList:
         """Boxes around all next states. RejectedError for too many, or for bounds that are no numbers."""
-        boxes = split_by_trees(self._trees, boxes)
-        least = boxes.bounds.min(axis=0, initial=inf)
-        met = [piece for piece in self._pieces if piece.may_meet(least)] or self._pieces[:1]
-        return together([piece.move_boxes(piece.within(boxes)) for piece in met])
+        return self._pieces.move_boxes(*self._pieces.cut_boxes(split_by_trees(self._trees, boxes)))
 
     def forget(self) -> None:
         """Has the next boxes moved as if none had been before."""
@@ -88,78 +97,91 @@ class BoxMotion:
             tree.forget()
 
 
-class PieceImage:
-    """One piece: the bounds of its box, and the motions of the joint actions that were met."""
+class _Row(NamedTuple):
+    """Pieces in a row: conditions, where it is a single one that has some, and the boxes of all."""
 
-    def __init__(self, system: System, piece: Piece, policies: Sequence[AgentPolicy]) -> None:
+    when: Sequence[Cut]
+    where: LeafWays
+
+
+class BoxPieces:
+    """All pieces: boxes of theirs that boxes meet, and how they move with the joint actions that were met."""
+
+    def __init__(self, system: System, policies: Sequence[AgentPolicy]) -> None:
         self._names = [one.name for one in system.variables]
         self._columns = {name: column for column, name in enumerate(self._names)}
-        self._piece, self._policies = piece, policies
+        self._system, self._policies = system, policies
+        rows = groupby(range(len(system.pieces)), lambda number: number if system.pieces[number].when else None)
+        self._rows = [row for _, numbers in rows if (row := self._row(list(numbers))) is not None]
+        self._numbers = PairNumbers(len(system.pieces))
+        self._kinds: dict[Reads, int] = {}  # numbers of the motions
+        self._kind = np.zeros(0, dtype=np.int64)  # of each pair of a piece and a joint action that was met
+        self._shift = np.zeros((0, 2 * len(self._names)))  # what each adds, at least
+        self._motions = _BoxMotions([])
+
+    def _row(self, numbers: Sequence[int]) -> _Row | None:
+        """Pieces in a row; None where no state lies in the box of any."""
+        pieces = [self._system.pieces[number] for number in numbers]
+        begun = [WayDown.begin(2 * len(self._names), number) for number in numbers]
+        ways = [way.on(self._where(piece), way.node) for way, piece in zip(begun, pieces, strict=True)]
+        some = [way for way in ways if way is not None]
+        return _Row([Cut(linear(half), self._columns) for half in pieces[0].when], LeafWays(some)) if some else None
+
+    def _where(self, piece: Piece) -> list[BoundLine]:
         lines = [half_line(linear(half), self._columns) for half in box_of(piece.where)]
-        self._where = LineCuts([line for line in lines if line is not None], len(self._names))
-        self._when = [Cut(linear(half), self._columns) for half in piece.when]
-        self._motions: dict[Terms, int] = {}  # numbers of the motions
-        self._moves: list[_BoxMotion] = []
-        self._joints = np.zeros(0, dtype=np.int64)  # the joint actions that were met, in order
-        self._kinds = np.zeros(0, dtype=np.int64)  # the number of the motion of each
-        self._shifts = np.zeros((0, 2 * len(self._names)))  # what each adds, at least
+        return [line for line in lines if line is not None]
 
-    def may_meet(self, least: Float64) -> bool:
-        """Returns False if no box of a list lies in the box of the piece. `least`: bounds of all of them."""
-        return self._where.may_meet(least)
+    def cut_boxes(self, boxes: BoxList) -> tuple[BoxList, Int64]:
+        """Boxes around the states that lie in the box of a piece, bounds included, and meet its conditions, with the
+        number of the piece; a box for each piece that it meets.
+        """
+        least, cut, pieces = boxes.bounds.min(axis=0, initial=inf), [boxes.take(slice(0, 0))], [np.zeros(0, np.int64)]
+        for when, where in self._rows:
+            if where.may_meet(least):
+                some, way = where.cut_boxes(meet_all(when, boxes))
+                cut.append(some)
+                pieces.append(where.node.take(way))
+        boxes, piece = together(cut), np.concatenate(pieces)
+        if (piece[1:] < piece[:-1]).any():  # ways that are looked up come box by box
+            order = np.argsort(piece, kind="stable")
+            boxes, piece = boxes.take(order), piece.take(order)
+        return boxes, piece
 
-    def within(self, boxes: BoxList) -> BoxList:
-        """Boxes around the states that lie in the box of the piece, bounds included, and meet its conditions."""
-        for cut in self._when:
-            boxes = cut.within(boxes)
-        return self._where.within(boxes) if self._piece.where else boxes
+    def move_boxes(self, boxes: BoxList, piece: Int64) -> BoxList:
+        """Boxes around all next states, by the joint actions that are chosen. `piece`: that moves each, [n]."""
+        pairs = self._numbers.find(piece, boxes.joint, self._add)
+        kind, shift = self._kind.take(pairs), self._shift.take(pairs, axis=0)
+        return boxes._replace(bounds=self._motions.move_bounds(boxes.bounds, shift, kind))
 
-    def move_boxes(self, boxes: BoxList) -> BoxList:
-        """Boxes around all next states, by the joint actions that are chosen."""
-        if not boxes.size:
-            return boxes
-        at = np.searchsorted(self._joints, boxes.joint)
-        if not (len(self._joints) and (self._joints.take(at, mode="clip") == boxes.joint).all()):
-            self._meet(sorted(set(boxes.joint.tolist()).difference(self._joints.tolist())))
-            at = np.searchsorted(self._joints, boxes.joint)
-        bounds, shifts = boxes.bounds, self._shifts.take(at, axis=0)
-        if len(self._moves) == 1:
-            return boxes._replace(bounds=self._moves[0].move_bounds(bounds, shifts))
-        kinds, image = self._kinds.take(at), np.empty_like(bounds)
-        for kind, motion in enumerate(self._moves):
-            rows = np.flatnonzero(kinds == kind)
-            image[rows] = motion.move_bounds(bounds.take(rows, axis=0), shifts.take(rows, axis=0))
-        return boxes._replace(bounds=image)
-
-    def _meet(self, joints: Sequence[int]) -> None:
-        """Notes how some joint actions move boxes."""
-        kinds, shifts = self._kinds.tolist(), self._shifts.tolist()
-        for joint in joints:
-            choices = choices_of(joint, self._policies)
-            forms = [self._piece.total(name, choices) for name in self._names]
-            terms = tuple(form.terms for form in forms)
-            kinds.append(self._kind(terms))
-            ends = [self._bound_shift(name, form.constant) for name, form in zip(self._names, forms, strict=True)]
+    def _add(self, pairs: Sequence[tuple[int, int]]) -> None:
+        """Notes how pieces move boxes in which joint actions are chosen."""
+        kinds, shifts = self._kind.tolist(), self._shift.tolist()
+        for number, joint in pairs:
+            piece, choices = self._system.pieces[number], choices_of(joint, self._policies)
+            forms = [piece.total(name, choices) for name in self._names]
+            kinds.append(self._kinds.setdefault(self._reads(forms), len(self._kinds)))
+            ends = [_shift_of(piece, name, form) for name, form in zip(self._names, forms, strict=True)]
             shifts.append([*(low for low, _ in ends), *(-high for _, high in ends)])
-        met = np.concatenate([self._joints, joints])
-        order = np.argsort(met)
-        self._joints, self._kinds, self._shifts = met[order], np.array(kinds)[order], np.array(shifts)[order]
+        self._kind, self._shift = np.array(kinds, dtype=np.int64), np.array(shifts)
+        self._motions = _BoxMotions(list(self._kinds))
 
-    def _kind(self, terms: Terms) -> int:
-        """The number of a motion."""
-        if self._moves and self._moves[-1].terms == terms:  # mostly: and hashes of fractions are slow
-            return len(self._moves) - 1
-        if terms not in self._motions:
-            self._motions[terms] = len(self._moves)
-            self._moves.append(_BoxMotion(terms, self._columns))
-        return self._motions[terms]
+    def _reads(self, forms: Sequence[Affine]) -> Reads:
+        """Returns what each next bound reads, from below and of the negatives."""
+        size = len(self._columns)
+        of = [
+            [(self._columns[name] + size * (factor < 0), abs(factor)) for name, factor in form.terms] for form in forms
+        ]
+        lower, upper = (
+            [tuple(each) for each in of],
+            [tuple(((at + size) % (2 * size), f) for at, f in each) for each in of],
+        )
+        return (*lower, *upper)
 
-    def _bound_shift(self, name: str, constant: Fraction) -> tuple[float, float]:
-        """Bounds of what is added to a variable: a constant, and an error."""
-        if name not in self._piece.error:
-            return around(constant)
-        low, high = self._piece.error[name]
-        return floor(constant + low), ceiling(constant + high)
+
+def _shift_of(piece: Piece, name: str, form: Affine) -> tuple[float, float]:
+    """Bounds of what is added to a variable: a constant, and an error."""
+    low, high = piece.error.get(name, (Fraction(0), Fraction(0)))
+    return floor(form.constant + low), ceiling(form.constant + high)
 
 
 class StatedStates:

@@ -13,7 +13,7 @@ from math import frexp, inf, nextafter
 
 import numpy as np
 
-from codegen.ir import Float64
+from codegen.ir import Float64, Int64
 from verify.checker.reading import RejectedError
 
 TINY, LEAST = 2.0**-1022, 2.0**-1074  # the least normal float64, and the least one above 0
@@ -106,8 +106,9 @@ class Factor:
         self._some_shifts = bool(self._shifts.any())
         self._exact = bool((self.low == self.high).all())  # each is a float
 
-    def times_down(self, values: Float64) -> Float64:
-        """A float at most the product with each value; NaN where it lies beyond the floats.
+    def times_down(self, values: Float64, at: Int64 | None = None) -> Float64:
+        """A float at most the product with each value; NaN where it lies beyond the floats. `at`: the numbers of the
+        factors, of the shape of the values; None: one for each column.
 
         The factor f is in [l, h], |h - l| <= 2^-52 |l|, and p is l v rounded. Where |l v| >= 2^-1022, p is off from
         f v by 2^-52 |l v| for the factor and 2^-53 |l v| for rounding. Twice that is taken off, about 3 2^-52 |p|, and
@@ -117,13 +118,13 @@ class Factor:
         """
         if self._all_ones:
             return values
-        product = self.low * values
+        product = (self.low if at is None else self.low.take(at)) * values
         exact = values == 0
         if self._some_ones:
-            exact |= self._ones
+            exact |= self._ones if at is None else self._ones.take(at)
         if self._some_shifts:
             size = np.abs(product)
-            exact |= self._shifts & (size > TINY) & (size < np.inf)
+            exact |= (self._shifts if at is None else self._shifts.take(at)) & (size > TINY) & (size < np.inf)
         bound = lower(product, 3.0)
         np.copyto(bound, product, where=exact)
         return bound

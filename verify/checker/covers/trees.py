@@ -16,7 +16,7 @@ A joint action is one number: the actions of the agents are its digits, the firs
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from math import inf
 from typing import NamedTuple, Protocol, TypeAlias, TypeVar
@@ -83,29 +83,41 @@ class LeafWays:
 
     def __init__(self, ways: Sequence[WayDown]) -> None:
         self._last, self._first = np.array([way.last for way in ways]), np.array([way.first for way in ways])
-        self._node = np.array([way.node for way in ways])
+        self.node = np.array([way.node for way in ways])
         self.forget()
 
     def forget(self) -> None:
         """Has the next boxes split as if none had been before."""
         self._least = 0  # boxes in leaves since they were last joined
 
-    def split_at_leaves(self, boxes: BoxList) -> tuple[BoxList, Int64]:
-        """The boxes cut at the ends of the ways that they meet, and the node at each end. RejectedError for a bound
-        that is no number.
+    def may_meet(self, least: Float64) -> bool:
+        """Returns False if no box meets a way, of those whose bounds are at least so large."""
+        return bool((~(least > self._last)).all(axis=1).any())
+
+    def cut_boxes(self, boxes: BoxList) -> tuple[BoxList, Int64]:
+        """The boxes cut at the ends of the ways that they meet, and the number of the way of each. RejectedError for a
+        bound that is no number.
         """
-        bounds, by_column = boxes.bounds, np.ascontiguousarray(boxes.bounds.T)
+        by_column = np.ascontiguousarray(boxes.bounds.T)
         least, most = by_column.min(axis=1, initial=inf), by_column.max(axis=1, initial=-inf)
         if np.isnan(least).any():
             raise RejectedError("a box has bounds that are not finite")
         box, way = self._pairs(by_column, least, most)
-        first = self._first.take(way, axis=0)
-        bounds, part, joint = np.maximum(bounds.take(box, axis=0), first), boxes.part.take(box), boxes.joint.take(box)
-        self._least = min(self._least, len(box))
-        if len(box) >= max(FEW, GROWN * self._least):
-            kept, bounds = _join_nested(bounds, bounds == first, [way, part, joint], unit_of(least, most))
+        bounds = np.maximum(boxes.bounds.take(box, axis=0), self._first.take(way, axis=0))
+        return BoxList(bounds, boxes.part.take(box), boxes.joint.take(box)), way
+
+    def split_at_leaves(self, boxes: BoxList) -> tuple[BoxList, Int64]:
+        """The boxes cut at the ends of the ways that they meet, those that others all but hold joined with these, and
+        the node at each end. RejectedError as of `cut_boxes`.
+        """
+        (bounds, part, joint), way = self.cut_boxes(boxes)
+        self._least = min(self._least, len(way))
+        if len(way) >= max(FEW, GROWN * self._least):
+            unit = unit_of(boxes.bounds.min(axis=0), boxes.bounds.max(axis=0))
+            at_end = bounds == self._first.take(way, axis=0)
+            kept, bounds = _join_nested(bounds, at_end, [way, part, joint], unit)
             way, part, joint, self._least = way.take(kept), part.take(kept), joint.take(kept), len(kept)
-        return BoxList(bounds, part, joint), self._node.take(way)
+        return BoxList(bounds, part, joint), self.node.take(way)
 
     @cached_property
     def _columns(self) -> list[_Column]:
@@ -124,10 +136,10 @@ class LeafWays:
                 met &= by_column[column] <= last[:, column, None]
             at, box = np.divmod(np.flatnonzero(met), max(count, 1))
             return box, ways.take(at)
-        at_once, row = max(AT_ONCE // len(self._node), 1), _pack_flags(reached[None])
+        at_once, row = max(AT_ONCE // len(self.node), 1), _pack_flags(reached[None])
         some = ((at, by_column[:, at : at + at_once]) for at in range(0, max(count, 1), at_once))
-        pairs = [self._look_up(each, columns, row) + at * len(self._node) for at, each in some]
-        return np.divmod(np.concatenate(pairs), len(self._node))
+        pairs = [self._look_up(each, columns, row) + at * len(self.node) for at, each in some]
+        return np.divmod(np.concatenate(pairs), len(self.node))
 
     def _look_up(self, by_column: Float64, columns: Sequence[int], row: Bits) -> Int64:
         """Returns the pairs of a box and a way in a row of bits that meet, as far as some columns say: a pair's number
@@ -138,7 +150,7 @@ class LeafWays:
             ends, left = self._columns[column]
             own: Float64 = by_column[column]
             common &= left.take(np.searchsorted(ends, own), axis=0)
-        flags = np.unpackbits(common.view(np.uint8), axis=1, count=len(self._node), bitorder="little")
+        flags = np.unpackbits(common.view(np.uint8), axis=1, count=len(self.node), bitorder="little")
         return np.flatnonzero(flags.view(np.bool_))
 
 
@@ -253,7 +265,7 @@ class TreeCuts:
                 at_leaves.append(self._add_action(boxes.take(done), at[done]))
                 pending += [(split, boxes.take(at == split)) for split in np.unique(at[~done]).tolist()]
             elif node in self._cuts:
-                pending += [(to, _within(cuts, boxes)) for cuts, to in self._cuts[node]]
+                pending += [(to, meet_all(cuts, boxes)) for cuts, to in self._cuts[node]]
             else:
                 at_leaves.append(self._add_action(boxes, np.full(boxes.size, node)))
         return together(at_leaves)
@@ -284,7 +296,8 @@ def _parts(goes_left: Formula) -> Sequence[Formula]:
     return goes_left.parts if isinstance(goes_left, Or) else (goes_left,)
 
 
-def _within(cuts: Sequence[Cut], boxes: BoxList) -> BoxList:
+def meet_all(cuts: Sequence[Cut], boxes: BoxList) -> BoxList:
+    """Boxes around the states that may meet some inequalities."""
     for cut in cuts:
         boxes = cut.within(boxes)
     return boxes
@@ -313,3 +326,33 @@ def choices_of(joint: int, policies: Sequence[AgentPolicy]) -> list[tuple[str, s
         joint, action = divmod(joint, len(policy.actions))
         chosen.append((policy.agent, policy.actions[action].name))
     return chosen[::-1]
+
+
+class PairNumbers:
+    """Numbers of the pairs of a piece and a joint action that were met, from 0 in the order in which they were."""
+
+    def __init__(self, pieces: int) -> None:
+        self._joints = np.zeros(0, dtype=np.int64)  # that were met, in order
+        self._numbers = np.zeros((pieces, 0), dtype=np.int64)  # [pieces, joints], -1 for a pair that was not met
+        self._count = 0
+
+    def find(self, piece: Int64, joint: Int64, add: Callable[[Sequence[tuple[int, int]]], None]) -> Int64:
+        """The numbers of pairs, [n]. `add` is told of those that are new, in their order."""
+        at = np.searchsorted(self._joints, joint)
+        if not (len(self._joints) and (self._joints.take(at, mode="clip") == joint).all()):
+            self._meet_joints(joint)
+            at = np.searchsorted(self._joints, joint)
+        numbers = self._numbers[piece, at]
+        if (numbers < 0).any():
+            new = sorted(set(zip(piece[numbers < 0].tolist(), at[numbers < 0].tolist(), strict=True)))
+            self._numbers[tuple(zip(*new, strict=True))] = np.arange(self._count, self._count + len(new))
+            self._count += len(new)
+            add([(number, int(self._joints[place])) for number, place in new])
+            numbers = self._numbers[piece, at]
+        return numbers
+
+    def _meet_joints(self, joint: Int64) -> None:
+        before, numbers = self._joints, self._numbers
+        self._joints = np.union1d(before, joint)
+        self._numbers = np.full((len(numbers), len(self._joints)), -1)
+        self._numbers[:, np.searchsorted(self._joints, before)] = numbers

@@ -78,6 +78,16 @@ def test_two_pieces_and_borders():
     assert not shown((gap, profile, claimed("stays_in", 1, x=(-1, 1))), PLAIN)
 
 
+@pytest.mark.parametrize(("move", "most"), [(form(x=F(1, 2)), 2), (form(1), 2), (form(5, x=-1), 5)])
+def test_each_piece_moves_its_own_boxes(move, most):
+    """One turns [-1, 0] into [0, 2], the other moves [0, 4] otherwise."""
+    turned, other = Piece({"x": (F(-9), F(0))}, {"x": form(x=-2)}), Piece({"x": (F(0), F(9))}, {"x": move})
+    system, profile = line((-1, 4), -5.0)
+    both = replace(system, pieces=(turned, other))
+    assert shown((both, profile, claimed("reaches_and_stays", 1, by=1, x=(0, most))), PLAIN)
+    assert not shown((both, profile, claimed("reaches_and_stays", 1, by=1, x=(0, most - F(1, 8)))), PLAIN)
+
+
 def test_a_sum_of_two_variables_is_cut():
     """An agent that sees x + y keeps it at most 1, which no box knows before it is cut."""
     pair = tuple(Variable(name, "1", (F(-9), F(9))) for name in "xy")
@@ -126,7 +136,7 @@ FAULTS = [
     (images.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
     (boxes.Parts, "box_starts", after(lambda found: found.take(np.arange(found.size) < 0))),
     (images, "split_by_trees", lambda f: lambda grown, listed: f(grown, listed).take(slice(0, 1))),
-    (images, "together", lambda f: lambda lists: lists[0]),
+    (images.BoxPieces, "cut_boxes", after(lambda found: (found[0].take(slice(0, -1)), found[1][:-1]))),
     (trees.LeafWays, "split_at_leaves", after(lambda found: (found[0], found[1][::-1].copy()))),
     (trees.LeafWays, "_pairs", after(lambda found: tuple(each[:1] for each in found))),
     (trees.WayDown, "on", lambda f: lambda self, lines, node: f(self, lines[:0], node)),
@@ -138,13 +148,15 @@ FAULTS = [
     (boxes.RegionCut, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
     (boxes.RegionCut, "within", lambda f: lambda self, listed: listed.take(slice(0, 0))),
     (images, "choices_of", lambda f: lambda joint, policies: []),
-    (images.PieceImage, "within", lambda f: lambda self, listed: f(self, listed).take(slice(0, 0))),
-    (images._BoxMotion, "move_bounds", lambda f: lambda self, bounds, shift: f(self, bounds, np.abs(shift))),
-    (images._BoxMotion, "move_bounds", lambda f: lambda self, bounds, shift: f(self, np.abs(bounds), shift)),
-    (rounding.Factor, "times_down", lambda f: lambda self, values: f(self, values) / 2),
+    (images.BoxPieces, "cut_boxes", after(lambda found: (found[0].take(slice(0, 0)), found[1][:0]))),
+    (images._BoxMotions, "move_bounds", lambda f: lambda self, bounds, shift, of: f(self, bounds, np.abs(shift), of)),
+    (images._BoxMotions, "move_bounds", lambda f: lambda self, bounds, shift, of: f(self, np.abs(bounds), shift, of)),
+    (images._BoxMotions, "move_bounds", lambda f: lambda self, bounds, shift, of: f(self, bounds, shift, 0 * of)),
+    (trees.PairNumbers, "find", after(lambda numbers: 0 * numbers)),
+    (rounding.Factor, "times_down", lambda f: lambda self, values, at=None: f(self, values, at) / 2),
     (boxes, "join_by_cell", lambda f: lambda listed, cells: f(listed, cells).take(slice(0, 1))),
     (boxes, "cut", lambda f: lambda *given: (lambda found: (found[0].take(slice(0, 1)), found[1][:1]))(f(*given))),
-    (boxes.LineCuts, "may_meet", lambda f: lambda self, least: f(self, least + 1.0)),
+    (trees.LeafWays, "may_meet", lambda f: lambda self, least: f(self, least + 1.0)),
 ]  # fmt: skip
 
 
@@ -155,6 +167,7 @@ def wrong():
             return True
     try:
         test_two_pieces_and_borders()
+        test_each_piece_moves_its_own_boxes(form(1), 2)
         test_a_sum_of_two_variables_is_cut()
         attacked(range(30), 20)
     except AssertionError:

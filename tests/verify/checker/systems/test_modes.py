@@ -151,17 +151,14 @@ def one_side(f):
     return lambda tests, *to: f(tests[:1], *to)
 
 
-def no_when(init):
-    def planted(self, *given):
-        init(self, *given)
-        self._when = []
-
-    return planted
+def no_when(row):
+    return lambda self, numbers: row(self, numbers)._replace(when=())
 
 
 def first_way(init):
-    def planted(self, system, piece, *given):
-        init(self, system, replace(piece, when=piece.when or (HalfSpace(form(1)),)), *given)
+    def planted(self, system, *given):
+        pieces = (replace(piece, when=piece.when or (HalfSpace(form(1)),)) for piece in system.pieces)
+        init(self, replace(system, pieces=tuple(pieces)), *given)
 
     return planted
 
@@ -173,8 +170,8 @@ FAULTS = [
     (SEARCH, branch_proofs, "_is_mode", lambda f: lambda variable: conjunction()),
     (SEARCH, SystemQuestions, "__init__", without_when),
     (COVER, cover_trees, "_sides", one_side),
-    (COVER, images.PieceImage, "__init__", no_when),
-    (COVER, images.PieceImage, "__init__", first_way),
+    (COVER, images.BoxPieces, "_row", no_when),
+    (COVER, images.BoxPieces, "__init__", first_way),
     (SOLVER, unrolled, "_goes_left", plainly),
     (SOLVER, unrolled, "_is_mode", lambda f: lambda value, count: terms.constant(True)),
     (SOLVER, unrolled, "_in_box", unconditioned),
