@@ -72,8 +72,14 @@ def tell(done: int, most: int, words: str) -> None:
         listener(done, most, words)
 
 
+def tell_spent(boxes: int, most: int, words: str = "") -> None:
+    """Tells how far a search about a stated system is, in boxes of its budget."""
+    tell(min(boxes, most), most, f"boxes of the budget{words}")
+
+
 OPTION = "--effort"
 FORM, STATE, PROGRAM = 10, 100, 400  # boxes that an affine form, a symbolic state and a linear program take as long as
+SET = 120  # and one set of states of a flow
 
 
 class BudgetSpentError(SpentError):
@@ -111,8 +117,8 @@ class Spending:
         self.tell()
 
     def tell(self, words: str = "") -> None:
-        """Tells how far the search is, in boxes of the budget."""
-        tell(min(self.total, self.most), self.most, f"boxes of the budget{words}")
+        """Tells how far the search is."""
+        tell_spent(self.total, self.most, words)
 
     @property
     def words(self) -> str:

@@ -27,6 +27,7 @@ from verify.reach.decide import ensure_stated
 from verify.reach.programs import prove
 from verify.reach.results import OpenState, ReachOutcome
 from verify.result import Verdict
+from verify.spending import SET
 from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
@@ -71,7 +72,6 @@ def find_undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], 
     return list(undefined_names)
 
 
-SETS_A_BOX = 120  # boxes of the budget that one set of a flow takes as long as
 STEP, LEAST_STEPS = 6_000, 400  # boxes of the budget that a step of a replay takes as long as; and how many at least
 FIRST_SAMPLES = 256
 MIDDLES = 64  # parts left open whose middles are played
@@ -93,7 +93,7 @@ def decide(question: Question[SystemClaim]) -> ReachOutcome:
         counterexample = replay.follow_course(course)
         if counterexample is not None:
             return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)
-    search = PlanSearch(profile, system, claim, question.budgets.max_boxes // SETS_A_BOX)
+    search = PlanSearch(profile, system, claim, question.budgets.max_boxes // SET)
     outcome = _try_plans(question, search) or _try_courses(question, play, search, replay) or _unknown(question, search)
     return replace(outcome, boxes=search.spent)
 

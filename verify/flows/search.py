@@ -22,7 +22,7 @@ from verify.checker.flows.sweep import PARTS, FlowSweep, LevelSweep, Plan, SeenS
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import WHOLE, FlowSets
 from verify.reach.covering import CutPart
-from verify.spending import tell
+from verify.spending import SET, tell_spent
 from verify.systems.claims import SystemClaim
 from verify.systems.expressions import Name, affine, names
 from verify.systems.system import System
@@ -167,7 +167,7 @@ class PlanSearch:
         except RejectedError as error:
             self.why = str(error)
         finally:
-            tell(min(self.spent, self._most), self._most, "sets of states")
+            tell_spent(SET * self.spent, SET * self._most)
         return False
 
     @property
@@ -189,7 +189,7 @@ class PlanSearch:
             self.why = str(error)
             return None
         finally:
-            tell(min(self.spent, self._most), self._most, "sets of states")
+            tell_spent(SET * self.spent, SET * self._most)
         self.why = next(iter(self.sweep.open.values()), self.why)
         return sorted(self.sweep.open)
 

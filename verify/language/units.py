@@ -5,8 +5,8 @@ Does: reads, multiplies and divides units, products of powers of symbols such as
 Assumes: a reader that knows names, calls and the arithmetic of its values. A symbol is whatever a user writes. Radians
   are pure numbers. A degree is a symbol of its own: pi/180, which it stands for, is no fraction, so sin, cos and tan
   take degrees, and sums of degrees and radians are refused.
-Does not: know formulas, or convert. `m` and `cm` are two symbols that do not fit. A library of units would know both,
-  but it computes conversions in floats, and refuses cars and customers.
+Does not: know formulas, or convert anything but times of whole values. `m` and `cm` are two symbols that do not fit. A
+  library of units would know both, but it computes conversions in floats, and refuses cars and customers.
 
 A number without a unit fits beside any other in a sum, and is a pure number in a product.
 """
@@ -15,6 +15,7 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from math import prod
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 from codegen.errors import InputError
@@ -35,6 +36,7 @@ DERIVED: dict[str, tuple[tuple[str, int], ...]] = {  # what these symbols stand 
     "Pa": (("kg", 1), ("m", -1), ("s", -2)),
     "Hz": (("s", -1),),
 }
+SECONDS = {"ms": Fraction(1, 1000), "s": Fraction(1), "min": Fraction(60), "h": Fraction(3600)}
 _FACTOR = re.compile(
     r"\s*([*/]?)\s*(1|[A-Za-z%_]+[0-9]*)\s*(?:(?:\^|\*\*)\s*(-?[0-9]{1,2}(?:\.[0-9]{1,2})?|\(\s*-?[0-9]{1,2}\s*/\s*[1-9][0-9]?\s*\)))?"
 )
@@ -66,6 +68,16 @@ def times(one: Unit, other: Unit, power: int | Fraction = 1) -> Unit:
     for symbol, exponent in other:
         powers[symbol] = powers.get(symbol, Fraction(0)) + power * exponent
     return tuple(sorted((symbol, exponent) for symbol, exponent in powers.items() if exponent))
+
+
+def find_factor(one: Unit, other: Unit) -> Fraction | None:
+    """Returns by what numbers in a unit are multiplied in another one that differs in units of time alone; None for any
+    other.
+    """
+    powers = times(one, other, -1)
+    if sum(power for _, power in powers) or any(symbol not in SECONDS or power % 1 for symbol, power in powers):
+        return None
+    return prod((SECONDS[symbol] ** int(power) for symbol, power in powers), start=Fraction(1))
 
 
 def _unit(powers: dict[str, Fraction], where: object) -> Unit:

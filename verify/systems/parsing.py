@@ -38,6 +38,7 @@ from verify.language.units import (
     Modes,
     Typed,
     Unit,
+    find_factor,
     format_unit,
     is_compared,
     resolve_modes,
@@ -192,11 +193,16 @@ def curve_of(source: Source, node: Node, names: Names) -> tuple[Typed[Expression
 
 
 def fitting(typed: Typed[Expression], unit: Unit, where: Place | str) -> Expression:
-    """The expression, whose unit must be this one. InputError otherwise."""
-    if typed.unit not in (None, unit):
+    """The expression in a unit, which must be its own but for units of time. InputError otherwise."""
+    factor = None if typed.unit is None else find_factor(typed.unit, unit)
+    if factor is None and typed.unit is not None:
         what = f"the unit is {format_unit(typed.unit or PURE)}, and {format_unit(unit)} is needed"
         raise InputError(f"units do not fit: {what}", where, "give numbers their unit, as in 0.1[s]*v")
-    return typed.value
+    if factor in (None, 1):
+        return typed.value
+    return (
+        Number(factor * typed.value.value) if isinstance(typed.value, Number) else Product(Number(factor), typed.value)
+    )
 
 
 def feature_of(text: str, functions: Collection[str], names: Names, where: Place | str) -> tuple[str, Expression]:

@@ -19,6 +19,7 @@ from verify.flows.episodes import FlowCourse, FlowPlay, replay_course
 from verify.flows.search import PlanSearch
 from verify.question import Budgets, Question
 from verify.result import Verdict
+from verify.spending import listening
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern
 from verify.systems.observing import ARRAYS, function
@@ -35,6 +36,14 @@ def test_what_holds_is_proved(name):
     found = flows.decide(question)
     assert found.verdict is Verdict.PROVED and found.certificate is not None
     assert accept(found.certificate, question.profile, question.subject.system) == found.branches > 0
+
+
+def test_progress_is_told_in_boxes_of_the_budget():
+    told = []
+    with listening(lambda *each: told.append(each)):
+        flows.decide(asked(*CASES["mixed"]))
+    assert {(most, words) for _, most, words in told} == {(Budgets().max_boxes, "boxes of the budget")}
+    assert [done for done, _, _ in told] == sorted(done for done, _, _ in told)
 
 
 def test_what_fails_is_broken_by_an_episode_that_is_found_again():

@@ -22,6 +22,7 @@ from verify.solver import unrolled
 from verify.subjects import ClosedLoop
 from verify.systems import documents, motion
 from verify.systems.claims import Pattern, SystemClaim
+from verify.systems.expressions import affine
 from verify.systems.files import statement_of
 from verify.systems.properties import claims_of
 
@@ -44,6 +45,18 @@ def test_a_flow_is_read_exactly():
     assert flow.held["motor", "left"] == {"motor.torque": -8} and flow.held["motor", "off"] == {"motor.torque": 0}
     assert flow.error == {"spin": (F(-1, 10), F(1, 5))}
     assert set(flow.rates) == {"angle", "spin"}
+
+
+def test_times_of_whole_values_are_converted():
+    assert system_of(changed("0.05 s", "0.5 min")).flow.period == 30
+    assert documents.content_hash(system_of(changed("0.05 s", "50 ms"))) == documents.content_hash(system_of())
+    text = changed('angle = "spin"\nspin', 'angle = "60[s/min]*spin"\nspin')
+    text = text.replace("[dynamics.flow]", 'error = { spin = "6 1/s/min" }\n[dynamics.flow]')
+    flow = system_of(text).flow
+    state = {"spin": F(3), "angle": F(0), "motor.torque": F(0)}
+    assert affine(flow.rates["angle"]).at(state) == 3 and flow.error == {"spin": (F(-1, 10), F(1, 10))}
+    with pytest.raises(InputError, match="units do not fit"):
+        system_of(changed('angle = "spin"', 'angle = "spin + 1[1/min]"'))
 
 
 def test_a_change_of_the_flow_changes_the_hash():
