@@ -1,13 +1,13 @@
 """Claims about all steps, decided by invariants: cells that grow from the start, or regions.
 
-Does: asks for which variables an invariant is needed; tries the regions that a user gives, those of the claim, then
-  cells, wide ones first: it adds what the cells of the first step become until none is new; cuts regions in half where
-  a part of them may leave (k-induction); has the checker accept what was found, or says which state leaves, and where
-  it goes.
+Does: asks for which variables an invariant is needed, at last for all that trees test; tries the regions that a user
+  gives, those of the claim, then cells, wide ones first: it adds what the cells of the first step become until none is
+  new; cuts regions in half where a part of them may leave (k-induction); has the checker accept what was found, or says
+  which state leaves, and where it goes.
 Assumes: a checked system; a claim about all steps. The checker's arithmetic moves cells and parts, and is asked again.
-Does not: look for counterexamples or for regions, or shrink a region until it is closed. What is left of a region whose
-  cells are removed once they leave holds all cells that grow from the start, so with the same cells that shows nothing
-  that growing does not.
+Does not: look for counterexamples but along cells that grew, or for regions, or shrink a region until it is closed.
+  What is left of a region whose cells are removed once they leave holds all cells that grow from the start, so with the
+  same cells that shows nothing that growing does not.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
-from itertools import pairwise, product
+from functools import cached_property
+from itertools import chain, pairwise, product
 from math import floor, log2
 from types import MappingProxyType
 from typing import NamedTuple
@@ -31,13 +32,14 @@ from verify.checker.covers.images import BoxMotion
 from verify.checker.covers.invariants import FollowedMotion, InvariantSweep, RegionSweep, names_of
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import WHOLE, Invariant, InvariantPart, InvariantRegion
-from verify.checker.systems.reading import Branch
-from verify.claims.formula import conjunction, disjunction, holds
+from verify.checker.systems.reading import Branch, sides_of
+from verify.claims.formula import conjunction, coordinates, disjunction, holds
 from verify.reach.covering import POINTS, CutPart, close_names, estimate_ranges, set_anew
 from verify.reach.programs import inhabitant, prove
 from verify.reach.replay import take_step
-from verify.reach.results import OpenState, ReachOutcome, about_nothing
+from verify.reach.results import OpenState, ReachOutcome, SystemCounterexample, about_nothing
 from verify.reach.search import ReachBudgetError, SystemProver, Unfolding
+from verify.reach.trace import trace_cells
 from verify.result import Verdict
 from verify.spending import Spending, tell
 from verify.systems.claims import SystemClaim, atom
@@ -49,7 +51,7 @@ Bounds = Mapping[str, tuple[float, float]]
 class LeftError(RejectedError):
     """The checker refuses a set that leaves what is allowed. `cell` and `to`: bounds of it, and of where it goes;
     `step`: of an episode, 0 where that is any; `exact`: a state and where it goes, where these were played; `breaks`:
-    it may break the claim itself; `begins`: an episode may begin outside.
+    it may break the claim itself; `begins`: an episode may begin outside; `found`: an episode that breaks the claim.
     """
 
     def __init__(
@@ -60,9 +62,10 @@ class LeftError(RejectedError):
         exact: tuple[Mapping[str, Fraction], Mapping[str, Fraction]] | None = None,
         breaks: bool = False,
         begins: bool = False,
+        found: SystemCounterexample | None = None,
     ) -> None:
         super().__init__("a set leaves")
-        self.cell, self.to, self.step, self.exact = cell, to, step, exact
+        self.cell, self.to, self.step, self.exact, self.found = cell, to, step, exact, found
         self.breaks, self.begins = breaks, begins
 
     @property
@@ -134,7 +137,14 @@ class CellSearch:
         self.spent, self._tried = 0, 0
         self._sweeps: dict[tuple[str, ...], InvariantSweep] = {}  # by variables: all widths move boxes alike
         self.left: LeftError | None = None
-        self._scale = self._ranging()
+        self._columns = {one.name: at for at, one in enumerate(system.variables)}
+        self._starting = dict.fromkeys(self._columns, 0.0)
+        self._start: StartBox | None = None  # None: of numbers that the arithmetic does not hold
+        with suppress(RejectedError):
+            self._start = Parts(system).whole or StartBox(np.zeros(len(self._columns)), np.zeros(len(self._columns)))
+            ends = zip(self._columns, self._start.low.tolist(), self._start.high.tolist(), strict=True)
+            self._starting = {name: high - low for name, low, high in ends}
+        self._played = min(POINTS, max(most // (SHARE * (claim.steps + 1)), 1))
 
     def part(self, names: Sequence[str]) -> InvariantPart | None:
         """An invariant of some variables, as cells; None where none was found."""
@@ -148,6 +158,8 @@ class CellSearch:
                         return self._close_cells(self._widths(names, power), steps, approach)
                     except LeftError as left:
                         self.left = left
+                        if left.found is not None:
+                            return None
                     except RejectedError:  # not finite, too many, or nothing is stated
                         continue
         return None
@@ -179,14 +191,14 @@ class CellSearch:
             arriving = collect_arriving(sweep.motion, approach, self.most - self.spent)
             known = _cells(sweep.in_cells(self._meeting(sweep, arriving))[1])
             fresh = known
-            before = self.spent
+            before, came = self.spent, dict[Cell, Cell]()
             if not known:  # the claim speaks of no episode for so long, so there is nothing to hold
                 raise RejectedError("no state at the first step is spoken of")
             while fresh:
                 cells = np.array(sorted(fresh), dtype=np.int64)
                 if self.spent - before > MAX_TRIED or self.spent > self.most:
                     raise self._make_left_error(sweep, cells[:1], sweep.motion.move_boxes(sweep.boxes(cells[:1])))
-                fresh = self._becoming(sweep, cells, known, steps)
+                fresh = self._becoming(sweep, cells, known, steps, came)
                 known |= fresh
         cells = encode_numbers(_numbers(np.array(sorted(known), dtype=np.int64)))
         return InvariantPart(dict(widths), steps, cells, (), approach.cuts, approach.joined)
@@ -198,14 +210,19 @@ class CellSearch:
             self._sweeps[names] = InvariantSweep(self._profile, self._system, self._claim, widths)
         return self._sweeps[names].of_widths(widths)
 
-    def _becoming(self, sweep: InvariantSweep, cells: Int64, known: set[Cell], steps: int) -> set[Cell]:
-        """The new cells that cells become after some steps. LeftError where one leaves."""
+    def _becoming(
+        self, sweep: InvariantSweep, cells: Int64, known: set[Cell], steps: int, came: dict[Cell, Cell]
+    ) -> set[Cell]:
+        """The new cells that cells become after some steps. LeftError where one leaves. `came`: each with the cell that
+        it comes from, where that takes one step.
+        """
         boxes = sweep.boxes(cells)
         for step in range(1, steps + 1):
             boxes = sweep.motion.move_boxes(boxes)
             broken = sweep.motion.find_breaking(boxes)
             if broken.size:
-                raise self._make_left_error(sweep, cells, broken)
+                found = self._trace(sweep, cells[broken.part[0]], came) if steps == 1 else None
+                raise self._make_left_error(sweep, cells, broken, found)
             boxes, of = sweep.in_cells(boxes)
             self.spent += boxes.size
             tell(min(self.spent, self.most), self.most, "boxes")
@@ -213,9 +230,28 @@ class CellSearch:
             boxes, of = boxes.take(new), of[new]
             if boxes.size and (boxes.size > MAX_TRIED or len(known) > MAX_CELLS or self.spent > self.most):
                 raise self._make_left_error(sweep, cells, boxes)
+            if steps == 1:
+                for after, place in zip(of.tolist(), boxes.part.tolist(), strict=True):
+                    came.setdefault(tuple(after), tuple(cells[place].tolist()))
             if step == steps or not boxes.size:
                 return _cells(of)
         return set()
+
+    def _trace(self, sweep: InvariantSweep, last: Int64, came: Mapping[Cell, Cell]) -> SystemCounterexample | None:
+        """An episode through the cells that led to the last one, and then out of the claim's region."""
+        cells = [tuple(last.tolist())]
+        while cells[-1] in came:
+            cells.append(came[cells[-1]])
+        bounds = [self._bounds(sweep, sweep.boxes(np.array([cell]))) for cell in reversed(cells)]
+
+        def is_inside(state: State, place: int) -> bool:
+            return all(low <= state[name] <= high for name, (low, high) in bounds[place].items())
+
+        if self._claim.by or self._start is None or len(cells) > self._claim.steps:
+            return None
+        ends = zip(self._columns, self._start.low.tolist(), self._start.high.tolist(), strict=True)
+        start = {name: (Fraction(low), Fraction(high)) for name, low, high in ends}
+        return trace_cells(self._profile, self._system, self._claim, start, len(cells), is_inside)
 
     def _meeting(self, sweep: InvariantSweep, arriving: BoxList) -> BoxList:
         """The boxes at the claim's first step. LeftError where they do not meet the claim."""
@@ -224,24 +260,23 @@ class CellSearch:
             raise LeftError(self._bounds(sweep, arriving), self._bounds(sweep, broken), self._claim.by)
         return arriving
 
-    def _make_left_error(self, sweep: InvariantSweep, cells: Int64, to: BoxList) -> LeftError:
+    def _make_left_error(
+        self, sweep: InvariantSweep, cells: Int64, to: BoxList, found: SystemCounterexample | None = None
+    ) -> LeftError:
         """That a state of a cell goes to where it may not, or goes on and on."""
-        return LeftError(self._bounds(sweep, sweep.boxes(cells[to.part[:1]])), self._bounds(sweep, to))
+        return LeftError(self._bounds(sweep, sweep.boxes(cells[to.part[:1]])), self._bounds(sweep, to), found=found)
 
     def _bounds(self, sweep: InvariantSweep, boxes: BoxList) -> Bounds:
         return bounds_of(sweep.motion, boxes)
 
-    def _ranging(self) -> Float64:
+    @cached_property
+    def _scale(self) -> Float64:
         """Estimates how far each variable ranges in some episodes, at most as far as the claim's region reaches."""
-        count = len(self._system.variables)
-        self._columns = {one.name: at for at, one in enumerate(self._system.variables)}
-        self._starting = dict.fromkeys(self._columns, 0.0)
         with suppress(RejectedError):  # numbers that the arithmetic does not hold
-            start = Parts(self._system).whole or StartBox(np.zeros(count), np.zeros(count))
-            self._starting = {name: float(start.high[at] - start.low[at]) for name, at in self._columns.items()}
-            played = min(POINTS, max(self.most // (SHARE * (self._claim.steps + 1)), 1))
-            return estimate_ranges(BoxMotion(self._profile, self._system), start, played, self._claim.steps)
-        return np.zeros(count)
+            motion = BoxMotion(self._profile, self._system)
+            if self._start is not None:
+                return estimate_ranges(motion, self._start, self._played, self._claim.steps)
+        return np.zeros(len(self._columns))
 
 
 def _cells(cells: Int64) -> set[Cell]:
@@ -429,6 +464,7 @@ FEW, LATER = 4_096, 8  # boxes of the first question about a claim's own regions
 HELPS = ("a larger region, or a smaller start region", "another region that episodes stay in, as `invariant`")
 CHANGED = ("another invariant, or none, so that one is looked for",)
 SPENT = "a larger --effort"
+NOTHING = frozenset[str]()
 
 
 class InvariantSearch:
@@ -437,10 +473,19 @@ class InvariantSearch:
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, most: int) -> None:
         self._profile, self.system, self.claim, self._most = profile, system, claim, most
         self._anew = set_anew(system)
+        self._tests = [names_of(half) for region in claim.assuming for half in region]
+        for policy in profile.agents:
+            known = system.features[policy.agent]
+            self._tests += [{name for name, _ in known[each.name].form.terms} for each in policy.features]
         self._cells = CellSearch(profile, system, claim, most)
         self._by_regions, self.walking = 0, Spending(most)
         self.left: LeftError | None = None
         self.given: LeftError | None = None
+
+    @property
+    def found(self) -> SystemCounterexample | None:
+        """An episode that breaks the claim."""
+        return self._cells.left.found if self._cells.left else None
 
     @property
     def spent(self) -> int:
@@ -465,8 +510,17 @@ class InvariantSearch:
             self.given, self.left = self.left, None
             if part is not None:
                 yield (part,)
-        for joined in (False, True):
-            parts = [self._part(names) for names in self._groups(joined)]
+        sides = chain.from_iterable(sides_of(self.system, each).values() for each in self._profile.agents)
+        tested = frozenset(chain.from_iterable(map(coordinates, sides))) - self._anew
+        tried: list[list[tuple[str, ...]]] = []
+        for joined, beside in ((False, NOTHING), (True, NOTHING), (True, tested)):
+            groups = self._groups(joined, beside)
+            if groups in tried:
+                continue
+            tried.append(groups)
+            parts = [self._part(names) for names in groups]
+            if self.found is not None:
+                return
             shown = tuple(part for part in parts if part is not None)
             if len(shown) == len(parts):
                 yield shown
@@ -505,16 +559,16 @@ class InvariantSearch:
                 self._cells.most = max(self._cells.most - search.walking.total, 0)
         return None
 
-    def _groups(self, joined: bool) -> list[tuple[str, ...]]:
+    def _groups(self, joined: bool, beside: frozenset[str]) -> list[tuple[str, ...]]:
         """The variables that halves of the claim need, with all that these depend on. `joined`: and all that stand
-        in one test with them.
+        in one test with them; `beside`: and these.
         """
         regions = self.claim.regions
         halves = [names_of(half) for half in regions[0]] if len(regions) == 1 else []
         asked = halves or [{name for region in regions for half in region for name in names_of(half)}]
         groups: list[frozenset[str]] = []
         for names in asked:
-            closed = frozenset(self._close_names(names, joined))
+            closed = frozenset(self._close_names({*names, *beside}, joined))
             if not any(closed <= other for other in groups):
                 groups = [other for other in groups if not other <= closed] + [closed]
         return [tuple(one.name for one in self.system.variables if one.name in names) for names in groups]
@@ -522,19 +576,12 @@ class InvariantSearch:
     def _close_names(self, names: set[str], joined: bool) -> set[str]:
         closed = set(names).union(*(piece.where for piece in self.system.pieces))
         closed = closed.union(*(names_of(half) for piece in self.system.pieces for half in piece.when))
-        tests = [
-            {name for name, _ in known[feature.name].form.terms}
-            for policy in self._profile.agents
-            for known in [self.system.features[policy.agent]]
-            for feature in policy.features
-        ]
-        tests += [names_of(half) for region in self.claim.assuming for half in region]
         before = -1
         while len(closed) > before:
             before = len(closed)
-            closed = close_names(self.system, closed, tests if joined else ())
+            closed = close_names(self.system, closed, self._tests if joined else ())
             # a rounding that is tested with them alone is one cell more, and without it the test would be open
-            closed = closed.union(*(test for test in tests if test - self._anew <= closed and test & closed))
+            closed = closed.union(*(test for test in self._tests if test - self._anew <= closed and test & closed))
         return closed
 
 
@@ -544,6 +591,8 @@ def lasting(profile: PolicyProfile, system: System, claim: SystemClaim, most: in
     for parts in search.iterate_invariants():
         with suppress(RejectedError):
             return search.add_spending(prove(profile, system, claim, Invariant(parts)))
+    if search.found is not None:
+        return search.add_spending(ReachOutcome(Verdict.VIOLATED, counterexample=search.found))
     return _unknown(search, most)
 
 

@@ -1,0 +1,161 @@
+"""Signals of cities: what is proved about them for ever, beside a search of our own through all that can happen."""
+
+import random
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.support.system_cases import policy, team
+from verify.claims.region import UNBOUNDED
+from verify.question import Budgets, Question
+from verify.reach.decide import decide
+from verify.result import Verdict
+from verify.subjects import ClosedLoop
+from verify.systems.files import statement_of
+from verify.systems.properties import claims_of
+
+WORLDS = Path(__file__).parent.parent / "generated" / "signals" / "worlds"
+MOST_RED, LEAST_GREEN, STEP = 120, 10, 5  # seconds
+
+
+def possible(tree, phases, on, green, red, bounds):
+    """The actions that some traffic asks of a nested tree; `bounds`: what is left of each count, as (low, high]."""
+    if isinstance(tree, int):
+        return {tree}
+    (feature, threshold), left, right = tree
+    kind, _, number = feature.partition("_")
+    known = {"on": lambda: number == str(on), "green": lambda: green, "red": lambda: red[int(number)]}
+    if kind in known:
+        return possible(left if known[kind]() <= threshold else right, phases, on, green, red, bounds)
+    low, high = bounds[feature]
+    asked = set()
+    if low <= threshold:
+        asked |= possible(left, phases, on, green, red, {**bounds, feature: (low, min(high, threshold))})
+    if high > threshold:
+        asked |= possible(right, phases, on, green, red, {**bounds, feature: (max(low, threshold), high)})
+    return asked
+
+
+def is_kept(tree, phases, needed, rooms):
+    """True if no traffic keeps a phase that is needed red for too long, by all states that can be met."""
+    open_: list[tuple[int, int, tuple[int, ...]]] = [(0, 0, (0,) * phases)]
+    met = set(open_)
+    while open_:
+        on, green, red = open_.pop()
+        if any(red[k] + STEP > MOST_RED for k in needed):
+            return False
+        bounds = {name: (0, room) for name, room in rooms.items()}
+        for action in possible(tree, phases, on, green, red, bounds) if green >= LEAST_GREEN else {on}:
+            clocks = tuple(0 if k == action else min(red[k] + STEP, 240) for k in range(phases))
+            after = (action, min(green + STEP, 240) if action == on else 0, clocks)
+            if after not in met:
+                met.add(after)
+                open_.append(after)
+    return True
+
+
+class Plant:
+    """A committed world, read by its text."""
+
+    def __init__(self, name):
+        self.text = (WORLDS / f"{name}.toml").read_text()
+        document = tomllib.loads(self.text)
+        ((self.agent, described),) = document["agents"].items()
+        self.features, self.actions = list(described["features"]), list(described["actions"])
+        self.rooms = {
+            name: most["range"][1] for name, most in document["variables"].items() if most.get("unit") == "vehicles"
+        }
+        (region,) = document["claim"][1]["region"]
+        self.needed = [int(name.removeprefix("red_")) for name in region["box"]]
+
+    def profile(self, tree):
+        def placed(nested):
+            if isinstance(nested, int):
+                return nested
+            (name, threshold), left, right = nested
+            return (self.features.index(name), threshold), placed(left), placed(right)
+
+        return team(policy(self.agent, self.features, self.actions, placed(tree)))
+
+    def ask(self, profile):
+        """The answers about least green and longest red."""
+        statement = statement_of(self.text, "world.toml")
+        subject = ClosedLoop(profile, statement.system)
+        return [
+            decide(Question(subject, claim, UNBOUNDED, budgets=Budgets(samples=64)))
+            for claim in claims_of(statement, profile, "world.toml")
+        ]
+
+
+def draw(plant, depth, chance):
+    """A random tree; in half of the cases below guards that give each needed phase green in time, or not quite."""
+    phases = len(plant.actions)
+
+    def below(left):
+        if not left or chance.random() < 0.15:
+            return chance.randrange(phases)
+        count = chance.choice(list(plant.rooms))
+        feature, threshold = chance.choice(
+            [
+                (f"on_{chance.randrange(phases)}", 0.5),
+                ("green", 5 * chance.randrange(1, 12) + 2.5),
+                (f"red_{chance.choice(plant.needed)}", 5 * chance.randrange(1, 22) + 2.5),
+                (count, chance.randrange(plant.rooms[count]) + 0.5),
+            ]
+        )
+        return (feature, threshold), below(left - 1), below(left - 1)
+
+    tree = below(depth)
+    if chance.random() < 0.6:
+        for phase in plant.needed:
+            tree = (f"red_{phase}", 5 * chance.randrange(8, 23) + 2.5), tree, phase
+    return tree
+
+
+def compare(seed, names=("cologne8-signal_1", "cologne3-signal_0")):
+    """The verdict about a random tree, and whether it is right; UNKNOWN is never wrong."""
+    chance = random.Random(seed)
+    plant = Plant(chance.choice(names))
+    tree = draw(plant, chance.randrange(1, 5), chance)
+    profile = plant.profile(tree)
+    verdict = plant.ask(profile)[1].verdict
+    kept = is_kept(tree, len(plant.actions), plant.needed, plant.rooms)
+    return verdict, kept, {Verdict.PROVED: kept, Verdict.VIOLATED: not kept}.get(verdict, True)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_verdicts_of_random_trees_are_those_of_a_search_of_all_states(seed):
+    assert compare(seed)[2]
+
+
+def test_least_green_is_proved_of_any_tree_and_a_mask_that_ends_too_early_is_refuted():
+    plant = Plant("cologne8-signal_1")
+    hasty = plant.profile((("on_0", 0.5), 0, 1))
+    least, longest = plant.ask(hasty)
+    assert (least.verdict, longest.verdict) == (Verdict.PROVED, Verdict.PROVED)
+    plant.text = plant.text.replace("green < 2[steps]", "green < 1[steps]").replace("green >= 2[s", "green >= 1[s")
+    assert plant.ask(hasty)[0].verdict is Verdict.VIOLATED
+
+
+def test_a_tree_without_a_clock_is_refuted_by_traffic_that_it_keeps_to():
+    plant = Plant("cologne8-signal_1")
+    queue = (("north_halting", 3.5), (("west_halting", 3.5), 0, 1), 0)
+    assert not is_kept(queue, 2, plant.needed, plant.rooms)
+    found = plant.ask(plant.profile(queue))[1]
+    assert found.verdict is Verdict.VIOLATED
+    assert found.counterexample is not None
+    assert max(found.counterexample.states[-1][clock] for clock in ("red_0", "red_1")) == 24
+
+
+def test_a_rare_course_is_found_along_cells():
+    """No random traffic keeps both counts just so for two minutes."""
+    plant = Plant("cologne8-signal_1")
+    narrow = (
+        ("north_halting", 6.5),
+        1,
+        (("north_halting", 7.5), (("west_ahead", 40.5), 1, (("west_ahead", 41.5), 0, 1)), 1),
+    )
+    tree = (("red_0", 57.5), narrow, 0)
+    assert not is_kept(tree, 2, plant.needed, plant.rooms)
+    assert plant.ask(plant.profile(tree))[1].verdict is Verdict.VIOLATED
