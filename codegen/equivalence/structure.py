@@ -219,13 +219,18 @@ def _check_nested(items: list[Any], tree: Tree, numbers: Mapping[str, int]) -> I
     while stack:
         (item,), node = stack.pop()
         if tree.feature[node] == NO_FEATURE:
-            action = numbers[item.expr.name]
+            action = read_place(item.expr, numbers)
             if action != tree.action[node]:
                 yield f"leaf {node} takes action {action}, not {tree.action[node]}"
             continue
         feature, threshold = parse_test(item.cond, numbers)
         yield from _differences(tree, node, feature, threshold)
         stack += [(item.iffalse.block_items, int(tree.right[node])), (item.iftrue.block_items, int(tree.left[node]))]
+
+
+def read_place(item: Any, numbers: Mapping[str, int]) -> int:
+    """A feature or an action, by its name or, in vast trees, by its number."""
+    return int(item.value) if isinstance(item, c_ast.Constant) else numbers[item.name]
 
 
 def _differences(tree: Tree, node: int, feature: int, threshold: np.floating) -> Iterator[str]:
@@ -242,7 +247,7 @@ def parse_test(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[i
     """
     left, right = condition.left, condition.right
     if condition.op in ("<=", "<") and isinstance(left, c_ast.ArrayRef) and left.name.name == "x":
-        return numbers[left.subscript.name], _threshold(condition)
+        return read_place(left.subscript, numbers), _threshold(condition)
     turned = isinstance(left, c_ast.Cast)
     call: Any = left.expr if turned else left
     if isinstance(left, c_ast.Cast) and left.to_type.type.type.names != ["uint32_t"]:
@@ -252,7 +257,7 @@ def parse_test(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[i
     bits = int(right.args.exprs[0].value, 16)
     if (condition.op, right.name.name, bits >> 31) != ((">=", "UINT32_C", 1) if turned else ("<=", "INT32_C", 0)):
         raise ValueError("bits compared in another way")
-    return numbers[call.args.exprs[0].subscript.name], np.uint32(bits).view(np.float32)
+    return read_place(call.args.exprs[0].subscript, numbers), np.uint32(bits).view(np.float32)
 
 
 def _threshold(condition: c_ast.BinaryOp) -> np.floating:
@@ -342,10 +347,13 @@ def _text(item: Any) -> str:
 
 
 def _columns(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
-    """The form with a select a split; a batch that walks is of the same tables as `act_rows`, and is replayed."""
+    """The form with a select a split. A batch that walks is of the same tables as `act_rows`, and is replayed; so is
+    one that asks `act` for each row.
+    """
     yield from _kinds(function, tree.numbers)
     items = list(function.body.block_items or [])
-    if any(_declares(item, "action") for item in items):
+    inner = [each for item in items if isinstance(item, c_ast.For) for each in item.stmt.block_items]
+    if any(_declares(item, "action") for item in items) or any(_declares(item, "seen") for item in inner):
         return
     pointers = [item for item in items if isinstance(item, c_ast.Decl) and item.init is not None]
     columns = {item.name: numbers[item.init.subscript.name] for item in pointers}

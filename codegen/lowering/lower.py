@@ -163,6 +163,7 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         comparisons=comparisons,
         n_leaves=len(ir.leaves(policy.tree)),
         selects=len(nodes) // 2 <= SELECTS,
+        vast=len(nodes) // 2 > NESTED_SPLITS,
         walks=len(nodes) // 2 > WALKED * comparisons and not any(node.split and node.below_zero for node in nodes),
         located=all(feature.terms is not None for feature in features),
         labels=labels_of([action.label for action in policy.actions]),

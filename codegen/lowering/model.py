@@ -415,6 +415,7 @@ class Agent:
     comparisons: int  # in the worst case
     n_leaves: int
     selects: bool  # whether a batch over columns evaluates every split (else it walks)
+    vast: bool  # whether nested code is written without names, comments, indentation and tables: most of a large text
     walks: bool  # whether a numpy batch walks; a walk asks no x < 0
     located: bool  # whether every feature has a meaning
     force: str  # the acceleration of a unit action, length / s^2

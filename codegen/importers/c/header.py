@@ -131,7 +131,7 @@ def _read_nested(node: list[Any], numbers: Mapping[str, int], labels: Sequence[s
     """A block of nested ifs: one statement."""
     (item,) = [each for each in node if not structure.is_void(each)]
     if isinstance(item, c_ast.Return):
-        return Leaf(labels[numbers[item.expr.name]])
+        return Leaf(labels[structure.read_place(item.expr, numbers)])
     feature, threshold = structure.parse_test(item.cond, numbers)
     then, otherwise = item.iftrue.block_items, item.iffalse.block_items
     return Split(feature, "<=", float(threshold), then, otherwise, nan=False)

@@ -67,6 +67,21 @@ def test_every_style_agrees(style, profile):
 
 
 @pytest.mark.compile
+@pytest.mark.parametrize("style", ["nested", "ordered"])
+@pytest.mark.usefixtures("few_completions")
+def test_vast_trees_are_short_text_that_agrees(style, monkeypatch):
+    """Nobody reads a hundred thousand lines: they stand without names, comments, indentation and tables."""
+    profile = random_profile(NAMES[0])
+    read = len(emit(profile, ["c"], style=style)[f"{lower(profile).prefix}.h"])
+    monkeypatch.setattr(lower_module, "NESTED_SPLITS", 3)
+    monkeypatch.setattr(lower_module, "SELECTS", 3)
+    report = agreement_of(profile, ["c"], style)
+    assert {item.target for item in report.agreements} >= {"c", "c rows", "c columns", "c input check"}
+    header = emit(profile, ["c"], style=style)[f"{lower(profile, style=style).prefix}.h"]
+    assert "leaf 2" not in header and len(header) < 0.9 * read
+
+
+@pytest.mark.compile
 @pytest.mark.parametrize(  # nested: every game agrees everywhere
     ("name", "style"), first_of(2, itertools.product(NAMES[::2], ("ordered", "walk")))
 )
