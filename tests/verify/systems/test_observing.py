@@ -49,6 +49,8 @@ def test_measures():
     assert measure_feature(Feature(FORM, Measure.SIGN), state) == -1
     assert measure_feature(Feature(FORM, Measure.SIGN), {"x": F(3, 2), "y": F(1)}) == 0
     assert measure_feature(Feature(FORM, Measure.POSITIVE), state) == 0
+    assert measure_feature(Feature(FORM, Measure.EQUALS), state) == 0
+    assert measure_feature(Feature(FORM, Measure.EQUALS), {"x": F(3, 2), "y": F(1)}) == 1
     assert measure_feature(Feature(FORM, Measure.CLIP, (F(-1, 4), F(1))), state) == F(-1, 4)
     assert nearest_single(measure_feature(Feature(FORM), {"x": F(1, 10), "y": F(0)})) == np.float32(0.6)
 
