@@ -23,7 +23,7 @@ COINCIDENT = 1e-150  # centres so near to one another count as one place
 Number = TypeVar("Number", float, Float64)
 
 PUSHING_MARGINS = 746  # farther apart nobody pushes: exp(-746) is 0 in float64
-PUSHED_AT_ONCE = 300  # in so many games all pairs are pushed at once; in more, one after the other is quicker
+PUSHED_AT_ONCE = 1_000  # in so many games all pairs are pushed at once; in more, one after the other is quicker
 NEGLIGIBLE_MARGINS = 40  # farther apart a push is below 1e-17
 
 
@@ -141,10 +141,14 @@ class Motion:
         """Does the same as `_push_apart` of one pair after the other, bit for bit: an agent gets its forces in the
         order of the pairs, and those in which it comes second precede those in which it comes first.
         """
-        gaps = position[self._first] - position[self._second]
-        touching = np.repeat(self._touching, gaps.shape[-1])
-        near, force = contact_force(self._world, gaps[:, 0].ravel(), gaps[:, 1].ravel(), touching, self._margins)
-        pair, row = np.divmod(near, gaps.shape[-1])
+        batch = position.shape[-1]
+        dx, dy = (each[self._first] - each[self._second] for each in (position[:, 0], position[:, 1]))
+        reach = self._touching + self._margins * self._world.contact_margin
+        close = np.flatnonzero(dx * dx + dy * dy < (reach * reach)[:, None])  # few of all: the rest is of these
+        pair, row = np.divmod(close, batch)
+        gaps = dx.ravel()[close], dy.ravel()[close]
+        near, force = contact_force(self._world, *gaps, self._touching[pair], self._margins)
+        pair, row = pair[near], row[near]
         movable = self._second[pair] < len(push)
         for axis in (0, 1):
             np.subtract.at(push[:, axis], (self._second[pair[movable]], row[movable]), force[axis, movable])

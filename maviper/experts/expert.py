@@ -133,8 +133,9 @@ class Measured:
         everybody = range(len(self.agents))
         total, actions = np.zeros(len(state)), first
         state = self.world.branch_states(state)
-        for step in range(min(self.horizon, self.world.spec.episode_steps)):
-            if step:
+        steps = min(self.horizon, self.world.spec.episode_steps)
+        for step in range(steps):
+            if step and not (step == steps - 1 and self.world.rewards_lag):
                 actions = self.controller.act(everybody, _Observed(self.world, state), state)
             state = self.world.step(state, actions)
             rewards = self.world.reward(state, agent)

@@ -61,9 +61,9 @@ class Scripted:
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """Returns the agents' actions, for GAMES_AT_ONCE games at a time; see `Controller.act`."""
-        parts = [
-            self._act(agents, state[low : low + GAMES_AT_ONCE]) for low in range(0, max(len(state), 1), GAMES_AT_ONCE)
-        ]
+        if len(state) <= GAMES_AT_ONCE:
+            return self._act(agents, state)  # itself, of which the world knows what it has computed last
+        parts = [self._act(agents, state[low : low + GAMES_AT_ONCE]) for low in range(0, len(state), GAMES_AT_ONCE)]
         return np.concatenate(parts)
 
     def _act(self, agents: Sequence[int], state: Any) -> Int:

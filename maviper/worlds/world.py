@@ -244,6 +244,11 @@ class World(ABC):
         """One agent's part of `rewards`, [batch]."""
         return self.rewards(state)[:, agent]
 
+    @property
+    def rewards_lag(self) -> bool:
+        """True if a step's own actions change no reward on entering the next state, nor its shaping."""
+        return False
+
     def alive(self, state: Any) -> Bool:
         """Returns True for agents that act in `state`, [batch, n_agents]: episode not ended, and their turn."""
         return np.ones((len(state), len(self.agents)), dtype=bool)

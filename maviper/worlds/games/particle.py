@@ -161,6 +161,11 @@ class ParticleWorld(World):
     def _forked(self) -> bool:
         return self.spec.options.get(PHYSICS) == FORK
 
+    @property
+    def rewards_lag(self) -> bool:
+        """True where positions, of which rewards tell, move with the old velocity."""
+        return not self._forked
+
     def choose_physics(self, physics: str, spec: WorldSpec) -> WorldSpec:
         """The spec of a world that moves by mpe2's `physics`, or by those of the authors' fork: velocities change
         first, and positions move with the new ones. What steps, proves or draws a world reads its spec, which can state

@@ -618,6 +618,17 @@ def test_all_pairs_at_once_push_as_one_after_the_other(name):
         assert part.position.tobytes() == stepped.position[rows].tobytes()
 
 
+@pytest.mark.parametrize("name", ["physical-deception", SPREAD, TAG, f"{SPREAD},physics=released"])
+def test_whether_rewards_lag(name):
+    """Where they do, no action changes what the next state pays; by the authors' physics actions do."""
+    world = find(name)
+    state = crowded(world, 200, seed=23)
+    rng = np.random.default_rng(24)
+    one, other = (world.step(state, rng.integers(5, size=(200, len(world.agents)))) for _ in range(2))
+    same = world.rewards(one).tobytes() == world.rewards(other).tobytes()
+    assert world.rewards_lag == same == (world.shaping(one).tobytes() == world.shaping(other).tobytes())
+
+
 @pytest.mark.parametrize("name", ["physical-deception", SPREAD])
 def test_slices_and_joins_of_batches(name):
     world = find(name)
