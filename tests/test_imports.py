@@ -2,6 +2,7 @@
 
 import ast
 import re
+import subprocess
 import sys
 import tomllib
 from functools import cache
@@ -123,6 +124,12 @@ def hidden_imports(name):
 def test_functions_import_only_what_is_heavy_or_aside():
     hidden = [f"{name} imports {target}" for name in modules() for target in hidden_imports(name)]
     assert not hidden, f"in a function, which hides it and saves nothing: {hidden}"
+
+
+def test_an_extraction_loads_no_solver():
+    code = "import sys, maviper.extraction.run; print({'z3', 'jinja2'} & set(sys.modules))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert found.stdout == "set()\n"
 
 
 def test_what_is_imported_is_declared():

@@ -6,12 +6,14 @@ Assumes: a world of ours, whose states the counterexamples are.
 Does not: extract (extract/), or decide verdicts: `maviper verify` does.
 """
 
+from __future__ import annotations
+
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from codegen.errors import InputError
 from codegen.form import layout
@@ -25,8 +27,6 @@ from maviper.evaluation.players import EXPERT, Player
 from maviper.experts.expert import Expert
 from maviper.extraction.extraction import NO_EXAMPLES, Examples, FailingStates, Lesson, lesson_of
 from maviper.files import runs
-from maviper.verification.bench import states_of
-from maviper.verification.files.states import Failing, blank, read_failing
 from maviper.worlds import ParticleWorld, World
 from maviper.worlds.matching import plays
 from verify.claims.region import Region
@@ -35,6 +35,9 @@ from verify.question import Question
 from verify.states.shares import SAMPLE_SEED, SAMPLES, fails, find_unbounded, violating
 from verify.states.state import observe_state, sample
 from verify.subjects import Game
+
+if TYPE_CHECKING:  # it imports the solver, which an extraction without counterexamples does not need
+    from maviper.verification.files.states import Failing
 
 COST_FILE = "refit.json"
 NO_POLICY = "profile.json beside the counterexamples is another policy, or there is none"
@@ -65,6 +68,8 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
     if not isinstance(world, ParticleWorld):
         what = "counterexamples are states, and this environment does not declare its states"
         raise InputError(what, "--counterexamples", "leave them out")
+    from maviper.verification.files.states import read_failing
+
     failing, skipped = read_failing(paths, world)
     for said in skipped:
         console.line("", said)
@@ -90,6 +95,9 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
 
 
 def _lesson(world: ParticleWorld, expert: Expert, failing: Failing) -> Lesson:
+    from maviper.verification.bench import states_of
+    from maviper.verification.files.states import blank
+
     world_state, policies = states_of(world.spec, failing.states), blank(world)
     columns = dict(zip(world.spec.coordinates(), world.coordinates(world_state).T, strict=True))
     seen = [rows.copy() for rows in world.observe(world_state)]
@@ -101,7 +109,7 @@ def _lesson(world: ParticleWorld, expert: Expert, failing: Failing) -> Lesson:
     return lesson_of(world, expert, failing.claim.team, failing.claim.statement, states)
 
 
-def report(task: Task, after: PolicyProfile, place: Path, expert: str, played: Expert, world: World) -> "Report":
+def report(task: Task, after: PolicyProfile, place: Path, expert: str, played: Expert, world: World) -> Report:
     """Reports the fate of the claims, and what that costs. `place`: where the profile lies."""
     assert isinstance(world, ParticleWorld)
     player = Player(Path(expert).name, EXPERT, played.hash, played)
