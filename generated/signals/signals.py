@@ -1,15 +1,15 @@
 """Signals of real cities: RESCO's six networks in SUMO, as an environment whose agents choose who gets green.
 
 Does: simulates by `libsumo`; finds the networks in the installed package `sumo-rl`, without importing it.
-Assumes: `pip install 'maviper[signals]'`.
+Assumes: `pip install 'maviper[signals]'`. SUMO 1.28 itself may play cologne1 in two ways from one seed.
 Does not: simulate pedestrians, or change the demand. A seed is SUMO's own: it is about how drivers drive.
 
 Every 5 s a signal `signal_0`, `signal_1`, ... does `green_K`, which gives green to phase K of its own program. If
 another one is on, clearance takes these 5 s: 3 s of yellow, then 2 s of all red, for whoever loses green. A signal does
 not act before 10 s of green: `acting` masks all actions of it at once. Where no signal may act, another 5 s pass.
 
-An approach is the lanes of one road that have green in the same phases, named by where its traffic comes from:
-`north`, `south_west`, `south_west_2`. A signal observes, in this order:
+An approach is the lanes of one road that have green in the same phases, named by where its traffic comes from, as in
+`south_west_2`. A signal observes, in this order:
 - `on_K` for each phase: 1 where K is on, else 0;
 - `green`: seconds since the phase that is on got its green;
 - `red_K` for each phase: seconds since K had green, 0 where it is on;
@@ -25,8 +25,10 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from shutil import rmtree
+from tempfile import mkdtemp
 from typing import Any
+from weakref import finalize
 
 import junctions
 import libsumo
@@ -45,15 +47,12 @@ class Signals(ParallelEnv):
 
     metadata: dict[str, Any] = {"name": "signals"}  # noqa: RUF012
     alone = True  # libsumo has one simulation a process
-    measures: Mapping[str, tuple[str, str, str]] = {
-        "delay": ("delay", "last", "lower"),
-        "waiting": ("waiting", "last", "lower"),
-        "queue": ("queue", "last", "lower"),
-    }
+    measures = {name: (name, "last", "lower") for name in ("delay", "waiting", "queue")}  # noqa: RUF012
 
     def __init__(self, network: str, seconds: int, own: bool) -> None:
-        self.config, self.folder = network_file(network), TemporaryDirectory()
-        self.trips = f"{self.folder.name}/trips.xml"
+        self.config, folder = network_file(network), mkdtemp()
+        finalize(self, rmtree, folder)
+        self.trips = f"{folder}/trips.xml"
         self.own, self.max_cycles, self.queues = own, seconds // STEP, list[int]()
         self._start(0)
         self.signals = junctions.signals()
@@ -141,8 +140,8 @@ def network_file(network: str) -> str:
     """Where SUMO's configuration of a network lies. ValueError for a name that is none."""
     if network not in NETWORKS:
         raise ValueError(f"network is one of {', '.join(NETWORKS)}")
-    spec = find_spec("sumo_rl")  # to import it would start what we do not need
-    (folder,) = spec.submodule_search_locations or [""] if spec else [""]
+    spec = find_spec("sumo_rl")
+    (folder,) = (spec and spec.submodule_search_locations) or [""]
     return str(Path(folder, "nets/RESCO", network, f"{network}.sumocfg"))
 
 

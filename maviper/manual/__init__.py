@@ -27,6 +27,7 @@ KINDS = {
         "flight",
         "flows",
         "systems",
+        "signals",
     ),
     "Look up": ("python", "verdicts", "games", "files", "reproduce"),
     "Contribute": ("architecture",),

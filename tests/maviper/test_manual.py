@@ -358,6 +358,7 @@ NEEDS = {  # what a page goes on with only where it is installed
     "vmas:": ("vmas",),
     "main.c": ("cc",),
     "node ": ("node",),
+    "signals:": ("libsumo", "sumo_rl"),
 }
 SHORT = ["--steps", "51200", "--set", "checkpoint_steps=25600"]  # of training, which takes minutes as it stands there
 
@@ -382,6 +383,8 @@ def test_everything_on_a_page_runs_in_its_order(name, place, monkeypatch, capsys
     monkeypatch.setattr("webbrowser.open", lambda _: True)
     known, files = {"__name__": "__main__"}, {}
     given = [step for step in steps(manual.page("team")) if step[0] == "file"] if name == "environments" else []
+    if name == "signals":
+        given = [("file", path.name, path.read_text()) for path in (ROOT / "generated" / name).glob("*.py")]
     begun = text_of(name).partition(TRIED)[0].partition(THEIRS)[0]
     for step in [*given, *steps(begun)]:
         if lacks := missing(step):
