@@ -78,8 +78,17 @@ MIDDLES = 64  # parts left open whose middles are played
 LEFT_OPEN = "some episodes may break the claim: none was found that surely does, nor a proof that none does"
 
 
-def decide(question: Question[SystemClaim]) -> ReachOutcome:
-    """The answer to a question. InputError for agents or features that the system does not state."""
+def decide_control(question: Question[SystemClaim]) -> ReachOutcome:
+    """The same about shuffled leaves, where nobody asks which episode breaks the claim: short ones are replayed first,
+    which takes less time.
+    """
+    return decide(question, soonest=True)
+
+
+def decide(question: Question[SystemClaim], soonest: bool = False) -> ReachOutcome:
+    """The answer to a question. InputError for agents or features that the system does not state. `soonest`: of the
+    episodes that break the claim, the one that does so first is replayed first.
+    """
     assert isinstance(question.subject, ClosedLoop)
     profile, system, claim = question.profile, question.subject.system, question.claim
     ensure_stated(profile, system)
@@ -89,7 +98,7 @@ def decide(question: Question[SystemClaim]) -> ReachOutcome:
         raise InputError(what, f"claim {claim.shown}", "set at_samples")
     play = FlowPlay(profile, system, claim)
     replay = FlowReplay(profile, system, claim, max(LEAST_STEPS, question.budgets.max_boxes // STEP))
-    for course in play.breaking(min(question.budgets.samples, FIRST_SAMPLES)):
+    for course in play.breaking(min(question.budgets.samples, FIRST_SAMPLES), soonest):
         counterexample = replay.follow_course(course)
         if counterexample is not None:
             return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)

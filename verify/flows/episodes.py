@@ -87,8 +87,8 @@ class FlowPlay:
         ]
         self._period = float(system.flow.period)
 
-    def breaking(self, count: int) -> Iterator[FlowCourse]:
-        """Courses that break the claim in float64, at most MAX_FOUND of them."""
+    def breaking(self, count: int, soonest: bool = False) -> Iterator[FlowCourse]:
+        """Courses that break the claim in float64, at most MAX_FOUND of them. `soonest`: those that do so first."""
         random = np.random.default_rng(SEED)
         start = self._starts(count, random)
         if start is None:
@@ -99,13 +99,14 @@ class FlowPlay:
         errors = {name: random.choice([low, high, 0.5 * (low + high)], size) for name, (low, high) in ends.items()}
         turns = np.arange(size)
         chances = _Chances(errors, turns, turns // 5 * bool(self._flow.cases))
-        yield from self._find_broken(start, chances, MAX_FOUND)
+        yield from self._find_broken(start, chances, MAX_FOUND, soonest)
 
-    def _find_broken(self, start: Planes, chances: _Chances, most: int) -> Iterator[FlowCourse]:
+    def _find_broken(self, start: Planes, chances: _Chances, most: int, soonest: bool = False) -> Iterator[FlowCourse]:
         """Courses that break the claim in float64, at most so many of them."""
         with np.errstate(all="ignore"):  # what overflows breaks nothing that could be replayed
-            broken = self._mark_broken(start, chances)
-        places = np.flatnonzero(broken)[:most].tolist()
+            moments = self._find_moments(start, chances)
+        broken = np.flatnonzero(moments >= 0)
+        places = (broken[np.argsort(moments[broken], kind="stable")] if soonest else broken)[:most].tolist()
         periods = range(self._periods if places else 0)
         drawn = [self._draw_sample(chances.turns, period) for period in periods]
         moved = [self._draw_errors(chances, period) for period in periods]
@@ -172,12 +173,13 @@ class FlowPlay:
         chances = _Chances(least, numbers, np.zeros(len(numbers), dtype=np.int64))
         yield from self._find_broken(planes, chances, len(starts))
 
-    def _mark_broken(self, start: Planes, chances: _Chances) -> Bool:
+    def _find_moments(self, start: Planes, chances: _Chances) -> Int64:
+        """The number of the moment at which each episode first breaks the claim, -1 where it does not."""
         claim, state, count = self._claim, start, len(chances.turns)
-        broken, alive = np.zeros(count, dtype=np.bool_), np.ones(count, dtype=np.bool_)
+        moments, alive = np.full(count, -1), np.ones(count, dtype=np.bool_)
         for period in range(claim.steps + 1):
             bad, good = self._ask_claim(state, count, period)
-            broken |= alive & bad
+            moments[alive & bad] = PARTS * period
             alive &= ~bad & ~good
             if period == claim.steps or not alive.any():
                 break
@@ -192,9 +194,9 @@ class FlowPlay:
                 state = self._move_state(state, held, (self._period + longer) / PARTS, errors, case)
                 if part + 1 < PARTS and not claim.at_samples:
                     bad, good = self._ask_claim(state, count, period, between=True)
-                    broken |= alive & bad
+                    moments[alive & bad] = PARTS * period + part + 1
                     alive &= ~bad & ~good
-        return broken
+        return moments
 
     def _ask_claim(self, state: Planes, count: int, period: int, between: bool = False) -> tuple[Bool, Bool]:
         """Where the claim is broken, and where it is fulfilled whatever comes."""

@@ -233,9 +233,9 @@ def verify_system(
 
 def _ask_controls(question: Question[SystemClaim]) -> Control:
     controls, flowing = question.controls, is_flow(question)
-    most, decide = CONTROLS // max(len(controls), 1), flows.decide if flowing else reach.decide_control
+    most, engine = CONTROLS // max(len(controls), 1), flows if flowing else reach
     limits = {"max_boxes": most if flowing else min(most, EACH), "samples": FEW}
-    return Control.of(decide(control.spending(**limits)).verdict for control in controls)
+    return Control.of(engine.decide_control(control.spending(**limits)).verdict for control in controls)
 
 
 def _decide(question: Question[SystemClaim]) -> ReachOutcome:

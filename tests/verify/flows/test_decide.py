@@ -201,7 +201,7 @@ flow = { x = "0[1/s]", v = "0[1/s]" }
 def test_a_start_that_is_no_float_ends(most, verdict, monkeypatch):
     """Its box is one float wide, and is not cut."""
     if verdict is Verdict.UNKNOWN:  # where no episode breaks what is left open, the budget ends the search
-        monkeypatch.setattr(FlowPlay, "breaking", lambda play, count: iter(()))
+        monkeypatch.setattr(FlowPlay, "breaking", lambda play, *asked: iter(()))
         monkeypatch.setattr(FlowPlay, "from_starts", lambda play, starts: iter(()))
     nobody = team(policy("a", ["x"], ["p"], 0))
     claim = f'[[property]]\nname = "stays_in"\nregion = {{ box = {{ v = [-9, {most}] }} }}\n'
@@ -210,3 +210,13 @@ def test_a_start_that_is_no_float_ends(most, verdict, monkeypatch):
     assert found.verdict is verdict
     if verdict is Verdict.VIOLATED:
         assert found.counterexample.start["x"] == F(3, 10)
+
+
+def test_the_soonest_episodes_come_first():
+    question = asked(PENDULUM, BRAKING, LOWERED, pattern=Pattern.STAYS_IN, by=0, regions=(box(angle=(0, F(6, 10))),))
+    play = FlowPlay(question.profile, question.subject.system, question.claim)
+    replayed = [
+        [replay_course(question.profile, question.subject.system, question.claim, each).seconds for each in courses]
+        for courses in (list(play.breaking(64))[:8], list(play.breaking(64, soonest=True))[:8])
+    ]
+    assert replayed[1] == sorted(replayed[1]) and replayed[1][0] <= min(replayed[0])
