@@ -26,8 +26,8 @@ from maviper import siblings as siblings  # it says what is in the way of the im
 
 # isort: split
 from codegen import process
-from maviper import claims, options
 from maviper import errors as errors
+from maviper import options
 from maviper.importing.verbs import from_file, from_onnx, from_sklearn
 from maviper.options.verbs import TARGETS
 
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from typing import Any, Unpack
 
     from codegen.ir import PolicyProfile
+    from maviper import claims as claims
     from maviper.compilation.compile import Compiled
     from maviper.evaluation.exploitability import Exploitability
     from maviper.evaluation.run import Evaluation

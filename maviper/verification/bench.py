@@ -239,13 +239,15 @@ def _in_reference(
 
 
 def _count_visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
-    """Counts the on-policy states that lie inside a region, its goals included."""
-    world_state = WorldState.concatenate(episodes.states[1:])
-    within = contains(region, world.coordinates(world_state), world.spec)
-    if region.goals:
-        names = np.array([landmark.name for landmark in world.spec.landmarks])
-        within &= np.isin(names[world_state.goal], region.goals)
-    return Visited(int(within.sum()), len(within), len(episodes.states[0]))
+    """Counts the on-policy states that lie inside a region, its goals included; the states of one step at a time."""
+    names, inside = np.array([landmark.name for landmark in world.spec.landmarks]), 0
+    steps: Sequence[WorldState] = episodes.states[1:]
+    for state in steps:
+        within = contains(region, world.coordinates(state), world.spec)
+        if region.goals:
+            within &= np.isin(names[state.goal], region.goals)
+        inside += int(within.sum())
+    return Visited(inside, sum(map(len, steps)), len(episodes.states[0]))
 
 
 def replay_state(

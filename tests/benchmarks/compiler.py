@@ -7,7 +7,8 @@ predictor cannot learn), gcc -O3, one thread. chain: the next observation depend
 that do not wait for one another; rows and columns: batches, the columns a power of two apart, so that all meet in the
 same lines of a cache; columns apart: a little further, so that they do not; all: four different trees in one call, on
 random observations and along a slow trajectory. Python: one decision against the same nested ifs over a list, written
-here; batches against scikit-learn's `tree_.predict`. Medians over rounds of the ratio within a round.
+here; batches against scikit-learn's `tree_.predict`. Size: the text of a vast tree, against nested ifs. Medians over
+rounds of the ratio within a round.
 """
 
 import shutil
@@ -64,12 +65,12 @@ def full_tree(depth, rng):
     return nested(grow(np.full(FEATURES, -1.0), np.full(FEATURES, 1.0), depth))
 
 
-def team(depth):
-    """A profile of four agents with full trees."""
+def team(depth, agents=AGENTS):
+    """A profile of so many agents with full trees."""
     rng = np.random.default_rng(0)
     features = tuple(ir.FeatureSpec(f"x{k}", "none", -1.0, 1.0, None) for k in range(FEATURES))
     actions = tuple(ir.ActionSpec(f"a{k}", None) for k in range(ACTIONS))
-    names = [f"agent_{agent}" for agent in range(AGENTS)]
+    names = [f"agent_{agent}" for agent in range(agents)]
     policies = tuple(ir.AgentPolicy(name, "team", features, actions, full_tree(depth, rng)) for name in names)
     world = motionless("synthetic", "", names, 1, {})
     return ensure(ir.PolicyProfile(world, policies, ir.Provenance("synthetic", "none", 0, "", "benchmark")))
@@ -214,6 +215,22 @@ def c_figures(options):
     return found
 
 
+def plain_c(tree, node=ir.ROOT):
+    """The tree as nested ifs in C, as a program of twenty lines writes them."""
+    if tree.feature[node] == ir.NO_FEATURE:
+        return f"return {tree.action[node]};\n"
+    below, above = plain_c(tree, tree.left[node]), plain_c(tree, tree.right[node])
+    return f"if (x[{tree.feature[node]}] <= {tree.threshold[node]}f) {{\n{below}}} else {{\n{above}}}\n"
+
+
+def size_figure(depth=16):
+    """Bytes of a header in style nested over the same ifs by hand, of a tree that nobody reads."""
+    profile = team(depth, agents=1)
+    ((_, header),) = emit(profile, ["c"], style="nested").items()
+    ratio = len(header) / len(plain_c(profile.agents[0].tree))
+    return figure(f"C, depth {depth}, nested: bytes over the same by hand", ratio, 2.0, 1.2)
+
+
 def main() -> None:
     parser = reader(__doc__)
     parser.add_argument("--depth", type=int, default=6)
@@ -223,7 +240,7 @@ def main() -> None:
     if not shutil.which(options.compiler):
         print(f"{options.compiler}: not installed; no C was timed", file=sys.stderr)
     figures = c_figures(options) if shutil.which(options.compiler) else []
-    tell([*figures, *python_figures(options.rounds)], options.json)
+    tell([*figures, size_figure(), *python_figures(options.rounds)], options.json)
 
 
 if __name__ == "__main__":
