@@ -2,6 +2,7 @@
 
 import csv
 import json
+import random
 import re
 from dataclasses import replace
 
@@ -138,11 +139,15 @@ def test_performance_profiles_are_those_of_the_definition():
     assert (low[0], high[0], low[3], high[3]) == (1, 1, 0, 0)
 
 
-def test_performance_profiles_are_those_of_rliable():
-    library = pytest.importorskip("rliable.library")
-    shares, bands = library.create_performance_profile({"a": np.transpose(RUNS)}, TAUS)
-    ours, *ends = performance_profile(RUNS, TAUS)
-    assert np.allclose(shares["a"], ours) and np.allclose(bands["a"], ends, atol=0.06)
+def test_bands_of_performance_profiles_draw_runs_within_each_task():
+    """Beside a bootstrap of its own."""
+    luck, shares = random.Random(0), list[list[float]]()
+    for _ in range(4_000):
+        drawn = [luck.choice(row) for row in RUNS for _ in row]
+        shares.append([sum(each > tau for each in drawn) / len(drawn) for tau in TAUS])
+    for tau, low, high in zip(range(len(TAUS)), *performance_profile(RUNS, TAUS)[1:], strict=True):
+        column = sorted(row[tau] for row in shares)
+        assert (low, high) == pytest.approx((column[100], column[3_899]), abs=0.051)  # one run of twenty
 
 
 def test_performance_profiles_are_a_table_and_a_figure(tmp_path, calls):
