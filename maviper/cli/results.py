@@ -13,10 +13,10 @@ from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from maviper.console import Console
 from verify.reports.report import as_lines, telling_of
-from verify.reports.telling import WEAK
+from verify.reports.telling import NOWHERE, WEAK
 from verify.result import AnyResult, Verdict
 
-CAVEATS = (WEAK, "no certificate", "not replayed")  # in lines that say what a verdict is not
+CAVEATS = (NOWHERE, WEAK, "no certificate", "not replayed")  # in lines that say what a verdict is not
 EXAMPLE = "counterexample: "  # begins the line of a report that says who does what
 OBSERVED = ("at ", "if agents observe ")  # begin lines of a counterexample over observations
 
@@ -41,8 +41,8 @@ def say_verdict(profile: PolicyProfile, result: AnyResult, console: Console) -> 
 
 
 class Said:
-    """What says each result as soon as it is known, of so many: under the verdict what it is not; under the first that
-    is violated, or the only one, also who does what there, or what is known.
+    """What says each result as soon as it is known, of so many: under the verdict why it is none, and what it is not;
+    under the first that is violated, or the only one, also who does what there, or what is known.
     """
 
     def __init__(self, profile: PolicyProfile, count: int, console: Console) -> None:
@@ -64,11 +64,14 @@ def _pick_lines(result: AnyResult, lines: Sequence[str], shown: bool) -> Sequenc
     ones; all where a system is stated, since the last ones say what its counterexample is worth.
     """
     caveats = [line for line in lines if any(words in line for words in CAVEATS)]
-    if not shown or telling_of(result).lines is not None:
-        return lines if shown else caveats
+    if not shown:
+        open_ = result.verdict in (Verdict.UNKNOWN, Verdict.VACUOUS)
+        return [*filter(None, [result.reason if open_ else ""]), *caveats]
+    if telling_of(result).lines is not None:
+        return lines
     told = [line for line in lines if line.startswith(EXAMPLE)] or [*filter(None, [result.reason, *lines])]
     told = told[: 2 if result.verdict is Verdict.VIOLATED else 1]
-    if shown and result.viewed is not None:
+    if result.viewed is not None:
         told += [line for line in lines if line.startswith(OBSERVED)]
     return [*told, *(line for line in caveats if line not in told)]
 

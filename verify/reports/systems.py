@@ -38,7 +38,7 @@ from verify.reports.courses import (
     tell_start,
     within,
 )
-from verify.reports.telling import WEAK, Telling, describe_sets, readers, rests_on, sets
+from verify.reports.telling import NOWHERE, WEAK, Telling, describe_sets, readers, rests_on, sets
 from verify.result import Result, Verdict
 from verify.subjects import ClosedLoop, Subject
 from verify.systems import documents
@@ -46,7 +46,7 @@ from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.enclosures import list_curved
 from verify.systems.expressions import Number
 from verify.systems.statement import Statement
-from verify.systems.system import Flow, HalfSpace, Interval, Polytope, System
+from verify.systems.system import Flow, HalfSpace, Interval, Polytope, System, bounds_of
 
 FORM = "maviper-system-verification-1"
 SHOWN = 8  # variables of a state in a line
@@ -269,6 +269,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
         **({"assuming": list(map(region_facts, claim.assuming))} if claim.assuming else {}),
         **({"invariant": list(map(region_facts, claim.invariant))} if claim.invariant else {}),
         "verdict": result.verdict.value,
+        **({"note": NOWHERE} if result.verdict is Verdict.PROVED and _avoids_nothing(result) else {}),
         "meaning": meanings[result.verdict],
         "reason": result.reason,
         "boxes": evidence.boxes,
@@ -307,6 +308,14 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     )
 
 
+def _avoids_nothing(result: Result[SystemClaim, Any]) -> bool:
+    """Returns True if a claim avoids regions that are, by their bounds alone, outside the ranges of the variables."""
+    assert isinstance(result.question.subject, ClosedLoop)
+    ranges = {each.name: each.range for each in result.question.subject.system.variables}
+    bounds = [bounds_of(region, ranges).values() for region in result.claim.regions]
+    return result.claim.says.avoided and all(any(low > high for low, high in each) for each in bounds)
+
+
 def _modes(subject: Subject, document: Mapping[str, Any]) -> dict[str, Any]:
     """The names of modes, where the result tells states."""
     assert isinstance(subject, ClosedLoop)
@@ -322,6 +331,7 @@ def lines(told: Mapping[str, Any]) -> list[str]:
     written = [told["sentence"], *told["formula"].split("\n")] if told["formula"] else [told["sentence"]]
     if told["reason"]:
         written.append(told["reason"])
+    written += [told["note"]] if "note" in told else []
     written += _open(told)
     if "counterexample" in told:
         broken = told["counterexample"]

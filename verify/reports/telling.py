@@ -20,6 +20,7 @@ POSITIONS = "Positions are finite float64. Agents may leave the region during an
 SHARES = (
     "Shares are estimated from uniform samples, with 95 % Wilson intervals. The verdict does not depend on them.",
 )
+NOWHERE = "no state within the ranges lies in what it avoids"
 WEAK = ", so it says little about these trees"  # where most shuffled leaves fulfil the claim too
 
 SETS = {  # by what the checker counts: one of them, and what they do

@@ -66,6 +66,23 @@ def test_verdicts_files_checks_and_replays(cart, capsys):
     assert command(replayed) == ExitCode.DONE
 
 
+def test_what_several_claims_are_not_is_said_under_each(cart, capsys):
+    """Why there is no answer, and that nothing within the ranges is avoided; a set that is there has no such note."""
+    claims = ['decides(formula="v > 9 implies v > 1")', "avoids(region={box={x=[60, 70]}})"]
+    asked = [word for claim in claims for word in ("--claim", claim)]
+    there = ("--claim", "avoids(region={box={x=[4, 7]}})")
+    verify(cart, *asked, *there, "-o", str(cart / "report"))
+    lines = capsys.readouterr().out.splitlines()
+    (empty,) = [place for place, line in enumerate(lines) if line.startswith("VACUOUS")]
+    assert "no state meets the condition: v > 9" in lines[empty + 1]
+    (nothing,) = [place for place, line in enumerate(lines) if "lies in what it avoids" in line]
+    assert lines[nothing - 1].startswith("PROVED")
+    told = json.loads((cart / "report" / "report.json").read_text())["results"]
+    assert [each["verdict"] for each in told] == ["VACUOUS", "PROVED", "PROVED"]
+    assert ["note" in each for each in told] == [False, True, False]
+    assert "note       no state within the ranges" in (cart / "report" / "report.txt").read_text()
+
+
 def forged(text, **words):
     """A certificate whose claim calls itself otherwise, with a hash that fits again."""
     document = json.loads(text)
