@@ -498,16 +498,22 @@
   const giving = agents.some((agent) => agent.outputs);
   const APART = giving ? 98 : 54; // between leaves
 
-  /** A name in lines of at most so many letters, broken behind its words where it can be; the rest is on its title. */
-  function wrapped(name, letters, most) {
+  const ruler = document.createElement("canvas").getContext("2d");
+  ruler.font = "600 11px system-ui, sans-serif"; // as leaves have it; other nodes' letters are narrower
+  const fits = (text, room) => ruler.measureText(text).width <= room;
+
+  /** A text that ends in an ellipsis. */
+  const cut = (text, room) => (fits(`${text}\u2026`, room) ? `${text}\u2026` : cut(text.slice(0, -1), room));
+
+  /** A name in lines of at most so many units, broken behind its words where it can be; the rest is on its title. */
+  function wrapped(name, room, most) {
     const lines = [""];
     for (const part of name.match(/[^_ .-]*[_ .-]*/g).filter(Boolean)) {
-      if (lines[lines.length - 1] && (lines[lines.length - 1] + part).length > letters) lines.push("");
+      if (lines[lines.length - 1] && !fits(lines[lines.length - 1] + part, room)) lines.push("");
       lines[lines.length - 1] += part;
     }
-    const cut = (line) => (line.length > letters ? `${line.slice(0, letters - 1)}\u2026` : line);
-    if (lines.length > most) lines.splice(most - 1, lines.length, `${lines[most - 1].slice(0, letters - 1)}\u2026`);
-    return lines.map((line) => cut(line.trim()));
+    if (lines.length > most) lines.splice(most - 1, lines.length, cut(lines[most - 1], room));
+    return lines.map((line) => line.trim()).map((line) => (fits(line, room) ? line : cut(line, room)));
   }
 
   /** What stands below each node of a tree, in words that equal parts share; children come after their parents. */
@@ -685,9 +691,9 @@
     const group = element("g", { class: `${other}${live ? "live " : ""}${folded ? "folded" : split ? "" : "leaf"}` }, svg);
     const wide = split && !folded ? 104 : giving ? 92 : 50;
     const lines = folded ? ["\u25b8", `${leavesBelow.get(tree)[node]} leaves`, ...(settled(tree, node) ? ["alike"] : [])]
-      : split ? [...wrapped(asks(agent, tree, node), 16, 2), test(tree.threshold[node])]
-      : outputs ? tree.vectors[tree.action[node]].map((each) => wrapped(each.words, 15, 1)[0]).slice(0, 4)
-      : wrapped(actions[tree.action[node]].name, 8, 3);
+      : split ? [...wrapped(asks(agent, tree, node), wide - 6, 2), test(tree.threshold[node])]
+      : outputs ? tree.vectors[tree.action[node]].map((each) => wrapped(each.words, wide - 6, 1)[0]).slice(0, 4)
+      : wrapped(actions[tree.action[node]].name, wide - 4, 3);
     const tall = 12 * lines.length + 8;
     const rect = element("rect", { x: x - wide / 2, y: y - tall / 2, width: wide, height: tall, rx: split ? 4 : 13 }, group);
     if (!split && !outputs) rect.setAttribute("style", `fill:${colours.get(actions[tree.action[node]])}`);

@@ -67,6 +67,30 @@ def test_a_profile_without_meanings_shows_trees_and_sliders(tmp_path):
     assert found["sliders"] == 2 * sum(len(one.features) for one in profile.agents)  # each with a field
 
 
+def test_long_names_of_actions_and_features_stay_within_their_nodes(tmp_path):
+    profile = without_meaning(with_trees(committed("physical_deception"), 3))
+    names = ["MAINTAIN_HEADING", "WWWWWWWWWWWW", "Emergency_Shutdown_Of_Everything", "mmmmmmmm-mm", "x" * 40]
+    policies = tuple(
+        dataclasses.replace(
+            one,
+            actions=tuple(dataclasses.replace(each, name=name) for each, name in zip(one.actions, names, strict=True)),
+            features=(dataclasses.replace(one.features[0], name="MMMMMMMMMMMMMMMMMMMM"), *one.features[1:]),
+        )
+        for one in profile.agents
+    )
+    html = page(dataclasses.replace(profile, agents=policies), Contents())
+    script = """
+      return [...document.querySelectorAll(".tree g")].flatMap((node) => {
+        const box = node.querySelector("rect").getBBox();
+        return [...node.querySelectorAll("text")].filter((text) => {
+          const { x, width } = text.getBBox();
+          return x < box.x || x + width > box.x + box.width;
+        }).map((text) => [text.textContent, text.getBBox().width, box.width]);
+      });
+    """
+    assert in_chromium(html, script, [], tmp_path) == []
+
+
 def test_a_large_tree_folds_and_its_code_is_left_out(tmp_path):
     profile = with_trees(committed("physical_deception"), 12)
     html = page(ensure(profile), Contents(usual_claims(profile)))
