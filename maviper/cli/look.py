@@ -62,7 +62,7 @@ def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bo
     callback=_print_schema,
     help="Print the JSON schema of profiles, and nothing of PROFILE.",
 )
-@option("-o", "--output", type=PATH, default=None, help="The file (default: print, or play.html).")
+@option("-o", "--output", type=PATH, default=None, help="The file (default: print, or NAME.play.html).")
 def show(
     console: "Console",
     profile: Path,
@@ -85,12 +85,14 @@ def show(
     from maviper.files.profiles import load
 
     loaded = load(profile, sums=True)
+    if output is None and form == HTML:
+        output = _name_page(profile)
     if output is not None:
         runs.target(runs.ensure_other(output, _list_given(profile, world)), USUAL[form])
-    if form == HTML:
+    if form == HTML and output is not None:
         if (agent, obs, state) != (None, None, None):
             raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
-        console.give({"wrote": str(_write(loaded, output or Path(USUAL[HTML]), console, world))})
+        console.give({"wrote": str(_write(loaded, output, console, world))})
         return ExitCode.DONE
     if world is not None:
         raise InputError("only a page records an episode of a world", "--world", "add --format html, or leave it out")
@@ -130,13 +132,19 @@ def play(console: "Console", profile: Path, world: str | None, certificate: Path
     if found:
         console.line("page", str(file))
     else:
-        own = profile.with_name(f"{profile.name.removesuffix(runs.PACKED).removesuffix('.json')}.{USUAL[HTML]}")
-        page = runs.ensure_other(output or own, _list_given(profile, world, certificate))
+        page = runs.ensure_other(output or _name_page(profile), _list_given(profile, world, certificate))
         file = _write(loaded, runs.target(page, USUAL[HTML]), console, world, certificate)
     if not webbrowser.open(file.resolve().as_uri()):
         console.line("", "no browser could be opened: open the file in one")
     console.give({"opened" if found else "wrote": str(file)})
     return ExitCode.DONE
+
+
+def _name_page(profile: Path) -> Path:
+    """A page beside the profile, by a name that no run writes: theirs have verdicts."""
+    from maviper.files.runs import PACKED
+
+    return profile.with_name(f"{profile.name.removesuffix(PACKED).removesuffix('.json')}.{USUAL[HTML]}")
 
 
 def _write(

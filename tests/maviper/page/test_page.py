@@ -346,4 +346,7 @@ def test_playing_leaves_the_page_of_another_verb_as_it_is(tmp_path, monkeypatch,
     other = Path(shutil.copy(folder / "extracted" / "profile.json", folder / "other.json"))
     assert run_command(["play", str(other)]) == 0
     assert opened[2:] == ["profile.play.html", "other.play.html"]
+    (folder / "profile.play.html").unlink()
+    assert run_command(["show", str(folder / "profile.json"), "--format", "html"]) == 0
+    assert (folder / "profile.play.html").exists()
     assert all(path.read_bytes() == content for path, content in before.items())
