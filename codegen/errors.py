@@ -102,7 +102,8 @@ class HangingToolError(MaviperError):
 
 
 MAX_NAMES_SHOWN, MAX_NAMES_LISTED = 10, 20  # where another command lists them, and where none does
-LISTS = {"claim": "maviper verify --list", "world": "maviper worlds list"}  # kind of name -> what prints them all
+WORLDS = "maviper worlds list"
+LISTS = {"claim": "maviper verify --list", "world": WORLDS, "expert": WORLDS}  # kind of name -> what prints them all
 STEERING = frozenset(("Cc", "Cf", "Zl", "Zp"))  # categories of control and format characters and of ends of lines
 
 

@@ -272,7 +272,7 @@ def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert
     from safetensors.numpy import load
 
     kinds.ensure(data, where, kinds.EXPERT.called, kinds.EXPERT)
-    advice = "train it again, or use a shipped expert (see `maviper worlds`)"
+    advice = "train it again, or use a shipped expert (see `maviper worlds list`)"
     try:
         tensors = load(data)
         header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])

@@ -44,7 +44,17 @@ from maviper.extraction.arena import (
 from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running
 from maviper.extraction.growth.growing import Labelled, lawful
 from maviper.extraction.growth.sums import as_summed, columns_of, tilt_tests, with_own_sums
-from maviper.extraction.journal import REFINING, Arrays, OnProgress, Progress, count_leaves, pack_trees, unpack_trees
+from maviper.extraction.journal import (
+    REFINING,
+    WHOLE,
+    Arrays,
+    OnProgress,
+    Part,
+    Progress,
+    count_leaves,
+    pack_trees,
+    unpack_trees,
+)
 from maviper.extraction.settings import SUMS, Settings
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World
@@ -254,6 +264,7 @@ class _Task:
     team: str
     agents: list[int]
     chosen: list[list[GrownTree]]  # per agent: its trees, the chosen one first
+    part: Part = WHOLE  # its place among the teams
 
 
 def refine_trees(
@@ -275,7 +286,8 @@ def refine_trees(
             own = replace(asked, examples=asked.examples.of_teams(team))
             tasks.append(_Task(own, team, members, trees))
     if jobs == 1:
-        refined_teams = [_team(task, on_progress) for task in tasks]
+        parts = [Part(place, len(tasks)) for place in range(len(tasks))]
+        refined_teams = [_team(replace(task, part=part), on_progress) for task, part in zip(tasks, parts, strict=True)]
     else:
         refined_teams = list[Refined]()
         for each in side_by_side(_quietly, [(task,) for task in tasks], jobs):
@@ -328,7 +340,8 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
         estimates = {task.team: estimate(arena.primary, step["values"])}
         mean = float(score(arena.primary, step["values"]).mean())
-        last = Progress(REFINING, number + 1, steps, mean, mean, estimates, None, count_leaves(trees))
+        told = mean, mean, estimates, None, count_leaves(trees)
+        last = Progress(REFINING, number + 1, steps, *told, part=task.part)
         on_progress(last)
     return (trees if asked.world.continuous else [merge_leaves(tree) for tree in trees]), arena.played, last
 

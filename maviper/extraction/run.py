@@ -383,6 +383,7 @@ class Stages:
         self._begun = self._of_stage = TALLY.episodes
         self._shown: tuple[float, str] = (0, "")
         self._rounds = 0.0  # seconds that later rounds will take
+        self._teams = 0  # that are refined after the one that is now
 
     def __enter__(self) -> "Stages":
         TALLY.on_played = self._count_played
@@ -410,11 +411,13 @@ class Stages:
             runs.write(self.metrics, "".join(self._lines))
         label = progress.stage if progress.stage == EXTRACTING else f"{progress.stage} {'+'.join(progress.measured)}"
         part, live = progress.part, self._line(label, progress.stage, progress)
+        self._teams = part.count - part.place - 1 if progress.stage == REFINING else 0
         best = ", ".join(f"{team} {format_estimate(estimate)}" for team, estimate in progress.measured.items())
         agreed = "" if progress.fidelity is None else f"  fidelity {progress.fidelity:.2f}"
         best = f"best {best}{agreed}  {format_count(progress.leaves, 'leaf')}"
         self._best = "" if progress.done == progress.total else best  # those of another part are others
-        self._show(live, progress.done + part.place * progress.total, (f"{part.name}, " if part.name else "") + best)
+        before = part.place * progress.total if progress.stage == EXTRACTING else 0
+        self._show(live, progress.done + before, (f"{part.name}, " if part.name else "") + best)
         self._since = time.monotonic()
 
     def _count_played(self) -> None:
@@ -434,6 +437,8 @@ class Stages:
         own = live.ahead(done)
         if self.stage == EXTRACTING:
             self._rounds = own or 0.0
+        if own is not None and self._teams:  # each takes about as long
+            own += self._teams * (live.elapsed + own)
         live.update(done, words + counted, None if own is None else own + self._later())
 
     def _later(self) -> float:

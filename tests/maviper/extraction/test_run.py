@@ -9,10 +9,11 @@ from codegen.errors import ExitCode
 from codegen.ir import NO_CHILD, NO_FEATURE, leaves
 from maviper.cli import main
 from maviper.episodes import play
+from maviper.episodes.measures import Mean
 from maviper.episodes.play import TALLY
 from maviper.extraction import run
 from maviper.extraction.extraction import WHOLE
-from maviper.extraction.journal import EXTRACTING, MEASURING, SELECTING, Part, Progress, Underway
+from maviper.extraction.journal import EXTRACTING, MEASURING, REFINING, SELECTING, Part, Progress, Underway
 from maviper.extraction.run import Stages, say_plan
 from maviper.extraction.settings import Settings
 from maviper.files.profiles import load
@@ -37,6 +38,7 @@ class Lines:
 class Live:
     def __init__(self, console, label, total):
         self.console, self.label, self.total, self.started = console, label, total, 0.0
+        self.elapsed = 5.0
 
     def __enter__(self):
         return self
@@ -82,6 +84,20 @@ def test_the_time_left_is_that_of_all_stages(tally):
         ("measuring", 8, 8, 0.0),
     ]
     assert "14 episodes" in console.told[-1][3]  # beyond those before it
+
+
+def test_the_time_left_counts_the_teams_that_are_refined_later(tally):
+    """Three teams of four steps: two seconds a step, of which 5 are over in the first team's."""
+    console = Lines()
+    with Stages(console, SLOW, None, {"start": 4}) as stages:
+        for place, done in ((0, 1), (0, 4), (2, 1)):
+            given = 0.5, 0.5, {str(place): Mean(0.5, 0.1, 9)}, None, 3
+            stages.show(Progress(REFINING, done, 4, *given, part=Part(place, 3)))
+    assert [(label, done, total, left) for label, done, total, _, left in console.told] == [
+        ("refining", 1, 4, 6 + 2 * (5 + 6)),
+        ("refining", 4, 4, 2 * 5),
+        ("refining", 1, 4, 6),
+    ]
 
 
 def test_agents_that_are_extracted_one_by_one_are_named_and_counted_on(tally):
