@@ -354,8 +354,8 @@ class _Cells:
             series: dict[str, list[Point]] = {}
             for row in profiles:
                 if (row["measure"], row["depth"]) == (measure.label, depth):
-                    point = Point(*(row[each] for each in _names("share")), row["threshold"])
-                    series.setdefault(row["algorithm"], []).append(point)
+                    share, low, high = (row[each] for each in _names("share"))
+                    series.setdefault(row["algorithm"], []).append(Point(share, low, high, row["threshold"]))
             title = f"{measure.label}: share of seeds above a ratio, depth {depth}"
             looks = _looks(series)
             if series:
