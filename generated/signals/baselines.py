@@ -43,10 +43,6 @@ class Rule:
         """The actions of some agents, [batch, len(agents)]."""
         return np.stack([self.phase(self.signals[self.agents[k]], observations[k]) for k in agents], axis=1)
 
-    def q(self, *asked: Any) -> Floats:
-        """A rule has no critic."""
-        raise NotImplementedError("extract with --critic none")
-
 
 def _heaviest(weights: Mapping[str, float]) -> Callable[[Signal, Floats], Floats]:
     def phase(signal: Signal, seen: Floats) -> Floats:
