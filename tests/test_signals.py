@@ -2,10 +2,15 @@
 
 import random
 import tomllib
+from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+import maviper
+from maviper.verification.ask import VerifyOptions
+from maviper.verification.stated import StatedWorld
 from tests.support.system_cases import policy, team
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
@@ -16,6 +21,7 @@ from verify.systems.files import statement_of
 from verify.systems.properties import claims_of
 
 WORLDS = Path(__file__).parent.parent / "generated" / "signals" / "worlds"
+PROOFS = WORLDS.parent / "proofs"
 MOST_RED, LEAST_GREEN, STEP = 120, 10, 5  # seconds
 
 
@@ -159,3 +165,28 @@ def test_a_rare_course_is_found_along_cells():
     tree = (("red_0", 57.5), narrow, 0)
     assert not is_kept(tree, 2, plant.needed, plant.rooms)
     assert plant.ask(plant.profile(tree))[1].verdict is Verdict.VIOLATED
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in PROOFS.glob("*-[12].json")))
+def test_committed_certificates_are_accepted(name):
+    signal = name[:-2]
+    assert maviper.check(PROOFS / f"{name}.json", PROOFS / f"{signal}.json", world=WORLDS / f"{signal}.toml").subject
+
+
+def test_a_profile_may_have_agents_that_a_world_does_not_state():
+    profile = maviper.load(PROOFS / "cologne3-signal_0.json")
+    other = replace(profile.agents[0], agent="signal_9")
+    options = VerifyOptions(world=WORLDS / "cologne3-signal_0.toml")
+    world = StatedWorld.of(replace(profile, agents=(*profile.agents, other)), options)
+    assert [policy.agent for policy in world.profile.agents] == ["signal_0"]
+
+
+def test_the_c_of_a_team_drives_sumo(tmp_path, monkeypatch):
+    for needed in ("libsumo", "sumo_rl", "pettingzoo"):
+        pytest.importorskip(needed, reason="simulates in SUMO")
+    monkeypatch.syspath_prepend(PROOFS.parent)
+    drive = import_module("drive")
+    team = maviper.load(PROOFS / "cologne3-signal_0.json")
+    maviper.compile(team, targets=("c", "json")).write(tmp_path)
+    found = drive.drive("cologne3", str(tmp_path), seconds=100)
+    assert found["decisions"] > 5 and found["differ"] == 0

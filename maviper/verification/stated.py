@@ -114,7 +114,8 @@ class StatedWorld:
         file = file_of(options.world)
         options = replace(options, world=file)
         given = {WORLD_FILE: file} | ({} if options.file is None else {CLAIM_FILE: options.file})
-        made = _join_parts(profile, read(file), given, _texts(given), options)
+        statement = read(file)
+        made = _join_parts(_leave_stated(profile, statement), statement, given, _texts(given), options)
         if not options.claims:
             return made
         asked = made.beside.get(CLAIM_FILE, "") + worlds.spell_claims(map(read_call, options.claims))
@@ -422,6 +423,12 @@ def _join_parts(
     elif not claims:
         claims = claims_of(statement, profile, given.get(WORLD_FILE, Path(WORLD_FILE)).name)
     return StatedWorld(profile, origin, statement, claims, given, beside, options)
+
+
+def _leave_stated(profile: PolicyProfile, statement: Statement) -> PolicyProfile:
+    """The profile without agents that a system does not state; as it is if that is all of them."""
+    kept = tuple(policy for policy in profile.agents if policy.agent in statement.system.features)
+    return replace(profile, agents=kept) if 0 < len(kept) < len(profile.agents) else profile
 
 
 def _texts(given: Mapping[str, Path]) -> dict[str, str]:
