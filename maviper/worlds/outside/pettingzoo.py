@@ -296,8 +296,8 @@ def _leaf(outputs: Sequence[OutputSpec]) -> ir.Tree:
 
 def _states(outcomes: Sequence[Outcome]) -> EnvStates:
     observations = zip(*(outcome.observations for outcome in outcomes), strict=True)
-    rewards, *others = map(np.array, zip(*(outcome[1:] for outcome in outcomes), strict=True))
-    return EnvStates(tuple(map(np.array, observations)), rewards, *others)
+    rewards, done, terminated, acting, told = map(np.array, zip(*(outcome[1:] for outcome in outcomes), strict=True))
+    return EnvStates(tuple(map(np.array, observations)), rewards, done, terminated, acting, told)
 
 
 def user_world(text: str) -> PettingZooWorld:

@@ -139,9 +139,10 @@ class EnvStates:
         parts = zip(
             *((each.rewards, each.done, each.terminated, each.acting, each.told) for each in states), strict=True
         )
-        rewards, *others = map(np.concatenate, parts)
+        rewards, done, terminated, acting, told = map(np.concatenate, parts)
         known = [state.pasts for state in states if state.pasts is not None]
         pasts = np.concatenate(known) if len(known) == len(states) else None
+        others = done, terminated, acting, told
         return EnvStates(tuple(map(np.concatenate, observations)), rewards, *others, pasts=pasts)
 
 
