@@ -30,7 +30,8 @@ def cosine(low, high):
     return least, np.where((low <= 0.0) & (high >= 0.0), 1.0, np.maximum(*ends) + SLACK)
 
 
-def main():
+def shown():
+    """Whether the car gets there from all starts, and keeps to the stated ranges."""
     ends = np.linspace(-0.45, -0.4, STARTS + 1)
     place, speed = (ends[:-1], ends[1:]), (np.zeros(STARTS), np.zeros(STARTS))
     for _ in range(STEPS):
@@ -43,9 +44,9 @@ def main():
         place, speed = (place[0][open_], np.minimum(place[1][open_], 0.5)), (speed[0][open_], speed[1][open_])
         stated = (place[0] >= -1.2) & (speed[0] >= -0.07) & (speed[1] <= 0.07)
         if not len(stated) or not stated.all():
-            return int(len(stated) > 0)
-    return 1
+            return not len(stated)
+    return False
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(not shown())
