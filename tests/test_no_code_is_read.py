@@ -35,6 +35,7 @@ STARTS: dict[str, str] = {
     "codegen/importers/c/compiled.py": "the C preprocessor on an imported file, and C that was accepted, with limits",
     "codegen/importers/running/asking.py": "Python, of a source that passed the gate",
     "maviper/compilation/proofs.py": "Frama-C, of code that this very run has generated",
+    "maviper/verification/bench.py": "none itself: it asks whether there is a compiler",
     "maviper/worlds/outside/processes.py": "copies of an environment that the user names on the command line",
 }
 

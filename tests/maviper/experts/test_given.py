@@ -117,7 +117,8 @@ def test_what_q_does_wrongly(extract, case):
 def test_a_run_that_q_ends_before_it_has_a_tree_leaves_its_folder_free(extract):
     """What is advised, --critic none, is another run. One that has a tree stays."""
     without = {"q": "raise NotImplementedError('none')"}
-    assert extract(into="run", **without)[0] == ExitCode.INPUT and not [*Path("run").iterdir()]
+    assert extract(into="run", **without)[0] == ExitCode.INPUT and not Path("run").exists()
+    Path("run").mkdir()
     Path("run/mine.txt").write_text("kept")
     assert extract(into="run", **without)[0] == ExitCode.INPUT
     assert extract(*UNMEASURED, into="run", **without)[0] == ExitCode.DONE and Path("run/mine.txt").exists()
@@ -181,7 +182,7 @@ def test_a_function_of_other_arguments_is_no_expert(tmp_path, monkeypatch):
 def test_who_names_no_expert_is_told_how_a_function_is_named(name):
     with pytest.raises(UnknownNameError, match="a function of your own is named module:function") as caught:
         find_expert(name)
-    assert "known: " in caught.value.next_step and "cooperative-navigation" in caught.value.next_step
+    assert "maviper worlds list" in caught.value.next_step
 
 
 def test_an_environment_in_place_of_what_makes_it_is_told():

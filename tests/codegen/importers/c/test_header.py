@@ -50,7 +50,9 @@ def header():
         ("#include <float.h>", '#include "other.h"'),
         ("_agent_0_act(const float *x)\n{", "_agent_0_act(const float *x)\n{\n    x++;"),
         ("_PROFILE \"", "_PROFIL \""),
-        ("return PHYSICAL_DECEPTION_AGENT_0_LEFT;", "return 0;"),
+        ("return PHYSICAL_DECEPTION_AGENT_0_LEFT;", "return 5;"),
+        ("return PHYSICAL_DECEPTION_AGENT_0_LEFT;", "return -1;"),
+        ("return PHYSICAL_DECEPTION_AGENT_0_LEFT;", "return 0.0;"),
         ("] <= ", "] < "),
         ("#endif", "#endif }"),
         ("-0x1.a5ff24p-8f", "-0.1f"),  # decimal, which would be read as hexadecimal
