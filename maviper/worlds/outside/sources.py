@@ -37,7 +37,7 @@ SUM, MEAN, LAST = HOW = "sum", "mean", "last"  # of a number in infos over an ep
 LOWER, HIGHER = BETTER = "lower", "higher"
 LOG_FILE = "environment.log"
 LOG = "MAVIPER_ENVIRONMENT_LOG"  # the variable that names it for this process, and for those that it starts
-_lock = threading.Lock()
+_lock = threading.RLock()  # a collected world closes its copies, and so comes here, wherever memory is asked for
 _log: TextIO | None = None  # the open file
 _inside: list[TextIO] = []  # standard output as each found it that is within: the first one's is the real one
 _asked: list[tuple[str, float]] = []  # what other people's code is asked for, the outermost first, and since when

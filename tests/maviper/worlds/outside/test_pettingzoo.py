@@ -5,6 +5,7 @@ import json
 import multiprocessing
 import re
 import sys
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,7 @@ from maviper.extraction.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import find, find_built_in
 from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import matching_world, not_ours
+from maviper.worlds.outside import sources
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld
 from maviper.worlds.outside.playing import EnvStates
@@ -306,6 +308,27 @@ def test_a_world_that_is_forgotten_ends_its_processes():
     del world
     gc.collect()
     assert not multiprocessing.active_children()
+
+
+def test_a_world_may_be_collected_while_output_is_put_aside(monkeypatch, here):
+    """That happens wherever memory is asked for, and closes its copies."""
+    monkeypatch.setattr("maviper.worlds.outside.processes.WAKING", 10.0)  # seconds, so that copies play here
+    worlds = [find("tests.support.environments:early")]
+    worlds[0].start_from_seeds([1])
+    assert not worlds[0]._copies.apart
+
+    def collecting():
+        worlds.clear()
+        gc.collect()
+
+    monkeypatch.setattr(sources, "open_log", collecting)
+    before, waiting = (
+        sys.stdout,
+        threading.Thread(target=import_maker, args=[parse_source("tests.support.environments:spread")], daemon=True),
+    )
+    waiting.start()
+    waiting.join(30)
+    assert not waiting.is_alive() and not worlds and sys.stdout is before
 
 
 def test_quick_copies_play_here_and_slow_ones_apart_with_the_same_outcomes(monkeypatch, here):
