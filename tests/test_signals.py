@@ -1,6 +1,8 @@
 """Signals of cities: what is proved about them for ever, beside a search of our own through all that can happen."""
 
 import random
+import subprocess
+import sys
 import tomllib
 from dataclasses import replace
 from importlib import import_module
@@ -181,12 +183,14 @@ def test_a_profile_may_have_agents_that_a_world_does_not_state():
     assert [policy.agent for policy in world.profile.agents] == ["signal_0"]
 
 
-def test_the_c_of_a_team_drives_sumo(tmp_path, monkeypatch):
+@pytest.mark.parametrize("numbers", ["float32", "floats"])
+def test_the_c_of_a_team_drives_sumo(numbers, tmp_path, monkeypatch):
     for needed in ("libsumo", "sumo_rl", "pettingzoo"):
         pytest.importorskip(needed, reason="simulates in SUMO")
     monkeypatch.syspath_prepend(PROOFS.parent)
-    drive = import_module("drive")
-    team = maviper.load(PROOFS / "cologne3-signal_0.json")
-    maviper.compile(team, targets=("c", "json")).write(tmp_path)
-    found = drive.drive("cologne3", str(tmp_path), seconds=100)
+    drive, rules = import_module("drive"), tmp_path / "rules.py"
+    command = [sys.executable, PROOFS.parent / "actuated.py", "cologne3", rules, "62.5"]
+    subprocess.run(command, check=True)  # a process of its own, as libsumo has one simulation in each
+    maviper.compile(maviper.from_file(rules, arrays=numbers), targets=("c", "json")).write(tmp_path / "code")
+    found = drive.drive("cologne3", str(tmp_path / "code"), seconds=100)
     assert found["decisions"] > 5 and found["differ"] == 0

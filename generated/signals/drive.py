@@ -18,13 +18,11 @@ import signals
 
 import maviper
 
-Floats = ctypes.POINTER(ctypes.c_float)
-
 
 def library(header: Path, agents: list[str]) -> ctypes.CDLL:
     """Exports `act_AGENT` of each agent from a header, all of whose functions are static."""
     lines = [f'#include "{header.resolve()}"']
-    lines += [f"int act_{agent}(const float *x) {{ return {header.stem}_{agent}_act(x); }}" for agent in agents]
+    lines += [f"int act_{agent}(const void *x) {{ return {header.stem}_{agent}_act(x); }}" for agent in agents]
     with TemporaryDirectory() as folder:
         source, built = Path(folder, "team.c"), Path(folder, "team.so")
         source.write_text("\n".join([*lines, ""]), encoding="utf-8")
@@ -42,10 +40,11 @@ def drive(network: str, folder: str, seed: int = 0, seconds: int = 3600) -> dict
     while env.agents:
         chosen: dict[str, int] = {}
         for policy in (each for each in team.agents if each.agent in env.acting):
-            place = code[f"act_{policy.agent}"](seen[policy.agent].ctypes.data_as(Floats))
+            row = seen[policy.agent].astype(policy.numbers)
+            place = code[f"act_{policy.agent}"](row.ctypes.data_as(ctypes.c_void_p))
             chosen[policy.agent] = env.action_names[policy.agent].index(policy.actions[place].name)
             decisions += 1
-            differ += place != policy.act([seen[policy.agent]])[0]
+            differ += place != policy.act([row])[0]
         seen, *_, infos = env.step(chosen)
     return {**infos[env.possible_agents[0]], "decisions": decisions, "differ": int(differ)}
 
