@@ -37,6 +37,7 @@ from codegen.ir import (
     WorldSpec,
     depth,
 )
+from codegen.memory import memory_faults
 from codegen.paths import illegal_leaves, mask_of
 from codegen.sums import ARITHMETICS, DOUBLE_SUMS, OBSERVED, choose_numbers
 
@@ -211,7 +212,7 @@ def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
     counts = (len(policy.features) + len(tree.sums), len(tree.vectors) if policy.outputs else len(policy.actions))
     broken = list(_tree(f"{path}.tree", policy.tree, *counts, preorder=True))
     yield from broken
-    for where, what in _sum_faults(policy) if not broken else ():
+    for where, what in (*_sum_faults(policy), *memory_faults(policy)) if not broken else ():
         yield Violation(f"{path}.{where}", what)
     if not broken and int(depth(policy.tree).max()) > MAX_DEPTH:
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")

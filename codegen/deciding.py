@@ -12,11 +12,13 @@ from typing import Any
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import CONSTANT, NO_FEATURE, AgentPolicy, PolicyProfile, Tree, among
+from codegen.memory import describe_update
 from codegen.wording import NO_UNIT, describe_sum
 
 DIGITS = 3  # of weights, where people read them
 VERIFIER = "the verifier"  # who refuses sums
 SUMMING = ("c", "python", "json", "javascript", "rust", "svg", "onnx", "onnx-old", "jax", "torch")  # who takes them
+REMEMBERING = ("c", "python", "javascript", "json")  # who takes memory
 
 
 def decide(policy: AgentPolicy, obs: Any) -> Any:
@@ -47,8 +49,18 @@ def only_acts(profile: PolicyProfile) -> bool:
     return not any(policy.outputs for policy in profile.agents)
 
 
-def ensure_plain(profile: PolicyProfile, who: str) -> PolicyProfile:
-    """The profile itself; InputError where an agent tests sums of features or gives numbers, which `who` does not take.
+def ensure_forgets(profile: PolicyProfile, who: str) -> PolicyProfile:
+    """The profile itself; InputError where an agent remembers anything, which `who` does not take."""
+    remembering = [policy.agent for policy in profile.agents if policy.memory]
+    if remembering:
+        advice = f"`maviper show` and `maviper compile --target {','.join(REMEMBERING)}` take it"
+        raise InputError(f"{who} does not take memory yet", f"{', '.join(remembering)}: remembers", advice)
+    return profile
+
+
+def ensure_plain(profile: PolicyProfile, who: str, *, memory: bool = False) -> PolicyProfile:
+    """The profile itself; InputError where an agent tests sums of features or gives numbers, which `who` does not take,
+    or remembers anything, unless it takes `memory`.
 
     `who`: such as "the target rust".
     """
@@ -58,7 +70,7 @@ def ensure_plain(profile: PolicyProfile, who: str) -> PolicyProfile:
         where = "tests of sums" if only_acts(profile) else "numbers as outputs"
         advice = f"`maviper show` and `maviper compile --target {','.join(SUMMING)}` take them"
         raise InputError(f"{who} does not take sums yet", f"{agents}: {where}", advice)
-    return profile
+    return profile if memory else ensure_forgets(profile, who)
 
 
 def read_by(tree: Tree, tested: int, n_features: int) -> tuple[tuple[float, int], ...]:
@@ -96,7 +108,12 @@ def kind_decided(policy: AgentPolicy) -> str:
 
 def describe_leaf(policy: AgentPolicy, leaf: int) -> str:
     """The action of a leaf, or the sums that it gives, in words."""
-    return ", ".join(given for given in describe_given(policy, leaf)) or policy.actions[_chosen(policy, leaf)].name
+    return ", ".join(describe_given(policy, leaf)) or describe_action(policy.actions[_chosen(policy, leaf)])
+
+
+def describe_action(action: ir.ActionSpec) -> str:
+    """The action that is taken, and what becomes of memory: `heat, timer += 1`."""
+    return ", ".join([action.acts or action.name, *map(describe_update, action.updates)])
 
 
 def describe_given(policy: AgentPolicy, leaf: int) -> Iterator[str]:
@@ -110,7 +127,7 @@ def describe_decision(policy: AgentPolicy, observation: Any, sign: str = " = ", 
     """The decision for one observation [n_features], in words: the action, or each number with its unit."""
     (decided,) = decide(policy, [observation])
     if not policy.outputs:
-        return policy.actions[int(decided)].name
+        return describe_action(policy.actions[int(decided)])
     named = zip(policy.outputs, decided.tolist(), strict=True)
     return ", ".join(
         f"{output.name}{sign}{value:.6g}{' ' + output.unit if units and output.unit not in NO_UNIT else ''}"

@@ -21,7 +21,8 @@ from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, AgentPolicy, I
 from codegen.sums import FLOAT32_STEPS
 
 SCHEMA_VERSION = 1
-SUMS_VERSION = 2  # of profiles in which any agent has sums or outputs, and of no others
+SUMS_VERSION = 2  # of profiles in which any agent has sums or outputs, and none remembers anything
+MEMORY_VERSION = 3  # of profiles in which any agent remembers something
 Number = float | int | str
 SumJson = list[tuple[float, str | None]]  # [weight, feature], or [constant, null], in the order of the additions
 
@@ -71,20 +72,27 @@ class GrownJson(_Strict):
 
 
 class FeatureJson(_Strict):
-    """`seen`: least, 1st and 99th percentile and most in episodes, of all features of an agent or of none."""
+    """`seen`: least, 1st and 99th percentile and most in episodes, of all features of an agent or of none. `initial`:
+    of what is remembered, after a reset.
+    """
 
     name: str
     unit: str
     range: tuple[float, float]
     meaning: str | None
     seen: tuple[float, float, float, float] | None = None
+    initial: int | None = None
 
 
 class ActionJson(_Strict):
+    """`acts`: the action that is taken, where this one also updates what is remembered: [memory, how, number]."""
+
     name: str
     effect: tuple[float, float] | None
     legal_if: str = ""
     label: int | float | str | None = None
+    acts: str = ""
+    updates: list[tuple[str, Literal["set", "add"], int]] = []
 
 
 class OutputJson(_Strict):

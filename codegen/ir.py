@@ -8,6 +8,7 @@ Semantics, the same in every artefact that is made from a profile:
 - A split sends an observation x left iff `x[feature] <= threshold`, both float32 or both float64: `Tree.numbers`. NaN
   compares false, so it goes right; infinities follow `<=`. Numbers of other types are doubles first, then the tree's.
 - A sum is added left to right in the tree's arithmetic (sums.py), and compared like a feature.
+- What is remembered is compared like a feature, of which it has the name; memory.py says how it changes.
 - A node's id is its index in the tree's arrays, which are in preorder; leaves are named by that id everywhere.
 """
 
@@ -141,6 +142,16 @@ class FeatureSpec:
     low: float
     high: float
     meaning: Meaning | None  #: None: the policy runs and compiles, but claims about world states are out of reach
+    initial: int | None = None  #: of what the policy remembers (memory.py), after a reset; None: it is observed
+
+
+@dataclass(frozen=True)
+class Update:
+    """What becomes of one thing that is remembered: it is set to a whole number, or that is added."""
+
+    memory: str  #: the feature
+    adds: bool
+    value: int
 
 
 @dataclass(frozen=True)
@@ -151,6 +162,8 @@ class ActionSpec:
     effect: tuple[float, float] | None
     legal_if: str = ""  #: the feature that is 1 where the action is legal, else 0; "": it always is
     label: int | float | str | None = None  #: that an imported source returns for it, unless its place or name says so
+    acts: str = ""  #: the action that is taken, where this one changes what is remembered, too
+    updates: tuple[Update, ...] = ()  #: what is remembered then; what they do not name is kept
 
     def known_as(self, place: int) -> int | float | str:
         """Returns what its environment, or the source that it was imported from, calls it: its label, or its place."""
@@ -185,6 +198,17 @@ class AgentPolicy:
         """The numbers that it observes and compares: `float32` or `float64`."""
         return self.tree.numbers
 
+    @property
+    def memory(self) -> tuple[FeatureSpec, ...]:
+        """What it remembers: the last of its features."""
+        return tuple(feature for feature in self.features if feature.initial is not None)
+
+    @property
+    def taken(self) -> Int32:
+        """The place of the action that is taken with each action, [n_actions]: its own, unless it changes memory."""
+        places = {action.name: place for place, action in enumerate(self.actions)}
+        return np.array([places[action.acts or action.name] for action in self.actions], np.int32)
+
     def act(self, rows: npt.ArrayLike) -> Int64 | Float64:
         """Decides for each row of features: actions [n] int64, by their labels where these are whole numbers, else by
         their places; or the numbers that it gives, [n, n_outputs] float64.
@@ -197,7 +221,8 @@ class AgentPolicy:
         """
         if self.outputs:
             return outputs(self, rows).astype(np.float64)
-        numbers = [action.known_as(place) for place, action in enumerate(self.actions)]
+        places: list[int] = self.taken.tolist()
+        numbers = [self.actions[place].known_as(place) for place in places]
         counted = numbers if all(isinstance(each, int) for each in numbers) else range(len(numbers))
         return np.array(counted, dtype=np.int64)[act(self, rows)]
 

@@ -75,12 +75,16 @@ def mask_of(features: Sequence[FeatureSpec], actions: Sequence[ActionSpec]) -> M
 
 def illegal_leaves(tree: Tree, mask: Mask) -> Iterator[int]:
     """The leaves that some observation reaches in which their action is illegal although another one is legal."""
-    stack: list[tuple[int, Box]] = [(ROOT, EVERYTHING)]
+    return (leaf for leaf, box in boxes_of(tree) if not _lawful(box, mask, int(tree.action[leaf])))
+
+
+def boxes_of(tree: Tree, box: Box = EVERYTHING) -> Iterator[tuple[int, Box]]:
+    """The leaves that observations of a box reach, left to right, each with the box of those that do."""
+    stack: list[tuple[int, Box]] = [(ROOT, box)]
     while stack:
         node, box = stack.pop()
         if tree.feature[node] == NO_FEATURE:
-            if not _lawful(box, mask, int(tree.action[node])):
-                yield node
+            yield node, box
             continue
         sides = box.split_at(int(tree.feature[node]), float(tree.threshold[node]))
         for child, side in zip((tree.right[node], tree.left[node]), reversed(sides), strict=True):

@@ -24,6 +24,7 @@ from codegen.errors import ProfileError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.form import (
     ADVICE,
+    MEMORY_VERSION,
     SCHEMA_VERSION,
     SUMS_VERSION,
     AgentJson,
@@ -45,6 +46,7 @@ from codegen.ir import (
     OutputSpec,
     PolicyProfile,
     Provenance,
+    Update,
     VariableSpec,
     WorldSpec,
 )
@@ -57,6 +59,10 @@ SEMANTICS = (
 WITH_SUMS = (
     "; a sum of [weight, feature] and [constant, null] is added left to right, beginning with its first term, in the "
     "agent's arithmetic, and its threshold is exact; outputs are clipped to low and high, then rounded to what it gives"
+)
+WITH_MEMORY = (
+    "; features with an initial value are remembered, and have it after a reset; after each decision the leaf's action "
+    "updates them, all at once, and acts is the action that is taken; all else is kept, also where no decision is asked"
 )
 WITH_FLOAT64 = f"{SEMANTICS}; of agents whose numbers are float64: float64 observations, threshold is exact"
 
@@ -73,9 +79,13 @@ def dumps(profile: PolicyProfile) -> str:
     return layout(document | {"content_hash": _hash(document)}) + "\n"
 
 
-def _semantics(numbers: Iterable[str], summing: bool) -> str:
-    """Returns a profile's text on its meaning; `numbers`: what its agents compare; `summing`: whether any has sums."""
-    return (WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS) + (WITH_SUMS if summing else "")
+def _semantics(numbers: Iterable[str], *, summing: bool, remembering: bool) -> tuple[int, str]:
+    """Returns a profile's schema version and its text on its meaning; `numbers`: what its agents compare; `summing`,
+    `remembering`: whether any does.
+    """
+    version = MEMORY_VERSION if remembering else SUMS_VERSION if summing else SCHEMA_VERSION
+    added = (WITH_SUMS if summing else "") + (WITH_MEMORY if remembering else "")
+    return version, (WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS) + added
 
 
 def _hash(document: dict[str, Any]) -> str:
@@ -85,14 +95,20 @@ def _hash(document: dict[str, Any]) -> str:
 
 # --- encoding
 
+HOW = ("set", "add")
+
 
 def _document(profile: PolicyProfile) -> dict[str, Any]:
     world = profile.world
     provenance = profile.provenance
-    summing = any(policy.tree.arithmetic for policy in profile.agents)
+    version, semantics = _semantics(
+        [policy.numbers for policy in profile.agents],
+        summing=any(policy.tree.arithmetic for policy in profile.agents),
+        remembering=any(policy.memory for policy in profile.agents),
+    )
     return {
-        "schema_version": SUMS_VERSION if summing else SCHEMA_VERSION,
-        "semantics": _semantics((policy.numbers for policy in profile.agents), summing),
+        "schema_version": version,
+        "semantics": semantics,
         "world": {
             "name": world.name,
             "reference": world.reference,
@@ -157,6 +173,7 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
             "range": [float(feature.low), float(feature.high)],
             "meaning": None if feature.meaning is None else str(feature.meaning),
             **({"seen": list(policy.seen[place])} if policy.seen else {}),
+            **({} if feature.initial is None else {"initial": feature.initial}),
         }
         for place, feature in enumerate(policy.features)
     ]
@@ -166,6 +183,8 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
             "effect": None if action.effect is None else [float(part) for part in action.effect],
             **({"legal_if": action.legal_if} if action.legal_if else {}),
             **({} if action.label is None else {"label": action.label}),
+            **({"acts": action.acts} if action.acts else {}),
+            **({"updates": [[u.memory, HOW[u.adds], u.value] for u in action.updates]} if action.updates else {}),
         }
         for action in policy.actions
     ]
@@ -198,14 +217,19 @@ def _summing(policy: AgentPolicy) -> dict[str, Any]:
 
 def decode(raw: ProfileJson, where: str, besides: Besides) -> PolicyProfile:
     """The profile that a file states. ProfileError with the path of what breaks a rule, one of `besides` included."""
-    summing = any(agent.arithmetic for agent in raw.agents)
-    if raw.schema_version != (SUMS_VERSION if summing else SCHEMA_VERSION):
-        reads = f"{SCHEMA_VERSION}, and {SUMS_VERSION} where an agent has sums or outputs"
+    remembered = (each.initial is not None for agent in raw.agents for each in agent.features)
+    version, semantics = _semantics(
+        [agent.numbers for agent in raw.agents],
+        summing=any(agent.arithmetic for agent in raw.agents),
+        remembering=any(remembered),
+    )
+    if raw.schema_version != version:
+        reads = f"{SCHEMA_VERSION}, {SUMS_VERSION} where an agent has sums or outputs, {MEMORY_VERSION} with memory"
         detail = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {reads}"
         raise ProfileError(
             "a policy profile with another schema version", detail, "extract it again or install a matching version"
         )
-    if raw.semantics != _semantics((agent.numbers for agent in raw.agents), summing):
+    if raw.semantics != semantics:
         detail = f"{where}: $.semantics: '{escape_text(raw.semantics[:80])}'"
         raise ProfileError("a policy profile with other semantics", detail, ADVICE)
     return ensure(_profile(raw, where), where, besides)
@@ -237,10 +261,22 @@ def _profile(raw: ProfileJson, where: str) -> PolicyProfile:
 
 def _policy(raw: AgentJson, path: str) -> AgentPolicy:
     features = tuple(
-        FeatureSpec(item.name, item.unit, *item.range, _meaning(item.meaning, f"{path}.features[{index}].meaning"))
+        FeatureSpec(
+            item.name, item.unit, *item.range, _meaning(item.meaning, f"{path}.features[{index}].meaning"), item.initial
+        )
         for index, item in enumerate(raw.features)
     )
-    actions = tuple(ActionSpec(item.name, item.effect, item.legal_if, item.label) for item in raw.actions)
+    actions = tuple(
+        ActionSpec(
+            item.name,
+            item.effect,
+            item.legal_if,
+            item.label,
+            item.acts,
+            tuple(Update(memory, how == HOW[True], value) for memory, how, value in item.updates),
+        )
+        for item in raw.actions
+    )
     tree = tree_of(raw, path)
     grown = None
     if raw.grown is not None:

@@ -109,7 +109,7 @@ def _evidence(path: str, policy: AgentPolicy) -> Iterator[Violation]:
     for index, ends in enumerate(policy.seen):
         if not all(abs(end) <= sys.float_info.max for end in ends) or list(ends) != sorted(ends):
             yield Violation(f"{path}.features[{index}].seen", "are finite numbers in ascending order")
-    yield from _labels(f"{path}.actions", [action.label for action in policy.actions])
+    yield from _labels(f"{path}.actions", [action.label for action in policy.actions if not action.acts])
     visits = policy.tree.visits
     if len(visits) and (len(visits) != len(policy.tree.feature) or (visits < 0).any()):
         yield Violation(f"{path}.tree", "visits are one number for each node, from 0")

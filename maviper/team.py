@@ -17,7 +17,8 @@ import numpy as np
 from codegen import ir, policy_json
 from codegen.deciding import decide
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import AgentPolicy, PolicyProfile
+from codegen.ir import AgentPolicy, Int64, PolicyProfile
+from codegen.memory import initial_memory, step_memory
 from codegen.wording import format_count
 from maviper.evaluation.show import tell_rules
 from maviper.files import runs
@@ -99,6 +100,8 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
             while env.agents:
                 seen, rewards, ended, cut, infos = env.step(team.act(seen, agents=env.agents))
 
+        Agents that remember something go on from their own last decision, since `reset`.
+
         Args:
             observations: Agent -> observation, by the names and in the form that the environment has. Of a single agent
                 the observation alone is taken too, and its action returned.
@@ -116,6 +119,18 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
         among: set[Any] = set(observations if agents is None else agents)
         acting: list[Any] = [agent for agent in observations if agent in among]
         return {agent: self._decide(agent, observations[agent], given.get(agent, {})) for agent in acting}
+
+    def reset(self) -> None:
+        """Has all agents forget what they remember, as at the start of an episode; of others, it does nothing.
+
+        team.reset()
+        """
+        self._remembered.clear()
+
+    @cached_property
+    def _remembered(self) -> dict[Any, Int64]:
+        """What each agent that decided since the reset remembers."""
+        return {}
 
     def _names_agents(self, observations: Any) -> bool:
         if not is_mapping(observations):
@@ -143,10 +158,15 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
             policy = self[str(agent) if str(agent) in self else legal_names([str(agent)], "agent")[0]]
         read = getattr(self._env, "read", None)
         row = _flatten(policy, seen) if read is None else np.ravel(read(agent, seen, info))
-        if row.size != len(policy.features):
-            what = f"{policy.agent} observes {format_count(len(policy.features), 'number')}, and {row.size} are given"
+        width = len(policy.features) - len(policy.memory)
+        if row.size != width:
+            what = f"{policy.agent} observes {format_count(width, 'number')}, and {row.size} are given"
             raise InputError(what, self.world.name, GIVE)
-        (chosen,) = decide(policy, row[None])
+        if policy.memory:
+            before = self._remembered.get(agent, initial_memory(policy))
+            (chosen,), (self._remembered[agent],) = step_memory(policy, before[None], row[None])
+        else:
+            (chosen,) = decide(policy, row[None])
         if self._env is not None:
             return taking(space(self._env, "action", agent))(chosen)
         if policy.outputs:

@@ -27,7 +27,7 @@ class Subject:
     viewed: Viewed | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        ensure_plain(self.profile, VERIFIER)
+        ensure_plain(self.profile, VERIFIER, memory=True)
 
     @property
     def origin(self) -> PolicyProfile:

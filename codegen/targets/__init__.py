@@ -8,7 +8,7 @@ Does not: write files or check them (agreement/selfcheck.py).
 from collections.abc import Callable, Iterable, Mapping
 
 from codegen import ir
-from codegen.deciding import SUMMING, ensure_plain
+from codegen.deciding import REMEMBERING, SUMMING, ensure_forgets, ensure_plain
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
@@ -56,5 +56,7 @@ def emit_model(model: Model, profile: ir.PolicyProfile, targets: Iterable[str]) 
             raise InputError(what, "--target", f"leave {target} out, or import the tree with --numbers float32")
         if target not in SUMMING:
             ensure_plain(profile, f"the target {target}")
+        if target not in REMEMBERING:
+            ensure_forgets(profile, f"the target {target}")
         files |= TARGETS[target](model, profile)
     return files

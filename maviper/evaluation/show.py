@@ -54,7 +54,9 @@ def rules(policy: ir.AgentPolicy) -> Iterator[str]:
 
 
 def bounds(policy: ir.AgentPolicy) -> Iterator[str]:
-    """A line for each output that has bounds, with its unit."""
+    """A line for each thing that is remembered, and for each output that has bounds, with its unit."""
+    for each in policy.memory:
+        yield f"remembers {each.name}, {each.low:g} to {each.high:g}, {each.initial} after a reset"
     for output in policy.outputs:
         if said := cut(output):
             unit = f" in {output.unit}" if output.unit not in NO_UNIT else ""

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any, Unpack, cast
 
 from codegen import ir
-from codegen.deciding import sums_in
+from codegen.deciding import ensure_forgets, sums_in
 from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.lowering.render import render
@@ -136,6 +136,8 @@ def compare_profiles(
     InputError for profiles that cannot be compared.
     """
     agents = asked.agents or _common(first, second)
+    for profile in (first, second):
+        ensure_forgets(profile, "diff")
     if sums_in(first) or sums_in(second):
         return compare_outputs(first, second, agents, region, _budgets(asked).max_cells)
     if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world:
