@@ -204,10 +204,10 @@ class AgentPolicy:
         return tuple(feature for feature in self.features if feature.initial is not None)
 
     @property
-    def taken(self) -> Int32:
-        """The place of the action that is taken with each action, [n_actions]: its own, unless it changes memory."""
+    def taken(self) -> tuple[int, ...]:
+        """The place of the action that is taken with each action: its own, unless that changes memory."""
         places = {action.name: place for place, action in enumerate(self.actions)}
-        return np.array([places[action.acts or action.name] for action in self.actions], np.int32)
+        return tuple(places[action.acts or action.name] for action in self.actions)
 
     def act(self, rows: npt.ArrayLike) -> Int64 | Float64:
         """Decides for each row of features: actions [n] int64, by their labels where these are whole numbers, else by
@@ -221,8 +221,7 @@ class AgentPolicy:
         """
         if self.outputs:
             return outputs(self, rows).astype(np.float64)
-        places: list[int] = self.taken.tolist()
-        numbers = [self.actions[place].known_as(place) for place in places]
+        numbers = [self.actions[place].known_as(place) for place in self.taken]
         counted = numbers if all(isinstance(each, int) for each in numbers) else range(len(numbers))
         return np.array(counted, dtype=np.int64)[act(self, rows)]
 

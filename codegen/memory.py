@@ -37,7 +37,7 @@ def step_memory(policy: AgentPolicy, memory: npt.ArrayLike, obs: npt.ArrayLike) 
     seen = observations(obs, len(policy.features) - count, policy.agent, policy.numbers)
     chosen = act(policy, np.concatenate([seen, known.astype(policy.numbers)], axis=1))
     keeps, adds = tabulate_updates(policy)
-    return policy.taken[chosen], keeps[chosen] * known + adds[chosen]
+    return np.array(policy.taken, np.int32)[chosen], keeps[chosen] * known + adds[chosen]
 
 
 def tabulate_updates(policy: AgentPolicy) -> tuple[Int64, Int64]:

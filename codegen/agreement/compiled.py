@@ -22,7 +22,7 @@ import numpy as np
 from codegen.agreement.programs import find_compiler, run
 from codegen.errors import DisagreementError, InputError, MissingToolError
 from codegen.floats import observations
-from codegen.ir import Float64, Floats, Int32, PolicyProfile
+from codegen.ir import Float64, Floats, Int32, Int64, PolicyProfile
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
 from codegen.targets import USUAL, emit_model
@@ -163,6 +163,16 @@ class CompiledC:
         within = np.full(len(worlds), -1, dtype=np.int32)
         self._library[self._names.exported_region](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(within))
         return within
+
+    def steps(self, agent: str, rows: Float64) -> Int64:
+        """An agent's memory after a reset, then its actions and the memory after each, [1 + batch, 1 + n_memories].
+        `rows`: [batch, n_features], one call after the other; where a memory is NaN, its state stays as it is.
+        """
+        lowered, held = self._agents[agent], np.ascontiguousarray(rows, np.float64)
+        assert lowered.machine is not None and held.shape[1] == len(lowered.features), "rows with memory"
+        told = np.zeros((1 + len(held), 1 + len(lowered.machine.memory)), ctypes.c_long)
+        self._library[lowered.names.exported_steps](_pointer(held), ctypes.c_long(len(held)), _pointer(told))
+        return told.astype(np.int64)
 
     def _answers(self, agent: str, count: int, kind: str = "") -> Any:
         """Room for an agent's answers, of a numpy type, filled with what is none: NaN, or the largest whole number."""

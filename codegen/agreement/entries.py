@@ -16,6 +16,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.agreement import probes
+from codegen.agreement.sequences import Questions, ask_sequences, expected_answers
 from codegen.boxes import is_inside
 from codegen.check import identifier
 from codegen.deciding import decide
@@ -49,6 +50,7 @@ class Told:
     acted: Mapping[str, Any] = field(default_factory=dict[str, Any])  # by agent, [n], or [n, n_outputs]
     team: Int32 | None = None  # [n, n_agents]
     within: Int32 | None = None  # [n] 1 within the region, else 0
+    remembered: Mapping[str, Any] = field(default_factory=dict[str, Any])  # by agent, [n, 1 + n_memories]
     misused: int = 0  # wrong inputs that were given
     accepted: tuple[str, ...] = ()  # those that were not refused, in words
 
@@ -94,6 +96,11 @@ class Asked:
             rng = np.random.default_rng(SEED)
             by_agent[policy.agent] = probes.telling_doubles(policy, rng)
         return by_agent
+
+    @cached_property
+    def sequences(self) -> dict[str, Questions]:
+        """By agent that remembers, what its machine is asked."""
+        return {policy.agent: ask_sequences(policy) for policy in self.profile.agents if policy.memory}
 
     @cached_property
     def typed(self) -> dict[str, list[Any]]:
@@ -151,6 +158,10 @@ def compare_entries(target: str, asked: Asked, told: Told) -> list[Agreement]:
         rows = asked.rows[policy.agent]
         wrong = told.checks[policy.agent] != checks(policy, rows)
         agreements.append(_agreement(f"{target} range {INPUT_CHECK}", policy.agent, wrong, rows))
+        if policy.agent in told.remembered:
+            questions = asked.sequences[policy.agent]
+            wrong = differing(expected_answers(policy, questions), told.remembered[policy.agent])
+            agreements.append(_agreement(f"{target} machine", policy.agent, wrong, questions.shown))
         if policy.agent in told.observed:
             agreements += compare_observations(target, policy, asked, told.observed[policy.agent])
             seen = _observe_states(policy, asked)

@@ -23,9 +23,10 @@ from codegen.agreement import entries
 from codegen.agreement.entries import Asked, Told
 from codegen.agreement.probes import iterate_rows
 from codegen.agreement.programs import run
+from codegen.agreement.sequences import drive_machine
 from codegen.check import identifier
 from codegen.errors import DisagreementError, MissingToolError
-from codegen.ir import Float64, Floats, Int32
+from codegen.ir import Float64, Floats, Int32, Int64
 from codegen.lowering.model import Agent, Model
 from codegen.targets.rendered import harness
 
@@ -155,18 +156,31 @@ def json_act(text: str, agent: str, rows: Any) -> list[Any]:
     return decisions
 
 
-def load_reader(reader: str, text: str, agent: str) -> Callable[[Any], Any]:
-    """Returns the decision function of the reference reader that is handed out with the JSON `text`."""
+def load_reader(reader: str, text: str, agent: str) -> Any:
+    """Returns the policy of the reference reader that is handed out with the JSON `text`; `act` decides."""
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
         path = Path(folder) / "profile.json"
         path.write_text(text)
-        return load_python(reader)["load"](path)[agent].act
+        return load_python(reader)["load"](path)[agent]
 
 
 def reader_act(reader: str, text: str, agent: str, rows: Any) -> list[Any]:
     """Decisions of the reference reader."""
-    act = load_reader(reader, text, agent)
+    act = load_reader(reader, text, agent).act
     return [act(row) for row in iterate_rows(rows)]
+
+
+def drive_reader(policy: Any, rows: Float64) -> Int64:
+    """The answers of the reference reader's policy, which remembers, to the rows of a sequence."""
+    return drive_machine(policy.decide, policy.memory, rows)
+
+
+def _drive_module(module: Mapping[str, Any], asked: Asked) -> dict[str, Any]:
+    """The answers of a Python module's machines, by agent."""
+    machines = {agent: module["MACHINE"][agent]() for agent in asked.sequences}
+    return {
+        agent: drive_machine(each.step, vars(each), asked.sequences[agent].rows) for agent, each in machines.items()
+    }
 
 
 def load_python(text: str) -> Mapping[str, Any]:
@@ -198,6 +212,7 @@ def python_told(module: Mapping[str, Any], asked: Asked) -> Told:
         acted={agent: np.array([act(w) for w in states]) for agent, act in act_world.items()},
         team=np.array([module["act_team"](w) for w in states]) if "act_team" in module else None,
         within=np.array([module["in_region"](w) for w in bordering]) if "in_region" in module else None,
+        remembered=_drive_module(module, asked),
         misused=len(wrong) * len(functions),
         accepted=tuple(let),
     )
@@ -274,6 +289,8 @@ def _ask(folder: Path, model: Model, asked: Asked) -> None:
     """Writes what a harness reads: observations of each agent, and world states."""
     for agent in model.agents:
         (folder / f"{agent.lower}.asked").write_bytes(_bytes(agent, asked.rows[agent.name]))
+    for agent, questions in asked.sequences.items():
+        (folder / f"{identifier(agent)}.steps").write_bytes(questions.rows.astype("<f8").tobytes())
     for name, states in (("states", asked.states), ("bordering", asked.bordering)):
         (folder / name).write_bytes(states.astype("<f8").tobytes())
 
@@ -297,6 +314,11 @@ def _read_entries(folder: Path, model: Model) -> Told:
         acted={agent.name: _answers(agent, folder / f"{agent.lower}.acted") for agent in located},
         team=team,
         within=_integers(folder / "within") if model.region else None,
+        remembered={
+            agent.name: _integers(folder / f"{agent.lower}.told").reshape(-1, 1 + len(agent.machine.memory))
+            for agent in model.agents
+            if agent.machine
+        },
         misused=said.get("asked", 0),
         accepted=tuple(said.get("accepted", ())),
     )

@@ -18,6 +18,7 @@ from codegen.agreement import entries, probes, readback
 from codegen.agreement.compiled import Build, CompiledC, ensure_strict
 from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told, differing
 from codegen.agreement.probes import Kept, iterate_rows
+from codegen.agreement.sequences import expected_answers
 from codegen.boxes import is_inside
 from codegen.deciding import decide
 from codegen.equivalence import structure
@@ -221,6 +222,7 @@ def _check_c_entries(build: Build, asked: Asked, skipped: list[str]) -> list[Agr
         acted={agent: actions for agent, (_, actions) in worlds.items()},
         team=compiled.team(asked.states) if model.located and model.acting else None,
         within=compiled.region(asked.bordering) if model.region else None,
+        remembered={agent: compiled.steps(agent, each.rows) for agent, each in asked.sequences.items()},
     )
     if profile.region and not is_inside(profile.region, asked.bordering, profile.world.coordinates()).any():
         skipped.append("the check of the region: no state was drawn that lies in it")
@@ -273,7 +275,12 @@ def _check_reader(build: Build, entry: Asked) -> list[Agreement]:
         return []
     agreements: list[Agreement] = []
     for policy in profile.agents:
-        act = readback.load_reader(reader, document, policy.agent)
+        read = readback.load_reader(reader, document, policy.agent)
+        act = read.act
+        if policy.memory:
+            questions = entry.sequences[policy.agent]
+            expected, told = expected_answers(policy, questions), readback.drive_reader(read, questions.rows)
+            agreements.append(compare("json reader machine", policy, questions.shown, expected, told))
         wrong = [each for each in entries.single(len(policy.features), asks=True) if not isinstance(each, bytes)]
         let = entries.find_accepted(act, wrong)
         agreements.append(Agreement("json reader input check", policy.agent, len(wrong), len(let), *let[:1]))

@@ -21,10 +21,13 @@ from codegen.floats import FLOAT32, deciding_double, short_hex
 from codegen.lowering.model import (
     Action,
     Agent,
+    Change,
     Double,
     Feature,
     Given,
     Line,
+    Machine,
+    Memory,
     Model,
     Node,
     Output,
@@ -36,7 +39,7 @@ from codegen.lowering.model import (
     Term,
     choose_unsigned,
 )
-from codegen.lowering.names import Names, ensure_distinct, is_reserved, labels_of, of_agent, of_profile
+from codegen.lowering.names import Names, ensure_distinct, is_reserved, labels_of, name_member, of_agent, of_profile
 from codegen.numbers import at_most, decimal_literal, hex_literal
 from codegen.policy_json import content_hash
 from codegen.sums import FLOAT32_STEPS
@@ -166,10 +169,30 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         vast=len(nodes) // 2 > NESTED_SPLITS,
         walks=len(nodes) // 2 > WALKED * comparisons and not any(node.split and node.below_zero for node in nodes),
         located=all(feature.terms is not None for feature in features),
-        labels=labels_of([action.label for action in policy.actions]),
+        labels=labels_of([policy.actions[place].label for place in policy.taken]),
         summed=summed,
+        machine=_machine(policy, actions) if policy.memory else None,
         force=decimal_literal(next((each.force for each in world.agents if each.name == policy.agent), 0.0)),
     )
+
+
+def _machine(policy: ir.AgentPolicy, actions: Sequence[Action]) -> Machine:
+    observed = len(policy.features) - len(policy.memory)
+    called = {each.name: name_member(identifier(each.name)) for each in policy.memory}
+    changes = tuple(
+        Change(
+            actions[place],
+            actions[policy.taken[place]],
+            tuple((called[each.memory], "+=" if each.adds else "=", each.value) for each in action.updates),
+        )
+        for place, action in enumerate(policy.actions)
+        if action.updates
+    )
+    memory = tuple(
+        Memory(place, called[each.name], each.initial or 0, int(each.low), int(each.high))
+        for place, each in enumerate(policy.memory, observed)
+    )
+    return Machine(memory, changes, observed)
 
 
 def _sharing(profile: ir.PolicyProfile, agents: Sequence[Agent]) -> tuple[Agent, ...]:

@@ -346,6 +346,40 @@ class Summed:
         return not self.splits and not any(each.terms for node in self.nodes for each in node.given)
 
 
+@dataclass(frozen=True)
+class Memory:
+    """A whole number that an agent remembers. `name`: in code; `index`: of the feature that it is read as."""
+
+    index: int
+    name: str
+    initial: int
+    low: int
+    high: int
+
+
+@dataclass(frozen=True)
+class Change:
+    """An action that changes what is remembered: the action that is taken, and an assignment to each memory."""
+
+    action: Action
+    taken: Action
+    updates: tuple[tuple[str, str, int], ...]  # (name in code, `=` or `+=`, number)
+
+
+@dataclass(frozen=True)
+class Machine:
+    """The memory of an agent, behind its `observed` features, and what changes it."""
+
+    memory: tuple[Memory, ...]
+    changes: tuple[Change, ...]
+    observed: int
+
+    @property
+    def kind(self) -> str:
+        """The C type that holds all of it: an int may have 16 bits."""
+        return "long" if any(max(-each.low, each.high) >= 1 << 15 for each in self.memory) else "int"
+
+
 TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
 _BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "float": 4, "double": 8}
 _KINDS = ("unsigned char", "unsigned short", "unsigned int")
@@ -422,6 +456,7 @@ class Agent:
     labels: Labels | None = None  # where an action's number or name does not say what the source returns
     twin: AgentNames | None = None  # of the first agent that has the same tree, where this is not the first
     summed: Summed | None = None  # the tree where sums are tested or given; `nodes` and `tables` are empty then
+    machine: Machine | None = None  # where it remembers something
 
     @property
     def tree(self) -> tuple[Node, ...] | tuple[SumNode, ...]:
@@ -537,6 +572,11 @@ class Model:
     def acting(self) -> bool:
         """True if all agents have actions, so that one call has all of them."""
         return not any(agent.outputs for agent in self.agents)
+
+    @property
+    def remembers(self) -> bool:
+        """True if any agent remembers something."""
+        return any(agent.machine for agent in self.agents)
 
     @property
     def labelled(self) -> bool:

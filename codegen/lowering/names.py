@@ -16,7 +16,7 @@ from codegen.errors import InputError
 from codegen.floats import short_hex
 from codegen.numbers import decimal_literal
 
-FUNCTIONS = ("act", "finite", "in_range", "act_rows", "act_columns", "observe", "act_world")
+FUNCTIONS = ("act", "finite", "in_range", "act_rows", "act_columns", "observe", "act_world", "state", "init", "step")
 # what Python and JavaScript name after an agent, and for all
 MODULE_NAMES = (
     "act_{}",
@@ -27,6 +27,7 @@ MODULE_NAMES = (
     "finite_{}",
     "in_range_{}",
     "Action_{}",
+    "Machine_{}",
 )
 MODULE_TEAM_NAMES = ("act_team", "act_all", "in_region")
 TEAM_FUNCTIONS = ("act_team", "act_all", "in_region")
@@ -38,6 +39,14 @@ RUST = frozenset(
     abstract as async await become box break const continue crate do dyn else enum extern false final fn for gen if impl
     in let loop macro match mod move mut override priv pub ref return self static str struct super trait true try type
     typeof unsafe unsized use virtual where while yield
+    """.split()  # noqa: SIM905
+)
+# what no member of C, C++ or JavaScript is called, beside these, and what machines in generated code have themselves
+MEMBERS = frozenset(
+    """
+    auto bool case catch char class constructor default delete double export float goto int long namespace new operator
+    private protected public register reset short signed step switch template this throw union unsigned using var void
+    volatile
     """.split()  # noqa: SIM905
 )
 # files and names that the generated text itself uses, and what standard headers define
@@ -60,6 +69,9 @@ class AgentNames:
     act_columns: str
     observe: str
     act_world: str
+    state: str  # of an agent that remembers
+    init: str
+    step: str
     force: str
     label: str
     features: tuple[str, ...]
@@ -69,6 +81,7 @@ class AgentNames:
     exported_rows: str  # of the library that replays the header
     exported_batch: str
     exported_observe: str
+    exported_steps: str
     module: str  # of Rust
     outputs: tuple[str, ...] = ()  # in the agent's order
     n_outputs: str = ""
@@ -124,6 +137,7 @@ def of_agent(
         exported_rows=f"{agent}_rows",
         exported_batch=f"{agent}_batch",
         exported_observe=f"{agent}_observe",
+        exported_steps=f"{agent}_steps",
         module=f"{agent}_" if agent in RUST else agent,
         outputs=tuple(f"{upper}_Y_{output}" for output in outputs),
         n_outputs=f"{upper}_N_OUTPUTS",
@@ -153,6 +167,11 @@ def of_modules(agents: Iterable[str]) -> list[str]:
 def is_reserved(prefix: str) -> bool:
     """Returns True if a word cannot begin names and be the files' name: of Rust or Python, or one that the text has."""
     return prefix in RUST or prefix in USED or iskeyword(prefix)
+
+
+def name_member(name: str) -> str:
+    """The name of a member of a machine's state."""
+    return f"{name}_" if name in MEMBERS or is_reserved(name) else name
 
 
 def ensure_distinct(names: Names, agents: Mapping[str, AgentNames]) -> None:

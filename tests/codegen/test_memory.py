@@ -2,17 +2,21 @@
 
 import json
 import random
+import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from codegen.errors import ProfileError
+from codegen.agreement.selfcheck import check_files
+from codegen.deciding import REMEMBERING
+from codegen.errors import InputError, ProfileError
 from codegen.importers.origin import motionless
 from codegen.ir import ActionSpec, AgentPolicy, FeatureSpec, PolicyProfile, Provenance, Tree, Update
 from codegen.memory import initial_memory, step_memory
 from codegen.policy_json import dumps
 from codegen.profiles import check, loads
+from codegen.targets import TARGETS, emit
 from maviper.team import Team
 
 
@@ -104,6 +108,41 @@ def test_rules_say_what_is_remembered() -> None:
     assert "remembers on, 0 to 1, 0 after a reset" in told
     assert "if t <= 19 and on <= 0.5 -> heat, on := 1, count := 0  (leaf 2)" in told
     assert "-> heat, count += 1" in told
+
+
+LANGUAGES = {
+    "c": ("room.h", "c machine"),
+    "python": ("room.py", "python machine"),
+    "javascript": ("room.mjs", "javascript machine"),
+    "json": ("room_reader.py", "json reader machine"),
+}
+MISTAKES = {
+    "c": [("count += 1", "count += 2"), ("state->on = 0", "state->on = 1"), ("state->count = 3", "state->count = 2")],
+    "python": [("count += 1", "count += 2"), ("int = 3", "int = 2"), ("action = 0", "action = 1")],
+    "javascript": [("count += 1", "count += 2"), ("count = 3", "count = 2"), ("return 0; // off", "return 1; // off")],
+    "json": [('how == "add"', 'how == "set"'), ('each["initial"] for', "0 for"), ("self.taken[action]", "action")],
+}
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("target", LANGUAGES)
+def test_code_remembers_like_the_policy_and_a_mistake_is_seen(target: str) -> None:
+    profile, (file, compared) = make_heater(), LANGUAGES[target]
+    if target == "javascript" and shutil.which("node") is None:
+        pytest.skip("Node.js is not installed")
+    files = emit(profile, [target])
+    for before, after in [("", ""), *MISTAKES[target]]:
+        text = str(files[file])
+        assert before in text
+        found = check_files(profile, {**files, file: text.replace(before, after, 1) if before else text}, random=100)
+        (machine,) = (each for each in found.agreements if each.target == compared)
+        assert machine.observations > 100_000 and bool(machine.differences) == bool(before), (target, before)
+
+
+@pytest.mark.parametrize("target", [each for each in TARGETS if each not in REMEMBERING])
+def test_a_target_without_memory_says_so(target: str) -> None:
+    with pytest.raises(InputError, match="does not take memory yet"):
+        emit(make_heater(), [target])
 
 
 def change_feature(place: int, **values: object) -> PolicyProfile:
