@@ -74,6 +74,11 @@ def hex_literal(threshold: np.float32 | np.float64) -> str:
     return short_hex(float(threshold)) + ("f" if threshold.dtype == np.float32 else "")
 
 
+def hex_bits(number: np.float32 | np.float64) -> str:
+    """The bits of a number as a hexadecimal literal, all digits of them."""
+    return f"0x{number.view(f'u{number.itemsize}'):0{2 * number.itemsize}x}"
+
+
 def decimal_literal(value: float) -> str:
     """The shortest decimal that reads back as the same double."""
     return repr(float(value))

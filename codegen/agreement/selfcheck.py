@@ -6,7 +6,7 @@ Does not: trust the emitters: each target is read back from its text by means th
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial, reduce
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from codegen.deciding import decide
 from codegen.equivalence import structure
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Floats
-from codegen.lowering.lower import AUTO, ORDERED, lower
+from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
 
 INPUT_CHECK = "c input check"
@@ -160,19 +160,20 @@ def _check_c(build: Build, asked: Kept, wanted: Mapping[str, Any], entry: Asked,
     profile, model, compiled = build.profile, build.model, build.library
     agreements: list[Agreement] = []
     for policy in profile.agents:
-        agreements += _in_parts(policy, asked, wanted, partial(_c_replayed, compiled, model.style))
+        agreements += _in_parts(policy, asked, wanted, partial(_c_replayed, compiled, model))
     together = _check_c_all(build, asked, min(map(len, wanted.values()))) if model.acting else []
     return agreements + together + _check_c_entries(build, entry, skipped)
 
 
 def _c_replayed(
-    compiled: CompiledC, style: str, policy: ir.AgentPolicy, rows: Floats, expected: Any
+    compiled: CompiledC, model: Model, policy: ir.AgentPolicy, rows: Floats, expected: Any
 ) -> Iterator[Agreement]:
-    # by its contract, what the style that compares bits does with NaN counts for nothing
-    held = ~np.isnan(rows).any(axis=1) if style == ORDERED else slice(None)
+    # by its contract, what a style that compares bits does with NaN counts for nothing
+    held = ~np.isnan(rows).any(axis=1) if model.by_bits else slice(None)
     actions, checks = compiled.act_and_check(policy.agent, rows)
     yield compare("c", policy, rows[held], expected[held], actions[held])
-    for name, actions in zip(("c rows", "c columns"), compiled.batch(policy.agent, rows), strict=True):
+    batches = () if model.bare else zip(("c rows", "c columns"), compiled.batch(policy.agent, rows), strict=True)
+    for name, actions in batches:
         yield compare(name, policy, rows, expected, actions)
     wrong = int((checks != entries.checks(policy, rows)).sum())
     yield Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a check is wrong" if wrong else "")
@@ -183,7 +184,7 @@ def _check_c_all(build: Build, asked: Kept, count: int) -> list[Agreement]:
     agents, model = build.profile.agents, build.model
     agreements: list[list[Agreement]] = []
     for seen in asked.together([policy.agent for policy in agents], count):
-        if model.style == ORDERED and not model.side_by_side:  # the functions of that style, one after the other
+        if model.bare or (model.by_bits and not model.side_by_side):  # the functions of that style, one after the other
             seen = [np.nan_to_num(rows) for rows in seen]
         acted = build.library.all(seen).T
         each = zip(agents, seen, acted, strict=True)
@@ -210,14 +211,17 @@ def merge_agreements(one: Agreement, other: Agreement) -> Agreement:
 def _check_c_entries(build: Build, asked: Asked, skipped: list[str]) -> list[Agreement]:
     """Checks what the C says of world states and of the region, and its constants."""
     profile, model, compiled = build.profile, build.model, build.library
-    if model.style == ORDERED:  # by its contract, it takes finite coordinates only
+    if model.by_bits:  # by its contract, it takes finite coordinates only
         asked = Asked(profile, finite=True)
+    told = Told({policy.agent: compiled.checks(policy.agent, asked.rows[policy.agent]) for policy in profile.agents})
+    if model.bare:
+        return entries.compare_entries("c", asked, told)
     force = {entity.name: entity.force for entity in profile.world.agents}
     constants = [profile.world.dt, profile.world.damping, *(force[policy.agent] for policy in profile.agents)]
     agents = [policy.agent for policy in profile.agents]
     worlds = {agent: compiled.worlds(agent, asked.states) for agent in agents if model.located}
-    told = Told(
-        checks={agent: compiled.checks(agent, asked.rows[agent]) for agent in agents},
+    told = replace(
+        told,
         observed={agent: seen.astype(np.float64) for agent, (seen, _) in worlds.items()},
         acted={agent: actions for agent, (_, actions) in worlds.items()},
         team=compiled.team(asked.states) if model.located and model.acting else None,

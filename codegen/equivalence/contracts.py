@@ -15,7 +15,7 @@ from codegen import ir
 from codegen.deciding import ensure_plain
 from codegen.errors import InputError
 from codegen.floats import below_zero, short_hex
-from codegen.lowering.lower import NESTED, ORDERED, WALK
+from codegen.lowering.lower import NESTED, ORDERED
 from codegen.lowering.model import Model
 from codegen.lowering.render import render
 
@@ -82,12 +82,12 @@ class Contracts:
 
 
 def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
-    """The contracts of every agent's `..._act`. InputError for the style `walk`, whose loops have no invariants, and
-    for sums, whose rounding WP's floats leave open.
+    """The contracts of every agent's `..._act`. InputError for other styles than two, whose loops or bits have no
+    axioms, and for sums, whose rounding WP's floats leave open.
     """
     ensure_plain(profile, "a contract in ACSL")
-    if model.style == WALK:
-        what = f"contracts are for the styles {NESTED} and {ORDERED}: the loops of {WALK} have no invariants"
+    if model.style not in (NESTED, ORDERED):
+        what = f"contracts are for the styles {NESTED} and {ORDERED}, not for {model.style}"
         raise InputError(what, "--contracts", f"use --style {NESTED}, or leave it out")
     functions = [
         Contract(

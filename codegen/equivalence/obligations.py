@@ -18,7 +18,6 @@ import numpy as np
 
 from codegen import ir
 from codegen.equivalence.symbolic import Definitions, Header, Unreadable
-from codegen.lowering.lower import ORDERED
 from codegen.lowering.model import Model
 from codegen.lowering.render import render
 
@@ -52,7 +51,7 @@ def about_c(header: str, profile: ir.PolicyProfile, model: Model) -> list[Obliga
         inputs, code = [f"f{i}" for i in range(n)], Definitions("c")
         bits = {f"f{i}": f"x{i}" for i in range(n)}
         answer = read.decide(f"{model.prefix}_{agent.lower}_act", inputs, bits, code)
-        assumed = [f"(not (fp.isNaN {each}))" for each in inputs] if model.style == ORDERED else []
+        assumed = [f"(not (fp.isNaN {each}))" for each in inputs] if model.by_bits else []
         obligations.append(_question(C, policy, model, SINGLE, (code, answer), assumed))
     return obligations
 

@@ -9,7 +9,7 @@ Does not: run anything, or use what the emitter made on the way.
 # pyright: basic
 # pycparser's nodes have no declared attributes
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -19,7 +19,7 @@ from pycparser.c_parser import ParseError
 
 from codegen import ir
 from codegen.deciding import sums_in
-from codegen.floats import below_zero
+from codegen.floats import FLOAT32, below_zero
 from codegen.ir import NO_FEATURE, ROOT, Tree
 from codegen.lowering.model import Model
 
@@ -77,7 +77,7 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         name = f"{model.prefix}_{agent.lower}"
         problems = _shapes(numbers, policy, name.upper())
-        for suffix, check in (("act", act_faults), ("act_columns", _columns)):
+        for suffix, check in (("act", act_faults), *(() if model.bare else (("act_columns", _columns),))):
             function = resolve_function(functions, f"{name}_{suffix}")
             if function is None:
                 problems.append(f"there is no function {name}_{suffix}")
@@ -206,15 +206,22 @@ def _kinds(function: c_ast.FuncDef, numbers: str) -> Iterator[str]:
 
 def act_faults(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
     """Yields the differences of an `..._act` from a tree; a form that is not proved raises one of NOT_PROVED."""
-    yield from _kinds(function, tree.numbers)
     items = [item for item in function.body.block_items or [] if not is_void(item)]
+    if takes_bits(function) and tree.numbers == FLOAT32:
+        yield from _check_nested(items, tree, numbers, parse_bits)
+        return
+    yield from _kinds(function, tree.numbers)
     if any(isinstance(item, c_ast.For) or _declares(item, "action") for item in items):
         yield from _walk(items, tree)
     else:
-        yield from _check_nested(items, tree, numbers)
+        yield from _check_nested(items, tree, numbers, parse_test)
 
 
-def _check_nested(items: list[Any], tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
+Test = tuple[int, np.floating]  # feature and threshold
+Parser = Callable[[c_ast.BinaryOp, Mapping[str, int]], Test]
+
+
+def _check_nested(items: list[Any], tree: Tree, numbers: Mapping[str, int], parse: Parser) -> Iterator[str]:
     stack = [(items, ROOT)]
     while stack:
         (item,), node = stack.pop()
@@ -223,7 +230,7 @@ def _check_nested(items: list[Any], tree: Tree, numbers: Mapping[str, int]) -> I
             if action != tree.action[node]:
                 yield f"leaf {node} takes action {action}, not {tree.action[node]}"
             continue
-        feature, threshold = parse_test(item.cond, numbers)
+        feature, threshold = parse(item.cond, numbers)
         yield from _differences(tree, node, feature, threshold)
         stack += [(item.iffalse.block_items, int(tree.right[node])), (item.iftrue.block_items, int(tree.left[node]))]
 
@@ -241,7 +248,7 @@ def _differences(tree: Tree, node: int, feature: int, threshold: np.floating) ->
         yield f"node {node} has the threshold {float(threshold).hex()}, not {float(tree.threshold[node]).hex()}"
 
 
-def parse_test(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, np.floating]:
+def parse_test(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> Test:
     """Feature and threshold of `x[F] <= t`, of `x[F] < 0`, or of a test by bits: signed for t >= 0, unsigned and turned
     below.
     """
@@ -258,6 +265,24 @@ def parse_test(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[i
     if (condition.op, right.name.name, bits >> 31) != ((">=", "UINT32_C", 1) if turned else ("<=", "INT32_C", 0)):
         raise ValueError("bits compared in another way")
     return read_place(call.args.exprs[0].subscript, numbers), np.uint32(bits).view(np.float32)
+
+
+def takes_bits(function: c_ast.FuncDef) -> bool:
+    """Returns True if a function takes the bits of an observation, as those of the style `freestanding` do."""
+    return _text(function.decl.type.args) == "const int *x;"
+
+
+def parse_bits(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> Test:
+    """Feature and threshold of a test by bits in such a function."""
+    left, right = condition.left, condition.right
+    turned = isinstance(left, c_ast.Cast)
+    seen: Any = left.expr if turned else left
+    bits = int(right.value.removesuffix("U"), 16)
+    cast = _text(left.to_type) if isinstance(left, c_ast.Cast) else ""
+    form = (condition.op, cast, right.type, bits >> 31, seen.name.name)
+    if form != ((">=", "unsigned int;", "unsigned int", 1, "x") if turned else ("<=", "", "int", 0, "x")):
+        raise ValueError("bits compared in another way")
+    return read_place(seen.subscript, numbers), np.uint32(bits).view(np.float32)
 
 
 def _threshold(condition: c_ast.BinaryOp) -> np.floating:

@@ -24,7 +24,7 @@ from codegen.equivalence.structure import enumerators, odd_lines, resolve_functi
 from codegen.numbers import neighbour
 
 MAX_STEPS = 1_000_000  # statements run for one function, on all its paths together
-SHAPE = "const float *x"  # of what a function is given
+SHAPES = {"const float *x": "float", "const int *x": "int32_t"}  # of what a function is given: numbers, or their bits
 HEXADECIMAL = re.compile(r"0x([0-9a-f]+)\.?([0-9a-f]*)p([+-]?\d{1,4})")
 BITS_BODY = "{ union { float f; int32_t i; } u; u.f = x; return u.i; }"
 LARGEST = float(np.finfo(np.float32).max)
@@ -119,9 +119,11 @@ class Header:
         if function is None:
             raise Unreadable(f"{name} calls another function in another way")
         try:
-            if _text(function.decl.type.type.type) != "int" or _text(function.decl.type.args) != SHAPE:
-                raise Unreadable(f"{name} is not int {name}({SHAPE})")
-            return _Run(self, function.decl.type.args.params[0].name, inputs, bits, into).of(function.body)
+            kind = SHAPES.get(_text(function.decl.type.args))
+            if _text(function.decl.type.type.type) != "int" or kind is None:
+                raise Unreadable(f"{name} is not int {name}({next(iter(SHAPES))})")
+            seen = [Term(kind, each if kind == FLOAT else bits[each]) for each in inputs]
+            return _Run(self, function.decl.type.args.params[0].name, seen, bits, into).of(function.body)
         except (AttributeError, LookupError, TypeError, ValueError, RecursionError) as error:
             raise Unreadable(f"{name}: {error}") from None
 
@@ -130,7 +132,7 @@ class _Run:
     """One function's run over all its paths. Statements that are left are linked cells, one for each position."""
 
     def __init__(
-        self, header: Header, given: str, inputs: Sequence[str], bits: Mapping[str, str], into: Definitions
+        self, header: Header, given: str, inputs: Sequence[Term], bits: Mapping[str, str], into: Definitions
     ) -> None:
         self.header, self.given, self.inputs, self.bits, self.into = header, given, inputs, bits, into
         self.steps = 0
@@ -248,7 +250,7 @@ class _Run:
         raise Unreadable(f"an expression: {_text(item)[:60]}")
 
     def entry(self, table: Any, place: int) -> Any:
-        entries = [Term(FLOAT, text) for text in self.inputs] if table is None else table
+        entries = self.inputs if table is None else table
         if not 0 <= place < len(entries):
             raise Unreadable(f"entry {place} of {len(entries)} is read")
         return entries[place]
@@ -301,9 +303,9 @@ def _ensure_plain(declared: Any, names: Mapping[str, Any], value: Callable[[Any,
 
 def _constant(item: Any) -> Any:
     text = item.value.lower()
-    if item.type == "int":
-        number = int(text, 0)  # which refuses octal numbers
-        if 2**31 <= number < 2**32 and text.startswith("0x"):
+    if item.type in ("int", "unsigned int"):
+        number = int(text.removesuffix("u"), 0)  # which refuses octal numbers
+        if number < 2**32 and (item.type != "int" or (number >= 2**31 and text.startswith("0x"))):
             return _bits(UNSIGNED, number)
         if number >= 2**31:
             raise Unreadable(f"the constant {text}, which is no int")
@@ -369,7 +371,7 @@ def _binary(sign: str, left: Any, right: Any) -> Any:
 
 
 def _cast(kinds: list[str], value: Any) -> Any:
-    (kind,) = kinds
+    kind = UNSIGNED if kinds == ["unsigned", "int"] else " ".join(kinds)
     if kind == "int" and isinstance(value, int):
         return value
     if kind in (SIGNED, UNSIGNED) and not (isinstance(value, Term) and value.kind == FLOAT):

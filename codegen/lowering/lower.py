@@ -40,20 +40,21 @@ from codegen.lowering.model import (
     choose_unsigned,
 )
 from codegen.lowering.names import Names, ensure_distinct, is_reserved, labels_of, name_member, of_agent, of_profile
-from codegen.numbers import at_most, decimal_literal, hex_literal
+from codegen.numbers import at_most, decimal_literal, hex_bits, hex_literal, neighbour
 from codegen.policy_json import content_hash
 from codegen.sums import FLOAT32_STEPS
 from codegen.wording import describe_sum, holds
 from codegen.world import RegionSpec
 
-NESTED, ORDERED, WALK, AUTO = "nested", "ordered", "walk", "auto"
-STYLES = (NESTED, ORDERED, WALK, AUTO)
+NESTED, ORDERED, FREESTANDING, WALK, AUTO = "nested", "ordered", "freestanding", "walk", "auto"
+STYLES = (NESTED, ORDERED, FREESTANDING, WALK, AUTO)
 NESTED_LEVELS = 100  # MSVC stops at 128 nested blocks
 NESTED_SPLITS = 10_000
 COMPLETE_LEVELS = 8
 SELECTS = 100  # splits up to which evaluating all of them beats walking
 WALKED = 10  # splits per level from which on numpy walks faster than it evaluates all of them
 C_TYPES = {"float32": "float", "float64": "double"}
+BITS = "int"  # the C type of a float's bits, where there are no floats
 SHOWN_DIGITS = 3  # of what leaves give, where people read them
 PREFIX = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
@@ -72,6 +73,10 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         raise InputError(f"not a usable prefix: {prefix!r}", "--prefix", form)
     if is_reserved(prefix):
         raise InputError(f"no file of code can be called {prefix!r}", "--prefix", "choose another with --prefix")
+    style = _automatic(profile) if style == AUTO else _takes(profile, style)
+    agents = _sharing(profile, [_agent(policy, prefix, profile.world) for policy in profile.agents])
+    if style == FREESTANDING:
+        agents = tuple(replace(each, tables=replace(each.tables, threshold_type=BITS)) for each in agents)
     digest = content_hash(profile)
     names = of_profile(prefix, digest, [_upper(name) for name in profile.world.coordinates()])
     model = Model(
@@ -83,8 +88,8 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         algorithm=profile.provenance.algorithm,
         preset=profile.provenance.preset,
         seed=profile.provenance.seed,
-        style=_automatic(profile) if style == AUTO else _takes(profile, style),
-        agents=_sharing(profile, [_agent(policy, prefix, profile.world) for policy in profile.agents]),
+        style=style,
+        agents=agents,
         region=None if profile.region is None else region_of(profile.region),
         places=_places(profile, names),
         dt=decimal_literal(profile.world.dt),
@@ -95,11 +100,21 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
 
 
 def _takes(profile: ir.PolicyProfile, style: str) -> str:
-    """The style, where it takes the numbers that the agents compare."""
+    """The style, where it takes the numbers that the agents compare and, without floats, nothing calculates."""
     for policy in profile.agents:
-        if style == ORDERED and policy.numbers != FLOAT32:
-            what = f"the style {ORDERED} compares the bits of float32, and {policy.agent} compares {policy.numbers}"
+        if style in (ORDERED, FREESTANDING) and policy.numbers != FLOAT32:
+            what = f"the style {style} compares the bits of float32, and {policy.agent} compares {policy.numbers}"
             raise InputError(what, "--style", f"use {NESTED} or {WALK}")
+        if style == FREESTANDING and policy.tree.arithmetic:
+            what = f"the style {style} has no floats, and {policy.agent} adds them"
+            raise InputError(what, "--style", f"use {NESTED}")
+        if style == FREESTANDING and policy.memory:
+            raise InputError(
+                f"the style {style} keeps no state, and {policy.agent} remembers", "--style", f"use {NESTED}"
+            )
+    if style == FREESTANDING and profile.region is not None:
+        what = f"the style {style} has no floats, and the check of the profile's region adds them"
+        raise InputError(what, "--style", f"use {ORDERED}")
     return style
 
 
@@ -129,6 +144,8 @@ def _feature(index: int, feature: ir.FeatureSpec, numbers: str) -> Feature:
         high_hex=hex_literal(high),
         low_seen=decimal_literal(low),
         high_seen=decimal_literal(high),
+        below_low=hex_bits(neighbour(low, -np.inf, numbers)[()]),
+        high_bits=hex_bits(high + 0.0),
         meaning=str(feature.meaning) if feature.meaning else "",
         function=feature.meaning.function if feature.meaning else "",
         terms=None if feature.meaning is None else tuple(_term(*term) for term in feature.meaning.terms),

@@ -50,6 +50,8 @@ class Feature:
     high_hex: str
     low_seen: str  # the same as decimals, of the doubles that they are
     high_seen: str
+    below_low: str  # the bits of the last number below the range, and of its end
+    high_bits: str
     meaning: str
     function: str  # of the sum of `terms`; "" for the sum itself
     terms: tuple[tuple[str, str, str], ...] | None  # (sign, weight unless it is 1, coordinate); None: no meaning
@@ -381,7 +383,7 @@ class Machine:
 
 
 TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
-_BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "float": 4, "double": 8}
+_BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "int": 4, "float": 4, "double": 8}
 _KINDS = ("unsigned char", "unsigned short", "unsigned int")
 
 
@@ -587,6 +589,16 @@ class Model:
     def located(self) -> bool:
         """True if every agent can decide from world coordinates."""
         return all(agent.located for agent in self.agents)
+
+    @property
+    def bare(self) -> bool:
+        """True if the C has no floats: it takes the bits of observations, and neither world states nor batches."""
+        return self.style == "freestanding"
+
+    @property
+    def by_bits(self) -> bool:
+        """True if the C compares the bits of floats, of which none may be NaN."""
+        return self.bare or self.style == "ordered"
 
     @property
     def single(self) -> bool:

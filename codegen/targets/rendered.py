@@ -33,7 +33,8 @@ LANGUAGES = {"c": "h", "python": "py", "javascript": "mjs"}  # of monitors: targ
 
 def emit_c(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
     """One header with every agent's policy, for one observation, many, or a world state."""
-    return {f"{model.prefix}.h": render("c/header.h.j2", model=model)}
+    template = "c/freestanding.h.j2" if model.bare else "c/header.h.j2"
+    return {f"{model.prefix}.h": render(template, model=model)}
 
 
 @lru_cache(maxsize=1)

@@ -15,6 +15,7 @@ from codegen.agreement import vectors
 from codegen.deciding import ensure_forgets, ensure_plain, sums_in
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import InputError
+from codegen.lowering.lower import FREESTANDING
 from codegen.targets.rendered import LANGUAGES
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.options import CompileOptions, make_request
@@ -40,6 +41,9 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
     ):
         if given:
             ensure_plain(profile, option)
+    if watched and "c" in targets and asked.style == FREESTANDING:
+        what = f"monitors calculate with floats, and the style {FREESTANDING} has none"
+        raise InputError(what, "--style", "use another style, or leave the target monitor out")
     if asked.prove:
         from maviper.compilation import proofs  # here, so that compiling alone loads no solver
 

@@ -128,7 +128,9 @@ class CompileOptions(TypedDict, total=False):
     """What a compilation is asked for."""
 
     prefix: Annotated[Word, Option(None, WRITTEN, "Prefix of every public name (default: the world's name).", "NAME")]
-    style: Annotated[str, Option("auto", WRITTEN, "Style of the C code: nested, ordered, walk or auto.", "NAME")]
+    style: Annotated[
+        str, Option("auto", WRITTEN, "Style of the C code: nested, ordered, freestanding, walk or auto.", "NAME")
+    ]
     test_vectors: Annotated[bool, Option(False, WRITTEN, "Also write observations with expected actions, and a test.")]
     passes: Annotated[
         Iterable[str],

@@ -60,7 +60,7 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
             agent = re.fullmatch(rf"{prefix[1].lower()}_(\w+)_act", name)
             if agent and f"{prefix[1]}_{agent[1].upper()}_N_ACTIONS" in numbers:
                 function = structure.resolve_function(functions, name)  # agents with the same tree share its code
-                origin = _agent(function.body, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
+                origin = _agent(function, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
                 origin = _add_labels(origin, tables.get(f"{name[:-4]}_label"))
                 origins[agent[1]] = _prove_origin(function, origin, numbers)
     except (ParseError, RecursionError, *structure.NOT_PROVED) as error:
@@ -80,13 +80,14 @@ def _label(item: Any) -> Any:
 
 
 def _agent(
-    body: c_ast.Compound, upper: str, names: Sequence[Sequence[str]], numbers: Mapping[str, int], where: str
+    function: c_ast.FuncDef, upper: str, names: Sequence[Sequence[str]], numbers: Mapping[str, int], where: str
 ) -> Origin:
     enums = [next(each for each in names if each[-1] == f"{upper}_N_{kind}") for kind in ("FEATURES", "ACTIONS")]
     features, actions = (each[:-1] for each in enums)
     if any(numbers[name] != place for each in enums for place, name in enumerate(each)):
         raise ValueError("an enumerator is not its place")
-    items = [item for item in body.block_items or [] if not structure.is_void(item)]
+    parse = structure.parse_bits if structure.takes_bits(function) else structure.parse_test
+    items = [item for item in function.body.block_items or [] if not structure.is_void(item)]
     tables = {item.name: item.init.exprs for item in items if structure.is_table(item)}
     called = [each.removeprefix(f"{upper}_X_").lower() for each in features]
     labels = [each.removeprefix(f"{upper}_").lower() for each in actions]
@@ -94,7 +95,7 @@ def _agent(
     if tables:
         origin = origin_of(0, _Tables(tables, labels).read, said, where)
     else:
-        origin = origin_of(items, partial(_read_nested, numbers=numbers, labels=labels), said, where)
+        origin = origin_of(items, partial(_read_nested, parse=parse, numbers=numbers, labels=labels), said, where)
     return _number_actions(origin, labels)
 
 
@@ -111,7 +112,7 @@ def _add_labels(origin: Origin, table: c_ast.InitList | None) -> Origin:
 def _prove_origin(function: c_ast.FuncDef, origin: Origin, numbers: Mapping[str, int]) -> Origin:
     """The origin, with what it compares; ValueError where the function is not its tree."""
     given = c_generator.CGenerator().visit(function.decl.type.args)
-    compared = {"const float *x": FLOAT32, "const double *x": FLOAT64}.get(given)
+    compared = {"const float *x": FLOAT32, "const int *x": FLOAT32, "const double *x": FLOAT64}.get(given)
     if compared is None:
         raise ValueError("a function takes neither float *x nor double *x")
     for fault in structure.act_faults(function, deploy_tree(origin.grown, compared), numbers):
@@ -127,12 +128,14 @@ def _number_actions(origin: Origin, labels: Sequence[str]) -> Origin:
     return replace(origin, labels=tuple(labels), act=lambda rows: place[act(rows)])
 
 
-def _read_nested(node: list[Any], numbers: Mapping[str, int], labels: Sequence[str]) -> Split | Leaf:
+def _read_nested(
+    node: list[Any], parse: structure.Parser, numbers: Mapping[str, int], labels: Sequence[str]
+) -> Split | Leaf:
     """A block of nested ifs: one statement."""
     (item,) = [each for each in node if not structure.is_void(each)]
     if isinstance(item, c_ast.Return):
         return Leaf(labels[structure.read_place(item.expr, numbers)])
-    feature, threshold = structure.parse_test(item.cond, numbers)
+    feature, threshold = parse(item.cond, numbers)
     then, otherwise = item.iftrue.block_items, item.iffalse.block_items
     return Split(feature, "<=", float(threshold), then, otherwise, nan=False)
 

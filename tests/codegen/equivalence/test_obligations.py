@@ -23,7 +23,7 @@ from tests.support.teams import tree
 from tests.support.tiers import first_of
 
 pytestmark = pytest.mark.solver
-STYLES = ["nested", "ordered", "walk"]
+STYLES = ["nested", "ordered", "freestanding", "walk"]
 
 
 def prove(profile, style="auto", targets=("c", "python"), change=lambda text: text):
@@ -46,7 +46,9 @@ def test_every_game_is_proved(name, style):
     found = prove(profile, style, ["c"])
     assert found.complete
     for proof, policy in zip(found.proofs, profile.agents, strict=True):
-        assert f"2^{32 * len(policy.features)} " in str(proof) and ("NaN" in str(proof)) is (style == "ordered")
+        assert f"2^{32 * len(policy.features)} " in str(proof) and ("NaN" in str(proof)) is (
+            style in ("ordered", "freestanding")
+        )
 
 
 @pytest.mark.parametrize("style", STYLES)

@@ -26,7 +26,7 @@ def proved(profile, style, change=lambda text: text):
     return changed != header, [each for problems in found.values() for each in problems]
 
 
-@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@pytest.mark.parametrize("style", ["nested", "ordered", "freestanding", "walk"])
 @settings(max_examples=15)
 @given(profile=profiles())
 @pytest.mark.smoke
@@ -56,6 +56,8 @@ def test_planted_faults_are_found_without_running_anything(fault, profile):
         ("nested", lambda text: text.replace("const float n0 =", "const float n00 =", 1), "too many or too few"),
         ("ordered", lambda text: text.replace("(uint32_t)", "(int32_t)"), "another type"),
         ("ordered", lambda text: re.sub(r"<= INT32_C", "< INT32_C", text, count=1), "another way"),
+        ("freestanding", lambda text: text.replace("(unsigned int)", "(unsigned long)"), "another way"),
+        ("freestanding", lambda text: text.replace("0_act(const int *x)", "0_act(const float *x)"), "not of the form"),
     ],
 )
 def test_other_forms_are_not_waved_through(style, change, said, profile):
@@ -74,7 +76,7 @@ def constants(node):
     return [*own, *(each for _, child in node.children() for each in constants(child))]
 
 
-@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@pytest.mark.parametrize("style", ["nested", "ordered", "freestanding", "walk"])
 def test_tables_that_are_read_apart_are_those_of_the_parser(style, profile):
     (header,) = emit(profile, ["c"], style=style).values()
     alone, apart = parsed(header)

@@ -78,7 +78,7 @@ DEFINED = {
 }
 
 
-@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@pytest.mark.parametrize("style", ["nested", "ordered", "freestanding", "walk"])
 def test_all_names_in_code_are_of_the_list(profile, style):
     model = lower(profile, style=style)
     listed = {name for agent in model.agents for name in names._iterate_names(agent.names)} | set(

@@ -26,13 +26,13 @@ def same(profile, style):
         assert (ir.act(ours, rows) == ir.act(theirs, rows)).all()
 
 
-@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@pytest.mark.parametrize("style", ["nested", "ordered", "freestanding", "walk"])
 def test_the_shipped_team_comes_back(style):
     profile = profiles.loads((TEAM / "profile.json").read_bytes())
     same(profile, style)
 
 
-@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@pytest.mark.parametrize("style", ["nested", "ordered", "freestanding", "walk"])
 @pytest.mark.parametrize("seed", range(3))
 def test_random_teams_come_back(style, seed):
     same(random_profile(NAMES[seed % len(NAMES)], seed), style)
