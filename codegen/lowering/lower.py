@@ -105,13 +105,10 @@ def _takes(profile: ir.PolicyProfile, style: str) -> str:
         if style in (ORDERED, FREESTANDING) and policy.numbers != FLOAT32:
             what = f"the style {style} compares the bits of float32, and {policy.agent} compares {policy.numbers}"
             raise InputError(what, "--style", f"use {NESTED} or {WALK}")
-        if style == FREESTANDING and policy.tree.arithmetic:
-            what = f"the style {style} has no floats, and {policy.agent} adds them"
+        needs = "adds floats" if policy.tree.arithmetic else "remembers" if policy.memory else ""
+        if style == FREESTANDING and needs:
+            what = f"the style {style} has neither floats nor state, and {policy.agent} {needs}"
             raise InputError(what, "--style", f"use {NESTED}")
-        if style == FREESTANDING and policy.memory:
-            raise InputError(
-                f"the style {style} keeps no state, and {policy.agent} remembers", "--style", f"use {NESTED}"
-            )
     if style == FREESTANDING and profile.region is not None:
         what = f"the style {style} has no floats, and the check of the profile's region adds them"
         raise InputError(what, "--style", f"use {ORDERED}")

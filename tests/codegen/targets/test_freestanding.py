@@ -14,6 +14,7 @@ from codegen.agreement import selfcheck
 from codegen.errors import InputError
 from codegen.targets import emit
 from maviper.compilation.run import compile_and_prove
+from tests.codegen.test_memory import make_heater
 from tests.support import crates, summed
 from tests.support.games import NAMES, doubled, random_profile
 
@@ -149,9 +150,13 @@ def test_compilers_that_may_not_use_floats_build_it_and_call_nothing(command, pr
     ("changed", "said"),
     [
         (lambda profile: doubled(profile), "compares the bits of float32, and adversary_0 compares float64"),
-        (lambda profile: summed.profile(summed.policy(0, "double sums")), "has no floats, and agent_0 adds them"),
+        (
+            lambda profile: summed.profile(summed.policy(0, "double sums")),
+            "has neither floats nor state, and agent_0 adds floats",
+        ),
+        (lambda _: make_heater(), "has neither floats nor state, and heater remembers"),
     ],
-    ids=["float64", "sums"],
+    ids=["float64", "sums", "memory"],
 )
 def test_what_needs_floats_is_refused(changed, said, profile):
     with pytest.raises(InputError, match=said):
