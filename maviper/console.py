@@ -7,6 +7,7 @@ Does not: decide anything.
 """
 
 import math
+import os
 import re
 import shutil
 import sys
@@ -31,6 +32,7 @@ LABEL_WIDTH = 12
 LEAST_WIDTH = 20  # of the texts beside labels, on a narrower terminal too
 PLAIN_SECONDS = 10.0  # between plain lines of a stage
 FIRST_SECONDS = 2.0  # ... and before the first
+FORCING = {"FORCE_COLOR", "TTY_COMPATIBLE"}  # by which rich takes for a terminal what is none
 NUMBERS = re.compile(r"[\d.,]+")  # in the words of what is counted
 ENOUGH = 4  # steps whose pace tells that of later ones
 COLOURS = {  # of labels, on a terminal that has colours
@@ -127,6 +129,8 @@ class Console:
     @property
     def draws(self) -> bool:
         """Whether stages are drawn: on a terminal, and in notebooks that have widgets."""
+        if find_width(sys.stderr) is None and "IPython" not in sys.modules and not FORCING & os.environ.keys():
+            return False  # rich would say so too, after an import that takes a while
         return self.rich.is_terminal or (self.rich.is_jupyter and find_spec("ipywidgets") is not None)
 
     @cached_property

@@ -12,7 +12,7 @@ one coordinate lie side by side, so that each operation runs over one contiguous
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import FORK, PHYSICS, ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, OutputSpec, WorldSpec
 from codegen.observe import Observer
 from maviper.worlds.games.features import COASTING, extend_features, groups_of
+from maviper.worlds.seeds import generators
 from maviper.worlds.world import CONTINUOUS, FEATURES, Int, Options, World
 from verify.states.values import has_matching
 
@@ -39,7 +40,6 @@ OUTPUTS = tuple(OutputSpec(action.name, "none", 0.0, 1.0) for action in ACTIONS)
 PHYSICS_NAMES = (MPE2, FORK)
 FORKS = "the authors' fork of multiagent-particle-envs"
 FORK_MOTION = "velocities change first and positions move with the new ones; stated accelerations count twice"
-KEPT_GAMES = 10_000  # start states of so many seeds at most are kept
 DT = 0.1
 DAMPING = 0.25
 FORCE = 5.0  # of an agent without an acceleration of its own
@@ -92,20 +92,11 @@ def _draw_starts(
     same = (of_each == of_each[0]).all()  # of numbers a generator draws the same as of arrays, in less time
     low, high = bounds[0] if same else (of_each[:, :1], of_each[:, 1:])
     position, goal = np.empty((len(seeds), len(bounds), 2)), np.zeros(len(seeds), dtype=np.int64)
-    for row, seed in enumerate(seeds):
-        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed))))
+    for row, rng in enumerate(generators(seeds)):
         if n_goals:
             goal[row] = rng.integers(n_goals)
         position[row] = rng.uniform(low, high, (len(bounds), 2))
     return planes(position), goal
-
-
-@lru_cache(maxsize=16)
-def _draw_cached(
-    seeds: range, bounds: tuple[tuple[float, float], ...], n_goals: int
-) -> tuple[Float64, NDArray[np.int64]]:
-    """Caches `_draw_starts`: the same episodes are played again; making generators is a fifth of playing them."""
-    return _draw_starts(seeds, bounds, n_goals)
 
 
 class ParticleWorld(World):
@@ -125,12 +116,9 @@ class ParticleWorld(World):
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> WorldState:
         """The start states of the reference environment after `reset(seed=...)`, one for each seed."""
         bounds = tuple(self._start_bounds(entity) for entity in self._entities)
-        if isinstance(seeds, range) and len(seeds) <= KEPT_GAMES:
-            position, goal = _draw_cached(seeds, bounds, len(self.spec.goals))
-        else:
-            position, goal = _draw_starts(seeds, bounds, len(self.spec.goals))
+        position, goal = _draw_starts(seeds, bounds, len(self.spec.goals))
         velocity = np.zeros((len(self.spec.agents), 2, len(seeds)))
-        return WorldState(games(position.copy()), games(velocity), goal.copy())
+        return WorldState(games(position), games(velocity), goal)
 
     @property
     def _entities(self) -> tuple[EntitySpec, ...]:
