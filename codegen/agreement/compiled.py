@@ -106,9 +106,7 @@ class CompiledC:
         self._folder.cleanup()
 
     def act(self, agent: str, rows: Floats) -> Any:
-        """The compiled decisions, [batch] int32, or numbers given, [batch, n_outputs]. `rows`: [batch, n_features] in
-        the agent's numbers.
-        """
+        """The compiled decisions, [batch] int32, or numbers, [batch, n_outputs]. `rows`: [batch, n_features]."""
         return self.act_and_check(agent, rows)[0]
 
     def checks(self, agent: str, rows: Floats) -> Int32:
@@ -205,9 +203,7 @@ class CompiledC:
 
 
 class ReplayedC(CompiledC):
-    """The header, compiled for a few decisions: it can `act` and tell `checks`. Optimising, warnings and what nobody
-    calls take compilers five times as long.
-    """
+    """The header, compiled for a few decisions without optimising: it can `act` and tell `checks`."""
 
     flags, whole = ("-std=c99", "-w"), False
 

@@ -126,9 +126,7 @@ def _between(parts: Sequence[Boxes], variable: int) -> tuple[float, float]:
 
 
 class Grid(NamedTuple):
-    """The grid of a list. Along each of its axes a state is in the cell floor((number - low) * scale), once its number
-    is put between `low` and `high`; `strides` make one number of these, and `begin` is where its cells begin.
-    """
+    """The grid of a list: along an axis cell floor((number - low) * scale), numbered by `strides` from `begin`."""
 
     low: tuple[Double, ...]
     high: tuple[Double, ...]  # as `low` where there is one cell
@@ -220,9 +218,7 @@ def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
 
 
 def merge_boxes(boxes: Boxes) -> Boxes:
-    """The same float64 states in fewer boxes: two that meet, or leave no float64 between them, and differ in one
-    variable alone become one; what lies in another box goes. Boxes may overlap.
-    """
+    """The same float64 states in fewer boxes: those that meet along one variable are joined, those inside others go."""
     size = boxes.low.shape[1]
     rows = np.unique(np.concatenate(boxes, axis=1), axis=0)
     before = len(rows) + 1
@@ -244,9 +240,7 @@ def merge_boxes(boxes: Boxes) -> Boxes:
 
 
 def _grow(low: Float64, high: Float64) -> None:
-    """Grows each box, in place, over those that it meets along one variable and that are as wide in all others. What
-    they hold together stays, and a state that lies in the middle of many is in the first that is compared.
-    """
+    """Grows each box, in place, over those that it meets along one variable and that are as wide in all others."""
     size, grew = low.shape[1], True
     while grew:
         grew = False

@@ -21,9 +21,7 @@ from codegen.sums import DOUBLE_SUMS, choose_numbers
 
 @dataclass(frozen=True, eq=False)
 class SummedTree(GrownTree):
-    """A tree whose tests from the number of features on count in `tests`. Where it has `given`, its leaves give
-    numbers, and `action` counts in them. Its sums are double sums, and have a term for each weight that is not 0.
-    """
+    """A tree whose further tests count in `tests`, double sums, and whose actions count in `given`, if any."""
 
     tests: Float32 = field(metadata={"dtype": np.float32})  # [n_sums, n_features] weights
     given: Float64 = field(metadata={"dtype": np.float64})  # [n_vectors, n_outputs, n_features + 1], the constant last

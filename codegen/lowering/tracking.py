@@ -36,9 +36,7 @@ class Start:
 
 @dataclass(frozen=True)
 class Edges:
-    """Of which states something is proved for ever: a region, in which positions also have to be once each has moved by
-    its velocity for `coasting` seconds: there agents come to rest that nobody pushes.
-    """
+    """A region proved for ever, in which positions also are after moving for `coasting` seconds, where agents rest."""
 
     region: RegionSpec
     coasting: float
@@ -88,9 +86,7 @@ class Track:
         return max(moved, begun) + (near if self.noise else 0)
 
     def bound_coordinates(self, start: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-        """Between which numbers each coordinate stays that starts between these, whatever agents do; all start at
-        rest. By upper-case name.
-        """
+        """Bounds each coordinate that starts between these at rest, whatever agents do. By upper-case name."""
         bounds = {place.upper: start[place.upper] for place in self.still if place.upper in start}
         for each in self.agents:
             for axis, (place, speed) in enumerate(zip(each.positions, each.velocities, strict=True)):
@@ -127,9 +123,7 @@ def _add_up(world: ir.WorldSpec, steps: int) -> float:
 
 
 def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
-    """Returns how a profile's world moves after a start. InputError for worlds whose motion is not followed, and for
-    episodes in which too much may add up.
-    """
+    """Returns how a profile's world moves after a start. InputError for worlds and lengths that are not followed."""
     ensure_followed(profile.world, start.steps)
     world = profile.world
     agents = tuple(_track_agent(profile, model, number, start) for number in range(len(profile.agents)))

@@ -113,9 +113,7 @@ def score(measure: Measure, values: Float64) -> Float64:
 def values(
     world: World, controllers: Sequence[Controller], seeds: Sequence[int], over: Callable[[], bool] = lambda: False
 ) -> dict[Measure, Float64]:
-    """Every measure of the world in each of the episodes `seeds`, and each team's return (its agents' mean). `over`: as
-    in `rollout`.
-    """
+    """Every measure of the world, and each team's mean return, in each of the episodes `seeds`."""
     tables = [table(world, episodes) for episodes in rollout(world, controllers, seeds, keep=False, over=over)]
     return {measure: np.concatenate([rows[measure] for rows in tables]) for measure in tables[0]}
 
@@ -145,9 +143,7 @@ def team_values(
     seeds: Sequence[int],
     teams: Iterable[str] | None = None,
 ) -> dict[Measure, Float64]:
-    """Measures and returns of teams (None: of all) in each episode, each team played by `ours` against all others
-    played by `opponents`.
-    """
+    """Measures and returns of teams (None: all) in each episode, each played by `ours` against `opponents`."""
     by_measure: dict[Measure, Float64] = {}
     for team in world.teams if teams is None else teams:
         members = world.members(team)

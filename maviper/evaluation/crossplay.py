@@ -47,9 +47,7 @@ Watch = Callable[[Episodes], Float64]  # episodes -> [..., batch]
 
 @dataclass(frozen=True)
 class Interval:
-    """A number with its 95 % interval; an end may be infinite. `cut`: how many of its episodes were stopped at a length
-    that nobody stated.
-    """
+    """A number with its 95 % interval; an end may be infinite. `cut`: how many of its episodes were stopped."""
 
     value: float
     low: float
@@ -278,9 +276,7 @@ def ratio(stage: Stage, measure: Measure, ours: Sequence[Lineup], theirs: Lineup
 
 
 def _ratio_of_shares(ours: Share, theirs: Share) -> tuple[float, float]:
-    """The 95 % interval of the ratio of two shares, of which theirs is not 0, from their Wilson intervals (MOVER-R:
-    Donner and Zou 2012, Newcombe 2016). It takes them for independent: shares over the same episodes are closer.
-    """
+    """The 95 % interval of the ratio of two shares, from Wilson intervals (MOVER-R: Donner and Zou 2012)."""
     (p, (l1, u1)), (q, (l2, u2)) = (ours.value, ours.interval), (theirs.value, theirs.interval)
     low, high = l1 * (2 * p - l1), u1 * (2 * p - u1)
     least, most = l2 * (2 * q - l2), u2 * (2 * q - u2)
@@ -317,9 +313,7 @@ class TreeFacts:
 
 
 def decisions(trees: Mapping[int, ir.AgentPolicy], episodes: Episodes, wanted: Int | None) -> Float64:
-    """For each tree its mean comparisons per decision and how like its actions are to those `wanted`, or NaN,
-    [2, n_trees, batch], over the steps in which its agent acts. `wanted`: as `Episodes.actions`.
-    """
+    """Each tree's mean comparisons and likeness to actions `wanted`, or NaN, [2, n_trees, batch], where it acts."""
     facts = np.full((2, len(trees), episodes.actions.shape[1]), np.nan)
     for row, (agent, policy) in enumerate(trees.items()):
         seen = episodes.observations[agent]

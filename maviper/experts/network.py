@@ -79,9 +79,7 @@ class NetworkExpert:
         return f"{self.agents[0]}.{net}.1.weight" in self.tensors
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any = None) -> Int:
-        """Returns each agent's greedy action, among legal ones if any is, or its numbers, means clipped to the bounds;
-        see `Controller.act`.
-        """
+        """Returns greedy actions, legal ones if any is, or numbers clipped to the bounds; see `Controller.act`."""
         if self.bounds:
             return in_columns([self._give(agent, observations[agent]) for agent in agents])
         return np.stack([self._greedy(agent, observations[agent]) for agent in agents], axis=1)
@@ -167,17 +165,13 @@ class NetworkExpert:
 
 
 def give_numbers(parts: Any, low: Float64, high: Float64) -> Float32:
-    """Numbers within bounds, [batch, n_outputs]: -1 stands for the low one, 1 for the high one, and what is beyond them
-    is clipped.
-    """
+    """Numbers within bounds, [batch, n_outputs]: -1 is the low one, 1 the high one, the rest is clipped."""
     given = (low + high) / 2 + np.asarray(parts, np.float64) * ((high - low) / 2)
     return np.clip(given, low, high).astype(np.float32)
 
 
 def _largest_errors(net: str, wide: Mapping[str, Float64]) -> tuple[Float64, Float64]:
-    """Bounds the size of an output and its error in float32: the parts for each unit of the largest input, and the
-    constant parts.
-    """
+    """Bounds an output's size and float32 error: per unit of the largest input, and the constant parts."""
     inputs = len(wide[f"{net}.1.weight"])
     size, error = np.array([np.ones(inputs), np.zeros(inputs)]), np.zeros((2, inputs))  # [per unit and constant, width]
     for layer in LAYERS:

@@ -56,9 +56,7 @@ Grown = tuple[list[GrownTree], dict[str, float]]  # trees in the order of agents
 
 
 def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
-    """Offers every iterate of some agents to `selection`; returns how many points there were in the end, beside the
-    examples.
-    """
+    """Offers every iterate of some agents to `selection`; returns how many points there were in the end."""
     world, settings = asked.world, asked.settings
     parties = group_agents(world, settings.rollouts_by, agents)
     names = [""] if len(parties) == 1 else [f"-{place}" for place in range(len(parties))]
@@ -136,9 +134,7 @@ class _Group:
         return 0 if self.data is None else len(self.data)
 
     def play(self, iteration: int, told: Callable[[float], None], over: Callable[[], bool]) -> Met:
-        """Episodes of the group, labelled by the expert, with each agent's weights (line 3). `told`: of the share that
-        is weighed; `over`: as in `rollout`.
-        """
+        """Episodes of the group, labelled by the expert, with each agent's weights (line 3)."""
         asked = self.asked
         seeds = asked.settings.rollout_episodes(iteration)
         most, weighed = len(seeds) * asked.world.spec.episode_steps * len(self.agents), 0
@@ -208,9 +204,7 @@ class _Responding(_Group):
         self.trees = dict(trees)
 
     def grow(self, data: Dataset, iteration: int) -> Grown:
-        """The next trees, one agent's after the other's: each is taught the replies to the present trees of its mates,
-        weighed by what they are worth. Nobody votes, so everything is kept.
-        """
+        """The next trees, one agent's after the other's, each taught replies to its mates' present trees."""
         settings, world, points = self.asked.settings, self.asked.world, self.data
         assert points is not None
         present, units = dict(self.trees), group_agents(world, TEAM if settings.share else AGENT, self.agents)

@@ -91,9 +91,7 @@ def collect(
     weigh: Weigh,
     over: Callable[[], bool] = lambda: False,
 ) -> Met:
-    """Plays episodes and labels what they meet. `agents`: those that the rollouts are about, and that `weigh` gives a
-    column of weights each; only the steps in which one of them acts become points. `over`: as in `rollout`.
-    """
+    """Plays episodes and labels the steps in which one of `agents` acts; `weigh` gives each a column of weights."""
     mine = list(agents)
     datasets: list[Dataset] = []
     values: dict[str, list[Float64]] = {world.team_of(world.agents[agent]): [] for agent in agents}

@@ -205,9 +205,7 @@ class _Asked:
 
 
 def _moves(sizes: Sequence[int]) -> Iterator[list[tuple[int, ...]]]:
-    """By how far each agent's action moves on from the expert's, for ever more changed agents, until one level of them
-    has more than MAX_JOINT.
-    """
+    """Moves of agents' actions from the expert's, for ever more changed agents, up to MAX_JOINT of one number."""
     places = range(len(sizes))
     for changed in range(len(sizes) + 1):
         chosen = list(combinations(places, changed))
@@ -302,9 +300,7 @@ def joint_ratio(
 
 
 def finalist_score(world: World, expert: Expert, settings: Settings, agents: Sequence[ir.AgentPolicy]) -> float:
-    """The mean ratio of the teams to the expert, on episodes that no extraction with these settings has seen: to choose
-    among extraction seeds.
-    """
+    """The mean ratio of the teams to the expert, on episodes that no extraction with these settings has seen."""
     world = settings.judge_world(world)
     seeds = settings.episodes(measures.SELECTION_SEEDS)[-settings.count_held_out(world) :]
     experts: list[Controller] = [expert] * len(world.agents)

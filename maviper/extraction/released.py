@@ -140,9 +140,7 @@ class _Growing:
 
 
 def best_split(obs: Float32, labels: Int, counts: Int, n_actions: int) -> tuple[int, float] | None:
-    """The split of least weighted Gini impurity among the midpoints of neighbouring values, if it is an improvement;
-    of equals the first feature's lowest.
-    """
+    """The midpoint split of least weighted Gini impurity, if it improves; of equals the first feature's lowest."""
     weights = np.eye(n_actions)[labels] * counts[:, None]
     totals = weights.sum(axis=0)
     best, split = _purity(totals[None])[0] + 1e-9, None  # strictly better

@@ -92,9 +92,7 @@ OUR_RUNGS: dict[str, dict[str, str]] = {
 
 
 def bundle(algorithm: str, selection: str, share: str = NOTHING) -> dict[str, str]:
-    """The settings that an algorithm's name stands for. `selection`: how an iterate is chosen; `share`: members of a
-    team that share a tree play and choose together, where each would do so alone.
-    """
+    """The settings that an algorithm's name stands for; members that share a tree choose together."""
     settings = {"labels": EXPERT, "selection_by": CHOSEN_BY[selection], **BUNDLES[algorithm]}
     if algorithm == BEST_RESPONSE and selection == RACE and not share:
         settings["selection_by"] = MEMBER
@@ -353,9 +351,7 @@ class Settings:
         return self.held_out or held_out.default_episodes(world)
 
     def plan(self, world: World) -> dict[str, int]:
-        """Counts the episodes that each stage plays at most, of settings that are complete and dealt. The authors' code
-        counts samples, so only its held-out episodes are known.
-        """
+        """Counts the episodes that each stage plays at most; of the authors' code only the held-out ones are known."""
         runs, loops, sides, refined = self._counts(world)
         learning = {
             ROLLOUTS: runs * self.rollouts * (1 if self.algorithm == FITTED_Q else self.iterations),

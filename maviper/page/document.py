@@ -133,9 +133,7 @@ def _turning(policy: ir.AgentPolicy, place: int) -> Iterator[float]:
 
 
 def bound_sliders(policy: ir.AgentPolicy, seen: Floats | None = None) -> list[tuple[float, float]]:
-    """For each feature the least and the most that a slider shows: what the profile says was seen, or its stated range
-    where that is bounded, else what was `seen` [n, n_features]; with the tree's thresholds, and a margin.
-    """
+    """Each feature's slider: its seen or stated range, else what was `seen`; with thresholds and a margin."""
     tree = policy.tree
     ranges: list[tuple[float, float]] = []
     for place, feature in enumerate(policy.features):
@@ -243,9 +241,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Told:
-    """A claim about a stated system: its name, the sentence that its proof shows, and what a monitor of the proof says
-    at each step of the recorded episode.
-    """
+    """A claim about a stated system, what its proof shows, and what a monitor says at each step of the episode."""
 
     name: str
     sentence: str
@@ -456,9 +452,7 @@ def _even(number: float) -> bool:
 
 
 def _cuts(policy: ir.AgentPolicy) -> list[dict[str, Any] | bool | None]:
-    """For each node the cut of its test, with its place among those of the same feature; of tests of what is not
-    measured, and of leaves, None.
-    """
+    """Each node's cut and its place among those of the same feature; None for leaves and what is not measured."""
     tree, by_node = policy.tree, dict[int, Cut | bool]()
     for node in ir.splits(tree):
         meaning = policy.features[int(tree.feature[node])].meaning

@@ -23,9 +23,7 @@ ENDS = (1 - LEVEL) / 2, (1 + LEVEL) / 2  # quantiles that an interval lies betwe
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its standard error, from which all else follows by Student's t (scipy.stats has the same functions,
-    and takes most of a second to load).
-    """
+    """A number with its standard error, from which all else follows by Student's t."""
 
     value: float
     error: float
@@ -158,9 +156,7 @@ def _draw_runs(scores: Sequence[Float64]) -> Float64:
 
 
 def performance_profile(scores: Sequence[Float64], thresholds: Float64) -> Float64:
-    """The share of all runs whose score is above each threshold, and the ends of its 95 % interval, [3, thresholds];
-    drawn as for `interquartile` (Agarwal et al. 2021, score distributions). `scores`: per task [runs].
-    """
+    """The share of runs above each threshold and its 95 % interval, [3, thresholds]. `scores`: per task [runs]."""
     drawn = _draw_runs(scores)
     bands = [np.quantile((drawn > each).mean(axis=1), ENDS) for each in thresholds]
     shares = (np.concatenate(scores) > thresholds[:, None]).mean(axis=1)

@@ -153,9 +153,7 @@ def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **giv
 
 
 def readable(name: str, of: str = "") -> tuple[str, ...]:
-    """Returns the parameters that the named claim reads beside its team; of `steady` also what `of` reads.
-    UnknownNameError for names that there are not.
-    """
+    """The parameters that the named claim reads beside its team, and those of what `steady` is said of."""
     kind = _declared(name)
     if name == STEADY:
         return (*kind.parameters(), *kind_named(name, of).reads)
@@ -200,10 +198,7 @@ def describe_left_out(world: WorldSpec) -> str:
 
 
 def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:
-    """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks.
-
-    `any_size`: the property needs no landmark for each agent, so that of one team alone nothing is asked.
-    """
+    """The named team, or the one with as many agents as landmarks (`any_size`: the only one)."""
     if team is not None:
         if any_size:
             ensure_team(profile, team)

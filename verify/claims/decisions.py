@@ -28,10 +28,7 @@ MAX_MATCHINGS = 720  # six agents and six landmarks: formulas that name every ma
 
 
 def matchings(n_agents: int, n_landmarks: int) -> list[tuple[int, ...]]:
-    """Every way to give each agent a landmark of its own, as landmark numbers in the agents' order.
-
-    InputError when there are more than MAX_MATCHINGS.
-    """
+    """Every way to give each agent a landmark of its own, by number. InputError for more than MAX_MATCHINGS."""
     count = math.perm(n_landmarks, n_agents)
     if count > MAX_MATCHINGS:
         raise InputError(
@@ -81,9 +78,7 @@ def ahead(agent: str, landmark: str, direction: tuple[Fraction, Fraction]) -> Fo
 
 
 def no_longer(matching: Sequence[tuple[AgentPolicy, str]], other: Sequence[tuple[AgentPolicy, str]]) -> Formula:
-    """The L1 length of one matching is at most that of another: some signs of the other's offsets give a sum
-    that no signs of the one's exceed.
-    """
+    """One matching's L1 length is at most another's: some signs of the other's offsets give as much."""
 
     def sums(pairs: Sequence[tuple[AgentPolicy, str]]) -> list[dict[str, int]]:
         all_terms: list[dict[str, int]] = []
@@ -319,9 +314,7 @@ PLAIN = tuple(BY_NAME)  # what can be steady
 
 @lru_cache(maxsize=16)  # questions that differ in their budgets, and the checker, ask for the same one
 def formula(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
-    """The claim as a formula: true in the world states, with the team's chosen actions, in which it holds or where
-    its assumption fails. UnknownNameError where its team has no agents: what is said of all of nobody is true.
-    """
+    """The claim as a formula over states and chosen actions. UnknownNameError where its team has no agents."""
     ensure_team(profile, claim.team)
     stated = claim.states(profile)
     return stated if claim.assume == TRUE else disjunction(negate(claim.assume), stated)

@@ -246,9 +246,7 @@ def _alike(policy: AgentPolicy) -> Formula:
 
 
 def ensure_comparable(first: PolicyProfile, second: PolicyProfile, agents: Sequence[str]) -> None:
-    """InputError unless both are about the same world and these agents observe and may do the same in it, by features
-    whose meanings are known; UnknownNameError for an agent that the first profile does not have.
-    """
+    """InputError unless both are about the same world, features and actions; UnknownNameError for an agent."""
     names, others = ([policy.agent for policy in one.agents] for one in (first, second))
     for agent in agents:
         if agent not in names:

@@ -68,9 +68,7 @@ def along(formula: Formula, name: str, at: Mapping[str, Fraction], within: Line)
 
 
 def around(line: Line, value: float) -> tuple[float, float]:
-    """The float64 numbers around `value` that lie in the set without another float64 number between: the ends, both in
-    the set. `value` lies in the set.
-    """
+    """The ends of the neighbouring float64 numbers around `value` that all lie in the set, as it does."""
     low = high = value
     while (piece := _interval_of(line, low)) is not None:
         low = _first(piece[0])
@@ -324,10 +322,7 @@ def _room_document(room: AgentRoom) -> dict[str, Any]:
 
 
 def explain_counterexample(question: DecisionQuestion, counterexample: Counterexample) -> Explanation:
-    """Explains a confirmed counterexample.
-
-    AssertionError when the referee does not confirm the end of an interval: that is our bug.
-    """
+    """Explains a confirmed counterexample. AssertionError where the referee does not confirm an end."""
     state, profile, semantics = counterexample.state, question.profile, question.semantics
     exact = state.exactly(profile)
     team = {policy.agent: policy for policy in profile.team(question.claim.team)}

@@ -107,9 +107,7 @@ def confirm_point(question: DecisionQuestion, goal: str | None, answer: Answer) 
 
 
 def _candidates(question: DecisionQuestion, goal: str | None, answer: Answer) -> Iterator[tuple[State | None, int]]:
-    """Points that may violate the claim, with the resource units that each took; no more than a query's for all
-    stronger questions together.
-    """
+    """Points that may violate the claim, with the resource units that each took."""
     left = question.budgets.solver_units
     for stronger, slack in _stronger(question):
         inner = ask(query(stronger, goal, slack), left)

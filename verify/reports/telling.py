@@ -109,9 +109,7 @@ EXACT_WORLD = "that world's steps equal the reference environment's bit by bit"
 
 
 def texts(checked: bool | None, proofs: Sequence[str], replayed: Sequence[str]) -> list[str]:
-    """All lines of a report. `checked`: the features have the meanings of a world that this version plays; None: claims
-    are over observations, of which no meaning is asked. `proofs`: what those of each kind rest on.
-    """
+    """All lines of a report. `checked`: meanings are of a world of ours; None: over observations."""
     lines = [f"{CHECKED}; {EXACT_WORLD}" if checked else UNCHECKED]
     lines = [OBSERVED] if checked is None else lines
     return [*lines, *proofs, *replayed]
@@ -130,9 +128,7 @@ def readers(profile: PolicyProfile) -> list[str]:
 
 
 def rests_on(enclosed: bool, counted: Collection[str], flowing: bool = False) -> list[str]:
-    """All lines of a report about a stated system. `enclosed`: some of its rules are not affine; `counted`: what the
-    checker counts in its certificates; `flowing`: it moves in continuous time.
-    """
+    """All lines about a stated system. `enclosed`: rules not affine; `counted`: by the checker; `flowing`: in time."""
     if flowing:
         return [SYSTEMS_WITH_SETS, SYSTEM_READ, FLOW_REPLAYED]
     covers = [SYSTEMS_WITH_COVER] if set(counted) - {"branches"} else []

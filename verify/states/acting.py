@@ -42,9 +42,7 @@ class Step:
 
 
 def path(policy: ir.AgentPolicy, seen: Sequence[Value]) -> tuple[Step, ...]:
-    """The tests that lead to the decision for one observation, rounded or exact: [n_features], and then the sums that
-    the tree tests.
-    """
+    """The tests that lead to the decision for one observation [n_features], followed by the tree's sums."""
     tree, node, steps = policy.tree, ir.ROOT, list[Step]()
     names = list_operands(policy)
     while tree.feature[node] != ir.NO_FEATURE:

@@ -94,9 +94,7 @@ def _in_order(profile: PolicyProfile) -> list[ir.AgentPolicy]:
 
 
 def gaps(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Float64:
-    """L-infinity distances of the team's agents to the claim's marks, [..., agents, marks], in float64; infinite from
-    an agent to itself.
-    """
+    """L-infinity distances of agents to the claim's marks, [..., agents, marks]; infinite from one to itself."""
     names = profile.world.coordinates()
 
     def places(entities: Sequence[str]) -> Float64:
@@ -131,9 +129,7 @@ def name_pairs(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[tuple[
 
 
 def coinciding(profile: PolicyProfile, episode: Float64) -> Bool:
-    """In which episodes of [steps + 1, ..., n_coordinates] the centres of two that push each other ever coincide: the
-    reference has no number there, and claims are not about them.
-    """
+    """In which episodes of [steps + 1, ..., n_coordinates] the centres of two that push each other coincide."""
     names, coincide = profile.world.coordinates(), np.zeros(episode.shape[1:-1], dtype=bool)
     entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
     for a, b, _ in partners(profile.world):
@@ -143,9 +139,7 @@ def coinciding(profile: PolicyProfile, episode: Float64) -> Bool:
 
 
 def find_met_ways(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
-    """Returns which ways to fulfil the claim episodes of [steps + 1, batch, n_coordinates] are, [ways, batch], up to
-    float64 rounding of distances.
-    """
+    """The ways to fulfil the claim that episodes are, [ways, batch], up to float64 rounding of distances."""
     account = account_of(claim)
     met = account.is_met(gaps(profile, claim, account.select_counted(episode)), float(claim.radius))
     pairs = (np.array(way).T for way in ways(profile, claim))

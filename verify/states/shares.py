@@ -171,9 +171,7 @@ def draw_states(question: DecisionQuestion, seed: int, count: int) -> tuple[Floa
 
 
 def _bound_assumption(assume: Formula, region: Region) -> list[Mapping[str, Interval]]:
-    """Boxes of the region around the states that an assumption allows, one for each of its first ways: so that what a
-    uniform state never meets is drawn, such as one mode of several.
-    """
+    """Boxes around what an assumption allows, one for each way: so that what no uniform state meets is drawn."""
     boxes: list[Mapping[str, Interval]] = []
     for way in _list_ways(normal(assume)):
         box = dict(region.box)
@@ -246,9 +244,7 @@ def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
 
 
 class _Held:
-    """Where formulas are true given joint actions: what speaks of one agent is evaluated once for each of its actions,
-    as claims about pairs of agents ask it again for every pair.
-    """
+    """Where formulas are true given joint actions; each agent's parts are evaluated once for each action."""
 
     def __init__(self, states: Batch) -> None:
         self._states = states

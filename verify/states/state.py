@@ -26,10 +26,7 @@ from verify.states.values import Batch, worth
 
 @dataclass(frozen=True)
 class State:
-    """One world state: coordinates (velocities that are left out are zero) and the goal landmark (None without one).
-
-    `errors`: by how much a feature is off as an agent measures it, by `error_name`; what is left out is exact.
-    """
+    """One world state: coordinates (velocities default to 0), goal landmark, and `errors` of features by name."""
 
     position: Mapping[str, Value]
     goal: str | None

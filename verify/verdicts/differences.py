@@ -251,9 +251,7 @@ def _no_difference(question: DecisionQuestion) -> zones.Outcome:
 
 
 def _together(differences: Sequence[AgentDifference], question: DecisionQuestion | None) -> Span:
-    """The share of states in which some agent acts differently. `question`: about those that have zones, where several
-    have: also one whose zones hold no float64 state that was found.
-    """
+    """The share of states in which some agent acts differently."""
     spans = [one.span for one in differences]
     least, most = max(low for low, _ in spans), min(Fraction(1), sum((high for _, high in spans), Fraction(0)))
     if question is None or any(low != high for low, high in spans):

@@ -29,10 +29,7 @@ FORBIDDEN = -1e9
 
 
 class Stacked:
-    """Weights of all agents, each stacked as [n_agents, ..., ...].
-
-    Agents may share them: then they are [n_networks, ..., ...], and `owner` says whose is whose.
-    """
+    """Weights of all networks, stacked as [n_networks, ..., ...]; `owner` says which is whose."""
 
     owner: Tensor | None = None  # [n_agents]: the index of each agent's network; None: each its own
 
@@ -319,9 +316,7 @@ class Running:
 
 
 def average_rows(values: Tensor, taken: Tensor) -> Tensor:
-    """Each agent's mean over the rows in which it acts, [n_agents]. values: [n_agents, batch, ...]; taken: [n_agents,
-    batch], 1 or 0.
-    """
+    """Each agent's mean over its rows, [n_agents]. values: [n_agents, batch, ...]; taken: [n_agents, batch], 1 or 0."""
     share = (taken.sum(dim=1) / taken.shape[1]).clamp(min=1 / taken.shape[1])
     weights = taken.reshape(*taken.shape, *[1] * (values.dim() - 2))
     return (values * weights).mean(dim=tuple(range(1, values.dim()))) / share

@@ -184,9 +184,7 @@ def _sweep_nodes(nodes: _Nodes, obs: Float64, spread: Float64, answers: Answers,
 
 
 def _better(test: Test, obs: Float64, one: Float64, other: Float64, spread: Float64, price: float) -> tuple[Test, bool]:
-    """The test that loses least, where `one` is lost on the left and `other` on the right, [n] each; and whether it is
-    for exchanged children.
-    """
+    """The test that loses least (`one` on the left, `other` on the right, [n]); and whether children are exchanged."""
     care = one - other  # above 0: better on the right
     cares = np.flatnonzero(care)
     if not len(cares):

@@ -85,9 +85,7 @@ class CooperativeNavigation(ParticleWorld):
         return -self._distance(state) * (1 - LOCAL_RATIO) + -collisions * LOCAL_RATIO
 
     def shaping(self, state: WorldState) -> Float64:
-        """Returns the worth of an agent's presence: the sum over targets of how much farther the nearest agent would be
-        without it. A shared reward alone does not tell an agent its own part.
-        """
+        """An agent's worth: how much farther the nearest agents of all targets would be without it."""
         gaps = np.sqrt(self.gaps(state))
         if len(gaps) == 1:
             return np.zeros((len(state), 1))

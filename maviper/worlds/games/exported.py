@@ -32,10 +32,7 @@ Infos = dict[str, dict[str, Any]]
 
 
 class WorldEnv(ParallelEnv[str, Any, Any]):
-    """One game of `world`. `render_mode`: None, or rgb_array for particle worlds; UnknownNameError for another.
-
-    `max_cycles` is the length of an episode in steps; all agents are truncated there, and it may be set.
-    """
+    """One game of `world`, of `max_cycles` steps. UnknownNameError for a `render_mode` that it has not."""
 
     def __init__(self, world: World, render_mode: str | None = None) -> None:
         modes = [RGB] if isinstance(world, ParticleWorld) else []
@@ -66,9 +63,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         return self._boxes[agent]
 
     def action_space(self, agent: str) -> Discrete | Box:
-        """The agent's Discrete(n), or its Box where agents give numbers, always the same object; what its numbers mean
-        is in `world.decided`.
-        """
+        """The agent's Discrete(n), or its Box where agents give numbers, always the same object."""
         return self._choices[agent]
 
     def reset(self, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Seen, Infos]:
@@ -108,10 +103,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         return self._observe_agents(acted), rewards, ended, cut, {agent: {} for agent in acted}
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """The present state, [height, width, 3] uint8, as mpe2 draws it; None without a render mode.
-
-        InputError before the first reset.
-        """
+        """The present state, [height, width, 3] uint8, as mpe2 draws it; None without a render mode."""
         if self.render_mode is None:
             return None
         if self._state is None:

@@ -139,9 +139,7 @@ class PhysicalDeception(ParticleWorld):
         return terms.T
 
     def values(self, states: Sequence[WorldState]) -> Float64:
-        """Adversary: within the radius of the goal at some step. Defenders: at some one step every target has a
-        defender of its own within the radius.
-        """
+        """Adversary: at the goal at some step. Defenders: at some one step each target has a defender of its own."""
         reached = np.stack([self._reaches_goal(state) for state in states])
         return reached.any(axis=0).reshape(-1, reached.shape[-1]).astype(np.float64)
 
