@@ -1,20 +1,18 @@
-"""The number arithmetic of C, of numbers and of features: conversions, operators, comparisons, sums.
+"""The number arithmetic of C, of numbers and of features: conversions, operators, comparisons, sums, its library.
 
 Does: promotes and converts as C does; computes numbers; makes a step of what is computed of a feature, and a sum of
-  several in the type that C adds them in.
-Assumes: each type is evaluated as itself (FLT_EVAL_METHOD 0); a compiler without fast-math.
+  several in the type that C adds them in; fabs, fmin, fmax, floor and their like, memcpy; skips what prints.
+Assumes: each type is evaluated as itself (FLT_EVAL_METHOD 0); a compiler without fast-math; the standard library.
 Does not: wrap signed numbers, convert a float that does not fit, since C leaves both undefined, or reorder anything.
+  What libraries round differently (sin, exp, pow) is not computed.
 
-A compiler may round a product and a sum once instead of twice (contraction). Where that moves a threshold, the
-test is refused.
+A compiler may round a product and a sum once instead of twice (contraction): refused, unless the product is exact.
 """
 
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
-from fractions import Fraction
 from functools import partial
 from typing import Any
 
@@ -23,7 +21,21 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.c import kinds
-from codegen.importers.c.kinds import DOUBLE, FLOAT, GIVEN, INT, Condition, Kind, Number, Outside, Symbol, Value
+from codegen.importers.c.kinds import (
+    DOUBLE,
+    FLOAT,
+    GIVEN,
+    INT,
+    LLONG,
+    LONG,
+    Condition,
+    Kind,
+    Number,
+    Outside,
+    Reference,
+    Symbol,
+    Value,
+)
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic import feature as features
 from codegen.importers.symbolic.affine import IN_ORDER, Affine, Given, Sums
@@ -78,11 +90,6 @@ class Arithmetic:
             return sign == "!="
         # a double, since NumPy would make a float of Python's number
         test = features.Test(feature, sign, number if isinstance(number, int) else np.float64(number))
-        numbers = self.sums.numbers_of(feature, self.numbers)
-        once = contract_feature(feature) if self.contracts else None
-        again = features.Test(once or feature, sign, test.number)
-        if once and features.turns_of(test, numbers) != features.turns_of(again, numbers):
-            raise self.make_error(f"{ROUNDINGS}, and a decision depends on it", CONTRACTED)
         return paths.holds(test)
 
     def _ensure_paths(self) -> Growth:
@@ -259,7 +266,30 @@ class Arithmetic:
         if not np.isfinite(c) or (sign in "*/" and c == 0) or (sign == "/" and not first):
             what = f"a feature {sign} {c}" if first else "a number is divided by a feature"
             raise self.make_error(f"{what} is not read", TEST_ADVICE)
-        return _then(given, make_step(sign, c, kind, first=first))
+        if sign in "+-":
+            self._ensure_exact_product(given.feature, kind, c)
+        compute = FLOATING[sign]
+        falls = (sign == "-" and not first) or (sign in "*/" and c < 0)
+        form = (sign if first or sign != "-" else "c-", c)
+        return _then(given, Step(
+            f"{sign}{c!r}{first}{kind}",
+            lambda v: make(compute(make(v), c) if first else compute(c, make(v))),
+            FALLING if falls else RISING,
+            form=form,
+        ))  # fmt: skip
+
+    def _ensure_exact_product(self, feature: Feature, kind: Kind, added: Any) -> None:
+        """InputError where the last step is a product that a compiler may join with the sum behind it."""
+        steps = [step for step in feature.steps if step is not NEGATE]
+        last = steps[-1] if steps else NEGATE
+        if not self.contracts or not last.key.startswith(("*", "squared")) or not last.key.endswith(str(kind)):
+            return
+        by = last.form[1] if last.form else math.nan
+        of_floats = (self.numbers, kind, len(steps)) == (FLOAT32, DOUBLE, 1) and feature.place < SUMS
+        # a power of two: what it loses at either end is too small, or too large, to matter beside what is added
+        power = abs(math.frexp(by)[0]) == 0.5 and all(1e-20 < abs(each) < 1e20 for each in (by, added))
+        if not power and not (of_floats and np.float32(by) == by):
+            raise self.make_error(ROUNDINGS, CONTRACTED)
 
     def _join_floats(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
         """A sum or difference of two features, or the square of one. InputError where roundings have no order, or
@@ -273,9 +303,8 @@ class Arithmetic:
         if sign != "*" or not same:
             what = "a product of features" if sign in "*/" else "a sum of several features"
             raise self.make_error(f"{what} is not read", TEST_ADVICE)
-        make, key = kind.float_type, f"squared{kind}"
-        exact = Step(key, lambda v: Fraction(float(v)) ** 2 if np.isfinite(v) else make(v) * make(v), FOLDING)
-        return _then(one, Product(key, lambda v: make(make(v) * make(v)), FOLDING, exact=exact, make=make))
+        make = kind.float_type
+        return _then(one, Step(f"squared{kind}", lambda v: make(make(v) * make(v)), FOLDING))
 
     def _whole(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
         if isinstance(one, Number) and isinstance(other, Number):
@@ -414,7 +443,6 @@ class Arithmetic:
             given = each.feature if isinstance(each, Symbol) else each.value
             forms.append(self.sums.represent(given, self.make_error))
             self._ensure_weights(forms[-1])
-            self._ensure_one_rounding(forms[-1])
         self.used |= {place for each in forms for _, place in each.terms if place != CONSTANT}
         return Given(forms)
 
@@ -448,45 +476,6 @@ class Arithmetic:
 # --- steps
 
 
-@dataclass(frozen=True)
-class Product(Step):
-    """A product that is rounded. `exact`: the same, for a sum of the type `make` that rounds only once."""
-
-    exact: Step = field(kw_only=True, compare=False)
-    make: Any = field(kw_only=True)
-
-
-def make_step(sign: str, c: Any, kind: Kind, *, first: bool) -> Step:
-    """Arithmetic of a feature, which stands `first` or last, and a number of its type."""
-    make, compute, exact = kind.float_type, FLOATING[sign], Fraction(float(c))
-
-    def apply(v: Any) -> Any:
-        if isinstance(v, Fraction):  # a product without its rounding
-            return kinds.round_number(compute(v, exact) if first else compute(exact, v), kind)
-        return make(compute(make(v), c) if first else compute(c, make(v)))
-
-    falls = (sign == "-" and not first) or (sign in "*/" and c < 0)
-    key, sense = f"{sign}{c!r}{first}{kind}", FALLING if falls else RISING
-    form = (sign if first or sign != "-" else "c-", c)
-    if sign != "*":
-        return Step(key, apply, sense, form=form)
-    precise = Step(key, lambda v: exact * Fraction(float(v)) if np.isfinite(v) else apply(v), sense)
-    return Product(key, apply, sense, form=form, exact=precise, make=make)
-
-
-def contract_feature(feature: Feature) -> Feature | None:
-    """The feature with each product kept exact until the sum that follows it; None: there is no such pair."""
-    steps, before, at, pairs = list[Step](feature.steps), None, 0, False
-    for place, step in enumerate(feature.steps):
-        if isinstance(step, Product):
-            before, at = step, place
-        elif step is not NEGATE:
-            if before and step.form and step.form[0] in ("+", "-", "c-") and type(step.form[1]) is before.make:
-                steps[at], pairs = before.exact, True
-            before = None
-    return Feature(feature.place, tuple(steps)) if pairs else None
-
-
 def _then(given: Symbol, *steps: Step) -> Symbol:
     return Symbol(given.feature.then(*steps), given.kind)
 
@@ -494,3 +483,115 @@ def _then(given: Symbol, *steps: Step) -> Symbol:
 def _to(kind: Kind) -> Step:
     """The conversion to a floating type."""
     return Step(f"to {kind}", lambda v: kinds.round_number(v, kind) if isinstance(v, int) else kind.float_type(v))
+
+
+# --- what C's own headers give to a decision: constants, functions of numbers, a copy of memory
+
+PRINTING = ["printf", "fprintf", "puts", "fputs", "putchar", "putc", "fputc", "fflush", "perror"]
+WHOLE: Mapping[str, Kind] = {
+    "SCHAR": kinds.SCHAR, "SHRT": kinds.SHORT, "INT": INT, "LLONG": LLONG,
+    "UCHAR": kinds.UCHAR, "USHRT": kinds.USHORT, "UINT": kinds.UINT, "ULLONG": kinds.ULLONG,
+    **{f"{sign}INT{bits}": kinds.STANDARD[f"{sign.lower()}int{bits}_t"] for sign in ("", "U")
+       for bits in (8, 16, 32, 64)},
+}  # fmt: skip
+DOUBLES = {
+    "M_PI": math.pi, "M_PI_2": math.pi / 2, "M_PI_4": math.pi / 4, "M_E": math.e, "HUGE_VAL": math.inf,
+    "DBL_MAX": float(np.finfo(np.float64).max), "DBL_MIN": 2.0**-1022, "DBL_EPSILON": 2.0**-52,
+}  # fmt: skip
+FLOATS = {
+    "INFINITY": math.inf, "FLT_MAX": float(np.finfo(np.float32).max), "FLT_MIN": 2.0**-126, "FLT_EPSILON": 2.0**-23,
+}  # fmt: skip
+ENDS = {f"{name}_{end}": (kind, value) for name, kind in WHOLE.items()
+        for end, value in (("MAX", kind.high), ("MIN", kind.low)) if kind.signed or end == "MAX"}  # fmt: skip
+CONSTANTS: Mapping[str, Number] = {
+    "true": Number(1, INT, "true"), "false": Number(0, INT, "false"),
+    **dict.fromkeys(("NULL", "EXIT_SUCCESS"), Number(0, INT)), "EXIT_FAILURE": Number(1, INT),
+    **{name: Number(np.float64(value), DOUBLE) for name, value in DOUBLES.items()},
+    **{name: Number(np.float32(value), FLOAT) for name, value in FLOATS.items()},
+    **{name: Number(value, kind if kind.rank >= INT.rank else INT) for name, (kind, value) in ENDS.items()},
+}  # fmt: skip
+
+
+def _round_away(v: Any) -> Any:
+    """The nearest whole number, of two the one farther from 0."""
+    whole = np.trunc(v)
+    return whole + np.sign(v) if abs(v - whole) >= 0.5 else whole  # the difference is exact
+
+
+ROUNDING = {"floor": np.floor, "ceil": np.ceil, "trunc": np.trunc, "round": _round_away}
+EXTREME = {"fmin": min, "fmax": max}
+FUNCTIONS: Mapping[str, tuple[str, Kind]] = {  # what each computes, in which type
+    "abs": ("fabs", INT), "lround": ("round", DOUBLE), "lroundf": ("round", FLOAT),
+    **{f"{name}{end}": (name, kind) for end, kind in (("", DOUBLE), ("f", FLOAT))
+       for name in ("fabs", *EXTREME, *ROUNDING)},
+}  # fmt: skip
+RESULTS = {**{name: kind for name, (_, kind) in FUNCTIONS.items()}, "lround": LONG, "lroundf": LONG, "isnan": INT}
+LIBRARY = {*FUNCTIONS, *PRINTING, "assert", "isnan", "memcpy"}
+
+
+def call_library(machine: Any, name: str, given: list[Any]) -> Value:
+    """What a function of LIBRARY gives for the nodes of its arguments."""
+    if name in PRINTING:
+        machine.notes["what is printed is skipped"] = None
+        return None
+    if name == "assert":
+        if not machine.truth(given[0]):
+            raise Outside("observations for which its assertions hold")
+        return None
+    values = [machine.value(each) for each in given]
+    if name == "isnan":
+        number = machine.arithmetic.plain(values[0])
+        if not number.kind.floating:
+            raise machine.make_error("isnan takes a float or a double", "leave it out: a whole number is never NaN")
+        machine.paths.nan &= isinstance(number, Number)
+        return Number(0, INT)
+    if name == "memcpy":
+        return _copy_memory(machine, *values)
+    (called, kind), arithmetic = FUNCTIONS[name], machine.arithmetic
+    numbers = [arithmetic.plain(arithmetic.convert_value(each, kind)) for each in values]
+    if called in EXTREME:
+        return _extreme(machine, called, kind, *numbers)
+    (value,), make = numbers, kind.float_type
+    compute, sense = (abs, FOLDING) if called == "fabs" else (lambda v: make(ROUNDING[called](make(v))), RISING)
+    if isinstance(value, Number):
+        result = compute(value.value)
+        number = Number(result if kind.floating else arithmetic.wrap_number(result, kind), kind)
+        return arithmetic.convert_value(number, RESULTS[name])
+    symbol = Symbol(value.feature.then(Step(f"{called} {kind}", compute, sense)), kind)
+    symbol = symbol if kind.floating else arithmetic.ensure_fits(symbol, arithmetic.ends(symbol.feature))
+    return arithmetic.convert_value(symbol, RESULTS[name])
+
+
+def _extreme(machine: Any, called: str, kind: Kind, one: Number | Symbol, other: Number | Symbol) -> Value:
+    """fmin and fmax, of which one is a number."""
+    choose = EXTREME[called]
+    if isinstance(one, Symbol) and isinstance(other, Symbol):
+        raise machine.make_error("the larger or smaller of two features is not read", TEST_ADVICE)
+    one, other = (one, other) if isinstance(one, Symbol) else (other, one)
+    assert isinstance(other, Number)
+    c = other.value
+    if isinstance(one, Number):
+        return Number(choose(one.value, c), kind)
+    machine.paths.nan = False  # they leave a NaN out
+    step = Step(f"{called}{c!r}", lambda v: v if v != v else choose(v, c), form=(called[1:], c, False))
+    return Symbol(one.feature.then(step), kind)
+
+
+def _copy_memory(machine: Any, target: Value, source: Value, size: Value) -> Value:
+    """memcpy of whole items."""
+    if not (
+        isinstance(target, Reference)
+        and isinstance(source, Reference)
+        and isinstance(size, Number)
+        and target.target.type == source.target.type
+    ):
+        raise machine.make_error("a copy of memory is not read", "copy item by item")
+    count, rest = divmod(size.value, kinds.size_of(target.target.type)[0])
+    if rest:
+        raise machine.make_error("a copy is not of whole items of one type", "copy item by item")
+    for at in range(count):
+        from_, to = source.target.item(at), target.target.item(at)
+        if from_ is None or to is None:
+            raise machine.make_error("a copy goes beyond an array", "stay within the declared length")
+        machine.store(to, machine.load(from_))
+    return target

@@ -42,7 +42,6 @@ from codegen.importers.c.text import MORE, PREDEFINED, Expanded, parse_number
 from codegen.importers.reading import Answers, Origin, Running, Said
 from codegen.ir import Floats
 
-COMPILED_BY = "the C compiler (-O0, -O2, UBSan)"
 TRAPPING = "UBSan"
 TRAPS = "-fsanitize=undefined,float-cast-overflow"
 UNCHECKED = "-fno-sanitize=null,alignment,object-size,pointer-overflow"  # of memory that a door lays out
@@ -75,11 +74,11 @@ def ask_compiler(
     ensure_same_tokens(text, compiler, where)
     asked = [each for _, each in origins.values()]
     unit = write_unit(parsed, asked, text.names, text.headers)
-    compiled = Compiled(unit, asked, compiler, where, contracts=text.contracts)
+    once = not any(_computes(each) for each in _choose_nodes(parsed, {*origins}))
+    compiled = Compiled(unit, asked, compiler, where, contracts=text.contracts, once=once)
+    by = f"the C compiler ({', '.join(compiled.flags)})"
     return {
-        name: replace(
-            origin, second=partial(_run_builds, origin, name, compiled, scores=said.scores), replayed_by=COMPILED_BY
-        )
+        name: replace(origin, second=partial(_run_builds, origin, name, compiled, scores=said.scores), replayed_by=by)
         for name, (origin, _) in origins.items()
     }
 
@@ -123,17 +122,22 @@ def _label(answer: Sequence[Answer], *, scores: bool) -> Any:
 
 
 class Compiled:
-    """The builds of one file. `contracts`: whether a compiler may join roundings."""
+    """The builds of one file. `contracts`: whether a compiler may join roundings; `once`: whether one build is enough,
+    as all of them would be the same comparisons.
+    """
 
-    def __init__(self, unit: str, asked: Sequence[Asked], compiler: list[str], where: str, *, contracts: bool) -> None:
+    def __init__(
+        self, unit: str, asked: Sequence[Asked], compiler: list[str], where: str, *, contracts: bool, once: bool = False
+    ) -> None:
         self._unit, self._compiler, self._where = unit, compiler, where
         self._asked = {each.name: (at, each) for at, each in enumerate(asked)}
         joined = ["-ffp-contract=fast", "-march=native"] if contracts else ["-ffp-contract=off"]
-        self._flags = {
+        self.flags = {
             "-O0": ["-O0", "-fwrapv", "-ffp-contract=off", "-DMAVIPER_NUMBERS"],
             "-O2": ["-O2", *joined],
             TRAPPING: ["-O0", "-ffp-contract=off", TRAPS, UNCHECKED, "-fno-sanitize-recover=all"],
         }
+        self.flags = dict([*self.flags.items()][:1]) if once else self.flags
 
     @cached_property
     def _folder(self) -> Path:
@@ -144,7 +148,7 @@ class Compiled:
         (folder / "driver.c").write_text(DRIVER)
         run([*self._compiler, *LANGUAGE, "-c", "driver.c"], folder)
         with ThreadPoolExecutor() as pool:
-            for name, built in zip(self._flags, pool.map(self._build, repeat(folder), self._flags), strict=True):
+            for name, built in zip(self.flags, pool.map(self._build, repeat(folder), self.flags), strict=True):
                 if built.returncode and name == TRAPPING:
                     raise MissingToolError(f"{self._compiler[0]} builds nothing with {TRAPS}", _first(built), NO_TRAPS)
                 if built.returncode:
@@ -153,7 +157,7 @@ class Compiled:
         return folder
 
     def _build(self, folder: Path, name: str) -> CompletedProcess[str]:
-        command = [*self._compiler, *LANGUAGE, "-Werror=implicit-function-declaration", *self._flags[name]]
+        command = [*self._compiler, *LANGUAGE, "-Werror=implicit-function-declaration", *self.flags[name]]
         command += ["unit.c", "driver.o", "-lm", "-o", name.strip("-")]
         first = run(command, folder, BUILD_S)
         if first.returncode and "-march=native" in command:
@@ -183,8 +187,8 @@ class Compiled:
         InputError where a build traps, dies or answers otherwise than another one.
         """
         with ThreadPoolExecutor() as pool:
-            given = list(pool.map(self._run, repeat(function), self._flags, repeat(rows)))
-        for name, said in zip(self._flags, given, strict=True):
+            given = list(pool.map(self._run, repeat(function), self.flags, repeat(rows)))
+        for name, said in zip(self.flags, given, strict=True):
             if said.returncode:
                 again = self._run(function, name, rows, EACH)
                 raise self._make_error(function, rows[max(again.stdout.count("\n") - 1, 0)], _reason(again))
@@ -194,7 +198,7 @@ class Compiled:
                 if FAILED in each:
                     raise self._make_error(function, rows[place], "an assertion fails that the reader does not see")
                 if len(set(each)) > 1:
-                    told = ", ".join(f"{name} {line.strip()}" for name, line in zip(self._flags, each, strict=True))
+                    told = ", ".join(f"{name} {line.strip()}" for name, line in zip(self.flags, each, strict=True))
                     raise self._make_error(function, rows[place], f"builds of it answer differently: {told}")
         known = {each: tuple(map(_part, each.split())) for each in set(lines[0])}
         return [known[each] for each in lines[0]]
@@ -424,6 +428,8 @@ def _defines(decl: Any) -> bool:
 
 ACTING = c_ast.Decl | c_ast.Assignment
 COMPUTED = c_ast.Constant | c_ast.UnaryOp | c_ast.BinaryOp | c_ast.Cast
+COMPARING = c_ast.Compound | c_ast.If | c_ast.ID | c_ast.Constant | c_ast.StructRef
+LOGIC = ("<", "<=", ">", ">=", "==", "!=", "&&", "||", "!")
 
 
 def _is_scalar(node: Any) -> bool:
@@ -440,6 +446,26 @@ def _is_fixed(node: Any, known: set[str]) -> bool:
     plain |= isinstance(node, c_ast.Cast) and isinstance(node.to_type.type, c_ast.TypeDecl)
     parts = [node.left, node.right] if isinstance(node, c_ast.BinaryOp) else [node.expr] if plain else []
     return bool(parts) and all(_is_fixed(each, known) for each in parts)
+
+
+def _computes(node: Any) -> bool:
+    """Returns True unless a node is no function, or compares what it is given with constants, and returns constants."""
+    if not isinstance(node, c_ast.FuncDef):
+        return False
+    given = {each.name for each in (node.decl.type.args.params if node.decl.type.args else ())}
+    for each in walk(node.body):
+        plain = isinstance(each, COMPARING)
+        if isinstance(each, c_ast.BinaryOp | c_ast.UnaryOp):
+            plain = each.op in LOGIC or (each.op == "-" and isinstance(getattr(each, "expr", None), c_ast.Constant))
+        elif isinstance(each, c_ast.ArrayRef):
+            plain = isinstance(each.subscript, c_ast.Constant)
+        elif isinstance(each, c_ast.Return):  # which converts a parameter to another type
+            plain = (
+                isinstance(each.expr, c_ast.Constant | c_ast.UnaryOp) or getattr(each.expr, "name", None) not in given
+            )
+        if not plain:
+            return True
+    return False
 
 
 LARGE = 1_000  # statements of a part

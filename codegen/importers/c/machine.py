@@ -4,7 +4,7 @@ Does: types of declarations, typedefs, struct tags, enumerators, scopes; variabl
   set and initialized; operators, casts, assignments; the type of an expression without computing it; branches, loops,
   switch, calls of functions of the file, from their first statement to their return.
 Assumes: nodes of pycparser; `Growth` counts the work, so that what does not end is refused.
-Does not: compute (arithmetic.py), choose functions (source.py), call what the file does not hold, but library.py, or
+Does not: compute (arithmetic.py), choose functions (source.py), call what the file does not hold, but its library, or
   let anything be kept between decisions.
 """
 
@@ -19,10 +19,21 @@ from pycparser import c_ast, c_generator
 
 from codegen.errors import InputError, escape_text
 from codegen.importers.c import kinds
-from codegen.importers.c.arithmetic import TEST_ADVICE, Arithmetic
-from codegen.importers.c.inputs import Inputs
-from codegen.importers.c.kinds import INT, Kind, Many, Number, Object, Pointer, Record, Reference, Text, Type, Value
-from codegen.importers.c.library import CONSTANTS, LIBRARY, RESULTS, call_library
+from codegen.importers.c.arithmetic import CONSTANTS, LIBRARY, RESULTS, TEST_ADVICE, Arithmetic, call_library
+from codegen.importers.c.kinds import (
+    INT,
+    Inputs,
+    Kind,
+    Many,
+    Number,
+    Object,
+    Pointer,
+    Record,
+    Reference,
+    Text,
+    Type,
+    Value,
+)
 from codegen.importers.symbolic.feature import SIGNS
 from codegen.importers.symbolic.paths import MAX_CALLS, STATE_ADVICE, Growth
 
@@ -339,10 +350,10 @@ class Machine:
         if self.paths is not None:
             self.paths.line = self.line
             self.paths.step()
-        handler = getattr(self, f"_{type(node).__name__.lower()}", None)
-        if handler is None:
+        reader = READERS.get(type(node))
+        if reader is None:
             raise self.make_error(f"what is written is not read: {text_of(node)}")
-        return handler(node)
+        return reader(self, node)
 
     def truth(self, node: Any) -> bool:
         """Returns True if a condition holds."""
@@ -718,3 +729,8 @@ class Machine:
         if number.name not in ("", "true", "false"):
             self.named.setdefault(plain, number.name)
         return plain
+
+
+READERS = {
+    kind: vars(Machine)[f"_{name.lower()}"] for name, kind in vars(c_ast).items() if f"_{name.lower()}" in vars(Machine)
+}

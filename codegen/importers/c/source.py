@@ -20,10 +20,9 @@ from pycparser import CParser, c_ast
 from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, escape_text
+from codegen.importers.c.arithmetic import PRINTING
 from codegen.importers.c.compiled import Asked, ask_compiler
-from codegen.importers.c.inputs import Inputs
-from codegen.importers.c.kinds import STANDARD, Object, Outside, Place, Reference
-from codegen.importers.c.library import PRINTING
+from codegen.importers.c.kinds import STANDARD, Inputs, Object, Outside, Place, Reference
 from codegen.importers.c.machine import ADVICE, Machine, collect_assigned, is_const, items_of, parameters_of, walk
 from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.origin import NOTHING, Origin, Said

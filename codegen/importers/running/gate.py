@@ -59,20 +59,19 @@ HELD = [each for held in (builtins, types) for each in vars(held).values() if is
 ARRAYS = [getattr(sys.modules.get("numpy"), each, object) for each in ("ndarray", "generic", "dtype", "ufunc")]
 BUILT_IN = frozenset(name for each in (*HELD, *ARRAYS) for name in dir(each))
 OWN = ("__init__", "__call__", "__post_init__")
-CONSTANTS = (bool, bytes, int, float, str, types.NoneType)
 BASES = NAMES - {"dict", "frozenset", "list", "map", "property", "range", "set", "slice", "super", "tuple", "zip"}
 BINDING: dict[type[ast.AST], str] = {  # the field that gives a name something
     ast.FunctionDef: "name", ast.ClassDef: "name", ast.MatchAs: "name", ast.MatchStar: "name", ast.arg: "arg",
     ast.MatchMapping: "rest",
 }  # fmt: skip
 NAMED: dict[type[ast.AST], str] = {**BINDING, ast.Name: "id", ast.keyword: "arg"}
+UNCHECKED = (ast.If, ast.Compare, ast.Subscript, ast.Return, ast.Expr, ast.Assign, ast.BinOp, ast.UnaryOp, ast.BoolOp)
 Imports = dict[str, tuple[str, str]]  # name -> module and member, or ""
 CLEANED = (ast.stmt, ast.mod, ast.match_case, ast.arg)
 COMPUTED = (ast.Lambda, ast.NamedExpr, ast.GeneratorExp, ast.ListComp, ast.DictComp, ast.SetComp)  # no default
 
 
 def _refuse(node: ast.AST, what: str) -> SyntaxError:
-    """Returns an error for a source that may do something else than compute."""
     return SyntaxError(what, ("source", getattr(node, "lineno", 0), 0, ""))
 
 
@@ -174,6 +173,8 @@ def _check_nodes(nodes: list[ast.AST], bound: frozenset[str], imports: Imports) 
         kind = type(node)
         if kind not in NODES:
             raise _refuse(node, f"{kind.__name__} is not among what is run")
+        if kind in UNCHECKED:
+            continue
         name = (getattr(node, NAMED[kind]) if kind in NAMED else "") or ""
         if name.startswith("__") and name not in (*OWN, "__name__"):
             raise _refuse(node, f"the name {name}")
@@ -184,7 +185,7 @@ def _check_nodes(nodes: list[ast.AST], bound: frozenset[str], imports: Imports) 
             known = node.attr in ATTRIBUTES or (node.attr not in BUILT_IN and not node.attr.startswith("__"))
             if not (known if member else _is_member(module, node.attr)) and ast.unparse(node) != "super().__init__":
                 raise _refuse(node, f"the attribute {node.attr}")
-        if isinstance(node, ast.Constant) and type(node.value) not in CONSTANTS:
+        if isinstance(node, ast.Constant) and type(node.value) not in (bool, bytes, int, float, str, types.NoneType):
             raise _refuse(node, f"a constant of the type {type(node.value).__name__}")
         spec = node.format_spec if isinstance(node, ast.FormattedValue) else None
         if isinstance(spec, ast.JoinedStr) and not all(isinstance(each, ast.Constant) for each in spec.values):

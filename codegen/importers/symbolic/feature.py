@@ -20,7 +20,7 @@ from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.numbers import nearest_double, round_down
+from codegen.numbers import nearest_double
 
 SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
@@ -51,9 +51,12 @@ def below(number: Number) -> float:
 def place(value: float, numbers: str) -> int:
     """The place of the largest of the `numbers` that is not above a double; infinities are the ends."""
     whole, real, sign = BITS[numbers]
-    near = round_down(value) if numbers == FLOAT32 and math.isfinite(value) else value
-    bits: int = struct.unpack(whole, struct.pack(real, near))[0]
-    return bits if bits >= 0 else -(bits + sign)
+    try:
+        bits: int = struct.unpack(whole, struct.pack(real, value))[0]  # of the nearest one
+    except OverflowError:
+        return LAST[numbers] - 1 if value > 0 else -LAST[numbers]
+    at = bits if bits >= 0 else -(bits + sign)
+    return at - (number(at, numbers) > value)
 
 
 def number(at: int, numbers: str) -> float:

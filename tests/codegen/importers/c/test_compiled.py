@@ -11,14 +11,12 @@ from codegen.importers import replay
 from codegen.importers.c import compiled as c_compiled
 from codegen.importers.c import kinds, machine
 from codegen.importers.c.compiled import (
-    COMPILED_BY,
     Asked,
     Compiled,
     ensure_same_tokens,
     write_unit,
 )  # fmt: skip
-from codegen.importers.c.inputs import Inputs
-from codegen.importers.c.kinds import Place
+from codegen.importers.c.kinds import Inputs, Place
 from codegen.importers.c.source import from_c
 from codegen.importers.c.text import expand_source
 from codegen.importers.origin import Names, Said, profile_of
@@ -29,6 +27,7 @@ from tests.codegen.importers.origins import label_of
 from verify.reports.telling import readers
 
 COMPILER = find_compiler()
+ONE_BUILD, ALL_BUILDS = "the C compiler (-O0)", "the C compiler (-O0, -O2, UBSan)"
 pytestmark = [pytest.mark.compile, pytest.mark.skipif(COMPILER is None, reason="no C compiler")]
 
 
@@ -276,13 +275,32 @@ def test_several_functions_of_a_file_are_compared():
     text = "#define N 3\nstatic int high(float v) { return v > N; } int up(float v) { return high(v); }"
     origins = from_c((text + "int down(int v) { return v < -N; }").encode(), "tree.c")
     facts = profile_of(origins, Names()).provenance.training
-    assert facts["up replayed by"] == facts["down replayed by"] == COMPILED_BY
+    assert facts["up replayed by"] == facts["down replayed by"] == ALL_BUILDS
 
 
 @pytest.mark.parametrize("name", BODIES)
 def test_what_is_read_is_what_is_compiled(name):
     _, _, facts = imported(BODIES[name])
-    assert facts["f replayed by"] == COMPILED_BY and facts["f replayed"] > 50
+    assert facts["f replayed by"] in (ALL_BUILDS, ONE_BUILD) and facts["f replayed"] > 50
+
+
+@pytest.mark.parametrize(
+    ("text", "builds"),
+    [
+        ("int f(const float *x) { if (x[0] > 0.1 && !(x[1] <= -2)) return 1; else return K; }", ONE_BUILD),
+        ("int f(float x) { if (x + 1 > 2) return 1; return 0; }", ALL_BUILDS),
+        ("int f(float x) { if (-x > 2) return 1; return 0; }", ALL_BUILDS),
+        ("int f(float x) { if (x < 200) if (x > -200) return x; return 0; }", ALL_BUILDS),
+        ("int f(float x) { int v = 3; if (x > v) return 1; return 0; }", ALL_BUILDS),
+        ("int f(float x) { if ((double)x > 2) return 1; return 0; }", ALL_BUILDS),
+        ("int f(const float *x) { if (x[0 + 1] > 2) return 1; return 0; }", ALL_BUILDS),
+        ("static int g(float v) { return v > 1; } int f(float x) { if (g(x)) return 1; return 0; }", ALL_BUILDS),
+    ],
+)
+def test_functions_that_compare_with_constants_alone_are_built_once(text, builds):
+    parsed = CParser().parse(text)
+    by = "the C compiler (-O0)" if not any(map(c_compiled._computes, parsed.ext)) else ALL_BUILDS
+    assert by == builds
 
 
 def test_thousands_of_ifs_are_built_in_parts(monkeypatch):
@@ -290,7 +308,7 @@ def test_thousands_of_ifs_are_built_in_parts(monkeypatch):
     monkeypatch.setattr(c_compiled, "LARGE", 300)
     text = c_ifs(900)
     facts = profile_of(from_c(text.encode(), "tree.c"), Names()).provenance.training
-    assert facts["act replayed by"] == COMPILED_BY
+    assert facts["act replayed by"] == ONE_BUILD
     asked = Asked("act", (Place("o", ("speed",)),), (Place(""),))
     unit = write_unit(CParser().parse(text), [asked], {}, [])
     assert unit.count("noinline)) static int maviper_part_") == unit.count("return maviper_part_") == 4
@@ -310,7 +328,7 @@ def test_a_number_that_is_misread_in_a_part_is_seen(monkeypatch):
 def test_scores_are_compared_by_the_largest():
     text = "void f(const double *x, double *out) { out[0] = x[0] > 1 ? 0.2 : 0.8; out[1] = 0.5; }"
     _, _, facts = imported(text, scores=True)
-    assert facts["f replayed by"] == COMPILED_BY
+    assert facts["f replayed by"] == ALL_BUILDS
 
 
 def test_observations_of_whole_numbers_are_whole_and_within_their_type():

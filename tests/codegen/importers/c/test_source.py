@@ -8,7 +8,7 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.importers.c.library import LIBRARY
+from codegen.importers.c.arithmetic import LIBRARY
 from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.symbolic import paths
