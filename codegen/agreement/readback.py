@@ -7,6 +7,7 @@ Does not: compare (selfcheck.py), or share code with the reference (ir.py) and t
 """
 
 import json
+import re
 import runpy
 import shutil
 import tempfile
@@ -117,6 +118,30 @@ def _sum(text: str) -> list[tuple[float, str | None]]:
 
 def _number(text: str) -> float | None:
     return float.fromhex(text.rstrip("f")) if text else None
+
+
+_ST = re.compile(r"^ *(?:IF (\w+) (<=?) (\S+) THEN|(ELSE)|(END_IF);|act := (\d+);)", re.MULTILINE)
+
+
+def st_act(text: str, agent: str, rows: Floats) -> Int32:
+    """Decisions of a function block, statement by statement for all observations: each reaches the row's own."""
+    inputs = re.findall(r"^    (\w+) : REAL;", text, re.MULTILINE)
+    actions = np.full(len(rows), -1, dtype=np.int32)
+    reached = [np.ones(len(rows), dtype=bool)]  # of each open IF, who is in the part that is read
+    holding = list[Any]()
+    for name, sign, literal, otherwise, ended, action in _ST.findall(text):
+        if name:
+            seen, limit = rows[:, inputs.index(name)], np.float32(literal)
+            holding.append(seen < limit if sign == "<" else seen <= limit)
+            reached.append(reached[-1] & holding[-1])
+        elif otherwise:
+            reached[-1] = reached[-2] & ~holding[-1]
+        elif ended:
+            reached.pop()
+            holding.pop()
+        else:
+            actions[reached[-1]] = int(action)
+    return actions
 
 
 class Reader(NamedTuple):
@@ -395,6 +420,7 @@ READERS = [
     Reader("json", ("{prefix}.json",), json_act),
     Reader("json reader", ("{prefix}_reader.py", "{prefix}.json"), reader_act, every=3),
     Reader("svg", ("{prefix}_{agent}.svg",), svg_act, every=7),
+    Reader("st", ("{prefix}_{agent}.st",), st_act),
     Reader("onnx", ("{prefix}_{agent}.onnx",), onnx_act),
     Reader("onnx one by one", ("{prefix}_{agent}.onnx",), onnx_act_singly, every=5),
     Reader("onnx-old", ("{prefix}_{agent}.old.onnx",), onnx_act),

@@ -12,7 +12,7 @@ from codegen.deciding import REMEMBERING, SUMMING, ensure_forgets, ensure_plain
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
-from codegen.targets import onnx, rendered, svg
+from codegen.targets import onnx, rendered, st, svg
 
 Emitter = Callable[[Model, ir.PolicyProfile], Mapping[str, str | bytes]]
 TARGETS: dict[str, Emitter] = {
@@ -23,13 +23,14 @@ TARGETS: dict[str, Emitter] = {
     "rust": rendered.emit_rust,
     "smt": rendered.emit_smt,
     "svg": svg.emit,
+    "st": st.emit,
     onnx.NEW_TARGET: onnx.emit,
     onnx.OLD_TARGET: onnx.emit_old,
     "jax": rendered.emit_jax,
     "torch": rendered.emit_torch,
 }
 USUAL = ("c", "python", "json")
-SINGLE = ("smt", "jax", "torch")  # which take float32 agents only
+SINGLE = ("smt", "st", "jax", "torch")  # which take float32 agents only
 
 
 def emit(

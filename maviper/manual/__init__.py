@@ -24,6 +24,7 @@ KINDS = {
         "diff",
         "compiling",
         "embedding",
+        "plc",
         "flight",
         "flows",
         "systems",

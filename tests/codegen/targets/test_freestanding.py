@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from graphlib import TopologicalSorter
 from itertools import pairwise
 
@@ -14,7 +15,6 @@ from codegen.agreement import selfcheck
 from codegen.errors import InputError
 from codegen.targets import emit
 from maviper.compilation.run import compile_and_prove
-from tests.codegen.test_memory import make_heater
 from tests.support import crates, summed
 from tests.support.games import NAMES, doubled, random_profile
 
@@ -146,6 +146,13 @@ def test_compilers_that_may_not_use_floats_build_it_and_call_nothing(command, pr
     assert refused.returncode != 0 or tool("nm -u policy.o", tmp_path), "what compares floats calls the library"
 
 
+def remembering(profile):
+    """The profile, whose first agent remembers its last feature."""
+    first, *others = profile.agents
+    features = (*first.features[:-1], replace(first.features[-1], initial=0))
+    return replace(profile, agents=(replace(first, features=features), *others))
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
@@ -154,7 +161,7 @@ def test_compilers_that_may_not_use_floats_build_it_and_call_nothing(command, pr
             lambda profile: summed.profile(summed.policy(0, "double sums")),
             "has neither floats nor state, and agent_0 adds floats",
         ),
-        (lambda _: make_heater(), "has neither floats nor state, and heater remembers"),
+        (lambda profile: remembering(profile), "has neither floats nor state, and adversary_0 remembers"),
     ],
     ids=["float64", "sums", "memory"],
 )
