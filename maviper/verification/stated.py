@@ -30,7 +30,7 @@ from maviper.verification.files.places import repeat_options
 from maviper.verification.files.systems import CLAIM_FILE, counterexample_document
 from maviper.verification.procedures import Procedure
 from maviper.verification.reference import find_by_rules, measure_reference, replay_words
-from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
+from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays, leave_stated
 from maviper.worlds.stated.observing import ensure_observed
 from maviper.worlds.stated.systems import file_of, read
 from verify.checker.reading import RejectedError
@@ -115,7 +115,7 @@ class StatedWorld:
         options = replace(options, world=file)
         given = {WORLD_FILE: file} | ({} if options.file is None else {CLAIM_FILE: options.file})
         statement = read(file)
-        made = _join_parts(_leave_stated(profile, statement), statement, given, _texts(given), options)
+        made = _join_parts(leave_stated(profile, statement), statement, given, _texts(given), options)
         if not options.claims:
             return made
         asked = made.beside.get(CLAIM_FILE, "") + worlds.spell_claims(map(read_call, options.claims))
@@ -415,12 +415,6 @@ def _join_parts(
     elif not claims:
         claims = claims_of(statement, profile, given.get(WORLD_FILE, Path(WORLD_FILE)).name)
     return StatedWorld(profile, origin, statement, claims, given, beside, options)
-
-
-def _leave_stated(profile: PolicyProfile, statement: Statement) -> PolicyProfile:
-    """The profile without agents that a system does not state; as it is if that is all of them."""
-    kept = tuple(policy for policy in profile.agents if policy.agent in statement.system.features)
-    return replace(profile, agents=kept) if 0 < len(kept) < len(profile.agents) else profile
 
 
 def _texts(given: Mapping[str, Path]) -> dict[str, str]:

@@ -22,7 +22,14 @@ from codegen.policy_json import content_hash
 from codegen.wording import format_count
 from maviper.files import runs
 from maviper.files.profiles import find_profile
-from maviper.worlds.stated.certified import WORLD_FILE, ensure_accepted, ensure_plays, read_certificate, sentence
+from maviper.worlds.stated.certified import (
+    WORLD_FILE,
+    ensure_accepted,
+    ensure_plays,
+    leave_stated,
+    read_certificate,
+    sentence,
+)
 from maviper.worlds.stated.systems import read
 from verify.certificates.proofs import count_bytes
 from verify.certificates.systems import claim_document
@@ -114,7 +121,7 @@ def check_certificate(
     The pieces of the system are shown again from the rules of the file, then the proof is followed.
     """
     certificate, statement = read_certificate(path, world, FollowedProof)
-    about = find_profile(profile, beside=path, sums=True)
+    about = leave_stated(find_profile(profile, beside=path, sums=True), statement)
     closed = ensure_accepted(path, certificate, statement, about, told=tell_shown)
     statement, about = as_played(statement, about)
     stated = list(claims_of(statement, about, WORLD_FILE)) if statement.properties else []

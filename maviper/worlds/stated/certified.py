@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from codegen.errors import InputError, RefusedError, UnknownNameError, escape_text
@@ -31,6 +32,12 @@ WORLD_FILE = "world.toml"  # beside certificates and counterexamples
 
 def _untold(done: int, most: int) -> None:
     """Nobody listens."""
+
+
+def leave_stated(profile: PolicyProfile, statement: Statement) -> PolicyProfile:
+    """The profile without agents that a system does not state; as it is if that is all of them."""
+    kept = tuple(policy for policy in profile.agents if policy.agent in statement.system.features)
+    return replace(profile, agents=kept) if 0 < len(kept) < len(profile.agents) else profile
 
 
 def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
