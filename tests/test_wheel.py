@@ -1,5 +1,6 @@
 """The wheel: built from a clean copy, installed with run-time dependencies only, used from another folder."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+import maviper
 from maviper.experts import network
 
 ROOT = Path(__file__).parent.parent
@@ -59,7 +61,7 @@ def test_templates_experts_and_manual_are_inside_and_nothing_else(wheel):
 
 
 def test_it_is_small(wheel):
-    assert wheel.stat().st_size <= 6 * 10**6
+    assert wheel.stat().st_size <= 4 * 10**6
 
 
 def test_the_demo_runs_from_another_folder(wheel, tmp_path):
@@ -83,3 +85,18 @@ def test_the_demo_runs_from_another_folder(wheel, tmp_path):
     assert done.returncode == 2 and network.REPOSITORY in done.stderr  # says where it lies
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr  # in a clone it is found by name
+
+
+def test_pipx_runs_it_from_an_empty_folder(wheel, tmp_path):
+    """As `pipx run maviper` does once an index has the name."""
+    venv.create(tmp_path / "tools", with_pip=True)
+    python = tmp_path / "tools" / "bin" / "python"
+    pip(python, "install", "pipx", cwd=tmp_path)
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    pins = f"-c '{ROOT / 'constraints.txt'}'"
+    command = [python, "-m", "pipx", "run", "--spec", wheel, "--pip-args", pins, "maviper", "--version"]
+    homes = {name: str(tmp_path / name.lower()) for name in ("PIPX_HOME", "PIPX_BIN_DIR", "XDG_CACHE_HOME")}
+    done = subprocess.run(command, cwd=empty, capture_output=True, text=True, check=False, env={**os.environ, **homes})
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == f"maviper, version {maviper.__version__}\n" and not list(empty.iterdir())

@@ -1,7 +1,7 @@
 /* Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
  *
- * profile     5b46b32e51424cb7384ff739f3f2db1d9476ae3c024bf6656a7f3cd6c9cb0181
- * made by     maviper 0.2.0, maviper, preset default, seed 0
+ * profile     5d30e215800a19546299a607e3d5abdb7864ddeb9e9e5efbbf24f5d164b4cfc2
+ * made by     maviper 0.3.0, maviper, preset default, seed 0
  * style       nested
  *
  * C99, also C++17; no heap, no libc, no recursion, no state. For each agent A:
@@ -27,8 +27,8 @@
  * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float,
  * to nearest each time; so it does on machines that calculate with more digits (FLT_EVAL_METHOD), too.
  */
-#ifndef PHYSICAL_DECEPTION_5B46B32E51424CB7_H
-#define PHYSICAL_DECEPTION_5B46B32E51424CB7_H
+#ifndef PHYSICAL_DECEPTION_5D30E215800A1954_H
+#define PHYSICAL_DECEPTION_5D30E215800A1954_H
 
 #include <float.h>
 
@@ -45,7 +45,7 @@
 #error "sums of doubles are rounded in an unknown way here: compile for SSE2 (-msse2 -mfpmath=sse, /arch:SSE2)"
 #endif
 
-#define PHYSICAL_DECEPTION_PROFILE "5b46b32e51424cb7384ff739f3f2db1d9476ae3c024bf6656a7f3cd6c9cb0181"
+#define PHYSICAL_DECEPTION_PROFILE "5d30e215800a19546299a607e3d5abdb7864ddeb9e9e5efbbf24f5d164b4cfc2"
 #define PHYSICAL_DECEPTION_DT 0.1
 #define PHYSICAL_DECEPTION_DAMPING 0.25
 #define PHYSICAL_DECEPTION_ADVERSARY_0_FORCE 5.0
@@ -849,4 +849,4 @@ static inline void physical_deception_act_team(const double *w, int *actions)
     actions[2] = physical_deception_agent_1_act_world(w);
 }
 
-#endif /* PHYSICAL_DECEPTION_5B46B32E51424CB7_H */
+#endif /* PHYSICAL_DECEPTION_5D30E215800A1954_H */

@@ -17,7 +17,7 @@ from verify.claims.region import Region
 from verify.claims.region_files import everywhere, find_observed_velocities, read_region
 
 READER = "this command"
-VERSION = "0.2.0"  # pyproject.toml and CITATION.cff say the same
+VERSION = "0.3.0"  # pyproject.toml and CITATION.cff say the same
 
 
 def version() -> str:

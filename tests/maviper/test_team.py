@@ -318,7 +318,7 @@ def test_an_experts_function_that_answers_in_another_shape_is_told():
 
 
 def test_the_package_says_what_it_has():
-    assert maviper.__version__ == "0.2.0"
+    assert maviper.__version__ == "0.3.0"
     assert {"Team", "answers", "claims", "errors", "profiles", "load"} <= set(dir(maviper))
     assert not {"TYPE_CHECKING", "flags", "siblings", "annotations", "importing"} & set(dir(maviper))
     with pytest.warns(DeprecationWarning, match="__version__"):

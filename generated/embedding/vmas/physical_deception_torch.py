@@ -1,7 +1,7 @@
 """Decision tree policies of 3 agents for the world physical-deception, over arrays of torch. Generated: do not edit.
 
-profile     5b46b32e51424cb7384ff739f3f2db1d9476ae3c024bf6656a7f3cd6c9cb0181
-made by     maviper 0.2.0, maviper, preset default, seed 0
+profile     5d30e215800a19546299a607e3d5abdb7864ddeb9e9e5efbbf24f5d164b4cfc2
+made by     maviper 0.3.0, maviper, preset default, seed 0
 
 For each agent A: act_A(x) takes observations, a tensor [..., n_features], and returns the actions' numbers, [...]
 int64, on the same device. The leading axes are yours: none is one observation, one is a batch. All splits are evaluated
@@ -20,7 +20,7 @@ import torch
 
 Array = torch.Tensor
 
-PROFILE = "5b46b32e51424cb7384ff739f3f2db1d9476ae3c024bf6656a7f3cd6c9cb0181"
+PROFILE = "5d30e215800a19546299a607e3d5abdb7864ddeb9e9e5efbbf24f5d164b4cfc2"
 AGENTS = ("adversary_0", "agent_0", "agent_1",)
 FEATURES = {
     "adversary_0": ("landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "agent_0_dx", "agent_0_dy", "agent_1_dx", "agent_1_dy",),
