@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.agreement import probes
-from codegen.ir import Float64, Int64
+from codegen.ir import Float64, Floats, Int64
 from codegen.memory import initial_memory, step_memory
 
 WALKS, STEPS = 500, 200  # 10^5 decisions
@@ -36,11 +36,13 @@ class Questions(NamedTuple):
         return np.concatenate([self.rows[:1], self.rows])
 
 
-def ask_sequences(policy: ir.AgentPolicy) -> Questions:
-    """The questions of an agent that remembers: first walks from a reset on, then pairs."""
+def ask_sequences(policy: ir.AgentPolicy, among: Floats | None = None) -> Questions:
+    """The questions of an agent that remembers: first walks from a reset on, then pairs. `among`: observations
+    [n, n_observed] from which each number is drawn; default those at its thresholds.
+    """
     rng, width = np.random.default_rng(0), len(policy.features) - len(policy.memory)
-    told = np.concatenate(list(probes.telling(policy, rng)))[:, :width]
-    if not np.isfinite(told).any():
+    told = among if among is not None else np.concatenate(list(probes.telling(policy, rng)))[:, :width]
+    if not len(told):
         told = probes.special(policy.features, rng, policy.numbers)[:, :width]
     walked = np.stack([rng.choice(told[:, place], (WALKS, STEPS)) for place in range(width)], axis=2)
     held = rng.random((WALKS, STEPS)) < rng.random((WALKS, 1))  # as inputs that stay, so that counters get far

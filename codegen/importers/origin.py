@@ -25,7 +25,7 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers import names, replay
 from codegen.importers.reading import AGENT as AGENT
 from codegen.importers.reading import DOUBLES as DOUBLES
-from codegen.importers.reading import NOT_COMPARED, SUMS, Answers
+from codegen.importers.reading import MEMORY, NOT_COMPARED, SUMS, Answers
 from codegen.importers.reading import NOTHING as NOTHING
 from codegen.importers.reading import SINGLES as SINGLES
 from codegen.importers.reading import Origin as Origin
@@ -38,6 +38,7 @@ from codegen.profiles import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
 
 MAX_NOTES = 8
+HOW = ("is", "plus")
 TEAM = "team"
 NAN_KEPT, NAN_RIGHT = "decided as in the origin", "goes right, whatever the origin does"
 
@@ -91,10 +92,13 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
 
 def _replay(policy: ir.AgentPolicy, named: "_Named") -> tuple[int, str]:
     """Compares a tree with its source: how many observations, and what the source takes ("": what its reader says)."""
-    origin, columns = named.origin, np.array(named.features.place)
+    origin, observed = named.origin, len(policy.features) - len(policy.memory)
+    columns = np.array([*named.features.place, *range(observed, len(policy.features))])
     place = np.array(named.actions.place, dtype=np.int32)
 
     def place_told(told: Any) -> Any:
+        if policy.memory:
+            return np.column_stack([np.where(told[:, 0] < 0, -1, place[told[:, 0]]), told[:, 1:]])
         return told if origin.vectors else np.where(told < 0, told, place[told])
 
     if origin.act is not None:
@@ -105,9 +109,12 @@ def _replay(policy: ir.AgentPolicy, named: "_Named") -> tuple[int, str]:
     assert origin.second is not None, "an origin that is compared answers"
     with origin.second() as running:
         rows = replay.source_observations(policy, running, columns.tolist(), nan=origin.nan, finite=origin.finite)
+        known = None
+        if policy.memory:
+            rows, known = replay.with_sequences(policy, rows, walks=origin.takes is None)
         answers = running.ask(rows[:, columns])
     answers = replace(answers, told=place_told(answers.told))
-    return replay.compare_answers(policy, rows, answers), answers.given
+    return replay.compare_answers(policy, rows, answers, known), answers.given
 
 
 def _list_permits(policy: ir.AgentPolicy, origin: Origin) -> dict[str, float | int | str]:
@@ -140,7 +147,10 @@ def _name_origin(
             chosen = names.actions_of(origin.labels, origin.called, actions)
     except InputError as error:
         raise InputError(error.what, ": ".join(filter(None, (agent, error.where))), error.next_step) from None
-    order = range(len(origin.vectors)) if origin.vectors else chosen.place
+    order: Sequence[int] = range(len(origin.vectors)) if origin.vectors else chosen.place
+    if origin.pairs:  # actions that change memory come behind the others
+        changing = iter(range(len(chosen.names), len(chosen.names) + len(origin.pairs)))
+        order = [next(changing) if updates else chosen.place[label] for label, updates in origin.pairs]
     return _Named(renumber(origin, placed.place, order), placed, chosen)
 
 
@@ -153,6 +163,8 @@ def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:
     if (numbers, origin.numbers) == (FLOAT64, FLOAT32):
         raise InputError(f"{origin.kind} compares float32, not float64", agent, "leave --numbers out")
     specs = tuple(ir.FeatureSpec(each, "none", -MAX_LENGTH, MAX_LENGTH, None) for each in features.names)
+    if origin.memory:
+        return _remembering(agent, named, specs, numbers)
     outputs, actions = (), ()
     if origin.vectors:
         bounds = origin.bounds or [(None, None)] * len(chosen.names)
@@ -168,6 +180,37 @@ def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:
     if not np.isfinite(tree.threshold).all():
         raise InputError(f"a threshold lies below every {numbers} number", agent, "rescale that feature")
     return ir.AgentPolicy(agent, TEAM, specs, actions, tree, origin.grown if numbers == FLOAT32 else None)
+
+
+def _remembering(agent: str, named: _Named, specs: Sequence[ir.FeatureSpec], numbers: str) -> ir.AgentPolicy:
+    """The policy of an origin that remembers. InputError where it tests sums."""
+    origin, chosen = named.origin, named.actions
+    if origin.arithmetic:
+        raise InputError("it remembers something, and tests sums of features", agent, "give sums as features")
+    called = names.clean_names([*named.features.names, *(each.name for each in origin.memory)], "memory")[len(specs) :]
+    memory = {each.name: new for each, new in zip(origin.memory, called, strict=True)}
+    kept = (
+        ir.FeatureSpec(memory[each.name], "none", each.low, each.high, None, each.initial) for each in origin.memory
+    )
+    plain = [ir.ActionSpec(*each) for each in zip(chosen.names, repeat(None), repeat(""), chosen.labels, strict=False)]
+    actions = [
+        replace(plain[chosen.place[label]], acts=chosen.names[chosen.place[label]], updates=updates)
+        for label, updates in origin.pairs
+        if updates
+    ]
+    told = [
+        "_".join([each.acts, *(f"{one.memory}_{HOW[one.adds]}_{one.value}" for one in each.updates)])
+        for each in actions
+    ]
+    new = names.clean_names([*chosen.names, *told], "action")[len(plain) :]
+    changed = (
+        replace(each, name=name, updates=tuple(replace(one, memory=memory[one.memory]) for one in each.updates))
+        for each, name in zip(actions, new, strict=True)
+    )
+    grown, width = origin.grown, len(specs)
+    feature = np.where(grown.feature >= MEMORY, grown.feature - MEMORY + width, grown.feature)
+    tree = deploy_tree(replace(grown, feature=feature), numbers)
+    return ir.AgentPolicy(agent, TEAM, (*specs, *kept), (*plain, *changed), tree)
 
 
 def _tree_of(agent: str, origin: Origin, n_features: int, numbers: str) -> ir.Tree:

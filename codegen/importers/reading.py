@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.ir import Bool, Floats, GrownTree, PolicyProfile, Sum
+from codegen.ir import Bool, Floats, GrownTree, PolicyProfile, Sum, Update
 
 AGENT = "agent_0"
 NOT_COMPARED = "nobody: the source was not compared"  # who replayed an import, where nobody did
 SUMS = 1 << 24  # from this place on, features of a grown tree are sums
+MEMORY = 1 << 23  # from this place on, those that are remembered
 MAX_FEATURES = 1 << 20  # of an observation
 MAX_VALUES = 64  # of a regressor, beyond which they are no actions
 FLOATS = "floats"  # Python's own, beside the types of arrays
@@ -28,11 +29,27 @@ def find_uncompared(profile: PolicyProfile) -> list[str]:
     return [policy.agent for policy in profile.agents if facts.get(f"{policy.agent} replayed by") == NOT_COMPARED]
 
 
+class Kept(NamedTuple):
+    """What a source gives that remembers: a label, and what becomes of its memory."""
+
+    label: Any
+    updates: tuple[Update, ...]
+
+
+class Remembered(NamedTuple):
+    """A whole number that a source remembers: its range, and what it begins with."""
+
+    name: str
+    low: int
+    high: int
+    initial: int
+
+
 @dataclass(frozen=True)
 class Answers:
     """The answers of a source itself to observations."""
 
-    told: Any  # places of its own labels [n], or numbers [n, n_outputs]
+    told: Any  # places of its own labels [n], or numbers [n, n_outputs]; with memory after each [n, 1 + n_memories]
     asked: Bool  # [n]: whether its assertions take the observation
     known: Bool  # [n]: whether the answer is a label, or as many numbers as its leaves give
     word: Callable[[int], str]  # the answer to one of them, as a person reads it
@@ -64,6 +81,7 @@ class Facts:
     notes: tuple[str, ...] = ()  # what of the source was skipped or assumed, in words
     called: Mapping[Any, str] = field(default_factory=dict[Any, str])  # what it calls some of the labels
     placed: tuple[str, ...] = ()  # the names of a profile's actions, where labels are their places
+    memory: tuple[Remembered, ...] = ()  # what it remembers: the features from MEMORY on
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,12 +98,13 @@ class Origin(Facts):
     sums: tuple[Sum, ...] = ()  # the feature SUMS + k of `grown` is sums[k]
     vectors: tuple[tuple[Sum, ...], ...] = ()  # what leaves give, in place of labels
     bounds: tuple[tuple[float | None, float | None], ...] = ()  # of each output; (): there are none
+    pairs: tuple[tuple[int, tuple[Update, ...]], ...] = ()  # with memory: what actions of the tree are, by label
     permits: tuple[tuple[str, ...], ...] = ()  # of each leaf, left to right: the labels that it permits; (): its own
 
     @property
     def n_named(self) -> int:
         """Features up to the last one that a test or a sum names."""
-        single = self.grown.feature[self.grown.feature < SUMS]
+        single = self.grown.feature[self.grown.feature < MEMORY]
         sums = (*self.sums, *(each for vector in self.vectors for each in vector))
         return 1 + max([int(single.max(initial=-1)), *(place for each in sums for _, place in each.terms)])
 

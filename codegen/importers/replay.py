@@ -22,11 +22,13 @@ import numpy.typing as npt
 
 from codegen.agreement import probes
 from codegen.agreement.entries import differing
+from codegen.agreement.sequences import STEPS, WALKS, ask_sequences
 from codegen.deciding import decide
 from codegen.errors import DisagreementError, InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import Answers, Running
-from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Floats, Tree
+from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Floats, Int64, Tree
+from codegen.memory import step_memory
 from codegen.numbers import neighbour
 from codegen.sums import among
 
@@ -241,14 +243,33 @@ def _pair_values(counts: Sequence[int], most: int, rng: np.random.Generator) -> 
     return np.stack([which[:, 0], first, which[:, 1], second], axis=1)
 
 
+# --- calls one after the other
+
+
+def with_sequences(policy: AgentPolicy, rows: Floats, *, walks: bool) -> tuple[Floats, Int64]:
+    """The rows with memory in its ranges, and that memory, [n, n_memories]. Before them come walks from the source's
+    own start on, where memory is NaN in the rows. `walks`: whether it takes all observations.
+    """
+    observed, rows = len(policy.features) - len(policy.memory), rows.copy()
+    for place, each in enumerate(policy.memory, observed):
+        rows[:, place] = np.nan_to_num(rows[:, place]).clip(each.low, each.high)
+    known = rows[:, observed:].astype(np.int64)
+    if not walks:
+        return rows, known
+    asked = ask_sequences(policy, rows[:, :observed])
+    count = WALKS * STEPS
+    walked = asked.rows[:count].astype(policy.numbers)
+    return np.concatenate([walked, rows]), np.concatenate([asked.known[:count], known])
+
+
 # --- the comparison
 
 
-def compare_answers(policy: AgentPolicy, rows: Floats, answers: Answers) -> int:
+def compare_answers(policy: AgentPolicy, rows: Floats, answers: Answers, known: Int64 | None = None) -> int:
     """Compares tree and source, and counts the observations that the source takes. DisagreementError for the first one
-    on which tree and source differ; InputError where none was compared.
+    on which tree and source differ; InputError where none was compared. `known`: memory before each.
     """
-    ours = decide(policy, rows)
+    ours = decide(policy, rows) if known is None else _remember(policy, rows, known)
     wrong = (differing(ours, answers.told) | ~answers.known) & answers.asked
     for place in np.flatnonzero(wrong)[:1].tolist():
         numbers = ", ".join(f"{float(each)!r}" for each in rows[place][:20])
@@ -260,3 +281,8 @@ def compare_answers(policy: AgentPolicy, rows: Floats, answers: Answers) -> int:
         what = "the assertions of the source hold at none of the observations that were asked"
         raise InputError(what, policy.agent, "assert what an observation may be, or nothing")
     return count
+
+
+def _remember(policy: AgentPolicy, rows: Floats, known: Int64) -> Any:
+    """The action taken and the memory after it, [n, 1 + n_memories]."""
+    return np.column_stack(step_memory(policy, known, rows[:, : -len(policy.memory)]))

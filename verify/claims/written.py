@@ -330,7 +330,7 @@ class _Formulas:
         """That two agents act alike, that an agent takes an action, or which landmark the goal is."""
         if _is_action(left) and _is_action(right):
             a, b = (self._known.agents[self._actor(side)] for side in (left, right))
-            shared = [action.name for action in a.actions if action.name in [other.name for other in b.actions]]
+            shared = [action for action in _list_taken(a) if action in _list_taken(b)]
             return disjunction(*(conjunction(_acts(a, name), _acts(b, name)) for name in shared))
         if _is_action(left) or _is_action(right):
             acting, name = (left, right) if _is_action(left) else (right, left)
@@ -356,7 +356,7 @@ class _Formulas:
 
     def _takes(self, acting: Node, name: Token) -> Formula:
         policy = self._known.agents[self._actor(acting)]
-        known = [spec.name for spec in policy.actions]
+        known = _list_taken(policy)
         if name.text not in known:
             raise self._source.unknown(f"action of {policy.agent}", name, known)
         return _acts(policy, name.text)
@@ -398,5 +398,11 @@ def _is_action(node: Node) -> bool:
     return isinstance(node, CallNode) and node.token.text == ACTS
 
 
+def _list_taken(policy: AgentPolicy) -> list[str]:
+    return [action.name for action in policy.actions if not action.acts]
+
+
 def _acts(policy: AgentPolicy, action: str) -> Formula:
-    return Acts(policy.agent, [spec.name for spec in policy.actions].index(action))
+    """The agent takes an action, whatever becomes of its memory."""
+    places = [place for place, spec in enumerate(policy.actions) if action in (spec.name, spec.acts)]
+    return disjunction(*(Acts(policy.agent, place) for place in places))

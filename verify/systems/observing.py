@@ -24,6 +24,7 @@ from codegen.sums import clip_values
 from verify.systems.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum, affine
 from verify.systems.files import lower
 from verify.systems.lowered import Acting, Rounded, acting
+from verify.systems.remembering import with_memory
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Feature, Measure, State, System
 
@@ -59,10 +60,11 @@ def choose_actions(system: System, profile: PolicyProfile, state: State) -> Mapp
 
 
 def as_played(statement: Statement, profile: PolicyProfile) -> tuple[Statement, PolicyProfile]:
-    """Both as proofs read them; as they are where no agent tests sums or gives numbers. InputError for agents whose
-    sums are not affine in the state.
+    """Both as proofs read them; as they are where no agent tests sums, gives numbers or remembers. InputError for
+    agents whose sums are not affine in the state.
     """
     profile = with_copies(statement, profile)
+    statement = with_memory(statement, profile)
     ranges = {each.name: each.range for each in statement.system.variables}
     features = statement.system.features
     read = {

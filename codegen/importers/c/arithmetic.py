@@ -65,6 +65,7 @@ class Arithmetic:
 
     numbers = FLOAT64  # that are observed
     paths: Growth | None = None
+    memories = 0  # inputs below are remembered
 
     def __init__(self, make_error: Callable[[str, str], InputError], *, contracts: bool) -> None:
         self.make_error, self.contracts = make_error, contracts
@@ -219,6 +220,9 @@ class Arithmetic:
     def binary(self, sign: str, left: Value, right: Value) -> Value:
         """An operator of two numbers."""
         one, other = self.plain(left), self.plain(right)
+        if isinstance(one, Symbol) and isinstance(other, Symbol):  # a memory is asked for its value
+            one = self.resolve_number(one) if one.feature.place < self.memories else one
+            other = self.resolve_number(other) if other.feature.place < self.memories else other
         enums = kinds.ENUM in (one.kind, other.kind)
         one, other = self._promote_number(one), self._promote_number(other)
         if sign in ("<<", ">>"):

@@ -55,11 +55,17 @@ EACH, FAILED = 1, "!"  # a mode of the driver, and its word for a row at which a
 
 @dataclass(frozen=True)
 class Asked:
-    """A function that decides: where its features stand, and where it leaves its answer; parameter "": returned."""
+    """A function that decides: where its features stand, and where it leaves its answer; parameter "": returned.
+
+    `kept`: the last features, which it remembers; `resets`: functions that make them as they begin, and whether each is
+    given the struct that they are in.
+    """
 
     name: str
     features: tuple[Place, ...]
     answers: tuple[Place, ...]
+    kept: tuple[Place, ...] = ()
+    resets: tuple[tuple[str, bool], ...] = ()
 
 
 def ask_compiler(
@@ -95,6 +101,8 @@ def _run_builds(origin: Origin, name: str, compiled: "Compiled", *, scores: bool
             compiled.ensure_failing(name, rows[~taken & ~np.isnan(rows).any(axis=1)])
         taken &= (rows[:, letters] >= 0).all(axis=1)  # a char may have a sign, or none
         answers = compiled.answers(name, rows[taken])
+        if origin.memory:
+            return _answers_with_memory(origin, answers, taken, scores=scores)
         told = np.zeros((len(rows), len(origin.vectors[0])) if origin.vectors else len(rows))
         if len(answers) and origin.vectors:
             told[taken] = answers
@@ -106,6 +114,21 @@ def _run_builds(origin: Origin, name: str, compiled: "Compiled", *, scores: bool
         return Answers(told, taken, np.ones(len(rows), np.bool_), lambda place: _word(words[place]))
 
     yield Running(compiled.numbers, ask_rows, ["int8" if each == CHAR else each for each in types])
+
+
+def _answers_with_memory(origin: Origin, answers: Sequence[tuple[Answer, ...]], taken: Any, *, scores: bool) -> Answers:
+    """The place of each label, and the memory after it."""
+    count, places = len(origin.memory), {label: place for place, label in enumerate(origin.labels)}
+    told = np.zeros((len(taken), 1 + count), np.int64)
+    told[taken] = [
+        [
+            places.get(_label(each[:-count], scores=scores), -1),
+            *(ord(n) if isinstance(n, str) else n for n in each[-count:]),
+        ]
+        for each in answers
+    ] or np.zeros((0, 1 + count), np.int64)
+    words = dict(zip(np.flatnonzero(taken).tolist(), answers, strict=True))
+    return Answers(told, taken, np.ones(len(taken), np.bool_), lambda place: _word(words[place]))
 
 
 def _word(answer: Sequence[Answer]) -> str:
@@ -371,7 +394,8 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
 
     Names that the file defines are no names of the C library there: they get others by macros.
     """
-    nodes, generator = _choose_nodes(parsed, {each.name for each in asked}), c_generator.CGenerator()
+    wanted = {each.name for each in asked} | {name for each in asked for name, _ in each.resets}
+    nodes, generator = _choose_nodes(parsed, wanted), c_generator.CGenerator()
     functions = {each.decl.name: each.decl for each in nodes if isinstance(each, c_ast.FuncDef)}
     typedefs = {each.name: each.type for each in nodes if isinstance(each, c_ast.Typedef)}
     outside = [each for each in nodes if not isinstance(each, c_ast.FuncDef)]
@@ -510,35 +534,43 @@ def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
     """Writes C that sets a function's parameters to a row, calls it, and hands on its answer; without a row it says of
     which type each feature is. 0 is returned for a number that a parameter does not hold.
     """
-    places = [*asked.features, *asked.answers]
+    places = [*asked.features, *asked.answers, *asked.kept]
     given = [each for each in (decl.type.args.params if decl.type.args else ()) if isinstance(each, c_ast.Decl)]
     pointers, lines = set[str](), list[str]()
     for each in given:
         counted = [place.way[0] for place in places if place.base == each.name and place.way]
         most = max((step for step in counted if isinstance(step, int)), default=0)
         lines.append(f"static {_storage(each, most + 1 + SLACK, typedefs, pointers)};")
-        lines.append(f"__builtin_memset(&{OURS}{each.name}, maviper_row & 1, sizeof {OURS}{each.name});")
-    inputs = [_place(each, pointers) for each in asked.features]
+        if all(place.base != each.name for place in asked.kept):
+            lines.append(f"__builtin_memset(&{OURS}{each.name}, maviper_row & 1, sizeof {OURS}{each.name});")
+    own = {each.name for each in given}
+    inputs = [_place(each, pointers, own) for each in asked.features]
     lines.append("if (!maviper_in) {")
     lines += [f"maviper_say(maviper_kind({each}));" for each in inputs]
     lines += ["return 1;", "}"]
     row = [(each, f"maviper_in[{column}]") for column, each in enumerate(inputs)]
-    lines += [f"{each} = {number};" for each, number in row]
+    held = [OURS + str(each.base) for each in asked.kept if each.base in own][:1]
+    begin = " ".join(f"{name}({held[0] if taken else ''});" for name, taken in asked.resets)
+    lines.append(f"static int maviper_begun; if (!maviper_begun) {{ maviper_begun = 1; {begin} }}" if begin else "")
+    first = len(row) - len(asked.kept)
+    lines += [f"{each} = {number};" for each, number in row[:first]]
+    lines += [f"if ({number} == {number}) {each} = {number};" for each, number in row[first:]]
     lines += [f"if ({each} != {number} && {number} == {number}) return 0;" for each, number in row]
     call, result = f"{asked.name}({', '.join(OURS + each.name for each in given)})", deepcopy(decl.type.type)
     if getattr(result.type, "names", None) != ["void"]:
         pointers |= {""} if isinstance(result, c_ast.PtrDecl) else set()
         call = f"{_declare(result, '')} = {call}"
-    lines += [f"{call};", *(f"maviper_give({_place(each, pointers)});" for each in asked.answers), "return 1;"]
+    told = [_place(each, pointers, own) for each in (*asked.answers, *asked.kept)]
+    lines += [f"{call};", *(f"maviper_give({each});" for each in told), "return 1;"]
     body = "\n".join(lines)
     return f"static int {BEFORE}door_{at}(const double *maviper_in, int maviper_row) {{\n{body}\n}}"
 
 
-def _place(place: Place, pointers: set[str]) -> str:
-    """A feature or a part of an answer, as C says it."""
+def _place(place: Place, pointers: set[str], own: set[str]) -> str:
+    """A feature or a part of an answer, as C says it. `own`: the parameters; others are variables of the file."""
     single = place.base in pointers and place.way and isinstance(place.way[0], str)
     steps = "".join(f".{step}" if isinstance(step, str) else f"[{step}]" for step in place.way)
-    return f"{OURS}{place.base}{'[0]' if single else ''}{steps}"
+    return f"{OURS if place.base in own or not place.base else ''}{place.base}{'[0]' if single else ''}{steps}"
 
 
 def _storage(decl: Any, length: int, typedefs: Mapping[str, Any], pointers: set[str]) -> str:

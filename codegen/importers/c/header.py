@@ -32,6 +32,7 @@ from codegen.lowering.deploy import deploy_tree
 
 KIND, PROVED_BY = "our own C header", "a second reading of the file, and a proof of its structure"
 PREFIX = re.compile(r'^#define (\w+)_PROFILE "[0-9a-f]{64}"$', re.MULTILINE)
+MEMORY = re.compile(r"\w+_step\(\w+_state \*state")
 SUMS = re.compile(r'^#error "sums are ', re.MULTILINE)  # in headers with agents that test sums or give numbers
 ADVICE = "give a header that maviper compile wrote, as it is"
 
@@ -45,6 +46,8 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
     if SUMS.search(text):
         what = "the header has agents that test sums or give numbers, which are not read back"
         raise InputError(what, where, "import what it was made from, or use the profile that its hash names")
+    if MEMORY.search(text):
+        raise InputError("the header has agents that remember, which are not read back", where, "import what it is of")
     for odd in structure.odd_lines(text)[:1]:
         raise InputError(f"a line is not ours: {escape_text(odd[:80])}", where, ADVICE)
     try:

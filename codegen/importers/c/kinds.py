@@ -12,7 +12,7 @@ other parameter is a feature, in the order of the declarations.
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -23,7 +23,6 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.symbolic.feature import Feature, Step
-from codegen.importers.symbolic.paths import STATE_ADVICE
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,17 +309,23 @@ Value: TypeAlias = Number | Symbol | Condition | Text | Reference | Object | Non
 # --- what a function observes: its parameters, as the numbers of an observation
 
 
+class RemembersError(Exception):
+    """The decision reads what an earlier one may have set: the variable or parameter of that name."""
+
+
 @dataclass
 class Inputs:
     """The parameters of one function, and what was read of them on all paths."""
 
     parameters: Mapping[str, Type]
     make_error: Callable[[str, str], InputError]
+    kept: Sequence[Place] = ()  # what is remembered: the first inputs
     read: dict[Place, int] = field(default_factory=dict[Place, int])  # what was read, by its number
     written: set[str] = field(default_factory=set[str])
     order: list[Place] = field(default_factory=list[Place])  # where each feature stands; afterwards
 
     def __post_init__(self) -> None:
+        self.read = {place: at for at, place in enumerate(self.kept)}
         self.numbers = FLOAT32 if all(kind.fits_float32 for kind in self.kinds()) else FLOAT64  # of observations
 
     def given(self, name: str) -> Object | Reference:
@@ -337,8 +342,10 @@ class Inputs:
         place, kind = target.place, target.type
         if not isinstance(kind, Kind):
             raise self.make_error(f"the parameter {place.base} is not a number", "give arrays and structs of numbers")
+        if place in self.kept:
+            return Symbol(Feature(self.read[place], self._first(kind)), kind)
         if place.base in self.written:
-            raise self.make_error(f"{place.base} is read and written: what it held decides", STATE_ADVICE)
+            raise RemembersError(str(place.base))
         if not kind.floating and kind.bits == 64:
             what = f"the feature {_full_name(place)} is of type {kind}, whose large numbers are no float64"
             raise self.make_error(what, "declare it int32_t or uint32_t")
@@ -358,10 +365,10 @@ class Inputs:
     def write(self, target: Place) -> None:
         """An object of the caller's is set, through a pointer."""
         name = str(target.base)
-        if not target.way or not isinstance(self.parameters[name], Pointer):
+        if target in self.kept or not target.way or not isinstance(self.parameters[name], Pointer):
             return
-        if any(place.base == name for place in self.read):
-            raise self.make_error(f"{name} is read and written: what it held decides", STATE_ADVICE)
+        if any(place.base == name and place not in self.kept for place in self.read):
+            raise RemembersError(name)
         self.written.add(name)
 
     def results(self, memory: Mapping[Place, Value]) -> list[Object]:
@@ -390,7 +397,8 @@ class Inputs:
         """The place of each input that was read (-1: no test looks at it), the features' names, and how many there are
         (0: not known). `used`: the inputs that tests look at.
         """
-        numbers, self.read = self.read, {place: at for place, at in self.read.items() if at in used}
+        read = {place: at for place, at in self.read.items() if place not in self.kept}
+        numbers, self.read = read, {place: at for place, at in read.items() if at in used}
         looked = {place.base for place in self.read}
         unwritten = [name for name in self.parameters if name not in self.written]
         whole = [
@@ -431,13 +439,19 @@ class Inputs:
         read = [int(each.way[0]) for each in self.read if each.base == name] if isinstance(type_, Pointer) else []
         if isinstance(type_, Pointer) and isinstance(type_.to, Record) and any(read):
             raise self.make_error(f"{name} is read as an array of structs of no length", "declare its length")
-        yield from (part.place for part in Object(Place(name), _behind(type_, max(read, default=-1) + 1)).parts())
+        parts = Object(Place(name), _behind(type_, max(read, default=-1) + 1)).parts()
+        yield from (part.place for part in parts if not self._is_kept(part.place))
+
+    def _is_kept(self, place: Place) -> bool:
+        """Returns True if a part of a parameter, without the place in an array of one struct, is remembered."""
+        return place in self.kept or Place(place.base, (0, *place.way)) in self.kept
 
     def kinds(self) -> list[Kind]:
         """The types of all numbers that may be observed."""
-        given = [_behind(type_, 1) for name, type_ in self.parameters.items() if name not in self.written]
-        parts = (part.type for each in given for part in Object(Place(""), each).parts())
-        return [each for each in parts if isinstance(each, Kind) and each != VOID]
+        given = {name: _behind(type_, 1) for name, type_ in self.parameters.items() if name not in self.written}
+        parts = (part for name, each in given.items() for part in Object(Place(name), each).parts())
+        types = [part.type for part in parts if not self._is_kept(part.place)]
+        return [each for each in types if isinstance(each, Kind) and each != VOID]
 
 
 def _behind(type_: Type, count: int) -> Type:

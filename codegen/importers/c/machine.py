@@ -30,6 +30,7 @@ from codegen.importers.c.kinds import (
     Pointer,
     Record,
     Reference,
+    RemembersError,
     Text,
     Type,
     Value,
@@ -217,8 +218,10 @@ class Machine:
             if target is None:
                 raise self.make_error(f"the name {escape_text(node.name)} is not known", "define it in the file")
             if node.name in self.changing and self.scopes[0].get(node.name) is target:
+                if target.place.base == node.name:
+                    return target  # which is remembered, and an input
                 self.at(node)
-                raise self.make_error(KEPT.format(f"variable {escape_text(node.name)}"), STATE_ADVICE)
+                raise RemembersError(node.name)
             return target
         if isinstance(node, c_ast.StructRef):
             holder = self.place(node.name) if node.type == "." else self.target(self.value(node.name), 0, node)

@@ -22,11 +22,31 @@ from pycparser.c_parser import ParseError
 from codegen.errors import InputError, escape_text
 from codegen.importers.c.arithmetic import PRINTING
 from codegen.importers.c.compiled import Asked, ask_compiler
-from codegen.importers.c.kinds import STANDARD, Inputs, Object, Outside, Place, Reference
+from codegen.importers.c.kinds import (
+    STANDARD,
+    Inputs,
+    Kind,
+    Number,
+    Object,
+    Outside,
+    Place,
+    Record,
+    Reference,
+    RemembersError,
+    Symbol,
+    Type,
+    Value,
+)
 from codegen.importers.c.machine import ADVICE, Machine, collect_assigned, is_const, items_of, parameters_of, walk
+from codegen.importers.c.memory import RESETS, hoist_statics, list_parts, list_setters
 from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.symbolic.paths import OUTSIDE, Described, Growth, origin_of
+from codegen.importers.reading import MEMORY, Kept, Remembered
+from codegen.importers.symbolic.feature import Feature
+from codegen.importers.symbolic.memory import FINITE, Memories, Memory, follow_ranges
+from codegen.importers.symbolic.paths import OUTSIDE, STATE_ADVICE, Described, Growth, origin_of
+from codegen.ir import Update
+from codegen.memory import MAX_VALUE
 
 KIND = "if/else C"
 ADJACENT = re.compile(r"(?<![\w#])([A-Za-z_]\w*)(?=[ \t\n]+[A-Za-z_])")
@@ -54,7 +74,10 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
                 what = f"{escape_text(each.name)} is declared, and a macro of the file, too"
                 raise InputError(what, f"{where}, line {each.coord.line}", "give each a name")
         _check_cases(parsed, where)
-        origins = {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
+        hoisted = hoist_statics(parsed)
+        origins = {
+            name: _origin(name, parsed, text, where, said, hoisted) for name in _deciding(parsed, where, said.wanted)
+        }
         return ask_compiler(origins, parsed, text, where, said)
     except ParseError as error:
         at = re.match(r"(.*?):(\d+):\d+: (.*)", str(error), re.DOTALL)
@@ -90,6 +113,7 @@ def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
     if wanted in functions:
         return [wanted]
     deciding = [name for name in functions if name not in ENTRIES and _answers(name, functions)]
+    deciding = [name for name in deciding if not _only_resets(name, functions)] or deciding
     if not deciding:
         advice = "write one function per agent, of an observation, that returns its action"
         raise InputError("the file has no function that decides", where, advice)
@@ -98,6 +122,12 @@ def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
     roots = [name for name in deciding if name not in called] or deciding
     roots = [name for name in roots if not _names_only(functions[name])] or roots
     return [name for name in roots if "static" not in functions[name].decl.storage] or roots  # for whom, nobody knows
+
+
+def _only_resets(name: str, functions: Mapping[str, Any]) -> bool:
+    """Returns True if a function is called so that it resets the one struct that it is given, and returns nothing."""
+    given, result = parameters_of(functions[name]), _words_of(functions[name].decl.type.type)
+    return bool(RESETS.fullmatch(name)) and result == ["void"] and len(given) == 1
 
 
 def _names(node: Any) -> set[str]:
@@ -160,15 +190,17 @@ def _collect_escaping(node: Any) -> set[str]:
 
 
 class _Follower(Machine):
-    """Follows a function of a file, on one path after the other."""
+    """Follows a function of a file, on one path after the other. `kept`: variables and parameters that are remembered,
+    with what a function calls its own.
+    """
 
-    def __init__(self, name: str, parsed: Any, text: Expanded, where: str) -> None:
+    def __init__(self, name: str, parsed: Any, text: Expanded, where: str, kept: Mapping[str, str]) -> None:
         super().__init__(f"{where}, function {name}", text.names, contracts=text.contracts)
         self.limits = dict[str, None]()  # which observations it takes, where not all, in words
         self.answers = list[Place]()
         pointing = [each for each in parsed.ext if isinstance(each, c_ast.Decl) and not is_const(each)]
         pointing = [each for each in pointing if isinstance(each.type, c_ast.ArrayDecl | c_ast.PtrDecl)]
-        aliased = {each.name for each in pointing}  # which may be set through another name
+        self.aliased = aliased = {each.name for each in pointing}  # which may be set through another name
         for each in parsed.ext:
             if isinstance(each, c_ast.FuncDef):
                 if each.decl.name in self.functions:
@@ -188,8 +220,85 @@ class _Follower(Machine):
                 raise self.make_error("only functions, types and constants may stand outside functions", ADVICE)
         self.function = self.functions[name]
         parameters = {each.name: self.parameter(each) for each in parameters_of(self.function)}
-        self.inputs = self.observed = Inputs(parameters, self.make_error)
+        begun, self.resets = self._find_kept(parameters, kept)
+        self.inputs = self.observed = Inputs(parameters, self.make_error, tuple(begun))
         self.numbers = self.arithmetic.numbers = self.observed.numbers
+        self.memories, self.arithmetic.memories = self._begin(begun, kept), len(begun)
+
+    def _find_kept(
+        self, parameters: Mapping[str, Type], kept: Mapping[str, str]
+    ) -> tuple[dict[Place, tuple[Kind, Value]], list[Any]]:
+        """The parts that are remembered, each with its type and what it begins with, and the functions that reset them.
+        InputError for other functions that set them, and numbers that are no whole ones.
+        """
+        begun, resets = dict[Place, tuple[Kind, Value]](), list[Any]()
+        self.at(self.function.decl)
+        for name in kept:
+            setters = list_setters(self.function.decl.name, name, self.functions, name in self.aliased)
+            named = [each for each in setters if RESETS.fullmatch(each.decl.name)]
+            if len(named) < len(setters) and name not in parameters:
+                other = next(each for each in setters if each not in named)
+                what = f"{escape_text(kept[name])} is set by {escape_text(other.decl.name)}, too"
+                raise self.make_error(what, "have one function set it, or call the other one init or reset")
+            resets += [each for each in named if each not in resets]
+            if name in parameters:
+                given = Inputs(parameters, self.make_error).given(name)
+                target = given.target if isinstance(given, Reference) else given
+                parts = dict.fromkeys(list_parts(target, self.function.decl.name, self.functions))
+            else:
+                before, target = self.scopes[0][name], Object(Place(name), self.scopes[0][name].type)
+                parts = dict(zip(target.parts(), map(self.constants.get, _places(before)), strict=True))
+                self.scopes[0][name] = target
+            for part, value in parts.items():
+                if not isinstance(part.type, Kind) or part.type.floating:
+                    what = f"what is remembered is no whole number: {escape_text(_call_part(part.place, kept))}"
+                    raise self.make_error(what, STATE_ADVICE)
+                begun[part.place] = part.type, value or Number(0, part.type)
+        return begun, resets
+
+    def _begin(self, begun: Mapping[Place, tuple[Kind, Value]], kept: Mapping[str, str]) -> Memories:
+        """What is remembered, as it begins: by functions that reset it, or else its initial value."""
+        for each in self.resets:
+            found, self.memory = {}, dict[Place, Value]()
+            frame = {one.name: self.new_object(self.parameter(one)) for one in parameters_of(each)}
+            for target in frame.values():
+                pointed = next(name for name in kept if name in self.observed.parameters)
+                self.memory[target.place] = self.observed.given(pointed)
+            self.run(each, dict(frame))
+            found, self.memory = self.memory, self.constants
+            begun = {place: (kind, found.get(place, value)) for place, (kind, value) in begun.items()}
+        known = list[Memory]()
+        for place, (kind, value) in begun.items():
+            number = self.arithmetic.plain(value)
+            if not isinstance(number, Number):
+                raise self.make_error(f"what {_call_part(place, kept)} begins with is not read", "set it to a number")
+            widest = max(kind.low, -MAX_VALUE), min(kind.high, MAX_VALUE)
+            known.append(Memory(_call_part(place, kept), int(number.value), widest))
+        return Memories(known, self.where)
+
+    def find_read_and_set(self, kept: Mapping[str, str]) -> str:
+        """A struct of the caller's that was read, and that the function sets elsewhere; "": there is none."""
+        for name in self.observed.parameters:
+            given = self.observed.given(name)
+            target = given.target if isinstance(given, Reference) else None
+            looked = name not in kept and any(place.base == name for place in self.observed.read)
+            if looked and target is not None and isinstance(target.type, Record):
+                return name if list_parts(target, self.function.decl.name, self.functions) else ""
+        return ""
+
+    def _settle(self) -> tuple[Update, ...]:
+        """What the path has made of memory."""
+        after = list[Feature | int | None]()
+        for at, place in enumerate(self.observed.kept):
+            value = self.memory.get(place)
+            given = None if value is None else self.arithmetic.plain(value)
+            if isinstance(given, Symbol) and given.feature.place != at:
+                given = self.arithmetic.resolve_number(given)
+            if isinstance(given, Symbol) and given.feature.place != at:
+                raise self.make_error("what is remembered is a feature of many values", FINITE)
+            after.append(given.feature if isinstance(given, Symbol) else None if given is None else int(given.value))
+        assert self.paths is not None
+        return self.memories.settle(self.paths, after)
 
     def _declare_global(self, node: Any) -> None:
         """Declares what stands in the file; what cannot be read is an error only where a decision needs it."""
@@ -222,6 +331,11 @@ class _Follower(Machine):
         except Outside as outside:
             self.limits[str(outside)] = None
             return OUTSIDE
+        label = self._label(returned)
+        return Kept(label, self._settle()) if self.observed.kept else label
+
+    def _label(self, returned: Any) -> Any:
+        """The answer of a path."""
         results = self.observed.results(self.memory)
         if results and returned is not None:
             what = "an action is returned, and another one is written to a parameter"
@@ -241,8 +355,52 @@ class _Follower(Machine):
         return chr(value) if letter else value
 
 
-def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> tuple[Origin, Asked]:
-    machine = _Follower(name, parsed, text, where)
+def _places(of: Object) -> list[Place]:
+    return [each.place for each in of.parts()]
+
+
+def _call_part(place: Place, kept: Mapping[str, str]) -> str:
+    """The name of what is remembered: of a member or item, after its variable if that is no parameter."""
+    steps = [str(each) for each in place.way]
+    return "_".join(
+        steps[1:] if steps[:1] == ["0"] and len(steps) > 1 else [kept[str(place.base)], *steps]
+    ).removesuffix("_0")
+
+
+def _origin(
+    name: str, parsed: Any, text: Expanded, where: str, said: Said, hoisted: Mapping[str, str]
+) -> tuple[Origin, Asked]:
+    kept = dict[str, str]()
+    while True:
+        machine = _Follower(name, parsed, text, where, kept)
+        memories, waiting = machine.memories, [machine]
+
+        def follow() -> tuple[Origin, Asked]:
+            nonlocal machine
+            machine = waiting.pop() if waiting else _Follower(name, parsed, text, where, kept)  # noqa: B023 - called here
+            machine.memories = memories  # noqa: B023
+            return _follow(machine, text, said)
+
+        try:
+            origin, asked = follow_ranges(memories, follow, machine.where)
+        except RemembersError as found:
+            remembered = str(found)
+            if remembered in kept:
+                what = f"{escape_text(kept[remembered])} is read and written: what it held decides"
+                raise machine.make_error(what, STATE_ADVICE) from None
+            kept[remembered] = hoisted.get(remembered, remembered)
+            continue
+        except InputError:  # where a path that reads a struct comes before one that sets it
+            name_read = machine.find_read_and_set(kept)
+            if not name_read:
+                raise
+            kept[name_read] = name_read
+            continue
+        return origin, asked
+
+
+def _follow(machine: _Follower, text: Expanded, said: Said) -> tuple[Origin, Asked]:
+    ranges = [(each.low, each.high) for each in machine.memories.known]
 
     def describe_program() -> Described:
         used_places, features, count = machine.observed.features(machine.arithmetic.used)
@@ -250,7 +408,7 @@ def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> t
         return Described(
             kind=KIND,
             given="; ".join((f"{machine.numbers}, as it declares", *machine.limits)),
-            places=used_places,
+            places=[*range(MEMORY, MEMORY + len(ranges)), *used_places],
             features=features,
             n_features=count,
             n_read=max(used_places, default=-1) + 1,
@@ -258,8 +416,13 @@ def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> t
             notes=(*notes, *machine.notes),
             scores=said.scores,
             finite=machine.arithmetic.finite,
+            memory=tuple(Remembered(each.name, each.low, each.high, each.initial) for each in machine.memories.known),
         )
 
-    origin = origin_of(machine.path, machine.where, describe_program, machine.numbers, machine.arithmetic.sums)
+    origin = origin_of(machine.path, machine.where, describe_program, machine.numbers, machine.arithmetic.sums, ranges)
     origin = replace(origin, nan=origin.nan and all(kind.floating for kind in machine.observed.kinds()))
-    return origin, Asked(machine.function.decl.name, tuple(machine.observed.order), tuple(machine.answers))
+    kept = tuple(machine.observed.kept)
+    resets = tuple((each.decl.name, bool(parameters_of(each))) for each in machine.resets)
+    return origin, Asked(
+        machine.function.decl.name, (*machine.observed.order, *kept), tuple(machine.answers), kept, resets
+    )

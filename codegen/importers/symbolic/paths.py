@@ -19,9 +19,10 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.reading import SUMS, Facts, Origin
+from codegen.importers.reading import MEMORY, SUMS, Facts, Kept, Origin
 from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, Terms
 from codegen.importers.symbolic.feature import LAST, Feature, Test, Turns, number, pieces, turns_of
+from codegen.importers.symbolic.feature import place as place_of
 from codegen.ir import CONSTANT, MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree, Sum
 from codegen.sums import FLOAT32_STEPS, FLOAT64_SUMS
 
@@ -53,14 +54,18 @@ class Growth:
     line = 0  # of the source, as the front end says it
     nan: bool = True  # whether a NaN goes where the program sends it
 
-    def __init__(self, where: str, numbers: str, sums: Sums | None = None) -> None:
+    def __init__(
+        self, where: str, numbers: str, sums: Sums | None = None, ranges: Sequence[tuple[int, int]] = ()
+    ) -> None:
+        """`ranges`: least and most of the first inputs, whole numbers."""
         self.where, self.numbers, self.steps = where, numbers, 0
         self.rows, self.values = list[list[float]](), dict[Any, int]()
         self.known: _Known = {}  # how earlier answers narrow the observation
         self.outside = list[_Known]()  # what is known on paths that the program rules out
         self._sums = sums or Sums(numbers)
         self._turns, self._pieces = dict[str, Turns](), dict[str, list[tuple[int, int, bool]]]()
-        self._open = [_Open(None, (), {}, NO_CHILD, 0)]
+        start = {k: (place_of(ends[0], numbers), place_of(ends[1], numbers)) for k, ends in enumerate(ranges)}
+        self._open = [_Open(None, (), start, NO_CHILD, 0)]
         self._answers, self._given = tuple[bool, ...](), list[bool]()  # to be given again; that were given
         self._parent, self._depth = NO_CHILD, 0
         self._mark: tuple[Any, _Known] = (None, {})
@@ -168,6 +173,11 @@ class Growth:
         ends = {end for low, high in within if low <= high for end in (low, high)}
         return min(feature.value(number(end, numbers)) for end in ends)
 
+    def whole_ends(self, feature: int) -> tuple[int, int]:
+        """The least and most whole number that an input is on this path, which has a range."""
+        low, high = (number(at, self.numbers) for at in self.known[feature])
+        return math.ceil(low), math.floor(high)
+
     def _within(self, feature: int, last: int) -> tuple[int, int]:
         return self.known.get(feature, (-last, last))
 
@@ -250,13 +260,19 @@ class Described(Facts):
 
 
 def origin_of(
-    run: Run, where: str, describe: Callable[[], Described], numbers: str = FLOAT64, sums: Sums | None = None
+    run: Run,
+    where: str,
+    describe: Callable[[], Described],
+    numbers: str = FLOAT64,
+    sums: Sums | None = None,
+    ranges: Sequence[tuple[int, int]] = (),
 ) -> Origin:
-    """The origin of a program that compares `numbers`. `describe` is asked after the program was followed.
+    """The origin of a program that compares `numbers`. `describe` is asked after the program was followed; `ranges`: of
+    what it remembers, the first inputs.
 
     InputError for everything that the front end refuses, and for values of several kinds.
     """
-    growth = Growth(where, numbers, sums)
+    growth = Growth(where, numbers, sums, ranges)
     with np.errstate(all="ignore"):
         growth.follow(run)
     grown = growth.tree()
@@ -265,6 +281,7 @@ def origin_of(
     if not growth.outside:
         return origin
     columns = np.array(said.places, dtype=np.int64)
+    columns[columns >= MEMORY] -= MEMORY + len(ranges)  # which stand last
 
     def takes(rows: Floats) -> Bool:
         return growth.is_inside([*rows[:, columns].T.astype(np.float64)])
@@ -276,6 +293,8 @@ def origin_of_tree(
     grown: GrownTree, values: Sequence[Any], said: Described, where: str, sums: Sums | None = None
 ) -> Origin:
     """The origin of a tree, whose actions are places of `values`; who answers for it is not said yet."""
+    if any(isinstance(each, Kept) for each in values):
+        return _origin_of_memory(grown, values, said, where, sums)
     vectors = _vectors_of(values, where, sums)
     bounds = _bounds([one.vector for one in vectors], where)
     labels, order = _labels_of(values, said, where) if not vectors else ((), list(range(len(vectors))))
@@ -289,6 +308,23 @@ def origin_of_tree(
     tests = tuple(each.terms for each in sums.known) if sums else ()
     given = [[each.terms for each in one.vector] for one in vectors]
     return renumber(with_sums(origin, tests, given, sums.arithmetic if sums else ""), said.places, order)
+
+
+def _origin_of_memory(
+    grown: GrownTree, values: Sequence[Kept], said: Described, where: str, sums: Sums | None
+) -> Origin:
+    """The same of a program that remembers: an action of the tree is a label with what becomes of memory."""
+    labels: list[Any] = list(dict.fromkeys(each.label for each in values))
+    if any(isinstance(each, Given) for each in labels):
+        what = "numbers that depend on features are given, and something is remembered"
+        raise InputError(what, where, "give what is remembered as a feature")
+    if any(place < len(said.memory) for form in (sums.known if sums else ()) for _, place in form.terms):
+        what = "what is remembered is compared with a feature, or stands in a sum"
+        raise InputError(what, where, "compare it with numbers")
+    plain = origin_of_tree(replace(grown, action=grown.action * 0), labels, said, where, sums)
+    _, order = _labels_of(labels, said, where)
+    pairs = tuple((order[labels.index(each.label)], each.updates) for each in values)
+    return replace(plain, grown=replace(plain.grown, action=grown.action), pairs=pairs)
 
 
 def _vectors_of(values: Sequence[Any], where: str, sums: Sums | None) -> list[Given]:
@@ -390,7 +426,7 @@ def with_sums(
 def renumber(origin: Origin, features: Sequence[int], actions: Sequence[int]) -> Origin:
     """The origin with other numbers for its features and actions. `features`, `actions`: the new number of each."""
     grown, columns, order = origin.grown, np.array([*features, -1], np.int32), np.array([*actions], np.int32)
-    fixed = (grown.feature < 0) | (grown.feature >= SUMS)
+    fixed = (grown.feature < 0) | (grown.feature >= MEMORY)
     grown = replace(
         grown,
         feature=np.where(fixed, grown.feature, columns[np.where(fixed, -1, grown.feature)]),

@@ -53,8 +53,12 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
             made = f"an imported tree is one of them by `maviper import --agents {next(iter(actions))}=FILE`"
             raise InputError(what, unknown.where, f"{unknown.next_step}; {made}")
         for kind, names, known in (
-            ("feature", [each.name for each in policy.features], statement.system.features[policy.agent]),
-            ("action", [each.name for each in policy.actions], actions[policy.agent]),
+            (
+                "feature",
+                [f.name for f in policy.features if f.initial is None],
+                statement.system.features[policy.agent],
+            ),
+            ("action", [each.name for each in policy.actions if not each.acts], actions[policy.agent]),
             ("output", [each.name for each in policy.outputs], outputs[policy.agent]),
         ):
             if kind == "output" and set(names) != set(known):

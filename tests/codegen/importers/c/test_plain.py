@@ -24,7 +24,7 @@ def test_plain_c_in_cpp_is_read(name):
 
 
 REFUSED = [
-    ("class A { public:\nint n = 0;\nint f(float x) { n = n + 1; return n; } };", 3, "variable n keeps"),
+    ("class A { public:\nint n = 0;\nint f(float x) { n = n + 1; return n; } };", 3, "n is counted without an end"),
     ("class A {\nint f(float x) { return x > 1; }", 1, "has no end"),
     ("class A : public B {\nint f(float x) { return x > 1; } };", 1, "not C that is understood"),
     ("int f(const float &x)\n{ return x > 1; }", 1, "not C that is understood"),

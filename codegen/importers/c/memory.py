@@ -1,0 +1,115 @@
+"""Variables and members of C that a decision remembers: found, named, and what they begin with.
+
+Does: moves static variables of functions to the file, where both readings reach them; says which parts of an object
+  are remembered, and which functions reset them.
+Assumes: a syntax tree that nobody else reads yet.
+Does not: follow a decision (source.py).
+"""
+
+# pyright: basic
+# pycparser's nodes have no declared attributes
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pycparser import c_ast
+
+from codegen.importers.c.kinds import Kind, Object
+from codegen.importers.c.machine import collect_assigned, is_const, parameters_of, walk
+
+RESETS = re.compile(r"(?:\w*_)?(?:init|reset|clear)(?:_\w*)?|(?:init|reset)[A-Z]\w*|\w*(?:Init|Reset)(?:[A-Z_]\w*)?")
+
+
+def hoist_statics(parsed: Any) -> dict[str, str]:
+    """Makes variables of the file of static variables that their functions set: name there -> name in the function."""
+    hoisted = dict[str, str]()
+    taken = {each.name for each in walk(parsed) if isinstance(each, c_ast.ID | c_ast.Decl | c_ast.Enumerator)}
+    for place in range(len(parsed.ext) - 1, -1, -1):
+        function = parsed.ext[place]
+        if not isinstance(function, c_ast.FuncDef):
+            continue
+        assigned, moved = collect_assigned(function), list[Any]()
+        declared = [each.name for each in walk(function) if isinstance(each, c_ast.Decl)]
+        for items in _blocks(function.body):
+            for each in [one for one in items if isinstance(one, c_ast.Decl) and "static" in one.storage]:
+                if each.name not in assigned or is_const(each) or declared.count(each.name) > 1:
+                    continue
+                name = f"{function.decl.name}_{each.name}"
+                while name in taken:
+                    name += "_"
+                taken.add(name)
+                hoisted[name] = each.name
+                items.remove(each)
+                moved.append(each)
+                _rename(function.body, each, name)
+        parsed.ext[place:place] = moved
+    return hoisted
+
+
+def _blocks(body: Any) -> Iterator[list[Any]]:
+    """The lists of statements below a node."""
+    for each in walk(body):
+        items = getattr(each, "block_items", None) or (getattr(each, "stmts", None))
+        if items:
+            yield items
+
+
+def _rename(body: Any, decl: Any, name: str) -> None:
+    """Gives a variable another name in its declaration and wherever it stands, but not as a member."""
+    nodes = walk(body)
+    members = {id(each.field) for each in nodes if isinstance(each, c_ast.StructRef)}
+    members |= {id(part) for each in nodes if isinstance(each, c_ast.NamedInitializer) for part in each.name}
+    for each in nodes:
+        if isinstance(each, c_ast.ID) and each.name == decl.name and id(each) not in members:
+            each.name = name
+    inner = decl.type
+    while not isinstance(inner, c_ast.TypeDecl):
+        inner = inner.type
+    inner.declname = decl.name = name
+
+
+def collect_called(name: str, functions: Mapping[str, Any]) -> set[str]:
+    """The functions of the file that one calls, directly or not, and itself."""
+    called, open_ = set[str](), [name]
+    while open_:
+        each = open_.pop()
+        if each in functions and each not in called:
+            called.add(each)
+            open_ += [part.name for part in walk(functions[each].body) if isinstance(part, c_ast.ID)]
+    return called
+
+
+def list_setters(name: str, kept: str, functions: Mapping[str, Any], aliased: bool) -> list[Any]:
+    """The functions that set a variable of the file, or a struct that they are given alone, and that `name` does not
+    call. `aliased`: whether what names the variable may set it.
+    """
+    called = collect_called(name, functions)
+    others = [each for each in functions.values() if each.decl.name not in called]
+    pointed = {each.name: each for each in parameters_of(functions[name])}.get(kept)
+    if pointed is None:
+        named = {each.decl.name for each in others for part in walk(each) if getattr(part, "name", None) == kept}
+        return [each for each in others if kept in collect_assigned(each) or (aliased and each.decl.name in named)]
+    return [each for each in others if [_type_name(one) for one in parameters_of(each)] == [_type_name(pointed)]]
+
+
+def _type_name(node: Any) -> str:
+    """What a pointer leads to, by its name; "": nothing with a name."""
+    type_ = getattr(node.type, "type", None) if isinstance(node.type, c_ast.PtrDecl) else None
+    inner = getattr(type_, "type", None)
+    return " ".join(getattr(inner, "names", ())) or f"struct {getattr(inner, 'name', '')}" if inner is not None else ""
+
+
+def list_parts(target: Object, name: str, functions: Mapping[str, Any]) -> list[Object]:
+    """The parts of an object of the caller's that a decision sets: its members that are assigned to."""
+    nodes = [part for each in collect_called(name, functions) for part in walk(functions[each].body)]
+    targets = [each.lvalue for each in nodes if isinstance(each, c_ast.Assignment)]
+    targets += [
+        each.expr for each in nodes if isinstance(each, c_ast.UnaryOp) and each.op in ("++", "--", "p++", "p--", "&")
+    ]
+    members = set[str]()
+    for each in targets:
+        while isinstance(each, c_ast.ArrayRef | c_ast.StructRef):
+            if isinstance(each, c_ast.StructRef):
+                members.add(each.field.name)
+            each = each.name
+    return [each for each in target.parts() if isinstance(target.type, Kind) or members & {*each.place.way}]

@@ -1,0 +1,151 @@
+"""C that remembers: what comes in, beside the compiled program itself, and what a wrong reading would be."""
+
+import ctypes
+import random
+import subprocess
+
+import numpy as np
+import pytest
+
+from codegen.agreement.compiled import find_compiler
+from codegen.errors import DisagreementError, InputError
+from codegen.importers.c.source import from_c
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.symbolic import memory
+from codegen.ir import leaves
+from maviper.team import Team
+
+pytestmark = pytest.mark.compile
+HEATER = """#include <stdbool.h>
+bool act(float t) {
+    static bool heating = false;
+    if (t < 19.0f) heating = true;
+    else if (t > 21.0f) heating = false;
+    return heating;
+}"""
+DEBOUNCE = """#include <stdbool.h>
+#include <stdint.h>
+static uint16_t count = 0;
+static bool stable = false;
+bool act(float x) {
+    bool raw = x > 0.0f;
+    if (raw == stable) { count = 0; return stable; }
+    if (++count >= 50) { stable = raw; count = 0; }
+    return stable;
+}"""
+LIGHT = """typedef enum { RED, GREEN, YELLOW } phase_t;
+typedef struct { phase_t phase; int green_for, waiting; } light_t;
+static light_t s = { GREEN, 7, 3 };
+phase_t act(float queue) {
+    switch (s.phase) {
+    case RED:
+        if (queue > 0.5f && s.waiting < 60) s.waiting++;
+        if (s.waiting >= 60 || queue > 10.0f) { s.phase = GREEN; s.waiting = 0; s.green_for = 0; }
+        break;
+    case GREEN:
+        if (s.green_for < 30) s.green_for++;
+        else if (queue < 0.5f) s.phase = YELLOW;
+        break;
+    default:
+        s.phase = RED;
+        break;
+    }
+    return s.phase;
+}"""
+WATCHDOG = """#include <stdint.h>
+enum { OK, TRIP };
+int act(float pulse) {
+    static uint32_t silent;
+    if (pulse > 0.5f) silent = 0;
+    else if (silent < 1000) silent++;
+    return silent >= 1000 ? TRIP : OK;
+}"""
+EDGE = """#include <stdbool.h>
+#include <stdint.h>
+int act(float x) {
+    static bool before = false;
+    static uint8_t presses = 250;
+    static int level = 1;
+    const bool button = x > 0.0f;
+    if (button && !before) { presses++; level = (level + 1) % 4; }
+    before = button;
+    return presses > 200 ? 9 : level;
+}"""
+SOURCES = {"heater": HEATER, "debounce": DEBOUNCE, "light": LIGHT, "watchdog": WATCHDOG, "edge": EDGE}
+RANGES = {
+    "heater": {"heating": (0, 1, 0)},
+    "debounce": {"stable": (0, 1, 0), "count": (0, 49, 0)},
+    "light": {"s_phase": (0, 2, 1), "s_green_for": (0, 30, 7), "s_waiting": (0, 59, 3)},
+    "watchdog": {"silent": (0, 1000, 0)},
+    "edge": {"before": (0, 1, 0), "presses": (0, 255, 250), "level": (0, 3, 1)},
+}
+LEAVES = {"heater": 4, "debounce": 6, "light": 8, "watchdog": 4, "edge": 24}
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_what_remembers_acts_as_the_compiled_program_in_long_walks(name, tmp_path):
+    profile = profile_of(from_c(SOURCES[name].encode(), "act.c"), Names())
+    (policy,), team = profile.agents, Team.of(profile)
+    assert {each.name: (each.low, each.high, each.initial) for each in policy.memory} == RANGES[name]
+    assert len(leaves(policy.tree)) <= LEAVES[name]
+    (tmp_path / "act.c").write_text(SOURCES[name])
+    built = [*find_compiler(), "-O1", "-shared", "-fPIC", "act.c", "-o", "act.so"]
+    subprocess.run(built, cwd=tmp_path, check=True)
+    act, rng = ctypes.CDLL(str(tmp_path / "act.so")).act, random.Random(0)
+    act.argtypes, act.restype = [ctypes.c_float], ctypes.c_ubyte if name in ("heater", "debounce") else ctypes.c_int
+    x = 0.0
+    for _ in range(20_000):
+        if rng.random() < 0.02:
+            x = float(np.float32(rng.choice([rng.uniform(-2, 25), 0.5, 19, 21, 0, 10, 11, 1])))
+        assert team.act([x]) == act(x)
+
+
+STRUCT = """typedef struct { int mode; int n; } state_t;
+typedef struct { float level; float limit; } input_t;
+void tank_init(state_t *s) { s->mode = 1; s->n = 2; }
+int tank(state_t *s, const input_t *in) {
+    if (in->level > 2.0f && in->limit > 1.0f) s->mode = 0;
+    if (s->mode == 0 && s->n > 0) s->n--;
+    if (s->n == 0) { s->mode = 1; s->n = 2; }
+    return s->mode;
+}"""
+
+
+def test_a_struct_that_is_passed_in_and_out_begins_as_its_function_says():
+    (policy,) = profile_of(from_c(STRUCT.encode(), "tank.c"), Names()).agents
+    assert [each.name for each in policy.features] == ["level", "limit", "mode", "n"]
+    assert [(each.low, each.high, each.initial) for each in policy.memory] == [(0, 1, 1), (1, 2, 2)]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("int f(float e) { static float sum; sum += e; return sum > 1; }", "no whole number: sum"),
+        ("int f(float e) { static int n; if (e > 0) n++; return n > 10; }", "n is counted without an end"),
+        ("static int m; void set(int v) { m = v; } int f(float e) { if (e > 1) m = 1; return m; }", "set by set, too"),
+        ("int f(int e) { static int last; int was = last; last = e; return was > 3; }", "a feature of many values"),
+        ("int f(float e, int k) { static int n; if (e > 0 && n < 999) n++; return k > n; }", "remembered is compared"),
+    ],
+)
+def test_what_has_no_end_or_another_master_is_refused(text, said):
+    with pytest.raises(InputError, match=said):
+        profile_of(from_c(text.encode(), "f.c"), Names())
+
+
+@pytest.mark.parametrize(("name", "fault"), [("watchdog", "counts"), ("light", "begins"), ("heater", "keeps")])
+def test_memory_that_is_misread_is_seen(name, fault, monkeypatch):
+    if fault == "counts":
+        added = memory._added
+        monkeypatch.setattr(memory, "_added", lambda value: 2 * (added(value) or 0) or None)
+    elif fault == "begins":
+        post = memory.Memory.__post_init__
+
+        def begin(self):
+            self.initial = 8 if self.initial == 7 else self.initial
+            post(self)
+
+        monkeypatch.setattr(memory.Memory, "__post_init__", begin)
+    else:
+        monkeypatch.setattr(memory.Memories, "settle", lambda *_: ())
+    with pytest.raises((DisagreementError, InputError), match=r"where its origin takes|counted without"):
+        profile_of(from_c(SOURCES[name].encode(), "act.c"), Names())

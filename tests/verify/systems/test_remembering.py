@@ -1,0 +1,98 @@
+"""Memory of agents as variables of a stated system: beside the reference, proved for ever, refuted, checked."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import maviper
+from codegen.errors import InputError
+from codegen.importers.c.source import from_c
+from codegen.importers.origin import Names, Said, profile_of
+from codegen.memory import step_memory, tabulate_updates
+from tests.codegen.importers.c.test_memory import SOURCES
+from verify.checker.accept import accept
+from verify.systems import remembering
+from verify.systems.files import statement_of
+from verify.systems.observing import as_played, choose_actions
+
+WORLD = """name = "room"
+steps = 40
+dt = "1 min"
+[variables]
+t = {{ unit = "K", range = [-100, 100] }}
+[agents.act.features]
+{feature} = "t"
+[agents.act.actions]
+{actions}
+[start]
+box = {{ t = [18, 22] }}
+[dynamics.next]
+t = "t - 0.02*(t - 10[K]) + act.power*0.5[K]"
+"""
+CLAIMS = """
+[[claim]]
+name = "always"
+region = { box = { t = [18, 22.5] } }
+[[claim]]
+name = "always"
+region = { box = { t = [19.5, 22] } }
+[[claim]]
+formula = "act.heating == 1 and t < 21 implies acts(act) == heat"
+[[claim]]
+formula = "act.heating == 0 and t < 21 implies acts(act) == heat"
+"""
+
+
+def make_world(policy, claims=""):
+    """A world file for an agent with one feature."""
+    names = [each.name for each in policy.actions if not each.acts]
+    actions = "\n".join(f"{name} = {{ power = {place} }}" for place, name in enumerate(names))
+    return WORLD.format(feature=policy.features[0].name, actions=actions) + claims
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_a_system_changes_memory_as_the_reference_does(name):
+    profile = profile_of(from_c(SOURCES[name].encode(), "act.c", Said(run=False)), Names())
+    (policy,), rng = profile.agents, np.random.default_rng(0)
+    statement, _ = as_played(statement_of(make_world(policy), "room.toml"), profile)
+    for _ in range(300):
+        t = Fraction(float(np.float32(rng.choice([rng.uniform(-2, 25), 0, 0.5, 19, 21, 10]))))
+        known = [
+            int(rng.choice([each.low, each.high, rng.integers(each.low, each.high + 1)])) for each in policy.memory
+        ]
+        state = {"t": t} | {
+            f"act.{each.name}": value - int(each.low) for each, value in zip(policy.memory, known, strict=True)
+        }
+        _, (after,) = step_memory(policy, [known], [[float(t)]])
+        chosen = {"act": policy.actions[choose_actions(statement.system, profile, state)["act"]].name}
+        (piece,) = (each for each in statement.system.pieces if each.holds(state))
+        moved = piece.step(state, chosen, {})
+        assert [moved[f"act.{each.name}"] + int(each.low) for each in policy.memory] == after.tolist()
+
+
+def test_a_heater_with_hysteresis_is_warm_for_ever_and_a_bound_too_narrow_is_broken(tmp_path, monkeypatch):
+    profile = profile_of(from_c(SOURCES["heater"].encode(), "act.c", Said(run=False)), Names(actions=["off", "heat"]))
+    world = tmp_path / "room.toml"
+    world.write_text(make_world(profile.agents[0], CLAIMS))
+    verified = maviper.verify_system(profile, world)
+    assert [str(each.verdict) for each in verified.results] == ["PROVED", "VIOLATED", "PROVED", "VIOLATED"]
+    certificate, known = verified.results[0].evidence.certificate, verified.results[1].evidence.counterexample
+    statement, played = as_played(statement_of(world.read_text(), "room.toml"), profile)
+    assert accept(certificate, played, statement.system) > 0
+    on, t = False, known.states[0]["t"]  # the C by hand, in exact numbers
+    for state in known.states[1:]:
+        seen = np.float32(float(t))
+        on = True if seen < 19 else False if seen > 21 else on
+        t = t - Fraction(2, 100) * (t - 10) + Fraction(on, 2)
+        assert (state["t"], state["act.heating"]) == (t, on)
+    assert not Fraction(39, 2) <= t <= 22
+    # a system that forgets is another one, of which the proof says nothing
+
+    def forget(policy):
+        return tuple(np.full_like(each, k) for k, each in zip((1, 0), tabulate_updates(policy), strict=True))
+
+    monkeypatch.setattr(remembering, "tabulate_updates", forget)
+    forgetting, played = as_played(statement_of(world.read_text(), "room.toml"), profile)
+    with pytest.raises(InputError, match="another system"):
+        accept(certificate, played, forgetting.system)
