@@ -21,7 +21,7 @@ ALLOWED: dict[tuple[str, str], str] = {
     ("codegen/agreement/readback.py", "import_module"): "jax or torch, by its name in the sources",
     ("codegen/agreement/readback.py", "runpy"): "code that this very run has generated, to compare it with the trees",
     ("codegen/agreement/readback.py", "runpy.run_path"): "the same",
-    ("codegen/importers/kinds.py", "import_module"): "a reader of this package, by its name in the sources",
+    ("codegen/importers/reading.py", "import_module"): "a reader of this package, by its name in the sources",
     ("verify/reports/report.py", "import_module"): "the report of a kind of claims, by its name in the sources",
     ("maviper/__init__.py", "import_module"): "modules of this package, by their names in the sources",
     ("maviper/worlds/outside/making.py", "import_module"): "user code that the user names on the command line",

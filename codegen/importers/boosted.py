@@ -20,9 +20,8 @@ import numpy as np
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS
 from codegen.importers.nodes import Leaf, Split, Tree, json_of, origin_of, origin_of_sum
-from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Origin
-from codegen.importers.reading import MAX_VALUES
-from codegen.importers.symbolic.affine import Terms
+from codegen.importers.reading import AGENT, DOUBLES, MAX_VALUES, SINGLES, Origin
+from codegen.importers.symbolic.feature import Terms
 from codegen.importers.symbolic.paths import Described
 from codegen.ir import CONSTANT
 

@@ -22,8 +22,7 @@ import numpy as np
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT64
 from codegen.importers.reading import AGENT, DOUBLES, MAX_FEATURES, NOTHING, SUMS, Origin, Said
-from codegen.importers.symbolic.affine import Affine, Given, Sums, Terms, sum_terms
-from codegen.importers.symbolic.feature import SIGNS, at_most, below
+from codegen.importers.symbolic.feature import SIGNS, Affine, Given, Sums, Terms, at_most, below, sum_terms
 from codegen.importers.symbolic.paths import Described, Value, origin_of_tree, without_alike
 from codegen.ir import MAX_DEPTH, MAX_NODES, Floats, GrownTree
 from codegen.paths import EVERYTHING, Box, in_preorder

@@ -23,13 +23,7 @@ from codegen.dynamics import motionless
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers import names, replay
-from codegen.importers.reading import AGENT as AGENT
-from codegen.importers.reading import DOUBLES as DOUBLES
-from codegen.importers.reading import MEMORY, NOT_COMPARED, SUMS, Answers
-from codegen.importers.reading import NOTHING as NOTHING
-from codegen.importers.reading import SINGLES as SINGLES
-from codegen.importers.reading import Origin as Origin
-from codegen.importers.reading import Said as Said
+from codegen.importers.reading import MEMORY, NOT_COMPARED, SUMS, Answers, Origin
 from codegen.importers.symbolic.paths import renumber
 from codegen.ir import CONSTANT, MAX_LENGTH
 from codegen.lowering.deploy import Given, deploy_tree, with_given

@@ -28,7 +28,8 @@ from codegen.errors import DisagreementError, InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.nodes import Leaf, Split, Tree, origin_of_sum
 from codegen.importers.onnx.fitted import LARGEST, Asked, fold_steps, giving
-from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Names, Origin, profile_of
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import AGENT, DOUBLES, SINGLES, Origin
 from codegen.importers.symbolic.paths import Described
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Floats, GrownTree, Int32
 from codegen.numbers import round_down

@@ -24,7 +24,8 @@ from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.floats import FLOAT32
 from codegen.importers.names import NUMBERED, Renaming, format_first, legal, renaming
-from codegen.importers.origin import Names, Origin, profile_of
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import Origin
 from codegen.profiles import ensure
 from codegen.wording import format_count
 from maviper.episodes import measures

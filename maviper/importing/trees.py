@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Unpack
 
 from codegen.errors import InputError, escape_text
-from codegen.importers import kinds as foreign
-from codegen.importers.origin import Names, Origin, Said, profile_of
+from codegen.importers import reading as foreign
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import Origin, Said
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
 from maviper.options import ImportOptions, make_request

@@ -35,8 +35,9 @@ from codegen.importers.c.compiled import TRAPS, UNCHECKED
 from codegen.importers.c.source import from_c
 from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.onnx.model import from_onnx
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
+from codegen.importers.reading import Said
 from tests.benchmarks.common import Figure, figure, reader, seconds, spent, spent_by, tell, with_children
 from tests.codegen.importers.origins import asked, data
 from tests.support.c_source import COMPILER, compiled, scores

@@ -17,7 +17,7 @@ from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 
 import maviper
 from codegen.errors import InputError
-from codegen.importers.kinds import KINDS
+from codegen.importers.reading import KINDS
 from codegen.profiles import loads
 from codegen.targets import emit
 from tests.support.importing_page import EXACT, PAGE, REFUSED, ROOT

@@ -8,8 +8,9 @@ the first control is affine in the state. The numbers below are the nearest doub
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
+from codegen.importers.reading import Said
 from codegen.policy_json import dumps
 from maviper.cli import main
 

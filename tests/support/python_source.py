@@ -3,8 +3,9 @@
 import numpy as np
 
 from codegen import ir, policy_json, profiles
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
+from codegen.importers.reading import Said
 from codegen.numbers import neighbour
 from tests.codegen.importers.origins import label_of
 

@@ -38,8 +38,18 @@ from codegen.importers.c.kinds import (
 )
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic import feature as features
-from codegen.importers.symbolic.affine import IN_ORDER, Affine, Given, Sums
-from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, Feature, Step
+from codegen.importers.symbolic.feature import (
+    FALLING,
+    FOLDING,
+    IN_ORDER,
+    RISING,
+    SIGNS,
+    Affine,
+    Feature,
+    Given,
+    Step,
+    Sums,
+)
 from codegen.importers.symbolic.paths import Growth
 from codegen.ir import CONSTANT
 from codegen.sums import DOUBLE_SUMS

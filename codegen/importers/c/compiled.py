@@ -2,7 +2,8 @@
 
 Does: compares the tokens of the compiler's preprocessor with those of pcpp; writes the parts of a syntax tree that
   functions need by pycparser's own generator, large functions in several; builds that without optimisation, with it,
-  and with traps for what C leaves undefined; asks all builds about rows, and hands their common answers to the replay.
+  and with traps for what C leaves undefined, or once where functions only compare with constants; asks all builds about
+  rows, and hands their common answers to the replay.
 Assumes: a C compiler; where there is none, nothing is compared, and the profile says so. What is compiled was accepted
   by the reader: it calls nothing outside the file but functions of numbers.
 Does not: share anything with the reader but the syntax tree. It runs in a scratch folder, with limits.

@@ -26,7 +26,7 @@ from codegen.equivalence import structure
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.nodes import Leaf, Split, origin_of
-from codegen.importers.origin import Origin
+from codegen.importers.reading import Origin
 from codegen.importers.symbolic.paths import Described, renumber
 from codegen.lowering.deploy import deploy_tree
 

@@ -18,7 +18,8 @@ from codegen.errors import InputError, MissingToolError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.onnx.fitted import giving
 from codegen.importers.onnx.graph import decision_tree
-from codegen.importers.origin import AGENT, Names, Origin, profile_of
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import AGENT, Origin
 from codegen.ir import Floats, Int32
 
 KIND = "ONNX"

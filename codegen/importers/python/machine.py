@@ -26,18 +26,12 @@ from codegen.floats import FLOAT64
 from codegen.importers.python.library import (
     BUILTINS,
     COMPARISONS,
-    MODULES,
-    STREAMS,
-    binary,
-    compare_values,
-    is_constant,
-    unary,
-)
-from codegen.importers.python.values import (
     CONDITIONS,
     FACTORY,
     MAX_ITEMS,
+    MODULES,
     STATED,
+    STREAMS,
     TEST_ADVICE,
     Array,
     Bound,
@@ -51,11 +45,14 @@ from codegen.importers.python.values import (
     Refused,
     Scope,
     Stream,
+    binary,
+    compare_values,
+    is_constant,
+    unary,
     words_of,
 )
 from codegen.importers.reading import FLOATS
-from codegen.importers.symbolic.affine import Sums
-from codegen.importers.symbolic.feature import Feature, Test, is_whole
+from codegen.importers.symbolic.feature import Feature, Sums, Test, is_whole
 from codegen.importers.symbolic.paths import MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE, Growth
 
 MAX_SHOWN = 60

@@ -31,16 +31,7 @@ import numpy as np
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.python.machine import (
-    ARRAYS_ADVICE,
-    FAILURES,
-    Machine,
-    bind_arguments,
-    link_statements,
-    text_of,
-    walk_nodes,
-)
-from codegen.importers.python.values import (
+from codegen.importers.python.library import (
     CONDITIONS,
     Class,
     Extreme,
@@ -52,10 +43,18 @@ from codegen.importers.python.values import (
     Scope,
     words_of,
 )
+from codegen.importers.python.machine import (
+    ARRAYS_ADVICE,
+    FAILURES,
+    Machine,
+    bind_arguments,
+    link_statements,
+    text_of,
+    walk_nodes,
+)
 from codegen.importers.reading import FLOATS, MAX_FEATURES, NOTHING, Origin, Said
 from codegen.importers.running.asking import PYTHON, Called, ensure_gated, run_source
-from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
-from codegen.importers.symbolic.feature import Feature
+from codegen.importers.symbolic.feature import IN_ORDER, NO_SUM, Affine, Feature, Given, Sums
 from codegen.importers.symbolic.paths import STATE_ADVICE, Described, Growth, Value, origin_of, rounds
 from codegen.process import silence_warnings
 

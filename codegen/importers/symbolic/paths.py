@@ -20,8 +20,20 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import MEMORY, SUMS, Facts, Kept, Origin
-from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, Terms
-from codegen.importers.symbolic.feature import LAST, Feature, Test, Turns, number, pieces, turns_of
+from codegen.importers.symbolic.feature import (
+    LAST,
+    Affine,
+    Bounds,
+    Feature,
+    Given,
+    Sums,
+    Terms,
+    Test,
+    Turns,
+    number,
+    pieces,
+    turns_of,
+)
 from codegen.importers.symbolic.feature import place as place_of
 from codegen.ir import CONSTANT, MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree, Sum
 from codegen.sums import FLOAT32_STEPS, FLOAT64_SUMS

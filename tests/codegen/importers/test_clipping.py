@@ -9,8 +9,9 @@ from codegen import ir
 from codegen.agreement import probes
 from codegen.errors import InputError
 from codegen.importers.c.source import from_c
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
+from codegen.importers.reading import Said
 from tests.support.c_libraries import library
 from tests.support.summed import bits
 

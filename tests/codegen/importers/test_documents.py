@@ -14,7 +14,8 @@ from codegen.errors import InputError
 from codegen.importers import replay
 from codegen.importers.boosted import from_treelite
 from codegen.importers.nodes import from_dtcontrol
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import Said
 from tests.codegen.importers.origins import asked, data, decided
 
 pytestmark = pytest.mark.interop

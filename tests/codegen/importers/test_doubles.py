@@ -7,7 +7,7 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.importers import kinds
+from codegen.importers import reading as kinds
 from codegen.importers.boosted import from_treelite
 from codegen.importers.c.header import from_header
 from codegen.importers.c.source import from_c

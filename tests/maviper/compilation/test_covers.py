@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError, RefusedError
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
+from codegen.importers.reading import Said
 from codegen.lowering import covering
 from codegen.lowering.covering import Boxes, Cover, Variable, lookup, merge_boxes
 from codegen.lowering.lower import lower

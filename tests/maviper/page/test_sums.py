@@ -5,8 +5,9 @@ import pytest
 
 from codegen import ir
 from codegen.agreement import probes
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
+from codegen.importers.reading import Said
 from maviper.page.document import Contents, about, bound_sliders, outputs_data, plane, usual_claims
 from maviper.page.page import contents_of, page
 from tests.maviper.page.browsers import in_chromium, in_node

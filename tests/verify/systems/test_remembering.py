@@ -8,7 +8,8 @@ import pytest
 import maviper
 from codegen.errors import InputError
 from codegen.importers.c.source import from_c
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import Said
 from codegen.memory import step_memory, tabulate_updates
 from tests.codegen.importers.c.test_memory import SOURCES
 from verify.checker.accept import accept

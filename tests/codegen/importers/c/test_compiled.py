@@ -19,8 +19,8 @@ from codegen.importers.c.compiled import (
 from codegen.importers.c.kinds import Inputs, Place
 from codegen.importers.c.source import from_c
 from codegen.importers.c.text import expand_source
-from codegen.importers.origin import Names, Said, profile_of
-from codegen.importers.reading import NOT_COMPARED
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import NOT_COMPARED, Said
 from codegen.importers.symbolic import feature
 from tests.benchmarks.interop import c_ifs
 from tests.codegen.importers.origins import label_of

@@ -3,7 +3,7 @@
 import pytest
 
 from codegen.errors import InputError
-from codegen.importers import kinds
+from codegen.importers import reading as kinds
 
 BODY = "int predict(const float *x) const { if (x[0] <= 1.5f) { return 1; } return x[1] > LIMIT ? 2 : 0; }"
 PLAIN = BODY.replace(") const", ")")

@@ -10,7 +10,8 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.importers.c.arithmetic import LIBRARY
 from codegen.importers.c.source import from_c
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import Said
 from codegen.importers.symbolic import paths
 from tests.codegen.importers.origins import answered, asked, data, decided
 from tests.support.c_source import COMPILER, compiled, scores

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.importers.origin import Said
+from codegen.importers.reading import Said
 from tests.support.python_source import called, imported, same
 
 NUMBERS = (0.1, 0.25, 0.5, -0.5, 1, 2, 3, -1, 0, 70, 80, 60)

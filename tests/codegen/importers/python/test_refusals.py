@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
-from codegen.importers.origin import Said
 from codegen.importers.python import machine
+from codegen.importers.reading import Said
 from codegen.importers.symbolic import paths
 from tests.support.python_source import imported, nested, same
 

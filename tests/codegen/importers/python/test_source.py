@@ -7,7 +7,7 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.importers.origin import Said
+from codegen.importers.reading import Said
 from codegen.numbers import neighbour
 from tests.support.python_source import called, imported, same
 

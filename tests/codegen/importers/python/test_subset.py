@@ -14,8 +14,8 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.importers.origin import Said
 from codegen.importers.python.library import KNOWN
+from codegen.importers.reading import Said
 from tests.support.python_source import imported
 
 FOLDER = Path(__file__).parent

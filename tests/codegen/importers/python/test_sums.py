@@ -5,8 +5,9 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
+from codegen.importers.reading import Said
 from tests.support import sum_sources
 from tests.support.sum_sources import rows_of
 from tests.support.summed import bits

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from codegen.errors import DisagreementError, InputError
-from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
+from codegen.importers.reading import Said
 from maviper.cli import main
 
 
