@@ -35,7 +35,7 @@ def test_every_target_has_its_golden_file(golden):
     """Python's are beside the demo's profile: module and reader here, those of JAX and PyTorch in test_embedded.py."""
     profile = small_profile()
     files = emit(profile, TARGETS)
-    assert len(files) == len(TARGETS) + 1 - 3 + 3 * len(profile.agents), "a reader; a picture and two models an agent"
+    assert len(files) == len(TARGETS) + 1 - 4 + 4 * len(profile.agents), "a reader; four for each agent"
     golden("generated/physical_deception", emit(PROFILES[1], ["python", "json"]))
     asked = obligations.about_c(files["physical_deception.h"], profile, lower(profile))
     asked += obligations.about_python(files["physical_deception.py"], profile, lower(profile))

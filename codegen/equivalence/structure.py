@@ -24,7 +24,9 @@ from codegen.ir import NO_FEATURE, ROOT, Tree
 from codegen.lowering.model import Model
 
 NOT_PROVED = (AttributeError, LookupError, TypeError, ValueError)
-MEANT = re.compile(r'#(include <(float|stdint)\.h>|endif|error .*|define \w+_H|define \w+_PROFILE "[0-9a-f]{64}")')
+MEANT = re.compile(
+    r'#(include <(float|stdint)\.h>|ifdef FLT_RADIX|endif|error .*|define \w+_H|define \w+_PROFILE "[0-9a-f]{64}")'
+)
 # a sum whose parts no compiler may fuse with what the caller makes of them; read as the sum that it is
 UNFUSED = re.compile(
     r"""#if defined\(__FMA__\) && defined\(__GNUC__\) && defined\(__x86_64__\)

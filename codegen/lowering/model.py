@@ -56,6 +56,11 @@ class Feature:
     function: str  # of the sum of `terms`; "" for the sum itself
     terms: tuple[tuple[str, str, str], ...] | None  # (sign, weight unless it is 1, coordinate); None: no meaning
 
+    @property
+    def ranged(self) -> bool:
+        """True if anybody stated its range."""
+        return (self.low, self.high) != (decimal_literal(-MAX_LENGTH), decimal_literal(MAX_LENGTH))
+
 
 @dataclass(frozen=True)
 class Action:
@@ -502,8 +507,7 @@ class Agent:
     @property
     def unranged(self) -> int:
         """The number of features without a stated range."""
-        widest = decimal_literal(-MAX_LENGTH), decimal_literal(MAX_LENGTH)
-        return sum((each.low, each.high) == widest for each in self.features)
+        return sum(not each.ranged for each in self.features)
 
     @property
     def single(self) -> bool:

@@ -42,11 +42,13 @@
 #if defined(__cplusplus) && (__cplusplus < 201703L) && defined(__STRICT_ANSI__) && !defined(__clang__)
 #error "thresholds are hexadecimal floats: compile with -std=c++17, or with -std=gnu++11 or -std=gnu++14"
 #endif
+#ifdef FLT_RADIX /* a checker that reads no system headers goes on */
 #if (FLT_RADIX != 2) || (FLT_MANT_DIG != 24) || (FLT_MAX_EXP != 128) || (DBL_MANT_DIG != 53)
 #error "float must be IEEE binary32 and double binary64"
 #endif
 #if (LDBL_MANT_DIG < 64) && (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 1) && (FLT_EVAL_METHOD != 16)
 #error "sums of doubles are rounded in an unknown way here: compile for SSE2 (-msse2 -mfpmath=sse, /arch:SSE2)"
+#endif
 #endif
 
 #define PHYSICAL_DECEPTION_PROFILE "d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d"

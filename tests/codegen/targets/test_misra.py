@@ -43,7 +43,7 @@ def test_the_checker_sees_what_is_planted_into_a_header(style, profile):
 
 
 def test_a_header_that_the_checker_cannot_read_is_no_clean_header(profile):
-    text = header(profile, "walk").replace("FLT_RADIX != 2", "FLT_RADIX == 2")
+    text = header(profile, "walk").replace("#ifdef FLT_RADIX", "#ifndef FLT_RADIX")
     with pytest.raises(RuntimeError, match="cppcheck did not read"):
         findings(text)
 
