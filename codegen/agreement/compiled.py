@@ -35,10 +35,7 @@ OTHERS = ("gcc -std=c99", "clang -std=c99", "g++ -x c++ -std=c++17", "clang++ -x
 
 
 def ensure_strict(header: str, model: Model) -> tuple[str, ...]:
-    """The compilers, of OTHERS, that are installed and read the header without a warning.
-
-    DisagreementError when one that works finds something.
-    """
+    """The installed compilers, of OTHERS, that read the header without a warning. DisagreementError otherwise."""
     clean: list[str] = []
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
         (Path(folder) / f"{model.prefix}.h").write_text(header)
@@ -163,9 +160,7 @@ class CompiledC:
         return within
 
     def steps(self, agent: str, rows: Float64) -> Int64:
-        """An agent's memory after a reset, then its actions and the memory after each, [1 + batch, 1 + n_memories].
-        `rows`: [batch, n_features], one call after the other; where a memory is NaN, its state stays as it is.
-        """
+        """An agent's memory after a reset, then actions and memory after each row, [1 + batch, 1 + n_memories]."""
         lowered, held = self._agents[agent], np.ascontiguousarray(rows, np.float64)
         assert lowered.machine is not None and held.shape[1] == len(lowered.features), "rows with memory"
         told = np.zeros((1 + len(held), 1 + len(lowered.machine.memory)), ctypes.c_long)

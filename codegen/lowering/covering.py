@@ -201,10 +201,7 @@ def look_up(cover: Cover, where: str) -> Lookup:
 
 
 def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
-    """The search of lists: for each step its parts, as many at each. `where` is named in errors.
-
-    InputError for too many boxes.
-    """
+    """The search of lists, as many parts at each step. InputError, with `where`, for too many boxes."""
     count = sum(len(part.low) for parts in steps for part in parts)
     lists = [[merge_boxes(part) for part in parts] for parts in steps] if count <= MAX_GIVEN else []
     count = sum(len(part.low) for parts in lists for part in parts) if lists else count

@@ -86,9 +86,7 @@ class Given(NamedTuple):
 
 
 def with_given(grown: GrownTree, given: Given, n_features: int, first: int, numbers: str = FLOAT32) -> Tree:
-    """The deployed form of a tree whose features from `first` on count in sums, and whose actions count in vectors,
-    where there are any. Each that is named is kept once, in the order in which nodes first name it.
-    """
+    """The deployed form of a tree with features from `first` on in sums and actions in vectors, each kept once."""
     plain = _plain(grown, FLOAT64)  # in preorder, thresholds as they are
     leaf, summed = plain.feature == NO_FEATURE, plain.feature >= first
     own, of_sums = (at_most(plain.threshold, each) for each in (numbers, choose_numbers(given.arithmetic)))

@@ -48,9 +48,7 @@ class GameFile:
         return tuple(each.error for each in self.observed if each.error in self.ranges)
 
     def bound_roundings(self, ranges: Mapping[str, Interval]) -> dict[str, Fraction]:
-        """By how much the game may round what is observed where variables are within `ranges`, by what the file calls,
-        or would call, the rounding; 0 is left out.
-        """
+        """Bounds the game's roundings where variables are within `ranges`, by the file's names; 0 is left out."""
         known = dict(ranges)
         if self.place != PLACE:
             known |= {f"{PLACE}.{axis}": ranges[f"{self.place}.{axis}"] for axis in "xy"}

@@ -119,9 +119,7 @@ def values(
 
 
 def table(world: World, episodes: Episodes) -> dict[Measure, Float64]:
-    """Every measure of each episode, and each team's return (its agents' mean), [batch]; where nobody states how long
-    episodes are, also which of them were stopped.
-    """
+    """Every measure of each episode and each team's return, [batch]; where no length is stated, who was stopped."""
     rows: dict[Measure, Float64] = dict(zip(world.measures, episodes.values, strict=True))
     rows |= {Measure(team, RETURN): episodes.returns[world.members(team)].mean(axis=0) for team in world.teams}
     return rows | (

@@ -286,9 +286,7 @@ def _ratio_of_shares(ours: Share, theirs: Share) -> tuple[float, float]:
 
 
 def _mean_over_agents(measure: Measure, values: Float64) -> Interval:
-    """The mean of [n_agents, n] values. Shares over the same episodes spread no wider on average than one share does,
-    so theirs is the interval of as many hits as there are on average.
-    """
+    """The mean of [n_agents, n] values; of shares with the interval of the mean number of hits."""
     if not measure.share:
         return interval(measures.estimate(measure, values.mean(axis=0)))
     agents, n = values.shape

@@ -90,9 +90,7 @@ class NetworkExpert:
         return give_numbers(self.logits(agent, rows), *self.bounds[agent])[: len(obs)]
 
     def _greedy(self, agent: int, obs: Float32) -> Int:
-        """In float64 only where float32 leaves a doubt; the least batch of a product is two rows, as one row alone is
-        added up in another order.
-        """
+        """In float64 only where float32 leaves a doubt; at least two rows, as one is added up in another order."""
         doubt = self._doubt(agent, obs) if len(obs) >= FEW and obs.dtype == np.float32 else np.inf
         if doubt == np.inf:
             return np.argmax(self._legal(agent, obs, self.logits(agent, obs)), axis=1)
@@ -185,9 +183,7 @@ def _largest_errors(net: str, wide: Mapping[str, Float64]) -> tuple[Float64, Flo
 
 
 def _best(logits: Any) -> tuple[Int, Any]:
-    """Each row's first largest entry, and by how much it is above the second, both [batch]; no NaN. Column by column:
-    reductions over rows that are so short take three times as long.
-    """
+    """Each row's first largest entry and its lead, both [batch]; by column, three times as fast in short rows."""
     first, *others = logits.T.copy()
     actions, second = np.zeros(len(logits), np.int64), np.full(len(logits), -np.inf, logits.dtype)
     for action, column in enumerate(others, 1):
@@ -258,10 +254,7 @@ def encode(tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> bytes:
 
 
 def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert:
-    """The expert in a file's bytes; InputError when it is damaged, not an expert of ours, or another world's.
-
-    `world`: what it plays; needed for a user's environment, since a file's word is not enough to import code.
-    """
+    """The expert in a file's bytes, for `world`. InputError when it is damaged, not ours, or another world's."""
     from safetensors import SafetensorError
     from safetensors.numpy import load
 

@@ -300,9 +300,7 @@ def accuracies(world: World, data: Dataset, trees: Mapping[int, GrownTree], team
 def grow_teams(
     world: World, data: Dataset, settings: Settings, growth: Growth, agents: Sequence[int], iteration: int
 ) -> tuple[list[GrownTree], dict[str, float]]:
-    """Resampling and TrainJointTrees for some agents, team by team: their trees, and the share of its data that each
-    team's votes kept. `data`: with a column of weights for each of them.
-    """
+    """Resampling and TrainJointTrees, team by team: the trees, and the share of data that each team's votes kept."""
     together = settings.rollouts_by in (EXPERTS, ALL) and settings.labels == EXPERT
     whose = list[int]() if together else agents  # data or labels of its own, draws of its own
     rng = np.random.default_rng([settings.seed, *whose, iteration])

@@ -234,9 +234,7 @@ class Extraction:
     ends: float = math.inf  # by the monotonic clock: the trees are to be measured by then
 
     def is_over(self, *further: int, since: float = math.inf) -> bool:
-        """Returns True if it is time to measure the trees, with so many episodes of each further kind to be played
-        before, and perhaps a step that takes as long as what went on `since` then.
-        """
+        """Returns True if it is time to measure, after `further` episodes and a step as long as that `since` then."""
         if self.ends == math.inf:
             return False
         now = time.monotonic()

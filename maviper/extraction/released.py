@@ -97,9 +97,7 @@ class _Growing:
         return _Node(rows, depth, action, projected)
 
     def grow(self, level: int, keep: Bool) -> None:
-        """A pass: makes the root, or splits every node above `level` that has no children; the root is made anew first
-        where it has none.
-        """
+        """A pass: makes the root, or splits every node above `level` that has no children."""
         if self.root is None or (level == 1 and self.root.left is None):
             self.root = self.make_node(self.everything, 0, keep)
         stack = [self.root]
@@ -409,9 +407,7 @@ def imitation(asked: Extraction, everybody: Sequence[int], selection: Selection)
 
 
 def _starts(world: World, expert: Expert, settings: Settings, iteration: int) -> Arrays:
-    """Samples as many points as `rollouts` episodes have: in the first iteration one episode for FREE_STEPS, otherwise
-    start states.
-    """
+    """Samples as many points as `rollouts` episodes have: first one episode for FREE_STEPS, then start states."""
     rng = np.random.default_rng([settings.seed, iteration])
     wanted = settings.rollouts * world.spec.episode_steps
     played: list[Met] = []
@@ -453,9 +449,7 @@ def _arrays(observations: Sequence[Float32], acted: Int, alive: Bool) -> Arrays:
 def one_hot_tree(
     obs: Float32, acted: Int, counts: Int, n_actions: int, max_depth: int, stays: bool = True
 ) -> GrownTree:
-    """A tree of one output per action. If it `stays`, a leaf in which no action has more than half says none, and the
-    agent stands still; otherwise it says the most frequent one.
-    """
+    """A tree of one output per action; if it `stays`, a leaf without a majority says none."""
     from sklearn.tree import DecisionTreeClassifier
 
     used = counts > 0

@@ -329,9 +329,7 @@ class Settings:
         return replace(dealt, refinement=(budget - 2 * rollouts) // refined) if large else dealt
 
     def share_budget(self, world: World, seeds: int) -> "Settings":
-        """The settings of one of several extractions that share a budget, in a world of others: what is left to it when
-        the held-out episodes have been played once more, to choose among them.
-        """
+        """The settings of one of several extractions in a world of others, less episodes to choose among them."""
         if not self.budget or world.games is None:
             return self
         share = (self.budget - START_EPISODES) // seeds

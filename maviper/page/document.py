@@ -283,9 +283,7 @@ class Contents:
 
 
 def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
-    """The built-in claims that can be made about a profile without saying more; where there are none, that each team
-    keeps apart from the others.
-    """
+    """The built-in claims that a profile allows without saying more; else that teams keep apart from others."""
     if any(policy.outputs for policy in profile.agents):
         return ()  # these claims speak of actions and of episodes
     claims: list[Claim] = []

@@ -136,9 +136,7 @@ def interquartile_mean(values: Float64) -> Float64:
 
 
 def interquartile(scores: Sequence[Float64]) -> tuple[float, float, float]:
-    """The interquartile mean of all scores of several tasks, each [runs], and its 95 % interval: percentiles of a
-    bootstrap that draws runs within each task (Agarwal et al. 2021). NaN where there are none, or no finite ones.
-    """
+    """The interquartile mean of tasks' scores, each [runs], and its interval (Agarwal et al. 2021); NaN if none."""
     every = np.concatenate([*scores, np.empty(0)])
     if not len(every) or not np.isfinite(every).all():
         return np.nan, np.nan, np.nan
@@ -183,10 +181,7 @@ def untestable(low: float) -> bool:
 
 
 def holm(p_values: Sequence[float], at_once: int | None = None) -> list[float]:
-    """Holm's adjusted p-values (1979), in the order given.
-
-    `at_once`: how many of the hypotheses can be true together, where logic allows fewer than all (Shaffer, 1986).
-    """
+    """Holm's adjusted p-values (1979), in order. `at_once`: hypotheses that can be true together (Shaffer, 1986)."""
     most = len(p_values) if at_once is None else at_once
     order = np.argsort(p_values, kind="stable")
     adjusted: Float64 = np.zeros(len(order))

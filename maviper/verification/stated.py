@@ -225,9 +225,7 @@ class StatedWorld:
         return replace(result, evidence=replace(result.evidence, environment=said))
 
     def _by_curves(self, question: Question[SystemClaim], curved: CurvedClaim, beside: bool) -> SystemResult:
-        """The answer about a formula with curves: PROVED where the formula that implies it is, VIOLATED where the one
-        that it implies is. InputError where an enclosure is not shown again.
-        """
+        """The answer about a formula with curves: by a formula that implies it, or that it implies. InputErrors."""
         ranges = {one.name: one.range for one in self.statement.system.variables}
         try:
             ensure_curves(curved.enclosures, ranges)
@@ -329,9 +327,7 @@ class StatedStates(StatedWorld):
         return lambda: self._find_broken(claim, games.iterate_states(self.origin, self.statement, claim))
 
     def _find_broken(self, claim: SystemClaim, states: Iterable[State]) -> SystemCounterexample | None:
-        """The first of some states that breaks a claim. AssertionError where the game shows an agent other numbers
-        than its file: that is our bug.
-        """
+        """The first state that breaks a claim. AssertionError (our bug) where the game shows other numbers."""
         for state in states:
             ensure_observed(self.origin, self.statement, state)
             again = truly(self.statement, self.profile, claim, SystemCounterexample((state,), (), (), (), 0))

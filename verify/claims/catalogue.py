@@ -144,10 +144,7 @@ def _declared(name: str) -> type[BuiltIn]:
 
 
 def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **given: Any) -> Claim:
-    """The named claim for a team of `profile`, see `find_property` and `find_episode_claim` for the parameters.
-
-    InputError for one that the claim does not read, UnknownNameError for a name that there is not.
-    """
+    """The named claim for a team of `profile`. InputError for a parameter, UnknownNameError for a name."""
     find = find_episode_claim if issubclass(_declared(name), OfEpisodes) else find_property
     return find(name, profile, team, **given)
 

@@ -107,10 +107,7 @@ Matching = tuple[tuple[AgentPolicy, str], ...]  # agents, each with a landmark o
 
 @dataclass(frozen=True)
 class DecisionClaim(TeamClaim):
-    """A claim about every world state of a region that meets the assumption, whatever errors features have.
-
-    Lengths are in the world's unit. A built-in property that allows errors is called `steady`.
-    """
+    """A claim about every state of a region that meets the assumption, for all errors. Lengths: the world's unit."""
 
     kind: ClassVar[Kind] = Kind.DECISIONS
     per_state: ClassVar[bool] = True

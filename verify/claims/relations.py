@@ -63,10 +63,7 @@ class Differ(Agree):
 
 @dataclass(frozen=True)
 class _Moving(DecisionClaim):
-    """A claim about an agent's action where one feature has another value and all others stay.
-
-    It is about a view in which the agent stands twice, the copy with a value of its own of the feature.
-    """
+    """A claim about an agent's action where one feature has another value, over a view where the agent stands twice."""
 
     reads = ("agent", "feature")
     hardens = landmark_each = False

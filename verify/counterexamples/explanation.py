@@ -169,10 +169,7 @@ LOW, HIGH = "low", "high"
 
 @dataclass(frozen=True)
 class CoordinateSpan:
-    """The values of a coordinate that keep violation and leaves, all else being as it is.
-
-    They are the float64 values between the ends, ends included; of real arithmetic all values between them.
-    """
+    """The values of a coordinate that keep violation and leaves: float64 (or real) numbers between the ends."""
 
     name: str
     low: Value

@@ -137,10 +137,7 @@ def _failing_in_both(question: DecisionQuestion, goal: str | None) -> Iterator[t
 
 
 def _simplify_model(question: DecisionQuestion, goal: str | None, model: Mapping[str, Fraction]) -> tuple[State, int]:
-    """An exact model of real arithmetic as a point with as few digits as solver queries find, and what they took.
-
-    AssertionError when the referee does not confirm it: then an engine is wrong.
-    """
+    """An exact model with as few digits as queries find, and their cost. AssertionError if unconfirmed: a bug."""
     profile, claim, region = question.profile, question.claim, question.region
     state = exact_point(model, region, goal)
     if claim.eps and not violates(question, state):
@@ -169,9 +166,7 @@ def violating_samples(question: DecisionQuestion, count: int = SAMPLES) -> Itera
 
 
 def near(question: DecisionQuestion, goal: str | None, model: Mapping[str, Fraction]) -> State | None:
-    """A shrunk float64 point beside an exact one that violates the claim in the deployed arithmetic, with errors where
-    the claim allows them; None when the nearest one does not.
-    """
+    """A shrunk float64 point beside an exact one that violates the claim as deployed; None when it does not."""
     deployed = question.by(MACHINE)
     state = nearest(dict(model), question.region, goal, Fraction(0))
     if question.claim.eps:
@@ -207,9 +202,7 @@ def _stands(questions: Sequence[DecisionQuestion], state: State) -> bool:
 def shrink(
     questions: Sequence[DecisionQuestion], state: State, keeps: Callable[[State], bool] = lambda state: True
 ) -> State:
-    """The same violation with as few decimals as possible, and hardly less clear. `keeps`: what else must stay;
-    `questions`: one question in each arithmetic in which the claim fails, the one asked about first.
-    """
+    """The violation with few decimals, hardly less clear; `keeps`: what must stay; `questions`: one an arithmetic."""
     asked = questions[0]
     least = min(ROOM, shortfall(asked, state))
 
@@ -260,10 +253,7 @@ def _apart(state: State, a: str, b: str) -> float:
 
 
 def explain(question: DecisionQuestion, state: State, replays: Mapping[str, Replay]) -> Counterexample:
-    """The counterexample with its paths, after every replay acted like the reference.
-
-    DisagreementError when one of them acts differently: then there is a bug, and no verdict.
-    """
+    """The counterexample with its paths, after every replay acted like the reference. DisagreementError otherwise."""
     profile, claim, semantics = question.profile, question.claim, question.semantics
     did = confirm_actions(profile, question.formula, claim.team, state, replays, semantics)
     engaged = find_engaged(profile, claim, state, did.actions)

@@ -159,10 +159,7 @@ def _distances(first: Float64, second: Float64) -> Gaps:
 
 
 def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool:
-    """Returns True if one episode [steps + 1, n_coordinates] violates the claim: float64 positions, exact distances.
-
-    An episode in which centres coincide, where the reference leaves the numbers, violates nothing.
-    """
+    """Returns True if one episode [steps + 1, n_coordinates] violates the claim; none with coinciding centres does."""
     if not np.isfinite(episode).all() or coinciding(profile, episode):
         return False
     names = {name: place for place, name in enumerate(profile.world.coordinates())}

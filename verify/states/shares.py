@@ -89,9 +89,7 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
 
 
 def explain_unstated(question: DecisionQuestion) -> str:
-    """Why a share of the region would mean nothing, and what to state: a coordinate that the claim or the team's trees
-    read has no range but that of every number. "" where all have one.
-    """
+    """Why a share would mean nothing, and what to state: a coordinate that is read has no range. "" if all have."""
     profile, region = question.profile, question.region
     read = {*spoken_of(question.formula), *spoken_of(question.claim.assume)}
     read |= {name for a, b, _ in region.differences for name in (a, b)}

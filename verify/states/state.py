@@ -187,10 +187,7 @@ def inside(region: Region, state: State) -> bool:
 
 
 def nearest(model: Mapping[str, Fraction], region: Region, goal: str | None, eps: Fraction = Fraction(0)) -> State:
-    """The float64 point nearest to an exact one, each value rounded towards the inside of its interval.
-
-    `model`: every coordinate of the region, and errors by `error_name`, at most `eps`.
-    """
+    """The float64 point nearest to an exact one, each value (and error by `error_name`) rounded into its interval."""
     values: dict[str, float] = {}
     for name, value in model.items():
         low, high = region.box.get(name, (-eps, eps))
@@ -222,10 +219,7 @@ def contains(region: Region, coordinates: Float64, world: ir.WorldSpec) -> Bool:
 
 
 def sample(region: Region, world: ir.WorldSpec, count: int, seed: int) -> tuple[Float64, Int32]:
-    """Uniform world states of a region: coordinates [n, n_coordinates] and goals [n] (landmark indices).
-
-    At most `count`: states outside the region's differences and distances are drawn and dropped.
-    """
+    """Uniform states of a region, at most `count`: coordinates [n, n_coordinates] and goals [n] (landmark indices)."""
     rng = np.random.default_rng(seed)
     names = world.coordinates()
     coordinates = np.zeros((len(names), count)).T  # what reads them reads one after the other

@@ -175,9 +175,7 @@ def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
 
 
 def example(question: DecisionQuestion, zone: Zone) -> State | None:
-    """A state well inside a zone, entities apart where that can be, in which the agents of both profiles reach its
-    leaves; None where the float64 state nearest to it is outside.
-    """
+    """A state well inside a zone where both profiles reach its leaves; None where its float64 state is outside."""
     failing, cells = zone.failing, zone.branch[1]
     ends = [0]
     for size in failing.problem.sizes:

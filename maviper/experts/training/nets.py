@@ -47,9 +47,7 @@ class Nets(Stacked):
     def __init__(
         self, sizes: Sequence[int], fan_in: Sequence[int], generator: torch.Generator, device: str, last: float = 1.0
     ) -> None:
-        """`fan_in`: each network's own inputs; the rest of its first layer never sees data. `last` scales the
-        output.
-        """
+        """`fan_in`: each network's inputs; the rest of its first layer sees no data. `last` scales the output."""
         super().__init__([])
         for layer in LAYERS:
             inputs, outputs = sizes[layer - 1], sizes[layer]
@@ -151,9 +149,7 @@ class Joint:
         self.critic_inputs = self.n_obs + self.n_agents * self.n_actions
 
     def _masks(self, world: World, starts: Sequence[int]) -> tuple[Tensor, Tensor]:
-        """Locates the column of a joint observation that says whether an action is legal, and marks the actions that
-        always are; each [n_agents, n_actions].
-        """
+        """Columns that say whether an action is legal, and actions that always are; [n_agents, n_actions]."""
         asked = torch.full((self.n_agents, self.n_actions), self.n_obs)
         always = torch.zeros(self.n_agents, self.n_actions, dtype=torch.bool)
         for agent, start in enumerate(starts):
@@ -364,9 +360,7 @@ class Choices(Head):
 
 
 class Numbers(Head):
-    """Numbers within bounds, drawn from normal distributions and then clipped. A mean of -1 stands for the low bound
-    and 1 for the high one; deviations are learned too, one for each output of a network.
-    """
+    """Numbers from normal distributions, clipped: a mean of -1 is the low bound, 1 the high; deviations are learned."""
 
     def __init__(self, joint: Joint, rng: np.random.Generator, world: World, actor: Nets) -> None:
         super().__init__(joint, rng)

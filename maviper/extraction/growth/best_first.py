@@ -89,9 +89,7 @@ class BestFirstTree:
         return self._tree()
 
     def deciding(self, max_leaves: int) -> GrownTree:
-        """The tree with at most so many leaves after siblings of one action are merged: splits that decide nothing
-        yet, on which later ones may stand, cost no leaf.
-        """
+        """The tree of at most so many leaves, siblings of one action being merged: such splits cost no leaf."""
         largest = merge_leaves(self._tree())
         while self._grow():
             tree = merge_leaves(self._tree())

@@ -309,10 +309,7 @@ def _sorted_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, total
 def project_trees(
     codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots: int, n_actions: int, depth: int
 ) -> Int:
-    """Returns the actions of trees of `depth`, one for each slot and fitted to its points, at every point, [n].
-
-    A point in slot -1 has no tree and gets -1, as do the points of a slot without weight.
-    """
+    """Returns the actions of slots' trees of `depth` at every point, [n]; -1 for slot -1 and slots without weight."""
     some = np.bincount(slot[slot >= 0], weights[slot >= 0], n_slots) > 0
     inside = np.flatnonzero((slot >= 0) & some[slot])
     said = np.full(len(slot), -1, dtype=np.int64)

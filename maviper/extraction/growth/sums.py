@@ -331,9 +331,7 @@ def with_sum(tree: SummedTree, node: int, weights: Float64, threshold: float) ->
 
 
 def tilt_tests(tree: SummedTree, node: int, here: Floats, rng: np.random.Generator) -> Iterator[SummedTree]:
-    """The tree with other sums at the split `node`, as many observations passing on each side as before. `here`:
-    [n, n_features + n_sums], what is tested in those that reach it.
-    """
+    """The tree with other sums at `node`, as many passing on each side. `here`: [n, n_features + n_sums]."""
     n_features = tree.tests.shape[1]
     seen, feature = here[:, :n_features].astype(np.float64), int(tree.feature[node])
     assert feature != NO_FEATURE

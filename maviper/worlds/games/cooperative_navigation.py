@@ -126,9 +126,7 @@ class CooperativeNavigation(ParticleWorld):
         return collisions
 
     def values(self, states: Sequence[WorldState]) -> Float64:
-        """D: mean over steps of the summed distance to the nearest agents. Collisions: mean over steps and agents.
-        Success: at some one step every target has an agent of its own within the radius, and nobody ever collides.
-        """
+        """D: mean over steps of nearest distances. Success: all targets reached at one step, and no collision ever."""
         distance = list[Float64]()
         covered = np.zeros((len(SQUARED_RADII), len(states[0])), dtype=bool)
         for state in states:

@@ -56,10 +56,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         self._drawn: tuple[Any, int] | None = None  # the reference environment, and the seed of the episode in it
 
     def observation_space(self, agent: str) -> Box:
-        """The agent's Box, [n_features] float32, always the same object.
-
-        Only signs, flags and constants are bounded: contacts carry agents beyond the range that their features state.
-        """
+        """The agent's Box, [n_features] float32, always the same object; bounded for signs, flags and constants."""
         return self._boxes[agent]
 
     def action_space(self, agent: str) -> Discrete | Box:

@@ -162,9 +162,7 @@ class PhysicalDeception(ParticleWorld):
 
 
 def orders(x: Float64, agent: int) -> Int:
-    """In which order an agent sees the landmarks of each game, [batch, n_landmarks]: a permutation that their x
-    coordinates, [n_landmarks, batch], draw, whose last bits are as good as dice and stay as they are in an episode.
-    """
+    """The order in which an agent sees each game's landmarks, [batch, n_landmarks], drawn from x coordinates."""
     bits = np.ascontiguousarray(x).view(np.uint64) * np.uint64(2 * agent + 1)
     bits = (bits ^ (bits >> np.uint64(31))) * np.uint64(0x9E3779B97F4A7C15)
     return np.argsort(bits ^ (bits >> np.uint64(29)), axis=0).T
