@@ -101,6 +101,7 @@ class HangingToolError(MaviperError):
     exit_code = ExitCode.MISSING
 
 
+ALIKE = 0.55  # of names, the share of equal letters from which one may be meant for the other
 MAX_NAMES_SHOWN, MAX_NAMES_LISTED = 10, 20  # where another command lists them, and where none does
 WORLDS = "maviper worlds list"
 LISTS = {"claim": "maviper verify --list", "world": WORLDS, "expert": WORLDS}  # kind of name -> what prints them all
@@ -124,8 +125,8 @@ def escape_letter(letter: str) -> str:
 
 def closest(name: str, known: Iterable[str]) -> str | None:
     """The name in `known` that is most like `name`, or None when nothing is."""
-    found = difflib.get_close_matches(name, list(known), n=1, cutoff=0.55)
-    return found[0] if found else None
+    found = max(known, key=lambda each: _likeness(each, name), default="")
+    return found if _likeness(found, name) >= ALIKE else None
 
 
 def suggestion(name: str, known: Iterable[str], lists: str = "") -> str:
@@ -144,4 +145,4 @@ def suggestion(name: str, known: Iterable[str], lists: str = "") -> str:
 
 
 def _likeness(known: str, name: str) -> float:
-    return difflib.SequenceMatcher(None, known, name).ratio()
+    return difflib.SequenceMatcher(None, known.casefold(), name.casefold()).ratio()

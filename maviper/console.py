@@ -76,15 +76,15 @@ def wrap(line: str, width: int | None, indent: int) -> str:
 
 
 def tabulate(table: Sequence[Sequence[str]], named: int = 1) -> list[str]:
-    """A table as lines for standard output, its first row the head. On a terminal that is too narrow each row is a
-    list: its first `named` cells, then a line for each other one.
+    """A table as lines for standard output, its first row the head. On a terminal that is too narrow it is several,
+    each with the first `named` columns, or, where that is shorter, each row is a list: a line for each other cell.
     """
     lines, width = align_columns(table), find_width(sys.stdout)
     if width is None or max(map(len, lines)) <= width:
         return lines
     head, *rows = table
     room = max(map(len, head[named:]))
-    return [
+    listed = [
         line
         for row in rows
         for line in (
@@ -96,6 +96,24 @@ def tabulate(table: Sequence[Sequence[str]], named: int = 1) -> list[str]:
             ),
         )
     ]
+    parts = _split_columns(table, named, width)
+    return parts if parts and len(parts) < len(listed) else listed
+
+
+def _split_columns(table: Sequence[Sequence[str]], named: int, width: int) -> list[str]:
+    """The lines of tables that fit, each with the first `named` columns and some of the others; [] where one cannot."""
+    lines, rest = list[str](), range(named, len(table[0]))
+    while rest:
+        wider = [
+            align_columns([[*row[:named], *row[rest[0] : end]] for row in table])
+            for end in range(rest[0] + 1, rest[-1] + 2)
+        ]
+        fitting = [each for each in wider if max(map(len, each)) <= width]
+        if not fitting:
+            return []
+        lines += [*[""][: len(lines)], *fitting[-1]]
+        rest = rest[len(fitting) :]
+    return lines
 
 
 def say(text: str) -> None:

@@ -116,6 +116,9 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
         if len(self) == 1 and not self._names_agents(observations):
             (only,) = self._seats
             return self._decide(only, observations, given)
+        if not is_mapping(observations):
+            what = f"observations of {format_count(len(self), 'agent')} are a {type(observations).__name__}"
+            raise InputError(what, self.world.name, "give agent -> observation, as the environment does")
         among: set[Any] = set(observations if agents is None else agents)
         acting: list[Any] = [agent for agent in observations if agent in among]
         return {agent: self._decide(agent, observations[agent], given.get(agent, {})) for agent in acting}

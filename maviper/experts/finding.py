@@ -213,8 +213,12 @@ class Acting:
             asked = f"{format_count(len(rows), 'observation')} of {self.agents[agent]}"
             what = f"act(agent, observations) returns shape {given.shape} for {asked}, not {wanted}"
             raise InputError(what, self.world.name, "return one action for each row, such as logits.argmax(axis=1)")
-        first = self.world.counted_from[agent] if self.world.counted_from else 0
-        return given - first if first else given
+        first = self.first(agent)
+        return given.astype(np.int64) - first if first and given.dtype.kind in "iu" else given
+
+    def first(self, agent: int) -> int:
+        """The number of the agent's first action, as the environment counts."""
+        return self.world.counted_from[agent] if self.world.counted_from else 0
 
 
 MEMBERS = ("world", "agents", "act")
@@ -271,13 +275,13 @@ class Given(Wrapped):
         acting = self.world.alive(state)
         for place, agent in enumerate(agents):
             n = len(self.world.actions[agent])
+            first = self.expert.first(agent) if isinstance(self.expert, Acting) else 0
             wrong = (actions[:, place] < 0) | (actions[:, place] >= n)
             if (wrong & acting[:, agent]).any():
-                action = actions[wrong & acting[:, agent], place][0]
+                action = actions[wrong & acting[:, agent], place][0] + first
                 what = f"act of your expert returns action {action} for {self.agents[agent]}, which has {n}"
-                raise InputError(
-                    what, self.source.text, f"its actions are 0 to {n - 1}: {_list_actions(self.world, agent)}"
-                )
+                known = f"its actions are {first} to {first + n - 1}: {_list_actions(self.world, agent)}"
+                raise InputError(what, self.source.text, known)
             actions[wrong, place] = 0  # of who no longer acts, which means nothing
         return actions.astype(np.int64)
 
@@ -386,9 +390,8 @@ def given_expert(given: Any, world: World | None, source: Source) -> Given:
         advice = "name an expert, and give this as --world"
         raise InputError("this is an environment, not an expert", source.text, advice)
     if missing:
-        what = f"what it returns is not an expert: it lacks {', '.join(missing)}"
-        advice = "return a maviper.experts.adapter.TorchExpert, or an object with these members"
-        raise InputError(what, source.text, advice)
+        what = f"{type(given).__name__} is not an expert: it lacks {', '.join(missing)}"
+        raise InputError(what, source.text, "write act(agent, observations), or an object with these members")
     if not isinstance(expert.world, World):
         what = f"`world` of your expert is a {type(expert.world).__name__}, not a world"
         raise InputError(what, source.text, "write self.world = maviper.worlds.find(NAME)")

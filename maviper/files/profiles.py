@@ -48,6 +48,8 @@ def find_profile(profile: PolicyProfile | str | Path | None, beside: Path, *, su
         return load(place, sums=sums)
     if isinstance(profile, str | Path):
         return load(profile, sums=sums)
+    if not isinstance(profile, PolicyProfile):
+        raise InputError(f"{type(profile).__name__} is no team", "", "give a team, or the path of its file")
     return profile if sums else ensure_plain(profile, READER)
 
 

@@ -7,6 +7,7 @@ Does not: change which feature is tested, or what a leaf does; play again.
 
 import re
 from dataclasses import replace
+from numbers import Real
 from types import MappingProxyType
 
 import numpy as np
@@ -40,15 +41,15 @@ def parse_change(text: str, profile: PolicyProfile) -> tuple[AgentPolicy, int, f
 def change_threshold(profile: PolicyProfile, policy: AgentPolicy, node: int, value: float) -> PolicyProfile:
     """The profile with another threshold at a split of one of its trees. InputError for a leaf, or no finite number."""
     tree, where = policy.tree, f"{policy.agent}/{node}"
-    if not 0 <= node < len(tree.feature):
+    if node not in range(len(tree.feature)):
         raise InputError(
-            f"the tree of {policy.agent} has no node {node}", where, f"it has 0 to {len(tree.feature) - 1}"
+            f"the tree of {policy.agent} has no node {node!r}", where, f"it has 0 to {len(tree.feature) - 1}"
         )
     if tree.feature[node] == ir.NO_FEATURE:
         splits = ", ".join(map(str, list(ir.splits(tree))[:20]))
         raise InputError(f"node {node} is a leaf, which tests nothing", where, f"splits are {splits or 'none'}")
-    if not abs(value) <= np.finfo(tree.compared).max:
-        raise InputError(f"{value} is no finite {tree.compared}", where, "give a number")
+    if not isinstance(value, Real) or not abs(value) <= np.finfo(tree.compared).max:
+        raise InputError(f"{value!r} is no finite {tree.compared}", where, "give a number")
     rounded = at_most(value, tree.compared)
     thresholds = tree.threshold.copy()
     before, thresholds[node] = thresholds[node], rounded

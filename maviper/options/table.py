@@ -203,7 +203,7 @@ def speak_python(verb: Verb, table: Mapping[str, Option] = MappingProxyType({}))
         if value.isupper() or value.replace(".", "").isdigit():
             return f"{name}={value}"
         said = option is not None and re.search(rf"\b{re.escape(value)}\b", f"{option.help} {option.choices}")
-        return f'{name}="{value}"' if said else name + found[0][len(flag) + 2 :]
+        return f'{name}="{value}"' if said or not value.isalpha() else name + found[0][len(flag) + 2 :]
 
     @wraps(verb)
     def run(*given: Any, **named: Any) -> Any:

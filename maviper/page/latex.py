@@ -20,7 +20,7 @@ SPECIAL = {each: f"\\{each}" for each in "&%$#_{}"} | {
     "<": r"\(<\)",
     ">": r"\(>\)",
 }
-SIGNS = {"<=": r"\(\le\)", ">=": r"\(\ge\)"}
+SIGNS = {"-": r"\(-\)", "<=": r"\(\le\)", ">=": r"\(\ge\)"}
 STYLE = """for tree={draw, font=\\small, inner sep=3pt, l sep=16pt, s sep=5pt, edge={->}, align=center},
   yes/.style={edge label={node[midway, left, font=\\scriptsize]{yes}}},
   no/.style={edge label={node[midway, right, font=\\scriptsize]{no}}},
@@ -53,4 +53,5 @@ def _draw_tree(agent: Agent) -> str:
 
 def escape(text: str) -> str:
     """A text as LaTeX prints it."""
-    return re.sub(r"<=|>=|[\\~^…&%$#_{}<>]", lambda found: SIGNS.get(found[0]) or SPECIAL[found[0]], text)
+    found = r"<=|>=|(?<!\w)-(?=[.\d])|[\\~^…&%$#_{}<>]"  # a minus before a number, which a hyphen is not
+    return re.sub(found, lambda each: SIGNS.get(each[0]) or SPECIAL[each[0]], text)

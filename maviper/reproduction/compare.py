@@ -127,8 +127,8 @@ def compare_algorithms(
 
 def _say_plan(tasks: Sequence[Task], options: Request, held: int) -> str:
     extractions = sum(task.cell.kind == EXTRACTION for task in tasks)
-    each = f"of up to {options.max_episodes:,} episodes each, measured in {held} more that are the expert's, too"
-    return f"{format_count(extractions, 'extraction')} {each}"
+    each = f"{format_count(extractions, 'extraction')} of up to {options.max_episodes:,} episodes"
+    return f"{each}; each is measured in {held} more, which the expert plays too"
 
 
 # --- experts

@@ -42,9 +42,8 @@ THRESHOLDS = 41  # of a performance profile
 NONE = "-"
 Rows = Sequence[Mapping[str, Any]]
 RULE = (
-    "chosen: of all settings whose ratio lies within one standard error of the highest, the one with",
-    "the fewest leaves; then its team with the highest ratio. A ratio chosen like this is too high:",
-    "expect the setting's mean",
+    "chosen: fewest leaves within one standard error of the highest ratio, then the best of its seeds",
+    "a ratio that is chosen like this is too high: expect the mean of its setting",
 )
 
 
@@ -497,6 +496,6 @@ def _latex(cells: _Cells, rows: Rows) -> str:
         for row in shown:
             numbers = [_shown(row, "value"), _shown(row, "ratio", 2), _shown(row, "iqm", 2)]
             sizes = [f"{row['leaves']:.1f}", f"{row['fidelity']:.2f}", f"{row['episodes']:.0f}"]
-            words = [escape(name_algorithm(row["algorithm"])), str(row["depth"])]
-            lines.append(f"{' & '.join(_with_iqm([*words, *numbers, *sizes], place, rows))} \\\\")
+            words = [name_algorithm(row["algorithm"]), str(row["depth"])]
+            lines.append(f"{' & '.join(map(escape, _with_iqm([*words, *numbers, *sizes], place, rows)))} \\\\")
     return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"

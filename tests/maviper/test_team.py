@@ -140,6 +140,17 @@ def test_a_team_that_nobody_gave_a_world_acts_by_its_own_file(tmp_path):
         alone.act({"b 1": np.zeros(3)})
     with pytest.raises(InputError, match="observes a dictionary"):
         alone.act({"b 1": {"x": 1}})
+    with pytest.raises(InputError, match="observations of 2 agents are a list"):
+        alone.act([0.0, 0.0])
+    with pytest.raises(InputError, match=r'add world="tests.maviper.test_team:counted"'):
+        maviper.evaluate(alone, episodes=1)
+
+
+@pytest.mark.parametrize(("answer", "said"), [(2, "returns action 2"), (6, "action 6"), (np.uint8(0), "action 0")])
+def test_an_experts_wrong_action_is_told_as_the_environment_counts(answer, said):
+    with pytest.raises(InputError, match=said) as error:
+        maviper.extract(lambda agent, rows: np.full(len(rows), answer), world=counted, **SMALL)
+    assert error.value.next_step.startswith("its actions are 3 to 5: ")
 
 
 def test_a_policy_gives_numbers_as_rows():
@@ -262,10 +273,17 @@ def test_errors_of_python_speak_python(profile):
         ),
         (lambda: maviper.verify(profile, maviper.claims.Reaches), "Reaches is a class of claims"),
         (lambda: maviper.extract(doorway.act), "does not say which world it plays"),
+        (lambda: maviper.extract(None, world=doorway.make), "NoneType is not an expert"),
+        (lambda: maviper.compile(5, "c"), "int is no team"),
+        (lambda: maviper.compile(profile, "C"), "unknown target 'C'"),
+        (lambda: maviper.Team.of(profile).with_threshold("agent_0", 0, "0.3"), "'0.3' is no finite float32"),
+        (lambda: maviper.Team.of(profile).with_threshold("agent_0", "0", 0.3), "has no node '0'"),
     ):
         with pytest.raises(InputError, match=words) as error:
             ask()
         assert "--" not in str(error.value)
+    with pytest.raises(UnknownNameError, match="did you mean 'c'"):
+        maviper.compile(profile, "C")
 
 
 def test_who_asks_is_told_of_progress(profile, capsys):

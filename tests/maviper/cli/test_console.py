@@ -72,6 +72,11 @@ def test_a_table_that_is_wider_than_the_terminal_is_a_list(capsys, monkeypatch):
     assert tabulate(table, 2) == whole
     monkeypatch.setenv("COLUMNS", "38")
     assert tabulate(table, 2) == ["good, success", "  subject  0.98 [0.93, 0.99]"]
+    longer = [table[0], *[[*table[1][:3], "1.02"]] * 4]
+    left, right = ["team  measure  subject", *whole[1:] * 4], ["team  measure  ratio", *["good  success  1.02"] * 4]
+    assert tabulate(longer, 2) == [*left, "", *right]
+    assert tabulate(longer, 3)[:2] == ["good, success, 0.98 [0.93, 0.99]", "  ratio  1.02"]  # no column fits
+    monkeypatch.setenv("COLUMNS", "38")
     say("  a line of a result that is longer than the terminal")
     assert capsys.readouterr().out == "  a line of a result that is longer\n      than the terminal\n"
 
