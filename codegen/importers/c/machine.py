@@ -12,6 +12,7 @@ Does not: compute (arithmetic.py), choose functions (source.py), call what the f
 # pycparser's nodes have no declared attributes
 import re
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from pathlib import PurePath
 from typing import Any, TypeAlias
 
@@ -52,8 +53,9 @@ def text_of(node: Any) -> str:
     return escape_text(" ".join(c_generator.CGenerator().visit(node).split()))[:MAX_SHOWN]
 
 
+@lru_cache(maxsize=32)  # a large function is looked at from many sides
 def walk(node: Any) -> list[Any]:
-    """A node and all below it."""
+    """A node and all below it. Who changes the tree clears the cache."""
     nodes = [node]
     for each in nodes:
         nodes += each

@@ -28,8 +28,11 @@ def hoist_statics(parsed: Any) -> dict[str, str]:
         function = parsed.ext[place]
         if not isinstance(function, c_ast.FuncDef):
             continue
+        inner = [each for each in walk(function.body) if isinstance(each, c_ast.Decl)]
+        if not any("static" in each.storage for each in inner):
+            continue
         assigned, moved = collect_assigned(function), list[Any]()
-        declared = [each.name for each in walk(function) if isinstance(each, c_ast.Decl)]
+        declared = [each.name for each in (*inner, *parameters_of(function))]
         for items in _blocks(function.body):
             for each in [one for one in items if isinstance(one, c_ast.Decl) and "static" in one.storage]:
                 if each.name not in assigned or is_const(each) or declared.count(each.name) > 1:
@@ -43,6 +46,7 @@ def hoist_statics(parsed: Any) -> dict[str, str]:
                 moved.append(each)
                 _rename(function.body, each, name)
         parsed.ext[place:place] = moved
+    walk.cache_clear()
     return hoisted
 
 
