@@ -1,5 +1,6 @@
 """Signals of cities: what is proved about them for ever, beside a search of our own through all that can happen."""
 
+import json
 import random
 import subprocess
 import sys
@@ -202,3 +203,20 @@ def test_the_c_of_a_team_drives_sumo(numbers, tmp_path, monkeypatch):
     maviper.compile(maviper.from_file(rules, arrays=numbers), targets=("c", "json")).write(tmp_path / "code")
     found = drive.drive("cologne3", str(tmp_path / "code"), seconds=100)
     assert found["decisions"] > 5 and found["differ"] == 0
+
+
+@pytest.mark.slow
+def test_sumo_shows_the_wait_of_a_tree_without_a_clock_and_its_end_with_one(tmp_path):
+    pytest.importorskip("libsumo", reason="simulates in SUMO")
+    rules, hasty, traffic = tmp_path / "rules.py", tmp_path / "hasty.json", tmp_path / "routes.xml"
+    subprocess.run([sys.executable, PROOFS.parent / "actuated.py", "cologne3", rules], check=True)
+    maviper.from_file(rules, arrays="float32", run=False).save(hasty)
+
+    def waits(team):
+        command = [sys.executable, PROOFS.parent / "routes.py", "cologne3", "signal_0", team, traffic]
+        return json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+
+    assert max(waits(hasty).values()) == 240  # where clocks end
+    written = traffic.read_text()
+    assert MOST_RED / 2 < max(waits(PROOFS / "cologne3.json").values()) <= MOST_RED
+    assert traffic.read_text() == written  # since no traffic keeps anybody waiting there

@@ -43,14 +43,16 @@ Dicts = tuple[dict[str, Any], ...]
 
 
 class Signals(ParallelEnv):
-    """The signals of a network. `own`: they play its own program, fixed in time, whatever agents choose."""
+    """The signals of a network. `own`: they play its own program, fixed in time, whatever agents choose; `routes`: a
+    file of SUMO's with the traffic, in place of the network's.
+    """
 
     metadata: dict[str, Any] = {"name": "signals"}  # noqa: RUF012
     alone = True  # libsumo has one simulation a process
     measures = {name: (name, "last", "lower") for name in ("delay", "waiting", "queue")}  # noqa: RUF012
 
-    def __init__(self, network: str, seconds: int, own: bool) -> None:
-        self.config, folder = network_file(network), mkdtemp()
+    def __init__(self, network: str, seconds: int, own: bool, routes: str) -> None:
+        self.config, folder = ["-c", network_file(network), *(["-r", routes] if routes else [])], mkdtemp()
         finalize(self, rmtree, folder)
         self.trips = f"{folder}/trips.xml"
         self.own, self.max_cycles, self.queues = own, seconds // STEP, list[int]()
@@ -64,7 +66,7 @@ class Signals(ParallelEnv):
     def _start(self, seed: int) -> None:
         trips = ["--tripinfo-output", self.trips, "--tripinfo-output.write-unfinished"]
         options = ["--tripinfo-output.write-undeparted", "--no-step-log", "--no-warnings", "--time-to-teleport", "-1"]
-        libsumo.start(["sumo", "-c", self.config, "--seed", str(seed), *trips, *options])
+        libsumo.start(["sumo", *self.config, "--seed", str(seed), *trips, *options])
 
     @property
     def acting(self) -> list[str]:
@@ -145,6 +147,6 @@ def network_file(network: str) -> str:
     return str(Path(folder, "nets/RESCO", network, f"{network}.sumocfg"))
 
 
-def make(network: str = "cologne3", seconds: int = 3600, own: int = 0) -> Signals:
+def make(network: str = "cologne3", seconds: int = 3600, own: int = 0, routes: str = "") -> Signals:
     """A network of RESCO's, as `maviper worlds check signals:make,network=cologne1` reads it."""
-    return Signals(network, seconds, bool(own))
+    return Signals(network, seconds, bool(own), routes)
