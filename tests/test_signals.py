@@ -190,6 +190,12 @@ def test_each_signal_has_both_certificates():
     assert len(CERTIFICATES) == 2 * 20
 
 
+def test_neighbours_on_one_road_serve_it_together_but_may_both_leave_it():
+    file = PROOFS.parent / "neighbours.toml"
+    done = maviper.verify_file(PROOFS / "cologne3.json", file, region="ranges", observations=True)
+    assert [str(result.verdict) for result in done] == ["PROVED", "PROVED", "VIOLATED"]
+
+
 def test_a_profile_may_have_agents_that_a_world_does_not_state():
     options = VerifyOptions(world=WORLDS / "cologne3-signal_0.toml")
     world = StatedWorld.of(maviper.load(PROOFS / "cologne3.json"), options)
