@@ -187,7 +187,7 @@ def test_committed_certificates_are_accepted(name):
 
 def test_each_signal_has_both_certificates():
     assert sorted(f"{path.stem}-{claim}" for path in WORLDS.glob("*.toml") for claim in (1, 2)) == CERTIFICATES
-    assert len(CERTIFICATES) == 2 * 20
+    assert len(CERTIFICATES) == 2 * 41
 
 
 def test_neighbours_on_one_road_serve_it_together_but_may_both_leave_it():
