@@ -87,6 +87,7 @@ def test_the_demo_runs_from_another_folder(wheel, tmp_path):
     assert done.returncode == 0, done.stderr  # in a clone it is found by name
 
 
+@pytest.mark.timeout(1200)
 def test_pipx_runs_it_from_an_empty_folder(wheel, tmp_path):
     """As `pipx run maviper` does once an index has the name."""
     venv.create(tmp_path / "tools", with_pip=True)
@@ -94,7 +95,7 @@ def test_pipx_runs_it_from_an_empty_folder(wheel, tmp_path):
     pip(python, "install", "pipx", cwd=tmp_path)
     empty = tmp_path / "empty"
     empty.mkdir()
-    pins = f"-c '{ROOT / 'constraints.txt'}'"
+    pins = f"--no-compile -c '{ROOT / 'constraints.txt'}'"
     command = [python, "-m", "pipx", "run", "--spec", wheel, "--pip-args", pins, "maviper", "--version"]
     homes = {name: str(tmp_path / name.lower()) for name in ("PIPX_HOME", "PIPX_BIN_DIR", "XDG_CACHE_HOME")}
     done = subprocess.run(command, cwd=empty, capture_output=True, text=True, check=False, env={**os.environ, **homes})

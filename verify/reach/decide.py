@@ -246,8 +246,10 @@ def decide(question: Question[SystemClaim]) -> ReachOutcome:
 
 
 def decide_control(question: Question[SystemClaim]) -> ReachOutcome:
-    """The same about shuffled leaves, which mostly break a claim at once: episodes are played before all else."""
-    return _search_for(question).break_claim() or decide(question)
+    """The same about shuffled leaves, which mostly break a claim at once: episodes are played before all else, and none
+    is made short, which nobody reads.
+    """
+    return _search_for(question).break_claim(shortly=False) or decide(question)
 
 
 def _search_for(question: Question[SystemClaim]) -> ClaimSearch:
@@ -312,14 +314,14 @@ class ClaimSearch:
         boxes = np.array([parts[at].low for at in some]), np.array([parts[at].high for at in some])
         return self._play(Starts(min(played, self.budgets.samples), boxes))
 
-    def break_claim(self) -> ReachOutcome | None:
+    def break_claim(self, shortly: bool = True) -> ReachOutcome | None:
         """Plays all samples, like `_play`, where there would be no answer: whatever is left of the budget, so that a
         claim that is plainly false is VIOLATED with any.
         """
-        return self._play(Starts(self.budgets.samples), whatever_is_left=True)
+        return self._play(Starts(self.budgets.samples), whatever_is_left=True, shortly=shortly)
 
-    def _play(self, at: Starts, whatever_is_left: bool = False) -> ReachOutcome | None:
-        """VIOLATED where one of so many random episodes breaks the claim."""
+    def _play(self, at: Starts, whatever_is_left: bool = False, shortly: bool = True) -> ReachOutcome | None:
+        """VIOLATED where one of so many random episodes breaks the claim. `shortly`: told with few digits."""
         if not at.episodes:
             return None
         states = at.episodes * (1 + self.claim.steps)
@@ -329,8 +331,9 @@ class ClaimSearch:
         for course in courses(self.profile, self.system, self.claim, at):
             found = replay_course(self.profile, self.system, self.claim, course)
             if found is not None:
-                short = shrink_counterexample(self.profile, self.system, self.claim, found)
-                return ReachOutcome(Verdict.VIOLATED, counterexample=short)
+                if shortly:
+                    found = shrink_counterexample(self.profile, self.system, self.claim, found)
+                return ReachOutcome(Verdict.VIOLATED, counterexample=found)
         return None
 
     # --- for ever, and symbolic states
