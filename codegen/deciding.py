@@ -92,8 +92,8 @@ def compute_operands(policy: AgentPolicy, observation: ir.Floats) -> list[float]
 
 
 def list_decided(policy: AgentPolicy) -> list[str]:
-    """Names what an agent decides: its actions, or the numbers that it gives."""
-    return [each.name for each in policy.outputs or policy.actions]
+    """Names what an agent decides: the actions that it takes, or the numbers that it gives."""
+    return [each.name for each in policy.outputs or policy.actions if not getattr(each, "acts", "")]
 
 
 def shape_decided(policy: AgentPolicy) -> tuple[int, ...]:

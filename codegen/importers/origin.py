@@ -203,8 +203,11 @@ def _remembering(agent: str, named: _Named, specs: Sequence[ir.FeatureSpec], num
     )
     grown, width = origin.grown, len(specs)
     feature = np.where(grown.feature >= MEMORY, grown.feature - MEMORY + width, grown.feature)
-    tree = deploy_tree(replace(grown, feature=feature), numbers)
-    return ir.AgentPolicy(agent, TEAM, (*specs, *kept), (*plain, *changed), tree)
+    grown = replace(grown, feature=feature)
+    features, actions = (*specs, *kept), (*plain, *changed)
+    return ir.AgentPolicy(
+        agent, TEAM, features, actions, deploy_tree(grown, numbers), grown if numbers == FLOAT32 else None
+    )
 
 
 def _tree_of(agent: str, origin: Origin, n_features: int, numbers: str) -> ir.Tree:

@@ -183,7 +183,7 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     size = ", ".join(
         [
             format_count(leaves, "leaf"),
-            format_count(len(policy.features), "feature"),
+            format_count(len(policy.features) - len(policy.memory), "feature"),
             format_count(len(list_decided(policy)), kind_decided(policy).removesuffix("s")),
             policy.numbers,
             *([f"sums {facts[sums]}"] if (sums := f"{policy.agent} sums") in facts else []),
@@ -197,6 +197,9 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
         console.line("compared", f"none, {by}")
     for kind in ("features", kind_decided(policy)):
         console.line(kind, str(facts[f"{policy.agent} {kind}"]))
+    if policy.memory:
+        spelled = (f"{each.name} {each.low:g} to {each.high:g}, {each.initial} first" for each in policy.memory)
+        console.line("remembers", "; ".join(spelled))
     if f"{policy.agent} notes" in facts:
         console.line("notes", str(facts[f"{policy.agent} notes"]))
     if policy.seen:

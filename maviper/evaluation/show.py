@@ -46,11 +46,21 @@ def rules(policy: ir.AgentPolicy) -> Iterator[str]:
     while stack:
         node, low, high = stack.pop()
         if tree.feature[node] == ir.NO_FEATURE:
+            for place in range(len(policy.features) - len(policy.memory), len(policy.features)):
+                low[place], high[place] = _whole_ends(low[place], high[place])
             does = describe_leaf(policy, node)
             yield f"{_condition(tested, low, high)} -> {does}  (leaf {node}{_visits(tree, node)})"
             continue
         left, right = split_corners(low, high, int(tree.feature[node]), tree.threshold[node])
         stack += [(int(tree.right[node]), *right), (int(tree.left[node]), *left)]
+
+
+def _whole_ends(low: np.floating, high: np.floating) -> tuple[np.floating, np.floating]:
+    """The same whole numbers as above `low` and at most `high`, spelled by themselves: `1 <= x`, `x == 1`."""
+    most = np.floor(high)
+    if np.floor(low) + 1 == most:
+        return neighbour(most, -np.inf, most.dtype.name), most
+    return neighbour(np.floor(low) + 1, -np.inf, low.dtype.name) if np.isfinite(low) else low, most
 
 
 def bounds(policy: ir.AgentPolicy) -> Iterator[str]:

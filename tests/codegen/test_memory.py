@@ -106,7 +106,7 @@ def test_a_profile_with_memory_has_a_schema_of_its_own() -> None:
 def test_rules_say_what_is_remembered() -> None:
     told = Team.of(make_heater()).to_text()
     assert "remembers on, 0 to 1, 0 after a reset" in told
-    assert "if t <= 19 and on <= 0.5 -> heat, on := 1, count := 0  (leaf 2)" in told
+    assert "if t <= 19 and on <= 0 -> heat, on := 1, count := 0  (leaf 2)" in told
     assert "-> heat, count += 1" in told
 
 

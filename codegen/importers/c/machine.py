@@ -220,7 +220,7 @@ class Machine:
             if target is None:
                 raise self.make_error(f"the name {escape_text(node.name)} is not known", "define it in the file")
             if node.name in self.changing and self.scopes[0].get(node.name) is target:
-                if target.place.base == node.name:
+                if isinstance(target, Object) and target.place.base == node.name:
                     return target  # which is remembered, and an input
                 self.at(node)
                 raise RemembersError(node.name)

@@ -245,7 +245,9 @@ class _Follower(Machine):
                 target = given.target if isinstance(given, Reference) else given
                 parts = dict.fromkeys(list_parts(target, self.function.decl.name, self.functions))
             else:
-                before, target = self.scopes[0][name], Object(Place(name), self.scopes[0][name].type)
+                before = self.scopes[0][name]
+                assert isinstance(before, Object), "a variable"
+                target = Object(Place(name), before.type)
                 parts = dict(zip(target.parts(), map(self.constants.get, _places(before)), strict=True))
                 self.scopes[0][name] = target
             for part, value in parts.items():

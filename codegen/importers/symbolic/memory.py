@@ -86,11 +86,8 @@ class Memories:
             raise InputError(what, self._where, FINITE)
         first = _whole(value, low, self._where)
         told = [_whole(value, at, self._where) for at in range(low, high + 1)]
-        alike = [
-            next((k for k, each in enumerate(told) if each != wanted(k)), len(told)) - 1
-            for wanted in (lambda _: first, lambda k: first + k)
-        ]
-        return low + max(alike)
+        turns = (next((k for k, each in enumerate(told) if each != first + k * added), len(told)) for added in (0, 1))
+        return low + max(turns) - 1
 
     def widen(self) -> bool:
         """Makes ranges that paths have left wider, and those that are too wide narrower; False: all are as they were
