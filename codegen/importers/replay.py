@@ -252,7 +252,7 @@ def with_sequences(policy: AgentPolicy, rows: Floats, *, walks: bool) -> tuple[F
     """
     observed, rows = len(policy.features) - len(policy.memory), rows.copy()
     for place, each in enumerate(policy.memory, observed):
-        rows[:, place] = np.nan_to_num(rows[:, place]).clip(each.low, each.high)
+        rows[:, place] = np.rint(np.nan_to_num(rows[:, place]).clip(each.low, each.high))
     known = rows[:, observed:].astype(np.int64)
     if not walks:
         return rows, known

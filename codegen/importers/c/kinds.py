@@ -23,6 +23,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.symbolic.feature import Feature, Step
+from codegen.importers.symbolic.memory import RemembersError
 
 
 @dataclass(frozen=True, eq=False)
@@ -307,10 +308,6 @@ Value: TypeAlias = Number | Symbol | Condition | Text | Reference | Object | Non
 
 
 # --- what a function observes: its parameters, as the numbers of an observation
-
-
-class RemembersError(Exception):
-    """The decision reads what an earlier one may have set: the variable or parameter of that name."""
 
 
 @dataclass

@@ -31,12 +31,12 @@ from codegen.importers.c.kinds import (
     Pointer,
     Record,
     Reference,
-    RemembersError,
     Text,
     Type,
     Value,
 )
 from codegen.importers.symbolic.feature import SIGNS
+from codegen.importers.symbolic.memory import RemembersError
 from codegen.importers.symbolic.paths import MAX_CALLS, STATE_ADVICE, Growth
 
 ADVICE = "give functions of ifs, comparisons with numbers, and returns"

@@ -8,7 +8,6 @@ Does not: follow a decision (source.py).
 
 # pyright: basic
 # pycparser's nodes have no declared attributes
-import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -16,8 +15,6 @@ from pycparser import c_ast
 
 from codegen.importers.c.kinds import Kind, Object
 from codegen.importers.c.machine import collect_assigned, is_const, parameters_of, walk
-
-RESETS = re.compile(r"(?:\w*_)?(?:init|reset|clear)(?:_\w*)?|(?:init|reset)[A-Z]\w*|\w*(?:Init|Reset)(?:[A-Z_]\w*)?")
 
 
 def hoist_statics(parsed: Any) -> dict[str, str]:

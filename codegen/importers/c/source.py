@@ -32,17 +32,16 @@ from codegen.importers.c.kinds import (
     Place,
     Record,
     Reference,
-    RemembersError,
     Symbol,
     Type,
     Value,
 )
 from codegen.importers.c.machine import ADVICE, Machine, collect_assigned, is_const, items_of, parameters_of, walk
-from codegen.importers.c.memory import RESETS, hoist_statics, list_parts, list_setters
+from codegen.importers.c.memory import hoist_statics, list_parts, list_setters
 from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.reading import MEMORY, NOTHING, Kept, Origin, Remembered, Said
 from codegen.importers.symbolic.feature import Feature
-from codegen.importers.symbolic.memory import FINITE, Memories, Memory, follow_ranges
+from codegen.importers.symbolic.memory import FINITE, RESETS, Memories, Memory, RemembersError, follow_ranges
 from codegen.importers.symbolic.paths import OUTSIDE, STATE_ADVICE, Described, Growth, origin_of
 from codegen.ir import Update
 from codegen.memory import MAX_VALUE

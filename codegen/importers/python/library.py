@@ -188,12 +188,13 @@ class Inputs:
     places: dict[tuple[int | str, ...], int] = field(default_factory=dict[tuple[int | str, ...], int])
     inner: type | None = None  # int or str: what the numbers of a sole parameter are looked up by
     n_read: int = 0  # numbers up to the last one that is looked at
+    first: int = 0  # inputs before them: what is remembered
 
     def number(self, part: Part) -> int:
         """The place of a part that is used as a number."""
         if len(part.path) == 1 and self.inner:
             raise Refused(f"{text_of_path(part.path)} is used as a number and as a list of numbers", ONE)
-        return self.places.setdefault(part.path, len(self.places))
+        return self.first + self.places.setdefault(part.path, len(self.places))
 
     def count_names(self, names: Sequence[str]) -> None:
         """Takes the number of names for that of features, and the names for theirs if there is one for each."""

@@ -15,7 +15,9 @@ Everything is counted: a file that does not end is refused.
 import ast
 import copy
 import enum
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from inspect import Parameter, Signature
 from typing import Any, NamedTuple
 
@@ -52,7 +54,8 @@ from codegen.importers.python.library import (
     words_of,
 )
 from codegen.importers.reading import FLOATS
-from codegen.importers.symbolic.feature import Feature, Sums, Test, is_whole
+from codegen.importers.symbolic.feature import Feature, Step, Sums, Test, is_whole
+from codegen.importers.symbolic.memory import MAX_MEMBERS, RemembersError
 from codegen.importers.symbolic.paths import MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE, Growth
 
 MAX_SHOWN = 60
@@ -85,6 +88,31 @@ class End(NamedTuple):
     value: Any = None
 
 
+COUNTED = Step("whole number", lambda v: int(v) if math.isfinite(v) else v)
+UNSET: Any = object()
+
+
+@dataclass
+class Slot:
+    """What an attribute remembers: the number of its input, and its values, in the order in which they were met; None:
+    whole numbers.
+    """
+
+    at: int
+    values: list[Any] | None
+
+    def place(self, value: Any) -> int:
+        """The place of a value, which may be new."""
+        assert self.values is not None
+        for place, each in enumerate(self.values):
+            if type(each) is type(value) and each == value:
+                return place
+        if len(self.values) > MAX_MEMBERS:
+            raise Refused("what is remembered takes too many values", STATE_ADVICE)
+        self.values.append(value)
+        return len(self.values) - 1
+
+
 class Machine:
     """The state of a reader: of the file itself while `paths` is None, then of one path of a function."""
 
@@ -106,6 +134,9 @@ class Machine:
         self.called: dict[Any, str] = {}  # what returned members are called
         self.notes: dict[str, None] = {}  # what was skipped, in words
         self.made: set[Class] = set()  # classes of which the file makes objects
+        self.owner: Any = None  # the object whose method decides
+        self.slots: dict[str, Slot] = {}  # what it remembers, by attribute
+        self.held: dict[str, Any] = {}  # what this path has made of these
 
     # --- errors and limits
 
@@ -523,8 +554,12 @@ class Machine:
     def _attribute_of(self, value: Instance | Class, name: str) -> Any:
         kind, made = (value, None) if isinstance(value, Class) else (value.kind, value)
         member = kind.members.get(name)
+        if self.paths is not None and made is not None and made is self.owner and name in self.slots:
+            return self.recall(name)
         lasting = self.paths is not None and made is not None and id(value) not in self.fresh
         if lasting and not isinstance(member, Function) and self.kept.get(name, set()) - self.ran:
+            if made is self.owner:
+                raise RemembersError(name)
             raise Refused(f"'{escape_text(name)}' is remembered between calls: a function sets it", STATE_ADVICE)
         if made is not None and name in made.attributes:
             return made.attributes[name]
@@ -536,6 +571,34 @@ class Machine:
         if member.kind == "property" and first:
             return self.apply(member, first, {})
         return Bound(f"{name}()", lambda m, given, named: m.call(member, [*first, *given], named))
+
+    def recall(self, name: str) -> Any:
+        """What an attribute that is remembered holds: one of the values that it may have, or a number to count with."""
+        slot = self.slots[name]
+        if name not in self.held:
+            if slot.values is None:
+                return Feature(slot.at, (COUNTED,))
+            assert self.paths is not None
+            low, high = self.paths.whole_ends(slot.at)
+            while low < high:
+                middle = (low + high) // 2
+                low, high = (low, middle) if self.holds(Test(Feature(slot.at), "<=", middle)) else (middle + 1, high)
+            self.held[name] = slot.values[low]
+        return self.held[name]
+
+    def settle(self, name: str) -> Feature | int | None:
+        """What this path has made of an attribute; None: it is kept."""
+        slot, value = self.slots[name], self.held.get(name, UNSET)
+        if value is UNSET:
+            return None
+        value = self.truth(value) if isinstance(value, CONDITIONS) else self.plain(value)
+        if isinstance(value, Feature) and not (slot.values is None and value.place == slot.at):
+            value = self.whole(value)
+        if slot.values is None and (isinstance(value, Feature) or type(value) is int):
+            return value
+        if not isinstance(value, bool | int | str | enum.Enum | None) or slot.values is None:
+            raise Refused(f"'{escape_text(name)}' is set to {words_of(value)}, and remembered", STATE_ADVICE)
+        return slot.place(value)
 
     def _call_method(self, value: Any, name: str, given: list[Any], named: dict[str, Any]) -> Any:
         """Calls a method of a list or a dictionary."""
@@ -642,6 +705,11 @@ class Machine:
             if not isinstance(owner, Instance) or isinstance(owner.kind.members.get(target.attr), Function):
                 what = f"{text_of(target)} is no plain attribute of an object"
                 raise Refused(what, "set attributes of self in __init__")
+            if self.paths is not None and owner is self.owner and id(owner) not in self.fresh:
+                if target.attr not in self.slots:
+                    raise RemembersError(target.attr)
+                self.held[target.attr] = value
+                return
             self.ensure_fresh(owner).attributes[target.attr] = value
         elif isinstance(target, ast.Subscript) and not isinstance(target.slice, ast.Slice):
             owner, key = self.eval(target.value, scope), self.eval(target.slice, scope)

@@ -22,10 +22,10 @@ import enum
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from inspect import Parameter
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -46,16 +46,20 @@ from codegen.importers.python.library import (
 from codegen.importers.python.machine import (
     ARRAYS_ADVICE,
     FAILURES,
+    UNSET,
     Machine,
+    Slot,
     bind_arguments,
     link_statements,
     text_of,
     walk_nodes,
 )
-from codegen.importers.reading import FLOATS, MAX_FEATURES, NOTHING, Origin, Said
+from codegen.importers.reading import FLOATS, MAX_FEATURES, MEMORY, NOTHING, Kept, Origin, Remembered, Said
 from codegen.importers.running.asking import PYTHON, Called, ensure_gated, run_source
 from codegen.importers.symbolic.feature import IN_ORDER, NO_SUM, Affine, Feature, Given, Sums
+from codegen.importers.symbolic.memory import MAX_MEMBERS, RESETS, Memories, Memory, RemembersError
 from codegen.importers.symbolic.paths import STATE_ADVICE, Described, Growth, Value, origin_of, rounds
+from codegen.memory import MAX_VALUE
 from codegen.process import silence_warnings
 
 KIND = "if/else Python"
@@ -270,17 +274,24 @@ def _names(file: File, decider: Decider) -> set[str]:
 
 def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -> Origin:
     """The origin of a function. InputError also for sums whose arithmetic nobody states."""
-    width = len(said.features)
-    while True:  # again, where a later line says how many features there are
-        follower = _Follower(file, decider, said)
+    width, kept = len(said.features), _Kept()
+    while True:  # again, where a later line says how many features there are, or a path sets what is remembered
+        follower = _Follower(file, decider, said, kept)
         m = follower.machine
         m.inputs.width = width
         try:
-            origin = origin_of(follower.run, m.where, follower.describe_program, m.kind or FLOAT64, m.sums)
+            origin = origin_of(
+                follower.run, m.where, follower.describe_program, m.kind or FLOAT64, m.sums, kept.list_ranges()
+            )
+            if kept.memories.widen():
+                continue
             if not said.arrays and rounds(origin):
                 what = "sums of features are computed, and their roundings depend on the numbers that are given"
                 raise InputError(what, f"{m.where}, line {m.sums.line}", ARRAYS_ADVICE)
             return follower.ask_python(origin, source)
+        except RemembersError as found:
+            kept.names.append(str(found))
+            kept.begin(follower, file)
         except InputError as error:
             if m.inputs.width != width:
                 width = m.inputs.width
@@ -289,23 +300,59 @@ def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -
             raise InputError(error.what, error.where, f"{error.next_step}{more}") from None
 
 
+@dataclass
+class _Kept:
+    """What a decision remembers, as far as it is known: attributes of its object, and their ranges."""
+
+    names: list[str] = field(default_factory=list[str])
+    slots: dict[str, Slot] = field(default_factory=dict[str, Slot])
+    memories: Memories = field(default_factory=lambda: Memories((), ""))
+
+    def list_ranges(self) -> list[tuple[int, int]]:
+        """Least and most of each."""
+        return [(each.low, each.high) for each in self.memories.known]
+
+    def begin(self, follower: "_Follower", file: File) -> None:
+        """Starts again with what the object holds now. InputError for what other functions set, too."""
+        m, known = follower.machine, list[Memory]()
+        own = follower.collect_called()
+        for at, name in enumerate(self.names):
+            others = [each for each in m.kept.get(name, set()) - m.ran if each not in own]
+            for each in others:
+                called = getattr(each, "name", "")
+                if not RESETS.fullmatch(called):
+                    what = f"{escape_text(name)!r} is remembered, and {escape_text(called)} sets it, too"
+                    raise m.make_error(each, Refused(what, "have the method that decides set it alone"))
+            value = m.owner.attributes.get(name, m.owner.kind.members.get(name, UNSET))
+            if not isinstance(value, bool | int | str | enum.Enum | None):
+                what = f"what is remembered is no whole number, text, bool or member: {escape_text(name)}"
+                raise InputError(what, m.where, STATE_ADVICE)
+            counted = type(value) is int
+            self.slots[name] = Slot(at, None if counted else [value])
+            ends = (-MAX_VALUE, MAX_VALUE) if counted else (0, MAX_MEMBERS)
+            known.append(Memory(name, value if counted else 0, ends))
+        self.memories = Memories(known, m.where)
+
+
 class _Follower:
     """Follows one function along the paths that it is handed."""
 
-    def __init__(self, file: File, decider: Decider, said: Said) -> None:
+    def __init__(self, file: File, decider: Decider, said: Said, kept: _Kept) -> None:
+        self.kept = kept
         self.file, self.decider, self.said, self.simple = file, decider, said, file.is_simple()
         self.function = decider.function
         self.members = dict[Any, enum.Enum | None]()  # by labels: what is returned for each; None: numbers are given
         self.machine = m = copy.copy(file.machine)
         m.where = f"{m.where}, function {escape_text(decider.name)}"
         self.first = [self._object(m, each) for each in decider.first]
+        m.owner, m.slots = (self.first or [None])[0], kept.slots
         takes = [*self.function.signature.parameters.values()]
         has_default = [each.name for each in takes if each.default is not Parameter.empty]
         self.defaults = {*has_default} - {*said.features}
         self.keywords = [each.name for each in takes if each.kind is Parameter.KEYWORD_ONLY]
         self.places = [each.name for each in takes if each.name not in self.keywords][len(self.first) :]
         given = [name for name in (*self.places, *self.keywords) if name not in self.defaults]
-        m.sums, m.inputs = Sums(m.kind or FLOAT64), Inputs(tuple(given))
+        m.sums, m.inputs = Sums(m.kind or FLOAT64), Inputs(tuple(given), first=len(kept.slots))
         m.notes, m.called, m.finite = dict(m.notes), {}, False
         arguments = self.function.node.args
         for each in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs):
@@ -332,7 +379,7 @@ class _Follower:
     def run(self, paths: Growth, state: Any) -> Value:
         """Runs the function on the present path, and returns its value."""
         m, function = self.machine, self.function
-        m.paths, m.fresh, m.depth = paths, {}, 0
+        m.paths, m.fresh, m.held, m.depth = paths, {}, {}, 0
         if state is None:
             m.ensure_named(function)
             named = {name: Part((name,)) for name in m.inputs.parameters}
@@ -343,7 +390,10 @@ class _Follower:
         rest, names = state
         try:
             end = m.follow(rest, Scope(dict(names), function.scope, function.local), marks=self.simple)
-            return self._label(end.value if end else None)
+            label = self._label(end.value if end else None)
+            if not m.slots:
+                return label
+            return cast(Any, Kept(label, self.kept.memories.settle(paths, [m.settle(each) for each in m.slots])))
         except FAILURES as error:
             raise m.make_error(None, error) from None
 
@@ -423,6 +473,10 @@ class _Follower:
         texts = [each for each in self.file.nodes[ast.Constant] if isinstance(each.value, str)]
         for each in sorted(self.defaults):
             m.notes[f"{escape_text(each)} is what its default says, unless --features names it"] = None
+        for name, slot in m.slots.items():
+            spelled = [f"{at} for {escape_text(_spell(each)[1])}" for at, each in enumerate(slot.values or ())]
+            if spelled:
+                m.notes[f"{escape_text(name)} is {', '.join(spelled)}"] = None
         plain = Described(
             kind=KIND,
             replayed_by=PYTHON,
@@ -435,7 +489,19 @@ class _Follower:
         )
         described = m.inputs.describe_inputs(plain)
         self.shapes = m.inputs.shape_parameters(described)
-        return described
+        memory = tuple(Remembered(each.name, each.low, each.high, each.initial) for each in self.kept.memories.known)
+        return replace(described, places=[*range(MEMORY, MEMORY + len(memory)), *described.places], memory=memory)
+
+    def collect_called(self) -> set[ast.AST]:
+        """The methods that the decision may call, itself among them."""
+        methods = {each.name: each.node for each in self.first[0].kind.members.values() if isinstance(each, Function)}
+        called, open_ = set[ast.AST](), [self.function.node]
+        while open_:
+            node = open_.pop()
+            if node not in called:
+                called.add(node)
+                open_ += [methods[each.attr] for each in self.file.inside(node, ast.Attribute) if each.attr in methods]
+        return called
 
     def ask_python(self, origin: Origin, source: str) -> Origin:
         """The origin that Python itself answers for, unless nothing is to be run. InputError where the gate refuses."""
@@ -452,6 +518,7 @@ class _Follower:
             named=shapes,
             forms=FORMS[self.said.arrays],
             scores=self.said.scores,
+            kept=[(name, each.values and [*map(_spell, each.values)]) for name, each in m.slots.items()],
         )
         if self.said.run:  # the process has its own gate
             return replace(origin, second=partial(run_source, called, origin))
@@ -490,6 +557,11 @@ class _Follower:
             if type(held) in (int, float) and floats.get(held) is isinstance(held, float):
                 names.setdefault(held, name)
         return names
+
+
+def _spell(value: Any) -> tuple[str, Any]:
+    """A value that is remembered, for the process: a member by its class and name."""
+    return (type(value).__name__, value.name) if isinstance(value, enum.Enum) else ("", value)
 
 
 def _in_order(nodes: Iterable[Any]) -> list[Any]:

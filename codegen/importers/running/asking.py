@@ -52,6 +52,7 @@ class Called:
     named: Mapping[str, Any] = field(default_factory=dict[str, Any])  # ... and by name
     forms: Sequence[str] = ("floats",)  # "floats", "float64", "float32"
     scores: bool = False  # whether a list that is returned holds a score for each action
+    kept: Sequence[tuple[str, Any]] = ()  # attributes that are remembered, with their values; None: whole numbers
 
 
 @contextmanager
@@ -120,6 +121,10 @@ class _Answer:
 
 def _read_answer(said: Any, called: Called, origin: Origin) -> _Answer:
     """An answer of the process, as this origin's."""
+    if called.kept and isinstance(said, list):
+        inner = _read_answer(said[0], replace(called, kept=()), origin)
+        known = isinstance(inner.value, int) and None not in said[1:]
+        return replace(inner, value=(inner.value, *said[1:]) if known else None, text=f"{inner.text}, then {said[1:]}")
     if isinstance(said, dict) and "raised" in said:
         text = f"raises {said['raised']}: {escape_text(said['said'])}"
         return _Answer(None, text[:200], said["raised"])
@@ -178,6 +183,9 @@ def _combine_answers(answers: Sequence[_Answer], places: Any, origin: Origin) ->
     if origin.vectors:
         none = (float("nan"),) * len(origin.vectors[0])
         told: Any = np.array([none if each.value is None else each.value for each in answers])[places]
+    elif origin.memory:
+        none = (-1,) * (1 + len(origin.memory))
+        told = np.array([none if each.value is None else each.value for each in answers], np.int64)[places]
     else:
         told = np.array([-1 if each.value is None else each.value for each in answers], np.int32)[places]
     return Answers(told, asked, known, lambda place: texts[places[place]])

@@ -206,6 +206,7 @@ def ask_rows(entry: Any, asked: dict[str, Any], rows: Any) -> tuple[list[Any], l
         return entry(*[make_value(each, row) for each in given], **parts)
 
     call = entry if given == ["row"] and not named else call_entry
+    call = keep_calls(call, entry.__self__, asked) if asked["kept"] else call
     for row in rows:
         try:
             answers.append(call(row))
@@ -218,10 +219,33 @@ def ask_rows(entry: Any, asked: dict[str, Any], rows: Any) -> tuple[list[Any], l
     return [encode_answer(each) if plain else json.loads(each) for each in places], [places[each] for each in texts]
 
 
+def keep_calls(call: Any, owner: Any, asked: dict[str, Any]) -> Any:
+    """A call that sets what is remembered, where the row has it, and answers with what is remembered then."""
+    names, count = [name for name, _ in asked["kept"]], len(asked["kept"])
+    values = [listed and [asked["find"](each) for each in listed] for _, listed in asked["kept"]]
+
+    def read(name: str, listed: Any) -> Any:
+        value = getattr(owner, name)
+        value = value.item() if type(value).__module__ == "numpy" and value.ndim == 0 else value
+        if listed is None:
+            return value if type(value) is int else None
+        return next((at for at, each in enumerate(listed) if type(each) is type(value) and each == value), None)
+
+    def call_kept(row: Any) -> Any:
+        for name, listed, given in zip(names, values, row[-count:], strict=True):
+            if given == given:
+                setattr(owner, name, int(given) if listed is None else listed[int(given)])
+        return [call(row[:-count]), *map(read, names, values)]
+
+    return call_kept
+
+
 def answer_form(entry: Any, asked: dict[str, Any], form: str, content: bytes) -> tuple[list[Any], list[int]]:
     """The answers to observations as lists of Python's floats, or as arrays."""
     import numpy as np
 
+    for name, value in asked["begun"]:
+        setattr(entry.__self__, name, value)
     matrix = np.frombuffer(content, np.float64).reshape(asked["rows"], asked["width"])
     if form == "floats":
         parts = (matrix[at : at + SOME].tolist() for at in range(0, len(matrix), SOME))  # all at once would be large
@@ -264,6 +288,9 @@ def main() -> None:
     gc.freeze()
     gc.enable()
     asked |= json.loads(read.readline())
+    begun = [(name, getattr(entry.__self__, name)) for name, _ in asked["kept"]]
+    asked["begun"] = begun
+    asked["find"] = lambda each: getattr(space[each[0]], each[1]) if each[0] else each[1]
     content = read.read(8 * asked["rows"] * asked["width"])
     return say([answer_form(entry, asked, form, content) for form in asked["forms"]])
 

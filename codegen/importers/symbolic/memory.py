@@ -7,6 +7,7 @@ Assumes: the first inputs of the program are its memories.
 Does not: know a language, or read what a memory begins with.
 """
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -20,7 +21,14 @@ from codegen.memory import MAX_VALUE
 WIDER = (16, 256, 4_096, 1 << 16, MAX_VALUE)  # by how much a range grows that is added to
 MAX_RUNS, MAX_MEMORIES, MAX_ASKED = 300, 16, 4_096
 FINITE = "stop it at a constant, such as if (n < 100) n++, and set it to whole numbers only"
+# functions that make it as it begins
+RESETS = re.compile(r"(?:\w*_)?(?:init|reset|clear)(?:_\w*)?|(?:init|reset)[A-Z]\w*|\w*(?:Init|Reset)(?:[A-Z_]\w*)?")
+MAX_MEMBERS = 63  # the last place of values that are listed
 Followed = TypeVar("Followed")
+
+
+class RemembersError(Exception):
+    """The decision reads or sets what outlives it: what has that name in the source."""
 
 
 @dataclass
