@@ -94,7 +94,7 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
             agent.names.act,
             KINDS[policy.numbers],
             len(policy.features),
-            _collect_features(policy.tree),
+            tuple(np.unique(policy.tree.feature[policy.tree.feature != ir.NO_FEATURE]).tolist()),
             table_of(policy.tree),
         )
         for policy, agent in zip(profile.agents, model.agents, strict=True)
@@ -115,11 +115,6 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
 def frama_c(source: str, functions: Iterable[str]) -> tuple[str, ...]:
     """The command that proves the contracts of a file. Floats are IEEE 754's, with NaN and infinities."""
     return ("frama-c", *OPTIONS, "-wp-fct", ",".join(functions), source)
-
-
-def _collect_features(tree: ir.Tree) -> tuple[int, ...]:
-    """The features that a tree tests, each once."""
-    return tuple(np.unique(tree.feature[tree.feature != ir.NO_FEATURE]).tolist())
 
 
 def table_of(tree: ir.Tree) -> tuple[Leaf, ...]:

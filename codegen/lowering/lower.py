@@ -174,7 +174,7 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         actions=actions,
         nodes=nodes,
         lines=tuple(_lines(nodes)) if nodes else (),
-        tables=_tables(policy, nodes, comparisons) if nodes else _no_tables(policy),
+        tables=_tables(policy, nodes, comparisons) if nodes else Tables(True, 0, (), (), (), (), *_types(policy, 0)),
         used=tuple(feature for feature in features if feature.index in tested),
         repeated=frozenset(index for index, count in tested.items() if count > 1),
         comparisons=comparisons,
@@ -260,11 +260,6 @@ def _types(policy: ir.AgentPolicy, n_nodes: int) -> tuple[str, str, str, str]:
         choose_unsigned(n_nodes),
         choose_unsigned(len(policy.actions)),
     )
-
-
-def _no_tables(policy: ir.AgentPolicy) -> Tables:
-    """Of trees with sums, which no table holds."""
-    return Tables(True, 0, (), (), (), (), *_types(policy, 0))
 
 
 def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tables:

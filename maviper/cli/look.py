@@ -1,8 +1,8 @@
-"""The commands show, play, evaluate, exploit and worlds.
+"""The commands show, play, evaluate, compare and worlds.
 
 Does: prints the trees of a profile as rules or as a picture, writes the page that plays it, opens that page; has a
-  profile, an expert or a mix measured in play; has a team's opponents answer its frozen policies; prints what worlds
-  there are, what is in one, and whether one can be used; writes a world file to start from.
+  profile, an expert or a mix measured in play, a frozen team answered by its opponents, and algorithms compared; prints
+  what worlds there are, what is in one, and whether one can be used; writes a world file to start from.
 Assumes: `maviper.evaluation` measures and writes the rules, `maviper.page` page and picture; `maviper.worlds` knows the
   worlds.
 Does not: decide, train, refine, play or count.
@@ -10,15 +10,15 @@ Does not: decide, train, refine, play or count.
 
 from collections.abc import Collection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Unpack, cast
 
 import click
 from click.core import ParameterSource
 
 from codegen.errors import ExitCode
 from codegen.wording import format_count
-from maviper.cli.options import PATH, PROFILE, SETTING, Verb, Verbs, option, options_of, say_json
-from maviper.options import EvaluateOptions, ExploitOptions, table_of
+from maviper.cli.options import PATH, PROFILE, SETTING, Verb, Verbs, option, options_of, output, say_json
+from maviper.options import CompareOptions, EvaluateOptions, ExploitOptions, table_of
 from maviper.options.verbs import ANSWERS
 
 if TYPE_CHECKING:
@@ -270,6 +270,32 @@ def _exploit(console: "Console", subject: str, team: str, options: ExploitOption
     exploitability = exploit_team(subject, team, console, **options)
     console.give(exploitability.document(), lines(exploitability))
     return ExitCode.DONE
+
+
+@click.command(
+    cls=Verb,
+    example="maviper compare cooperative-navigation --max-episodes 400 -o compared\n"
+    "maviper compare mygame:act --world mygame:make --depths 2,3 -o mine",
+)
+@click.argument("expert")
+@options_of(CompareOptions)
+@output("The folder of the comparison.")
+def compare(console: "Console", expert: str, output: Path, **options: Unpack[CompareOptions]) -> int:
+    """Compare algorithms and depths on an expert, over seeds.
+
+    EXPERT is named as for `maviper extract`. Each algorithm is given the same number of episodes at every depth and
+    seed, and its trees are measured in held-out episodes that the expert plays, too. The output has means with 95 %
+    intervals, ratios to the expert, leaves, fidelity, episodes, CPU time, and verdicts on differences.
+
+    The folder gets this table as CSV and LaTeX, a figure and the best trees. An interrupted call goes on when it is
+    repeated, and several calls may work on one folder at the same time.
+    """
+    console.line("comparing", expert)
+    from maviper.reproduction.compare import compare_algorithms, request
+
+    found = compare_algorithms(expert, output, request(options), console)
+    console.give(found.document, found.lines)
+    return found.code
 
 
 @click.group(cls=Verbs, example="maviper worlds list")

@@ -8,8 +8,7 @@ Does not: turn exceptions into exit codes (exits.py) or lay out help texts (opti
 import click
 
 from maviper.cli import exits
-from maviper.cli.compare import compare
-from maviper.cli.look import evaluate, play, show, worlds
+from maviper.cli.look import compare, evaluate, play, show, worlds
 from maviper.cli.make import compile_verb, edit, extract, import_verb, train
 from maviper.cli.options import Verbs
 from maviper.cli.prove import check, diff, repair, replay

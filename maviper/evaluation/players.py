@@ -63,7 +63,7 @@ def find_player(text: Any, where: str, world: World | None) -> tuple[Player, Wor
             raise InputError(f"'{text}' does not say which world", where, "name it: --world physical-deception")
         return Player(text, text, "", build_script(world) if text == SCRIPTED else Uniform(world)), world
     if text.endswith(".json") and not is_file(text):
-        return _profile(text, where, world)
+        return _seat(load(text, sums=True), text, where, world)
     if _holds_json(Path(text)):
         raise InputError(
             "a JSON file, not an expert's file", f"{where}: {text}", "if it is a profile, let its name end in .json"
@@ -95,10 +95,6 @@ def _holds_json(path: Path) -> bool:
             with path.open("rb") as file:
                 return file.read(1) == b"{"
     return False
-
-
-def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]:
-    return _seat(load(text, sums=True), text, where, world)
 
 
 def _seat(profile: ir.PolicyProfile, text: str, where: str, world: World | None) -> tuple[Player, World]:

@@ -117,7 +117,9 @@ def settings(world: World, request: Request, kind: type) -> Any:
     """The recipe's settings with the user's on top. UnknownNameError for a name, InputError for a value."""
     chosen = dict(PAPER_MADDPG) if request.recipe == PAPER else {}
     if request.recipe == CLONE:
-        chosen = _find_clone_recipe(world)
+        if world.spec.name not in CLONED:
+            raise InputError("there is no script to clone for this world", world.name, "leave --recipe out")
+        chosen = CLONED[world.spec.name]
     if request.recipe == DEFAULT:
         general = CHOSEN.get((world.spec.name, request.algorithm), {})
         chosen = CHOSEN.get((world.name, request.algorithm), general)
@@ -139,12 +141,6 @@ def schedule(request: Request, chosen: Any) -> str:
     changed = {name: usual for name, usual in PAPER_MADDPG.items() if getattr(chosen, name) != usual}
     told = [f"; {name} {getattr(chosen, name):,} (recipe: {usual:,})" for name, usual in changed.items()]
     return f"{said} (released: one game, a checkpoint every 25,000, the best by summed return)" + "".join(told)
-
-
-def _find_clone_recipe(world: World) -> dict[str, Any]:
-    if world.spec.name not in CLONED:
-        raise InputError("there is no script to clone for this world", world.name, "leave --recipe out")
-    return CLONED[world.spec.name]
 
 
 def _value(name: str, value: Any, types: Mapping[str, type]) -> Any:
@@ -241,12 +237,10 @@ def _primary(world: World) -> list[Measure]:
 
 def _worth(measure: Measure, estimate: Estimate) -> float:
     """Higher is better: of a share its log-odds, kept finite by half a failure and half a success."""
-    value = estimate.value if not isinstance(estimate, Share) else _log_odds(estimate)
+    value = estimate.value
+    if isinstance(estimate, Share):
+        value = math.log((estimate.hits + 0.5) / (estimate.count - estimate.hits + 0.5))
     return -value if measure.lower_is_better else value
-
-
-def _log_odds(share: Share) -> float:
-    return math.log((share.hits + 0.5) / (share.count - share.hits + 0.5))
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -291,11 +291,8 @@ def build_expert(
 ) -> NetworkExpert:
     """An expert from its parts. `digest`: of its file, if there is one."""
     n_actions = tuple(len(choices) for choices in world.actions)
-    return NetworkExpert(world.agents, n_actions, tensors, card, digest, _masks(world), world.bounds)
-
-
-def _masks(world: World) -> tuple[Mask | None, ...]:
-    return tuple(world.mask(agent) for agent in range(len(world.agents))) if world.masked else ()
+    masks = tuple(world.mask(agent) for agent in range(len(world.agents))) if world.masked else ()
+    return NetworkExpert(world.agents, n_actions, tensors, card, digest, masks, world.bounds)
 
 
 def shapes(world: World, hidden: int, networks: str = ACTOR_CRITIC) -> dict[str, tuple[int, ...]]:

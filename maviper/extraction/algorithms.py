@@ -66,17 +66,12 @@ def extract(
         asked = replace(asked, settings=replace(settings, refinement=0))
     trees, spent = refine.refine_trees(asked, agents, chosen, running)
     if settings.preset == DEFAULT:  # the others write what their authors' code grows
-        trees = _merge_leaves(trees)
+        merged = {id(tree): merge_leaves(tree) for tree in trees}  # those who share a tree still do
+        trees = [merged[id(tree)] for tree in trees]
     facts = {**facts, **spent, **examples.facts}
     settings = replace(asked.fit_held_out(), refinement=settings.refinement)
     running.on_underway(Underway(0, settings.plan(world)[MEASURING], "held-out episodes", MEASURING))
     return profile_of(world, expert, settings, agent_policies(world, trees, agents), facts)
-
-
-def _merge_leaves(trees: Sequence[GrownTree]) -> list[GrownTree]:
-    """The trees without splits both sides of which do the same. Those who share a tree still do."""
-    merged = {id(tree): merge_leaves(tree) for tree in trees}
-    return [merged[id(tree)] for tree in trees]
 
 
 def _agent(world: World, settings: Settings) -> int:

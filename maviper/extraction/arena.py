@@ -283,7 +283,8 @@ class Arena:
 
     def scores(self, candidates: Sequence[Candidate], episodes: int) -> Float64:
         """Scores of each candidate in each of the next `episodes`, [n_candidates, episodes]; higher is better."""
-        seeds = self._next(episodes)
+        seeds = self.seeds.start + np.arange(self.used, self.used + episodes) % len(self.seeds)
+        self.used += episodes
         values, parts = list[Float64](), list[Float64]()
         which = np.repeat(np.arange(len(candidates)), episodes)
         seen: list[list[Float32]] = [[] for _ in self.agents]
@@ -304,11 +305,6 @@ class Arena:
         self.played += len(which)
         self.values = np.concatenate(values).reshape(len(candidates), episodes)
         return np.concatenate(parts).reshape(len(candidates), episodes)
-
-    def _next(self, episodes: int) -> Int:
-        places = np.arange(self.used, self.used + episodes) % len(self.seeds)
-        self.used += episodes
-        return self.seeds.start + places
 
     def _play(self, candidates: Sequence[Candidate], which: Int, start: Any) -> Episodes:
         stacks = dict[int, tuple[Stack | SummedStack, Int]]()

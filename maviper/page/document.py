@@ -437,16 +437,11 @@ def cut_of(meaning: ir.Meaning, threshold: np.float32) -> Cut | bool:
     if not meaning.function:
         last = deciding_double(threshold)  # the sum is rounded to double, then to float32
         above = math.nextafter(last, math.inf)
-        return Cut((Fraction(last) + Fraction(above)) / 2, _even(last))
+        return Cut((Fraction(last) + Fraction(above)) / 2, int(np.float64(last).view(np.uint64)) % 2 == 0)
     lowest = -1 if meaning.function == "sign" else 0
     if threshold < lowest:
         return False
     return True if threshold >= 1 else Cut(Fraction(0), bool(threshold >= 0))
-
-
-def _even(number: float) -> bool:
-    """Returns True if ties round to the number."""
-    return int(np.float64(number).view(np.uint64)) % 2 == 0
 
 
 def _cuts(policy: ir.AgentPolicy) -> list[dict[str, Any] | bool | None]:

@@ -104,7 +104,9 @@ def compare_algorithms(
         ensure_own(store, (table.TABLE_FILE, *compared.FILES), "comparison")
         if output is not None:
             stack.enter_context(sources.logging_output(store.folder, console.line))
-        experts, world = _find_experts([expert, *_rejoin(options.experts)], options)
+        further = options.experts  # whose options may have been cut off at commas
+        further = rejoin_names(further) if all(isinstance(one, str) for one in further) else further
+        experts, world = _find_experts([expert, *further], options)
         stack.callback(_close, [one.source for one in experts])
         tasks = list_tasks(experts, world, options)
         held = tasks[0].budget.held_out if tasks[0].budget else 0
@@ -134,17 +136,13 @@ def _say_plan(tasks: Sequence[Task], options: Request, held: int) -> str:
 # --- experts
 
 
-def _rejoin(given: Sequence[Any]) -> Sequence[Any]:
-    """Names of experts, whose options may have been cut off at commas; objects as they are."""
-    return rejoin_names(given) if all(isinstance(one, str) for one in given) else given
-
-
 def _find_experts(given: Sequence[Any], options: Request) -> tuple[list[Known], World]:
     """All experts, each once, under labels of their own, and their world."""
     found: dict[str, Known] = {}
     worlds: dict[str, World] = {}
     for one in given:
-        source = Source(_name(one), named=Named(one, options.world))
+        text = one if isinstance(one, str) else sources.Source.of(one).text
+        source = Source(text, named=Named(one, options.world))
         expert, world = source.read()
         worlds.setdefault(world.name, world)
         label = Path(source.text).name or source.text
@@ -154,10 +152,6 @@ def _find_experts(given: Sequence[Any], options: Request) -> tuple[list[Known], 
         advice = "compare experts of one world, or say it with --world"
         raise InputError("the experts play different worlds", f"--experts: {', '.join(worlds)}", advice)
     return tell_apart(found.values()), next(iter(worlds.values()))
-
-
-def _name(expert: Any) -> str:
-    return expert if isinstance(expert, str) else sources.Source.of(expert).text
 
 
 def fingerprint(expert: Expert, world: World) -> str:

@@ -220,7 +220,8 @@ class _Cells:
         for seed in self.finder.rows(place, setting.algorithm):
             try:
                 (part,) = self.ratio(expert, setting, measure, [seed])
-                ((_, ours),), ((_, theirs),) = part.ours.rows(self.results), _rows(part, self)
+                assert part.theirs is not None
+                ((_, ours),), ((_, theirs),) = part.ours.rows(self.results), part.theirs.rows(self.results)
             except KeyError:
                 continue
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -375,11 +376,6 @@ class _Cells:
         title = f"{what}{lower}, over leaves"
         ordered = {name: series[name] for name in self.asked.algorithms if name in series}
         return figures.lines(title, "leaves of the team", ordered, expert, _looks(ordered), to_scale=True)
-
-
-def _rows(part: Part, cells: _Cells) -> Any:
-    assert part.theirs is not None
-    return part.theirs.rows(cells.results)
 
 
 def _looks(names: Mapping[str, Any]) -> dict[str, Mark]:

@@ -110,7 +110,9 @@ def lines(
     bottom = TOP + PLOT
     low, high, steps = _scale([*_reach(shown), *([] if reference is None else [reference])], not to_scale)
     rows = -(-len(shown) // LEGEND_COLUMNS)
-    first, last, ticks = _scale(xs or [1.0]) if to_scale else (0.0, 1.0, _some(xs))
+    first, last, ticks = (
+        _scale(xs or [1.0]) if to_scale else (0.0, 1.0, xs if len(xs) <= MAX_TICKS else [xs[0], xs[-1]])
+    )
 
     def down(value: float) -> float:
         return round(bottom - PLOT * (min(max(value, low), high) - low) / (high - low), 2)
@@ -257,7 +259,3 @@ def _across(x: float, xs: Sequence[float]) -> float:
     if len(xs) <= MAX_TICKS:
         return LEFT + 40 + (RIGHT - LEFT - 80) * xs.index(x) / (len(xs) - 1)
     return LEFT + 10 + (RIGHT - LEFT - 20) * (x - xs[0]) / (xs[-1] - xs[0])
-
-
-def _some(xs: Sequence[float]) -> Sequence[float]:
-    return xs if len(xs) <= MAX_TICKS else [xs[0], xs[-1]]

@@ -183,21 +183,17 @@ def _check(claims: Iterable[Claim], path: Path, once: Iterable[str]) -> None:
 
 def faults_of(claim: Claim) -> list[str]:
     """Lists the faults of a claim, in words."""
+    others = [EXPERT] if claim.statistic in AGAINST else []  # teams play against one another, and the expert's is one
     known: list[tuple[str, Iterable[str], Iterable[str]]] = [
         ("statistic", [claim.statistic], STATISTICS),
         ("test", [claim.test], TESTS),
-        ("algorithm", [*claim.first, *claim.second], (*ALGORITHMS, *VARIANTS, *_others(claim))),
+        ("algorithm", [*claim.first, *claim.second], (*ALGORITHMS, *VARIANTS, *others)),
         ("column", claim.cells, COLUMNS),
     ]
     faults = [_unknown(what, name, names) for what, given, names in known for name in given if name not in list(names)]
     columns = [column for column in claim.cells if column in COLUMNS and column not in CHOICES]
     faults += [f"the column {column} does not choose cells" for column in columns]
     return faults + [text for wrong, text in _RULES if wrong(claim)]
-
-
-def _others(claim: Claim) -> list[str]:
-    """Lists others that may be compared: teams play against one another, and the expert's is one of them."""
-    return [EXPERT] if claim.statistic in AGAINST else []
 
 
 def _unknown(what: str, name: str, names: Iterable[str]) -> str:

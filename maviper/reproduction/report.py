@@ -21,7 +21,7 @@ from maviper.evaluation.crossplay import DRAWS
 from maviper.files import runs
 from maviper.reproduction import register, sections, verdicts
 from maviper.reproduction.cells.cell import EXPERT, KINDS
-from maviper.reproduction.cells.table import Results, Row, read_table
+from maviper.reproduction.cells.table import Results, read_table
 from maviper.reproduction.figures import MARKS, name_algorithm
 from maviper.reproduction.recipes import Book
 from maviper.reproduction.register import Register
@@ -222,7 +222,7 @@ def describe_run(table: Results, known: Register, experts: Sequence[str]) -> dic
     cells = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
     played = Counter[tuple[str, str]]()
     for row in table.cells(kind=EXPERT):
-        played[row.game, row.expert] += sum(len(table.values(row.cell)[lineup][0]) for lineup in _any(table, row))
+        played[row.game, row.expert] += sum(len(values[0]) for values in list(table.values(row.cell).values())[:1])
     return {
         "experts": ", ".join(experts) or "none",
         "games": ", ".join(games) or "none",
@@ -236,10 +236,6 @@ def describe_run(table: Results, known: Register, experts: Sequence[str]) -> dic
         "rules": f"alpha {known.alpha:g}, margin {known.margin:g}, power {known.power:g}, Holm within a family",
         "register": known.sha256,
     }
-
-
-def _any(table: Results, row: Row) -> list[tuple[str, str]]:
-    return list(table.values(row.cell))[:1]
 
 
 # --- verdicts, for people

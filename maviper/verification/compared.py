@@ -195,7 +195,7 @@ def search(first: ir.AgentPolicy, second: ir.AgentPolicy, low: Float64, high: Fl
         exact &= not cell.planes
         if first.outputs:
             exact &= _outputs(first, second, cell, best)
-        elif not _alike(first, second, cell):
+        elif int(first.tree.action[cell.first]) != int(second.tree.action[cell.second]):
             for point in _points(cell, np.zeros(len(low))):
                 _replay(first, second, cell, point, best)
                 best[0].most = 1.0
@@ -205,10 +205,6 @@ def search(first: ir.AgentPolicy, second: ir.AgentPolicy, low: Float64, high: Fl
         for (name, unit), each in zip(labels, best, strict=True)
     )
     return Searched(tuple(apart), looked, complete, exact)
-
-
-def _alike(first: ir.AgentPolicy, second: ir.AgentPolicy, cell: Cell) -> bool:
-    return int(first.tree.action[cell.first]) == int(second.tree.action[cell.second])
 
 
 def _outputs(first: ir.AgentPolicy, second: ir.AgentPolicy, cell: Cell, best: list[_Best]) -> bool:

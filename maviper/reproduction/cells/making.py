@@ -237,7 +237,9 @@ def make_cell(task: Task, profiles: Mapping[str, bytes]) -> Made:
     outcome, message, files = DONE, "", Files()
     with threadpool_limits(1):  # sums in one order, whatever the machine has cores
         try:
-            _ensure_same_tool(task)
+            if task.identity["tool"] != tool():
+                what = f"the worker has {tool()}, not {task.identity['tool']}"
+                raise InputError(what, "", "install the same on all machines")
             files = _files(task, {name: loads(data, name) for name, data in profiles.items()})
         except MaviperError as error:
             outcome, message = FAILED, " ".join(str(error).split("\n"))
@@ -247,13 +249,6 @@ def make_cell(task: Task, profiles: Mapping[str, bytes]) -> Made:
     spent = round(time.thread_time() - started, 3)
     document = Document(FORMAT, task.cell, task.identity, outcome, message, lower_is_better(task), spent)
     return Made(task.id, document, {name: text.encode() for name, text in files.items()})
-
-
-def _ensure_same_tool(task: Task) -> None:
-    if task.identity["tool"] != tool():
-        raise InputError(
-            f"the worker has {tool()}, not {task.identity['tool']}", "", "install the same on all machines"
-        )
 
 
 def lower_is_better(task: Task) -> list[str]:

@@ -158,7 +158,7 @@ def read_failing(paths: Sequence[Path], world: ParticleWorld) -> tuple[list[Fail
         if not files:
             raise InputError("the folder holds no counterexamples", str(path), ADVICE)
         for file in files:
-            if inside and _kind_of(file) is kinds.EPISODE_COUNTEREXAMPLE:
+            if inside and kinds.kind_of(runs.read(file, counterexamples.MAX_BYTES)) is kinds.EPISODE_COUNTEREXAMPLE:
                 skipped.append(f"{file.name} is about a whole episode, which does not say which decision to learn")
                 continue
             new = _read(file, policies)
@@ -179,10 +179,6 @@ def blank(world: ParticleWorld) -> PolicyProfile:
     """A profile of the world whose agents do nothing: names, features and actions for those that read claims."""
     leaf = GrownTree(*(np.array([value]) for value in (-1, 0.0, -1, -1, 0)))
     return PolicyProfile(world.spec, agent_policies(world, [leaf] * len(world.agents)), Provenance("", "", 0, "", ""))
-
-
-def _kind_of(path: Path) -> kinds.Kind | None:
-    return kinds.kind_of(runs.read(path, counterexamples.MAX_BYTES))
 
 
 def _read(path: Path, policies: PolicyProfile) -> Failing | None:
