@@ -39,6 +39,8 @@ def build(command, folder, profile, style=STYLE):
 
 
 def tool(command, folder):
+    if shutil.which(command.split()[0]) is None:
+        pytest.skip(f"{command.split()[0]} is not installed")
     return subprocess.run(command.split(), cwd=folder, capture_output=True, text=True, check=True).stdout
 
 
