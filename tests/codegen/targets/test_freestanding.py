@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.agreement import selfcheck
+from codegen.agreement import probes, selfcheck
 from codegen.errors import InputError
 from codegen.targets import emit
 from maviper.compilation.run import compile_and_prove
@@ -110,7 +110,8 @@ def machine(tmp_path_factory):
 def test_a_virtual_machine_decides_as_the_trees(random, machine, profile, tmp_path):
     assert build(BPF, tmp_path, profile).returncode == 0
     for policy in profile.agents:
-        rows = selfcheck.observations(policy, random)
+        drawn = probes.random(policy.features, random, np.random.default_rng(0))
+        rows = np.concatenate([selfcheck.observations(policy, random=0), drawn])
         rows = rows[~np.isnan(rows).any(axis=1)]
         assert len(rows) >= random
         assert not np.count_nonzero(decided(machine, tmp_path, policy, rows) != ir.act(policy, rows))
