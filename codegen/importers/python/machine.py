@@ -916,13 +916,11 @@ def text_of(node: ast.AST) -> str:
 
 def walk_nodes(node: ast.AST, stop: tuple[type[ast.AST], ...] = ()) -> list[Any]:
     """A node and all below it, but operators and contexts. `stop`: below these kinds nothing is looked at."""
-    nodes = [node]
+    nodes, ends = [node], {*LEAVES, *stop}
     for each in nodes:
-        if type(each) in LEAVES or isinstance(each, stop):
-            continue
-        for name in each._fields:
+        for name in each._fields if type(each) not in ends else ():
             value = getattr(each, name, None)
-            if isinstance(value, list):
+            if type(value) is list:
                 nodes += [one for one in value if isinstance(one, ast.AST)]
             elif isinstance(value, ast.AST) and value._fields:
                 nodes.append(value)
