@@ -25,8 +25,8 @@ SPEED = 10.0  # metres a second: how fast vehicles are thought to pass an approa
 
 def ask(network: str, agent: str, signal: Signal, team: maviper.Team) -> Mapping[str, float] | None:
     """Vehicles for which the trees keep a phase while somebody waits for another one; None where there are none."""
-    lines = []
-    for k, each in product(range(len(signal.states)), signal.approaches):
+    lines, given = [], {int(action.name.removeprefix("green_")) for action in team[agent].actions}
+    for k, each in product(sorted(given), signal.approaches):
         if each.phases and k not in each.phases:
             clocks = [f"red_{j} >= {MAX_RED // STEP}[steps]" for j in sorted(each.phases)]
             asked = " and ".join([f"on == green_{k}", f"{each.name}_halting >= 1[vehicles]", *clocks])
