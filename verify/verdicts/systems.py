@@ -117,7 +117,7 @@ def _borders(system: System, claim: SystemClaim) -> list[list[_MeasuredBorder]]:
 
 
 def _levels(system: System, claim: SystemClaim, state: Planes) -> tuple[Float64, Int64]:
-    """How far each state is from being excluded, as a share of the ranges, and which place of the border says so."""
+    """Returns how far each state is from being excluded, in shares of the ranges, and the place of the border."""
     sign, first = (1.0 if claim.says.avoided else -1.0), 0
     levels: list[Float64] = []
     places: list[Int64] = []
