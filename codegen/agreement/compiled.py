@@ -35,7 +35,10 @@ OTHERS = ("gcc -std=c99", "clang -std=c99", "g++ -x c++ -std=c++17", "clang++ -x
 
 
 def ensure_strict(header: str, model: Model) -> tuple[str, ...]:
-    """The installed compilers, of OTHERS, that read the header without a warning. DisagreementError otherwise."""
+    """The compilers, of OTHERS, that are installed and read the header without a warning.
+
+    DisagreementError when one that works finds something.
+    """
     clean: list[str] = []
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
         (Path(folder) / f"{model.prefix}.h").write_text(header)
@@ -103,7 +106,9 @@ class CompiledC:
         self._folder.cleanup()
 
     def act(self, agent: str, rows: Floats) -> Any:
-        """The compiled decisions, [batch] int32, or numbers, [batch, n_outputs]. `rows`: [batch, n_features]."""
+        """The compiled decisions, [batch] int32, or numbers given, [batch, n_outputs]. `rows`: [batch, n_features] in
+        the agent's numbers.
+        """
         return self.act_and_check(agent, rows)[0]
 
     def checks(self, agent: str, rows: Floats) -> Int32:
@@ -160,7 +165,9 @@ class CompiledC:
         return within
 
     def steps(self, agent: str, rows: Float64) -> Int64:
-        """An agent's memory after a reset, then actions and memory after each row, [1 + batch, 1 + n_memories]."""
+        """An agent's memory after a reset, then its actions and the memory after each, [1 + batch, 1 + n_memories].
+        `rows`: [batch, n_features], one call after the other; where a memory is NaN, its state stays as it is.
+        """
         lowered, held = self._agents[agent], np.ascontiguousarray(rows, np.float64)
         assert lowered.machine is not None and held.shape[1] == len(lowered.features), "rows with memory"
         told = np.zeros((1 + len(held), 1 + len(lowered.machine.memory)), ctypes.c_long)
@@ -198,7 +205,9 @@ class CompiledC:
 
 
 class ReplayedC(CompiledC):
-    """The header, compiled for a few decisions without optimising: it can `act` and tell `checks`."""
+    """The header, compiled for a few decisions: it can `act` and tell `checks`. Optimising, warnings and what nobody
+    calls take compilers five times as long.
+    """
 
     flags, whole = ("-std=c99", "-w"), False
 

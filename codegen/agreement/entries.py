@@ -109,7 +109,9 @@ class Asked:
 
 
 def constants_of(profile: ir.PolicyProfile) -> list[float | str]:
-    """A header's constants: step, damping, coordinates, and each agent's; NaN or "" stand for none."""
+    """Time of a step, damping, coordinates; then of each agent force, effects (NaN: none), ranges in its numbers,
+    meanings ("": none), actions with their numbers, and outputs with their bounds (NaN: none).
+    """
     force = {entity.name: entity.force for entity in profile.world.agents}
     expected: list[float | str] = [profile.world.dt, profile.world.damping, *profile.world.coordinates()]
     for policy in profile.agents:

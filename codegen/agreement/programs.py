@@ -36,7 +36,8 @@ def find_compiler() -> list[str] | None:
 def run(
     command: Sequence[str], folder: Path | str, limit_s: int = LIMIT_S, given: Path | str = os.devnull
 ) -> subprocess.CompletedProcess[str]:
-    """A command's exit status and output. MissingToolError where it cannot start, HangingToolError where it hangs."""
+    """The exit status and the output of a command that is given a file as its input. MissingToolError where it cannot
+    start, HangingToolError where it does not end in time."""
     called = Path(command[0]).name
     try:
         with Path(given).open("rb") as stdin:

@@ -111,7 +111,10 @@ def check_files(
 
 
 def check(build: Build, random: int = RANDOM_OBSERVATIONS) -> Report:
-    """Replays a build's files against the reference; reports differences too. `random`: observations per agent."""
+    """Replays every file of a build against the reference; the report holds differences too.
+
+    `random`: random observations per agent, beside all boundary and special ones.
+    """
     with Kept() as asked:
         wanted: dict[str, Any] = {}
         for policy in build.profile.agents:

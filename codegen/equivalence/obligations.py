@@ -57,7 +57,9 @@ def about_c(header: str, profile: ir.PolicyProfile, model: Model) -> list[Obliga
 
 
 def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[Obligation]:
-    """A question for each agent's `act_...` about doubles. Unreadable when a function is not Python that is read."""
+    """A question for each agent's `act_...`, about lists of doubles: the code takes them as they are, the tree their
+    float32 values. Unreadable when a function is not of the Python that is read.
+    """
     body = ast.parse(module).body
     functions = {node.name: node for node in body if isinstance(node, ast.FunctionDef)}
     taken = functions.keys() | BUILT_IN.keys()

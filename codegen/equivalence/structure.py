@@ -60,7 +60,10 @@ COPIED = re.compile(r"for \(row = 0; row < count; row\+\+\) \{ actions\[first \+
 
 
 def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, list[str]]:
-    """Per agent, how its code in the header differs from its tree; none for agents with sums."""
+    """Per agent, how its `act` and `act_columns` in the header differ from its tree; nothing where they do not.
+
+    There is no agent where one has sums, which this proof does not read.
+    """
     if sums_in(profile):
         return {}
     try:
@@ -120,7 +123,9 @@ def _constant(text: str) -> Any:
 
 
 def resolve_function(functions: Mapping[str, Any], name: str) -> Any:
-    """The function of that name, or the one that it only calls (agents sharing a tree); None if there is none."""
+    """The function of that name, or the one that it does nothing but call, with its own parameters in their order: how
+    agents that share a tree share its code. None where there is no such function.
+    """
     passed: set[str] = set()
     while name in functions and name not in passed:
         passed.add(name)
@@ -246,7 +251,9 @@ def _differences(tree: Tree, node: int, feature: int, threshold: np.floating) ->
 
 
 def parse_test(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> Test:
-    """Feature and threshold of `x[F] <= t`, of `x[F] < 0`, or of a test by bits, signed or turned."""
+    """Feature and threshold of `x[F] <= t`, of `x[F] < 0`, or of a test by bits: signed for t >= 0, unsigned and turned
+    below.
+    """
     left, right = condition.left, condition.right
     if condition.op in ("<=", "<") and isinstance(left, c_ast.ArrayRef) and left.name.name == "x":
         return read_place(left.subscript, numbers), _threshold(condition)
@@ -367,7 +374,9 @@ def _text(item: Any) -> str:
 
 
 def _columns(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
-    """The form with a select a split; batches that walk, or ask `act` for each row, are replayed."""
+    """The form with a select a split. A batch that walks is of the same tables as `act_rows`, and is replayed; so is
+    one that asks `act` for each row.
+    """
     yield from _kinds(function, tree.numbers)
     items = list(function.body.block_items or [])
     inner = [each for item in items if isinstance(item, c_ast.For) for each in item.stmt.block_items]

@@ -110,7 +110,9 @@ class Header:
         self.numbers = enumerators(parsed)
 
     def decide(self, name: str, inputs: Sequence[str], bits: Mapping[str, str], into: Definitions) -> str:
-        """The term of `int name(const float *x)` from terms of `inputs` and their `bits`. Unreadable otherwise."""
+        """The term of the answer of `int name(const float *x)`. `inputs`: the terms of x[0], x[1], ...; `bits`: of each
+        of them as an integer. Unreadable for what is not of the small part of C.
+        """
         if name not in self.functions:
             raise Unreadable(f"there is no function {name}")
         function = resolve_function(self.functions, name)

@@ -126,7 +126,9 @@ def _between(parts: Sequence[Boxes], variable: int) -> tuple[float, float]:
 
 
 class Grid(NamedTuple):
-    """The grid of a list: along an axis cell floor((number - low) * scale), numbered by `strides` from `begin`."""
+    """The grid of a list. Along each of its axes a state is in the cell floor((number - low) * scale), once its number
+    is put between `low` and `high`; `strides` make one number of these, and `begin` is where its cells begin.
+    """
 
     low: tuple[Double, ...]
     high: tuple[Double, ...]  # as `low` where there is one cell
@@ -201,7 +203,10 @@ def look_up(cover: Cover, where: str) -> Lookup:
 
 
 def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
-    """The search of lists, as many parts at each step. InputError, with `where`, for too many boxes."""
+    """The search of lists: for each step its parts, as many at each. `where` is named in errors.
+
+    InputError for too many boxes.
+    """
     count = sum(len(part.low) for parts in steps for part in parts)
     lists = [[merge_boxes(part) for part in parts] for parts in steps] if count <= MAX_GIVEN else []
     count = sum(len(part.low) for parts in lists for part in parts) if lists else count
@@ -215,7 +220,9 @@ def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
 
 
 def merge_boxes(boxes: Boxes) -> Boxes:
-    """The same float64 states in fewer boxes: those that meet along one variable are joined, those inside others go."""
+    """The same float64 states in fewer boxes: two that meet, or leave no float64 between them, and differ in one
+    variable alone become one; what lies in another box goes. Boxes may overlap.
+    """
     size = boxes.low.shape[1]
     rows = np.unique(np.concatenate(boxes, axis=1), axis=0)
     before = len(rows) + 1
@@ -237,7 +244,9 @@ def merge_boxes(boxes: Boxes) -> Boxes:
 
 
 def _grow(low: Float64, high: Float64) -> None:
-    """Grows each box, in place, over those that it meets along one variable and that are as wide in all others."""
+    """Grows each box, in place, over those that it meets along one variable and that are as wide in all others. What
+    they hold together stays, and a state that lies in the middle of many is in the first that is compared.
+    """
     size, grew = low.shape[1], True
     while grew:
         grew = False

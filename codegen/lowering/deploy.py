@@ -21,7 +21,9 @@ from codegen.sums import DOUBLE_SUMS, choose_numbers
 
 @dataclass(frozen=True, eq=False)
 class SummedTree(GrownTree):
-    """A tree whose further tests count in `tests`, double sums, and whose actions count in `given`, if any."""
+    """A tree whose tests from the number of features on count in `tests`. Where it has `given`, its leaves give
+    numbers, and `action` counts in them. Its sums are double sums, and have a term for each weight that is not 0.
+    """
 
     tests: Float32 = field(metadata={"dtype": np.float32})  # [n_sums, n_features] weights
     given: Float64 = field(metadata={"dtype": np.float64})  # [n_vectors, n_outputs, n_features + 1], the constant last
@@ -86,7 +88,9 @@ class Given(NamedTuple):
 
 
 def with_given(grown: GrownTree, given: Given, n_features: int, first: int, numbers: str = FLOAT32) -> Tree:
-    """The deployed form of a tree with features from `first` on in sums and actions in vectors, each kept once."""
+    """The deployed form of a tree whose features from `first` on count in sums, and whose actions count in vectors,
+    where there are any. Each that is named is kept once, in the order in which nodes first name it.
+    """
     plain = _plain(grown, FLOAT64)  # in preorder, thresholds as they are
     leaf, summed = plain.feature == NO_FEATURE, plain.feature >= first
     own, of_sums = (at_most(plain.threshold, each) for each in (numbers, choose_numbers(given.arithmetic)))

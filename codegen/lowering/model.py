@@ -107,7 +107,9 @@ class Node:
 
     @property
     def below_zero(self) -> bool:
-        """True if what is asked is x < 0, which code says so, as threads may take subnormal numbers for zero."""
+        """True if what is asked is x < 0. Code says so: compared with the last number below 0, a 0 would go left where
+        a thread takes subnormal numbers for zero.
+        """
         return self.bits == (1 << self.width - 1) + 1
 
     @property
@@ -265,7 +267,9 @@ class SumNode:
 
     @property
     def sign(self) -> str:
-        """The comparison of the sum; one below 0 is written so, as threads may take subnormal numbers for zero."""
+        """The comparison of the sum. What asks for a sum below 0 is written so: compared with the last number below 0,
+        a sum of 0 would go left where a thread takes subnormal numbers for zero.
+        """
         last = self.threshold and BELOW_ZERO[self.threshold.hex.endswith("f")]
         return "<" if self.threshold and self.threshold.decimal == last else "<="
 
@@ -406,7 +410,9 @@ class Place:
 
 @dataclass(frozen=True)
 class Tables:
-    """A tree as arrays: `complete` (children of i are 2 i + 1, 2 i + 2), else with two `children` a node."""
+    """A tree as arrays. `complete`: the children of node i are 2 i + 1 and 2 i + 2, and `actions` has an entry for each
+    path of `levels` tests; else `children` has two entries per node, a leaf being its own child.
+    """
 
     complete: bool
     levels: int

@@ -75,7 +75,9 @@ def exact(number: float | str) -> str:
 
 
 def shorten_number(exact: float | str) -> str:
-    """An exact text as a reader takes it in: itself if it is short, else six digits and a sign for that."""
+    """A number from its exact text, as a reader takes it in: itself where it is short, else with six digits and a sign
+    that says so.
+    """
     text = str(exact)
     return text if len(text) <= MAX_SHOWN else f"≈{float(Fraction(text.strip(chr(34)))):.6g}"
 

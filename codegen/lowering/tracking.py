@@ -36,7 +36,9 @@ class Start:
 
 @dataclass(frozen=True)
 class Edges:
-    """A region proved for ever, in which positions also are after moving for `coasting` seconds, where agents rest."""
+    """Of which states something is proved for ever: a region, in which positions also have to be once each has moved by
+    its velocity for `coasting` seconds: there agents come to rest that nobody pushes.
+    """
 
     region: RegionSpec
     coasting: float
@@ -86,7 +88,9 @@ class Track:
         return max(moved, begun) + (near if self.noise else 0)
 
     def bound_coordinates(self, start: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-        """Bounds each coordinate that starts between these at rest, whatever agents do. By upper-case name."""
+        """Between which numbers each coordinate stays that starts between these, whatever agents do; all start at
+        rest. By upper-case name.
+        """
         bounds = {place.upper: start[place.upper] for place in self.still if place.upper in start}
         for each in self.agents:
             for axis, (place, speed) in enumerate(zip(each.positions, each.velocities, strict=True)):
@@ -123,7 +127,9 @@ def _add_up(world: ir.WorldSpec, steps: int) -> float:
 
 
 def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
-    """Returns how a profile's world moves after a start. InputError for worlds and lengths that are not followed."""
+    """Returns how a profile's world moves after a start. InputError for worlds whose motion is not followed, and for
+    episodes in which too much may add up.
+    """
     ensure_followed(profile.world, start.steps)
     world = profile.world
     agents = tuple(_track_agent(profile, model, number, start) for number in range(len(profile.agents)))

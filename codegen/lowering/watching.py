@@ -347,7 +347,9 @@ def _watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certific
 
 
 def watch_inputs(profile: ir.PolicyProfile, model: Model) -> Watch:
-    """The monitor of a profile for the ranges of what agents observe and give, all observations being one state."""
+    """The monitor of a profile for what it states itself: the ranges of what agents observe and of what they give. All
+    observations are one state, agent by agent. Where the world states no time, a step is 1.
+    """
     upper, places, watched = model.prefix.upper(), dict[str, Place](), list[Watched]()
     for agent in model.agents:
         for feature in agent.features:

@@ -177,7 +177,9 @@ def _drive_episodes(made: Build, world: World, episodes: Episodes, seeds: range)
 
 
 def _select_actions(policy: ir.AgentPolicy, agent: int, actions: Any) -> Any:
-    """Returns an agent's actions in all steps, [n] int32, or its numbers, [n, n_outputs]."""
+    """Returns an agent's actions in all steps of some episodes, [n] int32, or the numbers that it gave, [n, n_outputs].
+    `actions`: as in `Episodes`.
+    """
     shape = shape_decided(policy)
     return actions[..., agent, *map(slice, shape)].reshape(-1, *shape)
 

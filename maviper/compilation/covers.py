@@ -92,7 +92,9 @@ def widen(boxes: Boxes, columns: Columns) -> Boxes:
 def keep_sums(
     regions: Iterable[Polytope], names: Sequence[str], steps: Sequence[Parts]
 ) -> tuple[tuple[Parts, ...], tuple[RaisedSum, ...]]:
-    """The boxes of the one list of a claim, without sums that bound nothing more; and the sums that are left."""
+    """The boxes of the one list of a claim, without sums that are within their bounds all over a part; and the sums
+    that are left. `names`: of the variables. InputError for sums of others.
+    """
     columns = {name: at for at, name in enumerate(names)}
     listed = _list_sums(regions)
     if missing := [name for one in listed for name, _ in one if name not in columns]:
@@ -254,7 +256,9 @@ def _list_parts(
 
 
 def split_modes(statement: Statement, boxes: Boxes, where: str) -> Boxes:
-    """The boxes, one for each value of each mode that they bound. InputError, with `where`, for too many."""
+    """The boxes, one for each value of each mode that they bound. `where` is named in errors. InputError for too
+    many.
+    """
     low, high = boxes.low.copy(), boxes.high.copy()
     for at, one in enumerate(statement.system.variables):
         if one.modes:
@@ -309,7 +313,9 @@ def _ranges(statement: Statement) -> tuple[Variable, ...]:
 
 
 def _reaching(ranges: Sequence[Variable], steps: Steps) -> tuple[Variable, ...]:
-    """The ranges, wide enough for all boxes: a state that a proof leads to is no invalid one."""
+    """The ranges, wide enough for all boxes: a state that a proof leads to is no invalid one. What a proof does not
+    follow may be any finite number.
+    """
     most = float(np.finfo(np.float64).max)
     variables: list[Variable] = []
     for at, one in enumerate(ranges):
@@ -320,7 +326,9 @@ def _reaching(ranges: Sequence[Variable], steps: Steps) -> tuple[Variable, ...]:
 
 
 def _list_roundings_of(game: GameFile, statement: Statement, steps: Steps, where: str) -> dict[str, Interval]:
-    """Bounds a game's roundings in the sets of a proof, by variable. InputError if its file lets later ones differ."""
+    """Bounds the roundings of a game where agents observe it, anywhere in the sets of a proof, by variable. InputError
+    where its file lets a later rounding be another number.
+    """
     parts = [part for each in steps for part in each]
     low = np.min([part.low.min(axis=0) for part in parts], axis=0)
     high = np.max([part.high.max(axis=0) for part in parts], axis=0)
@@ -338,7 +346,9 @@ def _range_of(statement: Statement, name: str) -> Interval:
 def _drop_roundings(
     statement: Statement, ranges: Sequence[Variable], steps: Steps, roundings: Mapping[str, Interval]
 ) -> tuple[tuple[Variable, ...], tuple[tuple[Boxes, ...], ...]]:
-    """The measured variables, and each part's boxes that hold for all roundings. InputError where none is left."""
+    """The variables that can be measured, and of each part the boxes that hold all roundings: what is proved of those
+    is proved of any that the agents make. InputError where that is nothing.
+    """
     if not roundings:
         return tuple(ranges), tuple(map(tuple, steps))
     variables = statement.system.variables

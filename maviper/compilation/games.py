@@ -48,7 +48,9 @@ class GameFile:
         return tuple(each.error for each in self.observed if each.error in self.ranges)
 
     def bound_roundings(self, ranges: Mapping[str, Interval]) -> dict[str, Fraction]:
-        """Bounds the game's roundings where variables are within `ranges`, by the file's names; 0 is left out."""
+        """By how much the game may round what is observed where variables are within `ranges`, by what the file calls,
+        or would call, the rounding; 0 is left out.
+        """
         known = dict(ranges)
         if self.place != PLACE:
             known |= {f"{PLACE}.{axis}": ranges[f"{self.place}.{axis}"] for axis in "xy"}
@@ -58,7 +60,9 @@ class GameFile:
 
 
 def find_game(profile: PolicyProfile, statement: Statement) -> GameFile | None:
-    """The file as one about states of the profile's game; None for any other."""
+    """The file as one about the states of the profile's game; None for a file that states anything else, or that has
+    no variable beside coordinates.
+    """
     if not only_acts(profile) or any(each.meaning is None for policy in profile.agents for each in policy.features):
         return None
     if {each.name for each in statement.agents} != {policy.agent for policy in profile.agents}:
@@ -92,7 +96,9 @@ def _is_observed(one: Observed, system: System, ranges: Mapping[str, Interval], 
 
 
 def restate_formula(formula: Formula, profile: PolicyProfile, where: str) -> Formula:
-    """A formula of the file over states of the game. InputError, with `where`, for roundings or errors."""
+    """A formula of the file as one over states of the game. InputError where it is about roundings or errors, which
+    these do not have. `where` is named in errors.
+    """
     known = frozenset(profile.world.coordinates())
 
     def restate(part: Formula) -> Formula:
@@ -205,7 +211,9 @@ def _ensure_free(game: GameFile, part: _Part, where: str) -> None:
 
 
 def ensure_anew(system: System, roundings: Mapping[str, Fraction], where: str) -> None:
-    """InputError for a file that lets a later rounding be anything but any number up to its bound."""
+    """InputError for a file that lets a rounding of what is observed be anything else, at a later step, than any number
+    up to its bound.
+    """
     for piece in system.pieces:
         pushed = {name for effect in piece.effect.values() for name in effect}
         for name, most in roundings.items():

@@ -146,7 +146,9 @@ def noisy(proved: Proved, noise: Number | None) -> Proved:
 
 
 def files_of(build: Build, proved: Proved | None, targets: Sequence[str]) -> dict[str, str]:
-    """The monitors of a build by file name, one for each language among its targets. InputError as `watch`."""
+    """The monitors of a build by file name, one for each language among its targets: of what is proved, else of inputs
+    and outputs. InputError as `watch`.
+    """
     profile, model = build.profile, build.model
     return emit_monitors(lower_monitor(profile, model, proved) if proved else watch_inputs(profile, model), targets)
 

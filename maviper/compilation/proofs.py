@@ -69,7 +69,10 @@ def ensure_askable(targets: Sequence[str], budget: int | None) -> None:
 
 
 def prove(build: Build, budget: int | None = None, effort: str = "normal") -> Proofs:
-    """Asks whether a build's C and Python decide as the trees everywhere. DisagreementError with the observation."""
+    """Asks whether the C and the Python of a build decide as the trees for every observation.
+
+    DisagreementError, with the observation, when they do not.
+    """
     profile, model = build.profile, build.model
     asked: list[Obligation] = []
     skipped: list[str] = []

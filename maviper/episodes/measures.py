@@ -113,13 +113,17 @@ def score(measure: Measure, values: Float64) -> Float64:
 def values(
     world: World, controllers: Sequence[Controller], seeds: Sequence[int], over: Callable[[], bool] = lambda: False
 ) -> dict[Measure, Float64]:
-    """Every measure of the world, and each team's mean return, in each of the episodes `seeds`."""
+    """Every measure of the world in each of the episodes `seeds`, and each team's return (its agents' mean). `over`: as
+    in `rollout`.
+    """
     tables = [table(world, episodes) for episodes in rollout(world, controllers, seeds, keep=False, over=over)]
     return {measure: np.concatenate([rows[measure] for rows in tables]) for measure in tables[0]}
 
 
 def table(world: World, episodes: Episodes) -> dict[Measure, Float64]:
-    """Every measure of each episode and each team's return, [batch]; where no length is stated, who was stopped."""
+    """Every measure of each episode, and each team's return (its agents' mean), [batch]; where nobody states how long
+    episodes are, also which of them were stopped.
+    """
     rows: dict[Measure, Float64] = dict(zip(world.measures, episodes.values, strict=True))
     rows |= {Measure(team, RETURN): episodes.returns[world.members(team)].mean(axis=0) for team in world.teams}
     return rows | (
@@ -141,7 +145,9 @@ def team_values(
     seeds: Sequence[int],
     teams: Iterable[str] | None = None,
 ) -> dict[Measure, Float64]:
-    """Measures and returns of teams (None: all) in each episode, each played by `ours` against `opponents`."""
+    """Measures and returns of teams (None: of all) in each episode, each team played by `ours` against all others
+    played by `opponents`.
+    """
     by_measure: dict[Measure, Float64] = {}
     for team in world.teams if teams is None else teams:
         members = world.members(team)

@@ -90,7 +90,9 @@ class Policies:
 
 
 def in_columns(acted: Sequence[Any]) -> Any:
-    """Stacks what agents do, each [batch] or [batch, n_outputs], on axis 1, padded by zeros to the widest."""
+    """Stacks what agents do, each [batch] or [batch, n_outputs], into [batch, n_agents] or [batch, n_agents, widest],
+    zeros standing for outputs that an agent has not.
+    """
     if acted[0].ndim == 1:
         return np.stack(acted, axis=1)
     widest = max(each.shape[1] for each in acted)
@@ -120,7 +122,9 @@ class Episodes:
 
 
 def choose_actions(controllers: Sequence[Controller], observations: Sequence[Float32], state: Any) -> Any:
-    """Everybody's actions, [batch, n_agents], or numbers [batch, n_agents, n_outputs]; asks each controller once."""
+    """Everybody's actions in states, [batch, n_agents], or numbers [batch, n_agents, n_outputs]; a controller of
+    several agents is asked once for them all.
+    """
     shared: dict[int, list[int]] = {}
     for agent, controller in enumerate(controllers):
         shared.setdefault(id(controller), []).append(agent)
@@ -137,7 +141,9 @@ def choose_actions(controllers: Sequence[Controller], observations: Sequence[Flo
 
 
 def play(world: World, controllers: Sequence[Controller], start: Any, keep: bool = True) -> Episodes:
-    """Plays an episode from each start state, `controllers` in the world's order. `keep`: what agents observe."""
+    """Plays one episode from each start state. `controllers`: one for each agent, in the world's order; `keep`: what
+    agents observe, which is most of what episodes take.
+    """
     states, began = [start], time.monotonic()
     observations = _Kept(world.spec.episode_steps if keep else 0)
     actions: list[Int] = []
@@ -198,7 +204,9 @@ def rollout(
     keep: bool = True,
     over: Callable[[], bool] = lambda: False,
 ) -> list[Episodes]:
-    """The episodes of `seeds`, in batches; `keep` as in `play`. `over`: asked after each batch; True ends."""
+    """The episodes that start from `seeds`, in batches of as many games as the world plays at once; `keep` as in
+    `play`. `over`: asked after each batch; True ends with those that were played.
+    """
     at_once = world.games or max(1, len(seeds))
     played: list[Episodes] = []
     for low in range(0, len(seeds), at_once):
@@ -209,7 +217,9 @@ def rollout(
 
 
 def points(episodes: Episodes) -> tuple[tuple[Float32, ...], Any]:
-    """All observations of episodes, per agent [steps * batch, n_features], and the states they show."""
+    """All observations of a batch of episodes, per agent [steps * batch, n_features], and the states they show, those
+    in which an agent no longer acts among them.
+    """
     observations = tuple(seen.reshape(-1, seen.shape[-1]) for seen in episodes.observations)
     kind = cast("Any", type(episodes.states[0]))
     return observations, kind.concatenate(episodes.states[:-1])

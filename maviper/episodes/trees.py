@@ -52,7 +52,9 @@ def among(world: World, policies: Sequence[ir.AgentPolicy], others: Sequence[Con
 
 
 def reopen_tree(policy: ir.AgentPolicy) -> GrownTree:
-    """A policy's deployed tree as one that can be changed. InputError for sums that are no double sums."""
+    """A policy's deployed tree as one that can be changed; deployed again, it is the same. InputError where its sums
+    are no double sums of different features, as imported ones may be.
+    """
     tree = policy.tree
     arrays = tree.feature, tree.threshold.astype(np.float64), tree.left, tree.right, tree.action
     if not tree.sums and not tree.vectors:
@@ -168,7 +170,9 @@ def on_policy(
     keep: bool = True,
     seeds: Sequence[int] | None = None,
 ) -> Episodes:
-    """Episodes of the profile's own trees, or driven by `driver`. `seeds`: of which episodes, None for all."""
+    """Episodes of the profile's own trees, or the same episodes driven by `driver`. `keep`: as in `play`; `seeds`: of
+    which episodes, None for all.
+    """
     controller = tree_policies(profile.agents) if driver is None else driver
     start = world.start_from_seeds(all_seeds() if seeds is None else seeds)
     return play(world, [controller] * len(profile.agents), start, keep)

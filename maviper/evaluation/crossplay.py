@@ -47,7 +47,9 @@ Watch = Callable[[Episodes], Float64]  # episodes -> [..., batch]
 
 @dataclass(frozen=True)
 class Interval:
-    """A number with its 95 % interval; an end may be infinite. `cut`: how many of its episodes were stopped."""
+    """A number with its 95 % interval; an end may be infinite. `cut`: how many of its episodes were stopped at a length
+    that nobody stated.
+    """
 
     value: float
     low: float
@@ -276,7 +278,9 @@ def ratio(stage: Stage, measure: Measure, ours: Sequence[Lineup], theirs: Lineup
 
 
 def _ratio_of_shares(ours: Share, theirs: Share) -> tuple[float, float]:
-    """The 95 % interval of the ratio of two shares, from Wilson intervals (MOVER-R: Donner and Zou 2012)."""
+    """The 95 % interval of the ratio of two shares, of which theirs is not 0, from their Wilson intervals (MOVER-R:
+    Donner and Zou 2012, Newcombe 2016). It takes them for independent: shares over the same episodes are closer.
+    """
     (p, (l1, u1)), (q, (l2, u2)) = (ours.value, ours.interval), (theirs.value, theirs.interval)
     low, high = l1 * (2 * p - l1), u1 * (2 * p - u1)
     least, most = l2 * (2 * q - l2), u2 * (2 * q - u2)
@@ -286,7 +290,9 @@ def _ratio_of_shares(ours: Share, theirs: Share) -> tuple[float, float]:
 
 
 def _mean_over_agents(measure: Measure, values: Float64) -> Interval:
-    """The mean of [n_agents, n] values; of shares with the interval of the mean number of hits."""
+    """The mean of [n_agents, n] values. Shares over the same episodes spread no wider on average than one share does,
+    so theirs is the interval of as many hits as there are on average.
+    """
     if not measure.share:
         return interval(measures.estimate(measure, values.mean(axis=0)))
     agents, n = values.shape
@@ -311,7 +317,9 @@ class TreeFacts:
 
 
 def decisions(trees: Mapping[int, ir.AgentPolicy], episodes: Episodes, wanted: Int | None) -> Float64:
-    """Each tree's mean comparisons and likeness to actions `wanted`, or NaN, [2, n_trees, batch], where it acts."""
+    """For each tree its mean comparisons per decision and how like its actions are to those `wanted`, or NaN,
+    [2, n_trees, batch], over the steps in which its agent acts. `wanted`: as `Episodes.actions`.
+    """
     facts = np.full((2, len(trees), episodes.actions.shape[1]), np.nan)
     for row, (agent, policy) in enumerate(trees.items()):
         seen = episodes.observations[agent]

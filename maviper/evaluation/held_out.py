@@ -26,14 +26,19 @@ def default_episodes(world: World) -> int:
 
 
 def evaluation(world: World, agents: Sequence[ir.AgentPolicy], expert: Expert) -> dict[str, float | int | str]:
-    """Every measure of the trees (the expert standing in) against experts and of the expert, on held-out episodes."""
+    """Every measure of the trees against expert opponents and of the expert, on held-out episodes.
+
+    An agent without a tree is played by the expert.
+    """
     return evaluate_trees(world, agents, expert)[0]
 
 
 def evaluate_trees(
     world: World, agents: Sequence[ir.AgentPolicy], expert: Expert, episodes: int = 0
 ) -> tuple[dict[str, float | int | str], tuple[ir.AgentPolicy, ...]]:
-    """Returns the rows of `evaluation`, and the trees with leaf visits and feature ranges of the same episodes."""
+    """Returns the rows of `evaluation`, and the trees with what they met in the same episodes: leaf visits, feature
+    ranges. `episodes`: of each line-up; 0: as the world says.
+    """
     count = episodes or default_episodes(world)
     seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + count)
     experts: list[Controller] = [expert] * len(world.agents)

@@ -156,7 +156,9 @@ def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Floats:
 
 
 def observe_state(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Floats]:
-    """Returns each agent's observation of a state as NAME=NUMBER,...; velocities default to 0. InputErrors."""
+    """Returns each agent's observation of the world state that a text states: NAME=NUMBER for each position,
+    `goal=LANDMARK` where there is a goal; velocities that are left out are 0. Errors as `observation_of`.
+    """
     world, parts = profile.world, [part.strip() for part in text.split(",")]
     goals = [part.partition("=")[2].strip() for part in parts if part.partition("=")[0].strip() == GOAL]
     places = [part for part in parts if part.partition("=")[0].strip() != GOAL]

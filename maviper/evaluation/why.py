@@ -26,7 +26,9 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Causes:
-    """Why a team is worse than the expert in a measure: three parts of `gap`, positive where the trees are worse."""
+    """Why a team is worse than the expert in a measure, in its unit: `individual`, `shift` and `interaction` add up to
+    `gap`. Positive: the trees are worse.
+    """
 
     measure: Measure
     gap: Interval
@@ -96,7 +98,9 @@ class _Branches:
             raise InputError("a player does not answer the same state always alike", "--why", "choose other players")
 
     def terms(self) -> tuple[Float64, Float64, Float64]:
-        """Of each episode: the gap; each member's loss in the team's states, and its gap among experts."""
+        """Of each episode: the gap [n_measures, batch]; what each member's actions alone lose in the team's states,
+        and each one's gap among experts, [n_members, n_measures, batch].
+        """
         worth = self.worth
         advantages = np.zeros((len(self.members), *worth.shape))
         for step, acted in enumerate(self.episodes.actions):

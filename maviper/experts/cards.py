@@ -114,7 +114,10 @@ class Request:
 
 
 def settings(world: World, request: Request, kind: type) -> Any:
-    """The recipe's settings with the user's on top. UnknownNameError for a name, InputError for a value."""
+    """The settings of a request: the recipe's, with the user's on top. `kind`: the algorithm's settings class.
+
+    UnknownNameError for a name that there is not, InputError for a value that cannot be used.
+    """
     chosen = dict(PAPER_MADDPG) if request.recipe == PAPER else {}
     if request.recipe == CLONE:
         if world.spec.name not in CLONED:
@@ -131,7 +134,9 @@ def settings(world: World, request: Request, kind: type) -> Any:
 
 
 def schedule(request: Request, chosen: Any) -> str:
-    """Describes the episodes of such a training, when it is judged, and where `paper` is not as released."""
+    """Describes the episodes that a training of these settings plays and when it is judged, and where `paper` is not as
+    released or as the recipe has it.
+    """
     imitated = min(chosen.steps, getattr(chosen, "imitate_steps", 0))
     copied = f", the first {imitated:,} to imitate a script" if imitated else ""
     said = f"{chosen.steps:,} steps in {chosen.games:,} parallel games, a checkpoint every {chosen.checkpoint_steps:,}"
@@ -193,7 +198,9 @@ class Judged:
 
 
 def judge(world: World, controller: Controller, seeds: range, rivals: Sequence[Rival] = ()) -> Judged:
-    """Judges a controller of all agents on the episodes `seeds`; in a rated world against `rivals`."""
+    """Judges a controller of all agents on the episodes `seeds`. `rivals` count in a world that is rated (`is_rated`);
+    the first checkpoint of all has none and scores 0.
+    """
     among = measures.evaluate(world, [controller] * len(world.agents), seeds)
     if not is_rated(world):
         return Judged(_mean([_worth(measure, among[measure]) for measure in _primary(world)]), among)
@@ -218,7 +225,9 @@ def is_rated(world: World) -> bool:
 
 
 def advantage(world: World, ours: Controller, theirs: Controller, seeds: range) -> float:
-    """Measures how much better each team does when `ours` plays it and `theirs` all others than the other way round."""
+    """Measures by how much each team does better when `ours` plays it and `theirs` all others than the other way round:
+    the mean over teams, in the measure's unit. What `ours` gains on `theirs`, `theirs` loses.
+    """
     gained = dict.fromkeys(world.teams, 0.0)
     played: dict[tuple[bool, ...], dict[Measure, Estimate]] = {}
     for team in world.teams:
@@ -236,7 +245,9 @@ def _primary(world: World) -> list[Measure]:
 
 
 def _worth(measure: Measure, estimate: Estimate) -> float:
-    """Higher is better: of a share its log-odds, kept finite by half a failure and half a success."""
+    """Higher is better. A share's log-odds, with half a failure and half a success added, so that a perfect one is
+    finite.
+    """
     value = estimate.value
     if isinstance(estimate, Share):
         value = math.log((estimate.hits + 0.5) / (estimate.count - estimate.hits + 0.5))
@@ -320,7 +331,9 @@ def critic_reward(card: Mapping[str, Any], world: World) -> str:
 
 
 def reward_of(settings: Mapping[str, Any], world: World) -> str:
-    """The reward that a critic is fitted to: the environment's, with so much of the world's shaping term."""
+    """The reward that a training with these settings fits its critic to: the environment's, with so much of the world's
+    shaping term.
+    """
     weight = settings["shaping"] * settings.get("critic_shaping", 1.0)
     return f"environment + {weight:g} * shaping" if weight and world.shaped else "environment"
 
@@ -341,7 +354,9 @@ def table(judged: Judged) -> dict[str, list[float]]:
 
 
 def learning_curve(world: World, lines: Sequence[Mapping[str, Any]]) -> str:
-    """Each team's primary measure over a training's steps, with 95 % intervals, as SVG."""
+    """Each team's primary measure over the steps of a training, with its 95 % intervals, as SVG; the same bytes for the
+    same lines.
+    """
     mpl: Any = import_module("matplotlib")
     drawing: Any = import_module("matplotlib.figure")
 

@@ -344,7 +344,9 @@ def _torch_alone(rows: int) -> Generator[None]:
 
 
 def import_expert(source: Source, world: World | None = None) -> Given:
-    """The expert that a module's function returns, or that acts by it (see `Acting`). InputError otherwise."""
+    """The expert that the function of a module returns, or that acts by it (see `Acting`). InputError when it
+    raises, or returns something else.
+    """
     function = import_maker(source)
     if not callable(function) or _acts(function):
         return given_expert(function, world, source)

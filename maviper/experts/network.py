@@ -79,7 +79,9 @@ class NetworkExpert:
         return f"{self.agents[0]}.{net}.1.weight" in self.tensors
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any = None) -> Int:
-        """Returns greedy actions, legal ones if any is, or numbers clipped to the bounds; see `Controller.act`."""
+        """Returns each agent's greedy action, among legal ones if any is, or its numbers, means clipped to the bounds;
+        see `Controller.act`.
+        """
         if self.bounds:
             return in_columns([self._give(agent, observations[agent]) for agent in agents])
         return np.stack([self._greedy(agent, observations[agent]) for agent in agents], axis=1)
@@ -90,7 +92,9 @@ class NetworkExpert:
         return give_numbers(self.logits(agent, rows), *self.bounds[agent])[: len(obs)]
 
     def _greedy(self, agent: int, obs: Float32) -> Int:
-        """In float64 only where float32 leaves a doubt; at least two rows, as one is added up in another order."""
+        """In float64 only where float32 leaves a doubt; the least batch of a product is two rows, as one row alone is
+        added up in another order.
+        """
         doubt = self._doubt(agent, obs) if len(obs) >= FEW and obs.dtype == np.float32 else np.inf
         if doubt == np.inf:
             return np.argmax(self._legal(agent, obs, self.logits(agent, obs)), axis=1)
@@ -163,13 +167,17 @@ class NetworkExpert:
 
 
 def give_numbers(parts: Any, low: Float64, high: Float64) -> Float32:
-    """Numbers within bounds, [batch, n_outputs]: -1 is the low one, 1 the high one, the rest is clipped."""
+    """Numbers within bounds, [batch, n_outputs]: -1 stands for the low one, 1 for the high one, and what is beyond them
+    is clipped.
+    """
     given = (low + high) / 2 + np.asarray(parts, np.float64) * ((high - low) / 2)
     return np.clip(given, low, high).astype(np.float32)
 
 
 def _largest_errors(net: str, wide: Mapping[str, Float64]) -> tuple[Float64, Float64]:
-    """Bounds an output's size and float32 error: per unit of the largest input, and the constant parts."""
+    """Bounds the size of an output and its error in float32: the parts for each unit of the largest input, and the
+    constant parts.
+    """
     inputs = len(wide[f"{net}.1.weight"])
     size, error = np.array([np.ones(inputs), np.zeros(inputs)]), np.zeros((2, inputs))  # [per unit and constant, width]
     for layer in LAYERS:
@@ -183,7 +191,9 @@ def _largest_errors(net: str, wide: Mapping[str, Float64]) -> tuple[Float64, Flo
 
 
 def _best(logits: Any) -> tuple[Int, Any]:
-    """Each row's first largest entry and its lead, both [batch]; by column, three times as fast in short rows."""
+    """Each row's first largest entry, and by how much it is above the second, both [batch]; no NaN. Column by column:
+    reductions over rows that are so short take three times as long.
+    """
     first, *others = logits.T.copy()
     actions, second = np.zeros(len(logits), np.int64), np.full(len(logits), -np.inf, logits.dtype)
     for action, column in enumerate(others, 1):
@@ -254,7 +264,10 @@ def encode(tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> bytes:
 
 
 def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert:
-    """The expert in a file's bytes, for `world`. InputError when it is damaged, not ours, or another world's."""
+    """The expert in a file's bytes; InputError when it is damaged, not an expert of ours, or another world's.
+
+    `world`: what it plays; needed for a user's environment, since a file's word is not enough to import code.
+    """
     from safetensors import SafetensorError
     from safetensors.numpy import load
 

@@ -172,7 +172,9 @@ def _find_alike(columns: Float64) -> Int:
 
 
 class SplitUp(Scripted):
-    """Physical deception: defender k lands on landmark k; the adversary goes where defenders are nearer in sum."""
+    """Physical deception: defender k lands on landmark k, so that nothing it does depends on the goal; the adversary
+    goes to the landmark that defenders are nearer to in sum.
+    """
 
     def _act(self, agents: Sequence[int], state: WorldState) -> Int:
         position, n_agents = planes(state.position), len(self.agents)
@@ -183,7 +185,9 @@ class SplitUp(Scripted):
 
 
 class Assignment(Scripted):
-    """Cooperative navigation: agents land by the assignment of least squared distances; no straight paths cross."""
+    """Cooperative navigation: agents land on the landmarks of the assignment with the least sum of squared distances,
+    in which no two straight paths cross.
+    """
 
     def _act(self, agents: Sequence[int], state: WorldState) -> Int:
         from scipy.optimize import linear_sum_assignment
@@ -195,7 +199,9 @@ class Assignment(Scripted):
 
 
 class FixedRoles(Scripted):
-    """Cooperative navigation: agent k lands on landmark k, which is worse and far easier for a tree."""
+    """Cooperative navigation: agent k lands on landmark k. Worse than `Assignment`, and far easier for a tree: no agent
+    needs to see the others.
+    """
 
     def _act(self, agents: Sequence[int], state: WorldState) -> Int:
         return self.land(agents, state, np.repeat(np.array(agents)[:, None], len(state), axis=1))
@@ -203,7 +209,9 @@ class FixedRoles(Scripted):
 
 @dataclass(frozen=True)
 class MixedRoles(Scripted):
-    """Cooperative navigation: `Assignment` or `FixedRoles`, by a draw from where an episode's landmarks lie."""
+    """Cooperative navigation: `Assignment` in a share of the episodes, and `FixedRoles` in the others. Which it is
+    follows from where the landmarks lie, as if drawn, and stays so for the whole episode.
+    """
 
     share: float = 0.5
 
@@ -259,7 +267,9 @@ class Chase(Scripted):
 
 
 class AsRead(Scripted):
-    """Coordination: each agent takes what it reads for what is hidden, and the convention that this demands."""
+    """Coordination: each agent takes what it reads for what is hidden, and the convention that this demands. Without
+    noise no team does better; with noise the agents' errors are independent, so a larger team errs more often.
+    """
 
     def _act(self, agents: Sequence[int], state: Decisions) -> Int:
         assert isinstance(self.world, Coordination)

@@ -52,7 +52,10 @@ def extract(
     journal: Journal = NOTHING_KEPT,
     examples: Examples = NO_EXAMPLES,
 ) -> ir.PolicyProfile:
-    """The policy profile that an algorithm extracts; `journal` keeps what is done, for a later call to go on."""
+    """The policy profile that an algorithm extracts. `journal` keeps what is done, and a later call with the same
+    arguments goes on from there. `examples`: states whose labels every iteration learns from as well; refinement
+    keeps them.
+    """
     settings = settings.complete().deal_budget(world, running.jobs)
     world, settings = settings.judge_world(world), replace(settings, measure=settings.measure_in(world))
     refine.check(settings, world)

@@ -263,7 +263,11 @@ class _Stacked:
 
 
 class Arena:
-    """Where a team's candidates meet the same episodes; `secondary`: weight of its other shares in a score."""
+    """Where candidates of one team meet the same episodes. Every call draws the next episodes of `seeds`.
+
+    `secondary`: weight in a score of the mean of the team's other shares (such as success at a smaller radius), which
+    still tell candidates apart where the primary measure is near its end.
+    """
 
     def __init__(
         self, world: World, expert: Controller, agents: Sequence[int], seeds: range, secondary: float = 0.0

@@ -47,7 +47,10 @@ GAMMA = 0.95
 
 
 def fitted_q(asked: Extraction, everybody: Sequence[int], selection: Selection) -> int:
-    """Offers the trees of every round over `rollouts` expert episodes; returns how many points there were."""
+    """Offers the trees of every round over `rollouts` expert episodes; returns how many points there were.
+
+    Episodes and rounds are made again when a run goes on: together they take seconds.
+    """
     world, settings = asked.world, asked.settings
     played = collect_episodes(world, asked.expert, settings, selection.cut)
     agents = [_Agent(world, index, played, settings) for index in everybody]
@@ -60,7 +63,9 @@ def fitted_q(asked: Extraction, everybody: Sequence[int], selection: Selection) 
 def collect_episodes(
     world: World, expert: Expert, settings: Settings, over: Callable[[], bool] = lambda: False
 ) -> list[Episodes]:
-    """The expert's episodes, a share `explore` of whose actions are uniform; `over`: as in `rollout`."""
+    """The episodes that Q is fitted to: the expert's, a share `explore` of whose actions are uniform; `over`: as in
+    `rollout`.
+    """
     player: Controller = expert
     if settings.explore:
         choices = np.array([len(choices) for choices in world.actions])
@@ -104,7 +109,9 @@ class _Agent:
         self.tree: Any = None
 
     def round(self) -> GrownTree:
-        """One iteration: Q becomes the reward and what the best next action is worth; the greedy tree."""
+        """One iteration: Q becomes the reward and what the best action is worth afterwards, if anything follows; the
+        greedy tree.
+        """
         from sklearn.tree import DecisionTreeRegressor
 
         target = self.reward
@@ -177,7 +184,10 @@ def greedy(tree: Any, n_features: int, n_actions: int) -> GrownTree:
 
 
 def rgmdt(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
-    """Offers the trees of every round; returns how many points there were. InputError without a critic."""
+    """Offers the trees of every round to `selection`; returns how many points there were in the end.
+
+    Rounds are made again when a run goes on. InputError for an expert without a critic.
+    """
     world, settings = asked.world, asked.settings
     if critic_of(asked.expert) == "none":
         raise InputError("rgmdt clusters the expert's Q", "--critic none", "choose --critic learned or measured")

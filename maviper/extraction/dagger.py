@@ -56,7 +56,9 @@ Grown = tuple[list[GrownTree], dict[str, float]]  # trees in the order of agents
 
 
 def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
-    """Offers every iterate of some agents to `selection`; returns how many points there were in the end."""
+    """Offers every iterate of some agents to `selection`; returns how many points there were in the end, beside the
+    examples.
+    """
     world, settings = asked.world, asked.settings
     parties = group_agents(world, settings.rollouts_by, agents)
     names = [""] if len(parties) == 1 else [f"-{place}" for place in range(len(parties))]
@@ -134,7 +136,9 @@ class _Group:
         return 0 if self.data is None else len(self.data)
 
     def play(self, iteration: int, told: Callable[[float], None], over: Callable[[], bool]) -> Met:
-        """Episodes of the group, labelled by the expert, with each agent's weights (line 3)."""
+        """Episodes of the group, labelled by the expert, with each agent's weights (line 3). `told`: of the share that
+        is weighed; `over`: as in `rollout`.
+        """
         asked = self.asked
         seeds = asked.settings.rollout_episodes(iteration)
         most, weighed = len(seeds) * asked.world.spec.episode_steps * len(self.agents), 0
@@ -204,7 +208,9 @@ class _Responding(_Group):
         self.trees = dict(trees)
 
     def grow(self, data: Dataset, iteration: int) -> Grown:
-        """The next trees, one agent's after the other's, each taught replies to its mates' present trees."""
+        """The next trees, one agent's after the other's: each is taught the replies to the present trees of its mates,
+        weighed by what they are worth. Nobody votes, so everything is kept.
+        """
         settings, world, points = self.asked.settings, self.asked.world, self.data
         assert points is not None
         present, units = dict(self.trees), group_agents(world, TEAM if settings.share else AGENT, self.agents)
@@ -300,7 +306,9 @@ def accuracies(world: World, data: Dataset, trees: Mapping[int, GrownTree], team
 def grow_teams(
     world: World, data: Dataset, settings: Settings, growth: Growth, agents: Sequence[int], iteration: int
 ) -> tuple[list[GrownTree], dict[str, float]]:
-    """Resampling and TrainJointTrees, team by team: the trees, and the share of data that each team's votes kept."""
+    """Resampling and TrainJointTrees for some agents, team by team: their trees, and the share of its data that each
+    team's votes kept. `data`: with a column of weights for each of them.
+    """
     together = settings.rollouts_by in (EXPERTS, ALL) and settings.labels == EXPERT
     whose = list[int]() if together else agents  # data or labels of its own, draws of its own
     rng = np.random.default_rng([settings.seed, *whose, iteration])

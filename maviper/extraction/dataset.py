@@ -91,7 +91,9 @@ def collect(
     weigh: Weigh,
     over: Callable[[], bool] = lambda: False,
 ) -> Met:
-    """Plays episodes and labels the steps in which one of `agents` acts; `weigh` gives each a column of weights."""
+    """Plays episodes and labels what they meet. `agents`: those that the rollouts are about, and that `weigh` gives a
+    column of weights each; only the steps in which one of them acts become points. `over`: as in `rollout`.
+    """
     mine = list(agents)
     datasets: list[Dataset] = []
     values: dict[str, list[Float64]] = {world.team_of(world.agents[agent]): [] for agent in agents}

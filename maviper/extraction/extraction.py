@@ -205,7 +205,9 @@ class _Asked:
 
 
 def _moves(sizes: Sequence[int]) -> Iterator[list[tuple[int, ...]]]:
-    """Moves of agents' actions from the expert's, for ever more changed agents, up to MAX_JOINT of one number."""
+    """By how far each agent's action moves on from the expert's, for ever more changed agents, until one level of them
+    has more than MAX_JOINT.
+    """
     places = range(len(sizes))
     for changed in range(len(sizes) + 1):
         chosen = list(combinations(places, changed))
@@ -234,7 +236,9 @@ class Extraction:
     ends: float = math.inf  # by the monotonic clock: the trees are to be measured by then
 
     def is_over(self, *further: int, since: float = math.inf) -> bool:
-        """Returns True if it is time to measure, after `further` episodes and a step as long as that `since` then."""
+        """Returns True if it is time to measure the trees, with so many episodes of each further kind to be played
+        before, and perhaps a step that takes as long as what went on `since` then.
+        """
         if self.ends == math.inf:
             return False
         now = time.monotonic()
@@ -298,7 +302,9 @@ def joint_ratio(
 
 
 def finalist_score(world: World, expert: Expert, settings: Settings, agents: Sequence[ir.AgentPolicy]) -> float:
-    """The mean ratio of the teams to the expert, on episodes that no extraction with these settings has seen."""
+    """The mean ratio of the teams to the expert, on episodes that no extraction with these settings has seen: to choose
+    among extraction seeds.
+    """
     world = settings.judge_world(world)
     seeds = settings.episodes(measures.SELECTION_SEEDS)[-settings.count_held_out(world) :]
     experts: list[Controller] = [expert] * len(world.agents)

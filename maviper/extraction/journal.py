@@ -39,7 +39,9 @@ WHOLE = Part()
 
 @dataclass(frozen=True)
 class Progress:
-    """The result of one step, with scores: ratios to the expert, or while refining the primary measure."""
+    """The result of one step. Scores: the mean of the ratios to the expert while extracting, and the primary measure,
+    higher being better, while refining.
+    """
 
     stage: str
     done: int
@@ -66,7 +68,9 @@ class Progress:
 
 @dataclass(frozen=True)
 class Underway:
-    """The progress within a long step: `done` of `total` steps, or of episodes in stages other than EXTRACTING."""
+    """The progress within a step that takes long: `done` of `total` steps, with the share of this one. Other stages
+    than EXTRACTING are counted in episodes, from when they are told.
+    """
 
     done: float
     total: int

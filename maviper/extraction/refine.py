@@ -87,7 +87,9 @@ class Moves:
 
     @staticmethod
     def of(tree: SummedTree, obs: Float32, ranges: Float64) -> "Moves":
-        """Of a tree that meets these observations. `ranges`: [n_outputs], of the outputs."""
+        """Of a tree that meets these observations; each split has a sum of its own if leaves take actions. `ranges`:
+        [n_outputs], of the outputs.
+        """
         wide = obs.astype(np.float64)
         tested, n_features = columns_of(tree, obs), wide.shape[1]
         thresholds, numbers = np.zeros(len(tree.feature)), np.zeros(tree.given.shape)
@@ -137,7 +139,9 @@ def evolving_cost(scale: int = 1) -> int:
 
 
 def round_scale(episodes: int) -> int:
-    """Returns the size of a round as a multiple of a small one, with so many episodes for all rounds."""
+    """Returns the size of a round as a multiple of a small one, with so many episodes for all rounds. Small rounds find
+    the way from bad trees in few episodes; the gains of good ones drown in the differences between episodes.
+    """
     return max(1, math.isqrt(episodes // (ROUNDS * evolving_cost())))
 
 
@@ -160,7 +164,10 @@ def count_steps(episodes: int, cost: int) -> int:
 def improve_numbers(
     arena: Arena, trees: Trees, done: float, rng: np.random.Generator, scale: int = 1
 ) -> tuple[Trees, Float64]:
-    """One round: the team after the best step, or the same, and its primary measure in the episodes compared."""
+    """One round: the team after the step that plays best, or the same team when none does, and its primary measure in
+    the episodes that compared them. `done`: the share of all rounds that are; steps become shorter. `scale`: as of
+    `evolving_cost`.
+    """
     spread, played = 1 - done * (1 - LAST_SPREAD), scale * PLAYED
     arena.scores([trees], played)  # for what its agents observe
     moves = [
@@ -216,7 +223,9 @@ def _as_summed(tree: GrownTree) -> SummedTree:
 
 
 def judge(arena: Arena, before: Trees, after: Trees) -> tuple[Trees, Float64]:
-    """The team after refinement if it plays better by more than chance, else that before; and its primary measure."""
+    """The team after refinement where it plays better than before by more than chance, else that before; and its
+    primary measure in the episodes that told.
+    """
     scored = arena.scores([before, after], JUDGED)
     gains = scored[1] - scored[0]
     better = gains.mean() > gains.std() / np.sqrt(len(gains))
@@ -261,7 +270,10 @@ class _Task:
 def refine_trees(
     asked: Extraction, agents: Sequence[int], chosen: Sequence[list[GrownTree]], running: Running = QUIETLY
 ) -> tuple[Trees, dict[str, int]]:
-    """The refined tree of each of `agents`, and the episodes it took; each team is refined on its own."""
+    """The refined tree of each of `agents`, and the episodes it took. `chosen`: their trees, the chosen one first.
+
+    Each team is refined on its own, so several of them at a time.
+    """
     world, jobs, on_progress = asked.world, running.jobs, running.on_progress
     if not asked.settings.refinement:
         return [trees[0] for trees in chosen], {}
@@ -436,7 +448,9 @@ def proposals(
 def _lawful(
     changed: Sequence[GrownTree], tree: GrownTree, obs: Float32, mask: Mask, limits: Limits
 ) -> Iterator[GrownTree]:
-    """Changed trees with the tests of the mask that they need; those that grow too deep are left out."""
+    """Changed trees with the tests of the mask that they need. The next choice is what `tree` does most in `obs` there.
+    A tree that could not have grown from `max_depth` and such tests is left out.
+    """
     known = Labelled(obs, tree.action[ir.apply(tree, obs)])
     for each in changed:
         legal_tree = lawful(merge_leaves(each), mask, known)

@@ -97,7 +97,9 @@ class _Growing:
         return _Node(rows, depth, action, projected)
 
     def grow(self, level: int, keep: Bool) -> None:
-        """A pass: makes the root, or splits every node above `level` that has no children."""
+        """A pass: makes the root, or splits every node above `level` that has no children; the root is made anew first
+        where it has none.
+        """
         if self.root is None or (level == 1 and self.root.left is None):
             self.root = self.make_node(self.everything, 0, keep)
         stack = [self.root]
@@ -138,7 +140,9 @@ class _Growing:
 
 
 def best_split(obs: Float32, labels: Int, counts: Int, n_actions: int) -> tuple[int, float] | None:
-    """The midpoint split of least weighted Gini impurity, if it improves; of equals the first feature's lowest."""
+    """The split of least weighted Gini impurity among the midpoints of neighbouring values, if it is an improvement;
+    of equals the first feature's lowest.
+    """
     weights = np.eye(n_actions)[labels] * counts[:, None]
     totals = weights.sum(axis=0)
     best, split = _purity(totals[None])[0] + 1e-9, None  # strictly better
@@ -407,7 +411,9 @@ def imitation(asked: Extraction, everybody: Sequence[int], selection: Selection)
 
 
 def _starts(world: World, expert: Expert, settings: Settings, iteration: int) -> Arrays:
-    """Samples as many points as `rollouts` episodes have: first one episode for FREE_STEPS, then start states."""
+    """Samples as many points as `rollouts` episodes have: in the first iteration one episode for FREE_STEPS, otherwise
+    start states.
+    """
     rng = np.random.default_rng([settings.seed, iteration])
     wanted = settings.rollouts * world.spec.episode_steps
     played: list[Met] = []
@@ -449,7 +455,9 @@ def _arrays(observations: Sequence[Float32], acted: Int, alive: Bool) -> Arrays:
 def one_hot_tree(
     obs: Float32, acted: Int, counts: Int, n_actions: int, max_depth: int, stays: bool = True
 ) -> GrownTree:
-    """A tree of one output per action; if it `stays`, a leaf without a majority says none."""
+    """A tree of one output per action. If it `stays`, a leaf in which no action has more than half says none, and the
+    agent stands still; otherwise it says the most frequent one.
+    """
     from sklearn.tree import DecisionTreeClassifier
 
     used = counts > 0

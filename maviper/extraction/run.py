@@ -141,7 +141,9 @@ class Request:
 
 
 def request(options: Mapping[str, Any], command: str = "maviper.extract") -> Request:
-    """The options of the verb as a request. TypeError for an unknown option, InputError for a value."""
+    """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
+    cannot have.
+    """
     given, settings = part_settings(complete_options(ExtractOptions, options))
     ensure_counts(given["seeds"], given["jobs"])
     return Request(**given, settings=settings, command=command)
@@ -179,7 +181,9 @@ def _find(expert: Any, options: Request, console: Console) -> Found:
 
 
 def extract_named(expert: Any, output: Path | None, options: Request, console: Console) -> ir.PolicyProfile:
-    """The trees of the named expert. `output`: the profile's .json file, or a run folder; None: no file."""
+    """The trees of the named expert. `expert`: as for `find_expert`; `output`: the profile's .json file, or a run
+    folder; None: no file is written.
+    """
     alone = output is None or output.suffix == ".json"
     if alone and (options.resume or options.seeds > 1):
         what = "only a run folder can be resumed" if options.resume else "several seeds need a run folder"
@@ -195,7 +199,9 @@ def extract_named(expert: Any, output: Path | None, options: Request, console: C
 
 
 def _extract_in_folder(expert: Any, output: Path, options: Request, console: Console) -> ir.PolicyProfile:
-    """The trees of the best seed, by a run kept in the folder; copies of a user's environment end within."""
+    """The trees of the named expert, of the best seed, by a run that is kept in the folder. Copies of a user's
+    environment end within.
+    """
     asked = _find(expert, options, console)
     resuming.resumable(partial(runs.holds_run, output))
     task = _Task(output, asked, options.critic, options.command, options.resume, console.quiet)
@@ -212,7 +218,9 @@ def _extract_in_folder(expert: Any, output: Path, options: Request, console: Con
 
 
 def _ensure_room(output: Path, options: Request) -> None:
-    """InputError where the results cannot be written, or would be over another profile or what is read."""
+    """InputError where the results cannot be written, or would be written over what an extraction reads or over another
+    profile.
+    """
     if output.suffix != ".json":
         runs.ensure_vacant(output, runs.PROFILE_FILE, options.resume)
         return
@@ -283,7 +291,9 @@ def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.Polic
 
 
 def _withdraw(folder: Path) -> None:
-    """Takes back a run that failed on what it was given before it had a tree: the folder is free for another."""
+    """Takes back a run that failed on what it was given before it had a tree: what is asked for next is another run,
+    and may have the folder. A run with more than the expert's own play stays.
+    """
     steps = folder / STEPS
     play = steps / f"{EXPERT_STEP}.safetensors"
     if {*steps.rglob("*")} <= {play}:

@@ -48,12 +48,16 @@ class Choice(ABC):
         self.found: Mapping[Measure, Estimate] = {}  # of the best: each team's primary measure
 
     def note_rollouts(self, values: Mapping[str, Float64]) -> None:
-        """Says what the last candidate (or the expert) did in its rollouts: `values`, each team's primary measure."""
+        """Says what the last candidate (or, before the first, the expert) did in its rollouts: `values`, each team's
+        primary measure.
+        """
         del values
 
     @abstractmethod
     def offer(self, trees: Sequence[GrownTree]) -> float | None:
-        """Takes a candidate; returns the ratio to the expert of the last one that was judged, None before."""
+        """Takes a candidate, trees in the order of `agents`; returns the ratio to the expert of the last one that was
+        judged. None: nothing can be said yet.
+        """
 
     @abstractmethod
     def choose_trees(self) -> list[list[GrownTree]]:
@@ -201,7 +205,9 @@ class Raced(Choice):
 
 
 class Members(Raced):
-    """Each member gets a round of its own: rounds race beside mates of others, then the teams of the finalists."""
+    """Each member of a team gets a round of its own, judged by how the team plays: trees of all rounds race beside
+    mates of other rounds, then the teams that the finalists can form.
+    """
 
     def choose_trees(self) -> list[list[GrownTree]]:
         """Returns each agent's trees in the order of its own race; see `Choice.choose_trees`."""
@@ -271,13 +277,17 @@ class Selection:
         return {team: values[asked.world.primary(team)] for team in asked.world.teams}
 
     def note_rollouts(self, values: Mapping[str, Float64], fidelity: float) -> None:
-        """Says what the last candidate (or the expert) did in its rollouts: `values` and `fidelity`."""
+        """Says what the last candidate (or, before the first, the expert) did in its rollouts: `values`, each team's
+        primary measure; `fidelity`, the share of actions that were the expert's.
+        """
         self.fidelity = fidelity
         for choice in self.choices:
             choice.note_rollouts(values)
 
     def cut(self) -> bool:
-        """Returns True if the first round is to end, since the time is over. OutOfTime in later ones."""
+        """Returns True if the first round, from which there must be some trees, is to end with the episodes that were
+        played so far, since the time is over. OutOfTime in later ones.
+        """
         over = self.asked.is_over(sum(choice.race for choice in self.choices))
         if over and self.offered:
             raise OutOfTime

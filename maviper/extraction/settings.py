@@ -92,7 +92,9 @@ OUR_RUNGS: dict[str, dict[str, str]] = {
 
 
 def bundle(algorithm: str, selection: str, share: str = NOTHING) -> dict[str, str]:
-    """The settings that an algorithm's name stands for; members that share a tree choose together."""
+    """The settings that an algorithm's name stands for. `selection`: how an iterate is chosen; `share`: members of a
+    team that share a tree play and choose together, where each would do so alone.
+    """
     settings = {"labels": EXPERT, "selection_by": CHOSEN_BY[selection], **BUNDLES[algorithm]}
     if algorithm == BEST_RESPONSE and selection == RACE and not share:
         settings["selection_by"] = MEMBER
@@ -329,7 +331,9 @@ class Settings:
         return replace(dealt, refinement=(budget - 2 * rollouts) // refined) if large else dealt
 
     def share_budget(self, world: World, seeds: int) -> "Settings":
-        """The settings of one of several extractions in a world of others, less episodes to choose among them."""
+        """The settings of one of several extractions that share a budget, in a world of others: what is left to it when
+        the held-out episodes have been played once more, to choose among them.
+        """
         if not self.budget or world.games is None:
             return self
         share = (self.budget - START_EPISODES) // seeds
@@ -349,7 +353,9 @@ class Settings:
         return self.held_out or held_out.default_episodes(world)
 
     def plan(self, world: World) -> dict[str, int]:
-        """Counts the episodes that each stage plays at most; of the authors' code only the held-out ones are known."""
+        """Counts the episodes that each stage plays at most, of settings that are complete and dealt. The authors' code
+        counts samples, so only its held-out episodes are known.
+        """
         runs, loops, sides, refined = self._counts(world)
         learning = {
             ROLLOUTS: runs * self.rollouts * (1 if self.algorithm == FITTED_Q else self.iterations),

@@ -34,7 +34,10 @@ def side_by_side(function: Callable[..., Any], arguments: Sequence[Sequence[Any]
 
 
 def as_they_come(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], jobs: int) -> Iterator[Any]:
-    """Yields results as calls end, taking few `arguments` ahead. MissingToolError where a process was killed."""
+    """Yields results like `side_by_side`, in the order in which calls end. Of `arguments`, only a few are taken ahead.
+
+    MissingToolError where a process was killed, as a machine does that runs out of memory.
+    """
     if jobs == 1:
         yield from (function(*each) for each in arguments)
         return
@@ -143,7 +146,10 @@ def best_of(
     score: Callable[[Made], Scored],
     say: Callable[[str, str], None],
 ) -> tuple[int, Made]:
-    """The seed with the highest score, the first of equals, and its result. `say`: shows a label and a line."""
+    """The seed with the highest score, the first of equals, and its result; writes the table into the run's folder.
+
+    `say`: shows a label and a line, once for each result as it comes, and at last for the best.
+    """
     kept: list[Made] = []
     scores: list[Scored] = []
     for seed, result in zip(seeds, results, strict=True):

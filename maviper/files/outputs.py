@@ -107,7 +107,10 @@ def _ensure_spared(folder: Path, files: Mapping[str, str | bytes], given: Iterab
 
 
 def without_given(folder: Path, files: Mapping[str, str | bytes], given: Mapping[str, Path]) -> dict[str, str | bytes]:
-    """The files without those that the run was given from the folder. `given`: name -> the file that was read."""
+    """The files without those that are in the folder already, since the run was given them from there.
+
+    `given`: name -> the file that the run read, whose content this is.
+    """
     there = {name for name, path in given.items() if _is_there(folder / name, path)}
     return {name: content for name, content in files.items() if name not in there}
 
@@ -175,7 +178,9 @@ def write_listed(folder: Path, files: Mapping[str, str | bytes], manifest: str) 
 
 
 def ensure_listed(folder: Path, files: Mapping[str, str | bytes], manifest: str) -> None:
-    """InputError for writing over a file that an earlier run's manifest does not list, or that was changed."""
+    """InputError where a file would be written over another that the manifest of an earlier run does not list, or that
+    was changed since.
+    """
     listed = _as_listed(folder, manifest)
     for name, content in files.items():
         if (

@@ -388,7 +388,9 @@ def holds_run(folder_: Path) -> bool:
 
 
 def ensure_vacant(folder_: Path, result: str, resume: bool) -> None:
-    """Ensures, before the work, that a run can be kept in a folder, with its `result`. InputError otherwise."""
+    """Makes sure, before the work, that a run can be kept in a folder. InputError where its `result`, a name, would be
+    written over a file, and for a folder that cannot be made or, as `claim`, is to be resumed although none is there.
+    """
     room(folder_)
     if resume:
         if not holds_run(folder_):

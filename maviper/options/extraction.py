@@ -308,7 +308,9 @@ def option_of(setting: str) -> str:
 
 
 def ensure_together(said: Mapping[str, Any], changed: Collection[str]) -> None:
-    """InputError for settings that do not go together. `changed`: what an algorithm's name sets otherwise."""
+    """InputError for settings that do not go together. `said`: all by name; `changed`: those that an algorithm's name
+    sets, and that are not as it says.
+    """
     for refusal in REFUSALS:
         asked = refusal.find_refused(said, changed)
         if asked:

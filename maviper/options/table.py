@@ -141,7 +141,9 @@ def _type(hint: Any) -> dict[str, Any]:
 
 
 def complete_options(options: type, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Every option of a table by name, with defaults. TypeError for an unknown name, InputError for a value's type."""
+    """Every option of a table by name, as given; where it is not, or is None, its default. TypeError for a name that is
+    not in it, as of any function; InputError for a value of another type.
+    """
     table = table_of(options)
     for name in given:
         if name not in table:

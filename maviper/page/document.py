@@ -133,7 +133,9 @@ def _turning(policy: ir.AgentPolicy, place: int) -> Iterator[float]:
 
 
 def bound_sliders(policy: ir.AgentPolicy, seen: Floats | None = None) -> list[tuple[float, float]]:
-    """Each feature's slider: its seen or stated range, else what was `seen`; with thresholds and a margin."""
+    """For each feature the least and the most that a slider shows: what the profile says was seen, or its stated range
+    where that is bounded, else what was `seen` [n, n_features]; with the tree's thresholds, and a margin.
+    """
     tree = policy.tree
     ranges: list[tuple[float, float]] = []
     for place, feature in enumerate(policy.features):
@@ -241,7 +243,9 @@ class Shown:
 
 @dataclass(frozen=True)
 class Told:
-    """A claim about a stated system, what its proof shows, and what a monitor says at each step of the episode."""
+    """A claim about a stated system: its name, the sentence that its proof shows, and what a monitor of the proof says
+    at each step of the recorded episode.
+    """
 
     name: str
     sentence: str
@@ -283,7 +287,9 @@ class Contents:
 
 
 def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
-    """The built-in claims that a profile allows without saying more; else that teams keep apart from others."""
+    """The built-in claims that can be made about a profile without saying more; where there are none, that each team
+    keeps apart from the others.
+    """
     if any(policy.outputs for policy in profile.agents):
         return ()  # these claims speak of actions and of episodes
     claims: list[Claim] = []
@@ -445,7 +451,9 @@ def cut_of(meaning: ir.Meaning, threshold: np.float32) -> Cut | bool:
 
 
 def _cuts(policy: ir.AgentPolicy) -> list[dict[str, Any] | bool | None]:
-    """Each node's cut and its place among those of the same feature; None for leaves and what is not measured."""
+    """For each node the cut of its test, with its place among those of the same feature; of tests of what is not
+    measured, and of leaves, None.
+    """
     tree, by_node = policy.tree, dict[int, Cut | bool]()
     for node in ir.splits(tree):
         meaning = policy.features[int(tree.feature[node])].meaning

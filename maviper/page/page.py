@@ -80,7 +80,9 @@ MAX_CODE_NODES = 20_000  # of all trees whose generated code is in the page too
 def contents_of(
     profile: ir.PolicyProfile, claims: tuple[Shown, ...], states: tuple[Stored, ...] = (), played: World | None = None
 ) -> Contents:
-    """Returns the contents of a page of these claims and states; of a world that a user names, one episode."""
+    """Returns the contents of a page of these claims and states, with visits in on-policy episodes and the shipped
+    expert; of a world that a user names (`played`), one episode.
+    """
     world = matching_world(profile)
     if world is None:
         episode = None if played is None else record_episode(profile, played)
@@ -145,7 +147,9 @@ def page(profile: ir.PolicyProfile, contents: Contents) -> str:
 
 
 def _module(profile: ir.PolicyProfile) -> Markup | None:
-    """The generated JavaScript without its exports; None where it is too large, or walks tables."""
+    """The generated JavaScript without its exports, since a page from a file path loads no modules; None where it is
+    too large for a page, or would be a walk over tables.
+    """
     if sum(len(policy.tree.feature) for policy in profile.agents) > MAX_CODE_NODES:
         return None
     model = lower(profile)
@@ -262,7 +266,9 @@ def page_of(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> str:
 
 
 def with_proof(contents: Contents, profile: ir.PolicyProfile, certificate: Path) -> Contents:
-    """Adds to a page the claim of a certificate and what a monitor of its proof says. Errors as for a monitor."""
+    """Adds to a page the claim of a certificate, first, and what a monitor of its proof says; of a claim about a stated
+    system in an episode of it, which is recorded. InputError and RefusedError as for a monitor.
+    """
     proved = load_proof(certificate, profile)
     if proved.stated and not isinstance(proved.region, RegionSpec):
         claim, episode = play_claim(profile, certificate, proved)
@@ -327,7 +333,10 @@ OK, LEAVING, OUTSIDE, INVALID = WORDS
 
 
 def play_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> tuple[Told, Recorded]:
-    """The claim of a certificate about a stated system, and an episode in it. InputError where none is played."""
+    """The claim of a certificate about a stated system, and an episode of the trees in it; `proved`: what it proves.
+
+    InputError for a system that gives no episodes in play.
+    """
     proof, statement = read_certificate(certificate)
     if not isinstance(proved.region, Cover) or statement.gives or not statement.moves:
         what = "the certificate is about no system that moves by actions, and a page plays no other"
@@ -358,7 +367,9 @@ def words(cover: Cover, states: ir.Float64) -> tuple[str, ...]:
 def _play_trees(
     profile: ir.PolicyProfile, env: StatedEnv, names: Sequence[str]
 ) -> tuple[tuple[ir.Floats, ...], ir.Float64]:
-    """Each agent's observations before each step, [steps, n_features], and those variables, [steps, variables]."""
+    """Returns each agent's observations before each step, [steps, n_features], and the variables with these names in
+    the states, [steps, variables].
+    """
     observed, _ = env.reset(measures.ON_POLICY_SEEDS)
     seen, states = {policy.agent: list[ir.Floats]() for policy in profile.agents}, list[list[float]]()
     while env.agents:

@@ -63,7 +63,9 @@ class Request:
 
 
 def request(options: Mapping[str, Any]) -> Request:
-    """The options of the verb as a request. TypeError for an unknown option, InputError for a value."""
+    """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
+    cannot have.
+    """
     given = complete_options(CompareOptions, options)
     given["settings"] = tuple(map(_read_setting, given["settings"]))
     asked = Request(**given)
@@ -96,7 +98,9 @@ def _once(given: Sequence[Any]) -> tuple[Any, ...]:
 def compare_algorithms(
     expert: Any, output: str | Path | None, options: Request, console: Console | None = None
 ) -> AlgorithmsCompared:
-    """Makes missing cells, writes table, figures and best trees, and returns them. `output` None: keeps nothing."""
+    """Makes the cells that are missing, writes table, figures and the best trees, and returns them. `output`: the
+    folder; None: nothing is kept. `console`: None says nothing.
+    """
     console = console or Console(quiet=True)
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory()) if output is None else output

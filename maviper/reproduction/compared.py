@@ -229,7 +229,9 @@ class _Cells:
         return values
 
     def scores(self, setting: Setting, measure: Measure) -> list[Float64]:
-        """The ratios of each expert, [seeds]; [] where some have too few seeds for a bootstrap."""
+        """The ratios of each expert, [seeds]; [] where there are too few of some: a bootstrap of few would find the
+        least and the most.
+        """
         every = [np.array([*self.by_seed(expert, setting, measure).values()]) for expert in self.asked.experts]
         scores = [each for each in every if len(each)]
         return scores if min(map(len, scores), default=0) >= register.read().least_seeds else []
@@ -276,7 +278,9 @@ class _Cells:
     # --- words
 
     def differences(self) -> list[dict[str, Any]]:
-        """The first algorithm less each other one at each depth, all words corrected together."""
+        """The first algorithm less each other one at each depth, by the measure that teams are judged by; all words are
+        corrected together.
+        """
         pairs = [
             (measure, one, other)
             for measure, one, other in product(self.main, self.settings, self.settings)

@@ -79,7 +79,9 @@ class Making:
 
 
 def ensure_own(store: Store, names: Sequence[str], who: str) -> None:
-    """InputError, before any cell is made, for a folder that cannot be written or has such files of no `who`."""
+    """InputError, before any cell is made, for a folder that cannot be written, and where what is to be written would
+    be written over what no `who` wrote.
+    """
     runs.room(store.folder)
     there = [name for name in names if (store.folder / name).exists()]
     if there and not store.cells.is_dir():

@@ -277,7 +277,9 @@ class Finder:
         return [Part(1 / len(opponents), source) for source in sources]
 
     def robustness(self, place: Place, algorithm: str, opponents: Sequence[str], seeds: Sequence[int]) -> list[Part]:
-        """Divides `against` by what the expert reaches against itself; negative where lower is better."""
+        """Divides `against` by what the expert reaches against itself; negative where lower is better. Returns may be
+        below 0, where a larger fraction would be a lower return: they are rewards as in `mode`.
+        """
         sign, mode = self.sign(place.measure), self.mode(place.measure)
         theirs = self.experts(place, seeds)
         parts = self.against(place, algorithm, opponents, seeds)
@@ -321,7 +323,9 @@ class Finder:
         return max(sorted(tried), key=tried.__getitem__)
 
     def attention(self, place: Place, algorithm: str, statistic: str, seeds: Sequence[int]) -> list[Part]:
-        """Where defenders look: how far apart their preferences are, from 0 to 1, or the goal's importance."""
+        """Where defenders look: how far apart their preferences between the targets are, from 0 to 1; or the share
+        of their importance that the goal's features have.
+        """
         rows = self.rows(place, algorithm)
         places = tuple((rows[seed].cell, "") for seed in seeds)
         told = self.results.facts(places[0][0])["importances"]

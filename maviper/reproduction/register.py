@@ -132,7 +132,9 @@ class Register:
 
 @lru_cache(maxsize=4)
 def read(path: Path = FILE) -> Register:
-    """The register in a file; that of the package with later claims. InputError with all faults otherwise."""
+    """The register in a file, that of the package with the claims that were written later. InputError with all faults
+    where it is not one.
+    """
     content, digest = _decode_file(path, _File)
     rest = {name: getattr(content, name) for name in _File.__struct_fields__ if name not in ("format", "claim")}
     rest |= {"experts": MappingProxyType(content.experts), "tables": MappingProxyType(content.tables)}
@@ -159,7 +161,9 @@ def _decode_file(path: Path, form: type[Content]) -> tuple[Content, str]:
 
 
 def _renumber_figures(claim: Claim) -> Claim:
-    """A claim with the paper's figure numbers, which the hashed file has one too high."""
+    """A claim whose figures have the paper's numbers. In the file all of them are one too high; it stays as it is,
+    since its hash stands in every cell and record.
+    """
 
     def correct_figure(text: str) -> str:
         return FIGURE.sub(lambda match: f"figure {int(match[1]) - 1}", text)

@@ -95,7 +95,9 @@ FIRST = (register.JOINT, register.ROBUSTNESS, register.INDIVIDUAL)  # of the row
 
 
 def _overview(judged: Sequence[Verdict]) -> list[dict[str, Any]]:
-    """A row for each table and figure of the paper: its main claim, or its first, with the words of all."""
+    """A row for each table and figure of the paper that claims are about: of its main claim, or its first, with the
+    words of all.
+    """
     groups: dict[str, list[Verdict]] = {}
     for verdict in judged:
         if named := PLACE.search(verdict.claim.place):
@@ -242,7 +244,9 @@ def describe_run(table: Results, known: Register, experts: Sequence[str]) -> dic
 
 
 def counts(words_by_id: Iterable[tuple[str, str]]) -> str:
-    """Counts the claims with each verdict; those that repeat another's number do not count."""
+    """Counts the claims with each verdict, such as `5 of 40 claims agree, 7 differ, 25 are not decided`, by id and word
+    of each. Those that repeat another's number do not count.
+    """
     told, repeats = list(words_by_id), register.read().repeats
     words = [word for name, word in told if name not in repeats]
     repeated = len(told) - len(words)

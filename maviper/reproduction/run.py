@@ -77,7 +77,9 @@ class Request:
 
 
 def request(options: Mapping[str, Any]) -> Request:
-    """The options of the verb as a request. TypeError for an unknown option, InputError for a value."""
+    """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
+    cannot have.
+    """
     return Request(**complete_options(ReproduceOptions, options)).ensure_usable()
 
 

@@ -23,7 +23,9 @@ ENDS = (1 - LEVEL) / 2, (1 + LEVEL) / 2  # quantiles that an interval lies betwe
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its standard error, from which all else follows by Student's t."""
+    """A number with its standard error, from which all else follows by Student's t (scipy.stats has the same functions,
+    and takes most of a second to load).
+    """
 
     value: float
     error: float
@@ -136,7 +138,9 @@ def interquartile_mean(values: Float64) -> Float64:
 
 
 def interquartile(scores: Sequence[Float64]) -> tuple[float, float, float]:
-    """The interquartile mean of tasks' scores, each [runs], and its interval (Agarwal et al. 2021); NaN if none."""
+    """The interquartile mean of all scores of several tasks, each [runs], and its 95 % interval: percentiles of a
+    bootstrap that draws runs within each task (Agarwal et al. 2021). NaN where there are none, or no finite ones.
+    """
     every = np.concatenate([*scores, np.empty(0)])
     if not len(every) or not np.isfinite(every).all():
         return np.nan, np.nan, np.nan
@@ -154,7 +158,9 @@ def _draw_runs(scores: Sequence[Float64]) -> Float64:
 
 
 def performance_profile(scores: Sequence[Float64], thresholds: Float64) -> Float64:
-    """The share of runs above each threshold and its 95 % interval, [3, thresholds]. `scores`: per task [runs]."""
+    """The share of all runs whose score is above each threshold, and the ends of its 95 % interval, [3, thresholds];
+    drawn as for `interquartile` (Agarwal et al. 2021, score distributions). `scores`: per task [runs].
+    """
     drawn = _draw_runs(scores)
     bands = [np.quantile((drawn > each).mean(axis=1), ENDS) for each in thresholds]
     shares = (np.concatenate(scores) > thresholds[:, None]).mean(axis=1)
@@ -181,7 +187,10 @@ def untestable(low: float) -> bool:
 
 
 def holm(p_values: Sequence[float], at_once: int | None = None) -> list[float]:
-    """Holm's adjusted p-values (1979), in order. `at_once`: hypotheses that can be true together (Shaffer, 1986)."""
+    """Holm's adjusted p-values (1979), in the order given.
+
+    `at_once`: how many of the hypotheses can be true together, where logic allows fewer than all (Shaffer, 1986).
+    """
     most = len(p_values) if at_once is None else at_once
     order = np.argsort(p_values, kind="stable")
     adjusted: Float64 = np.zeros(len(order))

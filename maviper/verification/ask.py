@@ -67,7 +67,9 @@ def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Form
 
 
 def resolve_region(about: PolicyProfile, viewed: Viewed | None, name: str) -> Region:
-    """The region of that name or file. Over observations `start` is what was seen, `ranges` the features' ranges."""
+    """The region of that name, or in that file. Over observations `start` is what was seen, where somebody looked, and
+    `ranges` what the features' ranges are.
+    """
     if viewed is None or name not in (START, SEEN, RANGES):
         return find_region(name, about, () if viewed is None else (SEEN, RANGES))
     known = build_seen_region(viewed)
@@ -119,7 +121,9 @@ class VerifyOptions:
 
     @classmethod
     def about(cls, claim: str | BuiltIn, region: str, options: Mapping[str, Any]) -> "VerifyOptions":
-        """Returns the options for one claim. TypeError for an option that there is not, InputError for a value."""
+        """Returns the options for one claim, by name or as an object, which then has the parameters itself. TypeError
+        for an option that there is not, InputError for a value that it cannot have.
+        """
         if isinstance(claim, type):
             what = f"{claim.__name__} is a class of claims, and no claim"
             raise InputError(what, "claim", f"write claims.{claim.__name__}(), with its parameters")
@@ -275,7 +279,9 @@ def pose_claims(
     options: VerifyOptions,
     aside: Callable[[InputError], None] | None = None,
 ) -> list[Posed]:
-    """The claims of options, those of the property file first. `region`: of those that name none."""
+    """The claims of options, first those of the property file, then the named ones. `region`: of those that name none;
+    `aside`: as for `questions`.
+    """
     posed: list[Posed] = []
     reading = None if viewed is None else as_compared(about, options.semantics)
     named = partial(resolve_region, about, viewed)
@@ -357,7 +363,9 @@ def from_file(
     reading: Reading | None = None,
     named: Callable[[str], Region] | None = None,
 ) -> list[Stated]:
-    """The claims of a property file. `named`: which region a name means, or the file of that path."""
+    """The claims of a property file; it names region files as seen from its own folder. `reading`: what its formulas
+    mean; `named`: which region a name means, or the file of that path.
+    """
     try:
         data = runs.read(path, MAX_FILE_BYTES)
         kinds.ensure(data, str(path), kinds.CLAIMS.called, kinds.CLAIMS)

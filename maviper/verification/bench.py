@@ -41,7 +41,9 @@ Decide = Callable[[str, Float32], Int32]  # an agent and its observations [batch
 
 
 class ReplayBuild:
-    """The C of a profile for a few decisions, compiled without optimising when the first one is asked for."""
+    """The C of a profile, for a few decisions: written, compiled without optimising and loaded when the first one is
+    asked for. Most claims are proved, and ask for none.
+    """
 
     def __init__(self, profile: PolicyProfile) -> None:
         self.profile = profile
@@ -217,7 +219,9 @@ def _in_compiled(made: ReplayBuild, profile: ir.PolicyProfile, team: str, state:
 def _in_reference(
     profile: ir.PolicyProfile, team: Sequence[ir.AgentPolicy], world: ParticleWorld, state: State
 ) -> list[int]:
-    """The team's actions in the reference environment's state; what it lacks is observed by its meaning."""
+    """The team's actions on what the reference environment itself observes in the world state; features that it does
+    not have, and those that a counterexample's errors change, are observed by their meanings.
+    """
     env = world.reference_env()
     env.reset(seed=0)
     world_state = state_of(profile, state)
@@ -256,7 +260,10 @@ def replay_state(
 
 
 def replay_course(profile: ir.PolicyProfile, state: State, steps: int) -> tuple[Episode, tuple[str, ...]]:
-    """The episode from a start, and the names of who took the same course. DisagreementError for another one."""
+    """The episode from a start, and the names of everything that can play it here and took the same course.
+
+    DisagreementError when one of them takes another course.
+    """
     with ReplayBuild(profile) as made:
         players = rollouts(made, matching_places(profile))
         return agree_on_course(profile, state, steps, players), tuple(players)

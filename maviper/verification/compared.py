@@ -175,7 +175,9 @@ class _Best:
 
 @dataclass(frozen=True)
 class Searched:
-    """The outcome of a search, by output or for actions; if all pairs were looked at, and if boxes alone decided."""
+    """The outcome of a search: by output, or one entry for actions; whether every pair of leaves was looked at, and
+    whether boxes alone decided, so that a difference of 0 is exact.
+    """
 
     apart: tuple[Apart, ...]
     cells: int

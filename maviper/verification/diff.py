@@ -132,7 +132,9 @@ class Compared(Shown):
 def compare_profiles(
     first: ir.PolicyProfile, second: ir.PolicyProfile, region: str, asked: Any
 ) -> Compared | OutputsCompared:
-    """Where two profiles act differently, see `request`; of agents with sums or outputs, how far they differ."""
+    """Where two profiles act differently, see `request`; of agents that test sums or give numbers, how far they differ.
+    InputError for profiles that cannot be compared.
+    """
     agents = asked.agents or _common(first, second)
     for profile in (first, second):
         ensure_forgets(profile, "diff")
@@ -156,7 +158,9 @@ def compare_profiles(
 def _compare_observed(
     first: ir.PolicyProfile, second: ir.PolicyProfile, agents: Sequence[str], region: str, asked: Any
 ) -> Compared:
-    """Two profiles of a game without places, over observations: without a certificate, as no file holds two views."""
+    """Two profiles of a game without places, over what their agents observe. There is no certificate: it would be about
+    two views, which no file holds.
+    """
     seen, other = Viewed(first, View()), Viewed(second, View())
     where = resolve_region(seen.profile, seen, region)
     if where.name == START:  # nobody saw any, so that these are the ranges

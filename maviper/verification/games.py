@@ -56,7 +56,9 @@ EXTREME = 0.5  # of drawn errors, those at an end of their bounds
 def iterate_states_near(
     profile: PolicyProfile, statement: Statement, claim: SystemClaim, state: State
 ) -> Iterator[State]:
-    """States of the game beside another one: the nearest, then those farther away in which the claim seems to fail."""
+    """States of the game beside another one: float64 coordinates and errors, the goal at a landmark, and the roundings
+    that the game makes there. First the nearest ones, then those of some farther away in which the claim seems to fail.
+    """
     drawable, goal = _list_drawable(profile, statement), _find_goal_in(profile, state)
     bounds = _bound_all(claim, drawable)
     for step in (0, 1, -1):
@@ -70,7 +72,9 @@ def iterate_states_near(
 
 
 def iterate_states(profile: PolicyProfile, statement: Statement, claim: SystemClaim) -> Iterator[State]:
-    """States drawn in the claim's regions in which it seems to fail; then others at ends of their bounds."""
+    """Some states of the game, of those drawn in the claim's regions, in which it seems to fail. Where none breaks it,
+    others follow, with many coordinates at an end of their bounds, where sums are largest.
+    """
     drawable, rng = _list_drawable(profile, statement), np.random.default_rng(SEED)
     erring = np.array([find_coordinate(one.name) not in profile.world.coordinates() for one in drawable])
     for pushed in (erring, np.ones_like(erring)):
@@ -233,7 +237,9 @@ def _seem_broken_courses(claim: SystemClaim, episodes: Sequence[Mapping[str, Flo
 
 
 def _course(game: PlayedGame, states: Sequence[State]) -> Course:
-    """An episode of the game as one of the file. AssertionError where errors are more than the file allows."""
+    """An episode of the game as one of the file: by how much each step, and each observation, was off. AssertionError
+    where that is more than the file allows: a replay would cut it to its bounds, and play another episode.
+    """
     origin, profile, statement = game.origin, game.profile, game.statement
     system = statement.system
     extended: list[State] = []

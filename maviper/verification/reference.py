@@ -121,7 +121,9 @@ def _courses(statement: Statement, profile: PolicyProfile, claim: SystemClaim, s
 
 
 def _thin(statement: Statement) -> Iterator[Starts]:
-    """Some starts that meet conditions about several variables, which most of what is drawn may fail."""
+    """Some starts that meet all conditions where some are about several variables: of numbers drawn at once most may
+    fail these, and those that pass may all lie at bounds.
+    """
     if any(len(half.form.terms) > 1 for half in statement.system.start):
         random = np.random.default_rng(0)
         with suppress(InputError):  # no start was found
@@ -130,7 +132,9 @@ def _thin(statement: Statement) -> Iterator[Starts]:
 
 
 def _course(statement: Statement, profile: PolicyProfile, states: Sequence[State]) -> Course:
-    """Returns the course of an episode of the pieces through given states, as far as their errors allow."""
+    """Returns the course of an episode of the pieces through given states, as far as their errors allow: of several
+    pieces that hold a state, as where there is a choice, by the one that comes nearest to the next.
+    """
     errors, pieces = list[Mapping[str, Fraction]](), list[int]()
     for state, after in pairwise(states):
         holding = [number for number, piece in enumerate(statement.system.pieces) if piece.holds(state)]

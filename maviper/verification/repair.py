@@ -52,7 +52,9 @@ PARAMETERS = ("margin", "radius", "landmarks")
 
 
 def request(claim: str | Claim, given: RepairOptions) -> Any:
-    """The options of a repair, with exact numbers. InputError for one that cannot be used."""
+    """The options of a repair, those that the claim says among them, with exact numbers. InputError for one that cannot
+    be used, and for an object of a claim that cannot be repaired.
+    """
     options = complete_parameters(claim, given)
     if name_of(claim) in EPISODE_CLAIMS or not parameters_of(claim).keys() <= table_of(RepairOptions).keys():
         raise refuse_repair(name_of(claim))
@@ -116,7 +118,9 @@ class Repaired(Shown):
 def repair_profile(
     before: ir.PolicyProfile, claimed: str | Claim, region_name: str, asked: Any, name: str = runs.PROFILE_FILE
 ) -> Repaired:
-    """The repair of a profile by the property `claimed`, see `request`. InputError where it cannot be asked for."""
+    """The repair of a profile, which a user calls `name`, by the property `claimed`, see `request`. InputError where it
+    cannot be asked for.
+    """
     ensure_plain(before, VERIFIER)
     ensure_places(before.world, chain.from_iterable(policy.features for policy in before.agents), UNREPAIRED)
     region = find_region(region_name, before)

@@ -137,7 +137,9 @@ def _finite(value: float) -> float | None:
 
 
 def read_errors(given: str, policy: AgentPolicy) -> tuple[Fraction, ...]:
-    """Each feature's largest error: one number for all, or FEATURE=NUMBER with commas, others being 0."""
+    """The largest error of each feature: one number for all, or FEATURE=NUMBER with commas, others being 0. InputError
+    for anything else.
+    """
     names = [feature.name for feature in policy.features]
     if "=" not in given:
         errors = dict.fromkeys(names, exact(given, OPTION))
@@ -312,7 +314,9 @@ def _certificate(question: DecisionQuestion, row: int) -> DecisionCertificate:
 
 
 def read_observations(path: Path, policy: AgentPolicy) -> tuple[tuple[float, ...], ...]:
-    """The observations [n, n_features] in a file. InputError for unknown names, and missing or endless numbers."""
+    """The observations [n, n_features] in a file. InputError for names that are no features, and for numbers that are
+    missing, not finite or beyond MAX_NUMBER.
+    """
     try:
         text = runs.read(path, MAX_BYTES).decode("utf-8-sig")  # spreadsheets begin a file with a mark
     except UnicodeDecodeError:

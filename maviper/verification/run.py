@@ -63,14 +63,19 @@ def procedure(claim: AnyClaim) -> Procedure:
 
 
 def verify_claims(questions: Sequence[Question[AnyClaim]], where: bool = False) -> list[AnyResult]:
-    """A result for each question; all are about one profile. `where`: also where claims hold."""
+    """A result for each question; all are about one profile. Those about episodes are of the deployed arithmetic.
+
+    `where`: also where claims about single decisions hold, and from how many starts those about episodes fail.
+    """
     return [result for _, result in one_by_one(dict(enumerate(questions)), where)]
 
 
 def one_by_one(
     questions: Mapping[int, Question[AnyClaim]], where: bool = False, stated: StatedWorld | None = None
 ) -> Iterator[tuple[int, AnyResult]]:
-    """Yields each result of `verify_claims` once it is known, with its question's number, from 0."""
+    """Yields each result of `verify_claims` as soon as it is known, with the number of its question, from 0. `stated`:
+    the world file that they are about.
+    """
     with _bench([*questions.values()]) if stated is None else nullcontext(stated) as bench:
         for number, question in questions.items():
             found_in = region_file(number + 1, question.claim) if where else None
@@ -105,7 +110,9 @@ def _answer(
 def _spread(
     function: Callable[..., tuple[int, Any]], calls: Sequence[tuple[Any, ...]], jobs: Jobs
 ) -> Iterator[tuple[int, Any]]:
-    """Yields questions' numbers with what a function says of each, from so many processes or a cluster."""
+    """Yields the numbers of questions with what a function says of each, as they come: from so many processes, or from
+    a cluster's.
+    """
     answers = (
         processes.on_dask(function, calls, None) if jobs == DASK else processes.as_they_come(function, calls, int(jobs))
     )
@@ -128,7 +135,10 @@ def digests(files: Mapping[str, str | bytes]) -> dict[str, str]:
 
 
 def question_files(questions: Sequence[Question[AnyClaim]]) -> dict[str, str]:
-    """The questions to the solver as SMT-LIB, name -> text: one per property and goal, none of episodes."""
+    """The very questions, one per property and goal (of alive_leaves: one per leaf and goal), as SMT-LIB, name -> text.
+
+    Claims about episodes have none: no solver is asked about them.
+    """
     files: dict[str, str] = {}
     for number, question in enumerate(questions, 1):
         files |= procedure(question.claim).solver_files(number, question)
@@ -247,7 +257,9 @@ def pose_questions(
     options: VerifyOptions,
     aside: Callable[[InputError], None] | None = None,
 ) -> tuple[list[Asked], StatedWorld | None]:
-    """The questions of checked options, and the world file that they are about. `aside`: as for `questions`."""
+    """The questions of checked options, and the world file that they are about, where one is named or agents give
+    numbers or test sums. `aside`: as for `questions`.
+    """
     if options.world is None and not sums_in(profile):
         if options.max_boxes is not None:
             raise make_world_error("--set max_boxes")

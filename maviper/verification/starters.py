@@ -26,7 +26,10 @@ from verify.question import Budgets
 
 
 def list_properties() -> list[dict[str, Any]]:
-    """The built-in properties as plain data: name, sentence, and parameters with their defaults as texts."""
+    """The built-in properties as plain data: name, sentence, parameters with their defaults as texts.
+
+    A text is empty where the default depends on the world.
+    """
     properties: list[dict[str, Any]] = []
     for name in NAMES:
         values = usual(name) | ({ZONES: Budgets().max_zones} if ZONES in readable(name) else {})

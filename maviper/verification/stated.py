@@ -123,7 +123,9 @@ class StatedWorld:
 
     @staticmethod
     def of_observations(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
-        """The observations of agents with outputs or sums, as a world file. InputError for claims not about numbers."""
+        """The observations of a profile whose agents give numbers or test sums, as a world file. InputError for claims
+        that are not about numbers.
+        """
         for name, option in options.unusual.items():
             if name not in OF_OBSERVATIONS:
                 what = f"{option} has no effect on claims about numbers and sums"
@@ -143,7 +145,9 @@ class StatedWorld:
 
     @staticmethod
     def of_game(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
-        """The states or episodes of a game, as a world file with the claims. InputError for what these do not read."""
+        """The states or the episodes of the game of a profile that tests sums, as a world file with the claims.
+        InputError for options that these do not read, and for claims that neither is asked about.
+        """
         for name, option in options.unusual.items():
             if name not in OF_GAMES:
                 raise InputError(f"{option} has no effect on claims of agents that test sums", option, "leave it out")
@@ -158,7 +162,9 @@ class StatedWorld:
 
     @cached_property
     def reference(self) -> Mapping[str, Any]:
-        """The measurements of the environment. InputError for a statement that is further from it than it says."""
+        """The measurements of the environment: seconds, so only once nothing else is left to refuse. InputError for a
+        statement that is further from it than it says.
+        """
         return {} if self.options.verdict_only else measure_reference(self.statement, self.options.run_reference)
 
     @property
@@ -225,7 +231,9 @@ class StatedWorld:
         return replace(result, evidence=replace(result.evidence, environment=said))
 
     def _by_curves(self, question: Question[SystemClaim], curved: CurvedClaim, beside: bool) -> SystemResult:
-        """The answer about a formula with curves: by a formula that implies it, or that it implies. InputErrors."""
+        """The answer about a formula with curves: PROVED where the formula that implies it is, VIOLATED where the one
+        that it implies is. InputError where an enclosure is not shown again.
+        """
         ranges = {one.name: one.range for one in self.statement.system.variables}
         try:
             ensure_curves(curved.enclosures, ranges)
@@ -327,7 +335,9 @@ class StatedStates(StatedWorld):
         return lambda: self._find_broken(claim, games.iterate_states(self.origin, self.statement, claim))
 
     def _find_broken(self, claim: SystemClaim, states: Iterable[State]) -> SystemCounterexample | None:
-        """The first state that breaks a claim. AssertionError (our bug) where the game shows other numbers."""
+        """The first of some states that breaks a claim. AssertionError where the game shows an agent other numbers
+        than its file: that is our bug.
+        """
         for state in states:
             ensure_observed(self.origin, self.statement, state)
             again = truly(self.statement, self.profile, claim, SystemCounterexample((state,), (), (), (), 0))
@@ -379,7 +389,9 @@ class StatedEpisodes(StatedWorld):
 
 
 def _state_episodes(profile: PolicyProfile, posed: Sequence[Posed], options: VerifyOptions) -> StatedEpisodes:
-    """The world of claims about episodes, like `of_game`; a region without starts at rest is put in afterwards."""
+    """Makes the world of claims about episodes, like `of_game`. A file states no empty start, so that of a region
+    without starts at rest is put in afterwards.
+    """
     started = worlds.start_of(profile, posed)
     world = stated = worlds.state_episodes(profile, posed, started)
     if started.nowhere:
@@ -433,7 +445,9 @@ UNFOUND = "no state that meets the condition was found, and no proof that there 
 
 
 def with_conditions(result: SystemResult, world: StatedWorld) -> SystemResult:
-    """The result, unless a left side never holds, or none is known to; a proof states what meets each."""
+    """The result, unless a left side never holds, or none is known to; the certificate of a proof states what meets
+    each.
+    """
     if result.verdict not in (Verdict.PROVED, Verdict.UNKNOWN):
         return result
     premises: list[SystemPremise] = []

@@ -325,7 +325,9 @@ def _decision_claims(
     ranges: Mapping[str, Interval],
     erring: Mapping[str, Interval],
 ) -> Iterator[tuple[Table, str]]:
-    """The tables of a claim, one for each goal that it asks about. `erring`: bounds of errors below the file's."""
+    """The tables of a claim, one for each goal if its formula asks which one that is, with where each speaks.
+    `erring`: bounds of errors that are less than those of the file.
+    """
     stated = formula(profile, claim)
     apart = names_goal(stated)
     actions = {policy.agent: [each.name for each in policy.actions] for policy in profile.agents}
@@ -400,7 +402,9 @@ class Started(NamedTuple):
 
 
 def start_of(profile: PolicyProfile, posed: Sequence[Posed]) -> Started:
-    """From where episodes start. InputError for games and claims that cannot be stated, and for starts of several."""
+    """From where episodes start of which claims speak. InputError for motion that nobody stated, games whose step is no
+    affine map, claims for ever, and starts of more than one region or with more than one goal.
+    """
     playable(profile)
     _ensure_affine(profile)
     for each in posed:
@@ -409,7 +413,9 @@ def start_of(profile: PolicyProfile, posed: Sequence[Posed]) -> Started:
 
 
 def state_episodes(profile: PolicyProfile, posed: Sequence[Posed], started: Started) -> World:
-    """A game as it moves, with all claims. `started`: as `start_of` gives it."""
+    """A game as it moves, with all claims. `started`: as `start_of` gives it. The file of one that holds no start at
+    rest says so, and nobody reads it.
+    """
     claims, (region, goal) = [_ensure_in_steps(each) for each in posed], started
     steps = max(claim.steps for claim in claims)
     starts = bound_coordinates(profile, [region])

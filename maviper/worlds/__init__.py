@@ -138,7 +138,10 @@ def find_built_in(name: str) -> World:
 
 
 def parallel_env(name: str, render_mode: str | None = None) -> WorldEnv:
-    """One of our games as a PettingZoo parallel environment. `render_mode`: None or `rgb_array`."""
+    """One of our games as a PettingZoo parallel environment; observations and rewards are those of `find(name)`.
+
+    `render_mode`: None or `rgb_array`. Names, errors: of `find_built_in`; UnknownNameError for another mode.
+    """
     from maviper.worlds.games.exported import WorldEnv
 
     return WorldEnv(find_built_in(name), render_mode)

@@ -80,7 +80,9 @@ def _look(steps: Iterator[Finding]) -> Finding | None:
 
 
 def new(path: Path, flow: bool = False) -> None:
-    """Writes a world file to start from, in steps or as a `flow`. InputError where there is a file already."""
+    """Writes a world file to start from, in steps or (`flow`) in continuous time. InputError where there is a file
+    already.
+    """
     name = re.sub(r"[^A-Za-z0-9_-]", "-", path.stem)
     if not runs.create(path, render(f"systems/{'flow' if flow else 'starter'}.toml.j2", name=name)):
         raise InputError("the file exists", str(path), "choose another name")

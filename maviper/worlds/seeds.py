@@ -60,7 +60,9 @@ class _Drawn(np.random.bit_generator.ISeedSequence):
 
 
 def generators(seeds: Sequence[int] | npt.NDArray[np.integer[Any]]) -> Iterator[np.random.Generator]:
-    """`numpy.random.default_rng` of each seed below 2**64, in a tenth of the time: all at once, by its constants."""
+    """What `numpy.random.default_rng` gives for each seed below 2**64, in a tenth of the time: the words of
+    `numpy.random.SeedSequence`, whose constants these are, are made of all seeds at once.
+    """
     entropy = np.array(seeds, dtype=np.uint64)  # OverflowError for a negative one
     pool = [entropy.astype(np.uint32), (entropy >> np.uint64(32)).astype(np.uint32)]
     pool += [np.zeros(len(entropy), np.uint32)] * 2

@@ -68,7 +68,9 @@ def legal_in(mask: Mask, obs: Float32) -> Bool:
 
 
 def draw_legal(mask: Mask, obs: Float32, uniform: Float64) -> Int:
-    """A legal action in each observation, [batch], all alike likely; any where none is. `uniform`: [batch] draws."""
+    """A legal action in each observation, [batch], all of them as likely as one another; any where none is legal.
+    `obs`: [batch, n_features]; `uniform`: [batch] in [0, 1), the draws.
+    """
     legal = legal_in(mask, obs)
     legal |= ~legal.any(axis=1, keepdims=True)
     order = np.argsort(~legal, axis=1, kind="stable")  # the legal ones first
@@ -183,7 +185,9 @@ class World(ABC):
         return (len(self.agents), *((max(map(len, self.outputs)),) if self.outputs else ()))
 
     def draw_actions(self, agents: Sequence[int], observations: Sequence[Float32], uniform: Float64) -> Any:
-        """Random actions of some agents, [batch, len(agents)], legal ones, or numbers. `uniform`: draws in [0, 1)."""
+        """Random actions of some agents, [batch, len(agents)], legal ones where they have masks; or numbers within
+        bounds, [batch, len(agents), n_outputs]. `uniform`: the draws, of the same shape, in [0, 1).
+        """
         if self.outputs:
             return _within_bounds([self.outputs[agent] for agent in agents], uniform)
         columns: list[Int] = []
@@ -204,7 +208,9 @@ class World(ABC):
         return next((measure for measure in mine if measure.name == self.main), mine[0])
 
     def judge_by(self, name: str) -> "World":
-        """The world with that primary measure for every team that has it; "": as it is. UnknownNameError for none."""
+        """The world with the measure of that name as the primary one of every team that has it; "": as it is.
+        UnknownNameError where no team has it.
+        """
         if not name or all(self.primary(team).name == name for team in self.teams):
             return self
         names = list(dict.fromkeys(measure.name for measure in self.measures))
@@ -259,7 +265,10 @@ class World(ABC):
         """Ends the copies of a user's environment; a later start makes fresh ones."""
 
     def branch(self) -> None:
-        """Lets states be branched from now on; InputError where they cannot be."""
+        """Lets states be branched from now on; InputError where they cannot be.
+
+        Nothing is to be done where any state can be stepped as often as one likes.
+        """
         if self.games is not None:
             advice = "play cannot be branched from its states: use --critic none"
             raise InputError("Q cannot be measured in this world", self.name, advice)

@@ -144,13 +144,18 @@ def _declared(name: str) -> type[BuiltIn]:
 
 
 def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **given: Any) -> Claim:
-    """The named claim for a team of `profile`. InputError for a parameter, UnknownNameError for a name."""
+    """The named claim for a team of `profile`, see `find_property` and `find_episode_claim` for the parameters.
+
+    InputError for one that the claim does not read, UnknownNameError for a name that there is not.
+    """
     find = find_episode_claim if issubclass(_declared(name), OfEpisodes) else find_property
     return find(name, profile, team, **given)
 
 
 def readable(name: str, of: str = "") -> tuple[str, ...]:
-    """The parameters that the named claim reads beside its team, and those of what `steady` is said of."""
+    """Returns the parameters that the named claim reads beside its team; of `steady` also what `of` reads.
+    UnknownNameError for names that there are not.
+    """
     kind = _declared(name)
     if name == STEADY:
         return (*kind.parameters(), *kind_named(name, of).reads)
@@ -195,7 +200,10 @@ def describe_left_out(world: WorldSpec) -> str:
 
 
 def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:
-    """The named team, or the one with as many agents as landmarks (`any_size`: the only one)."""
+    """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks.
+
+    `any_size`: the property needs no landmark for each agent, so that of one team alone nothing is asked.
+    """
     if team is not None:
         if any_size:
             ensure_team(profile, team)

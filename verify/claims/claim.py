@@ -93,7 +93,9 @@ def read_by(policy: AgentPolicy) -> frozenset[str]:
 
 
 def readable(policy: AgentPolicy) -> None:
-    """InputError when world states do not say what an agent decides."""
+    """InputError when world states do not say what an agent decides: a feature without meaning, a threshold that
+    processors may flush to zero, a product of a float64 agent that may be rounded.
+    """
     for feature in policy.features:
         if feature.meaning is None:
             raise InputError(

@@ -28,7 +28,10 @@ MAX_MATCHINGS = 720  # six agents and six landmarks: formulas that name every ma
 
 
 def matchings(n_agents: int, n_landmarks: int) -> list[tuple[int, ...]]:
-    """Every way to give each agent a landmark of its own, by number. InputError for more than MAX_MATCHINGS."""
+    """Every way to give each agent a landmark of its own, as landmark numbers in the agents' order.
+
+    InputError when there are more than MAX_MATCHINGS.
+    """
     count = math.perm(n_landmarks, n_agents)
     if count > MAX_MATCHINGS:
         raise InputError(
@@ -78,7 +81,9 @@ def ahead(agent: str, landmark: str, direction: tuple[Fraction, Fraction]) -> Fo
 
 
 def no_longer(matching: Sequence[tuple[AgentPolicy, str]], other: Sequence[tuple[AgentPolicy, str]]) -> Formula:
-    """One matching's L1 length is at most another's: some signs of the other's offsets give as much."""
+    """The L1 length of one matching is at most that of another: some signs of the other's offsets give a sum
+    that no signs of the one's exceed.
+    """
 
     def sums(pairs: Sequence[tuple[AgentPolicy, str]]) -> list[dict[str, int]]:
         all_terms: list[dict[str, int]] = []
@@ -107,7 +112,10 @@ Matching = tuple[tuple[AgentPolicy, str], ...]  # agents, each with a landmark o
 
 @dataclass(frozen=True)
 class DecisionClaim(TeamClaim):
-    """A claim about every state of a region that meets the assumption, for all errors. Lengths: the world's unit."""
+    """A claim about every world state of a region that meets the assumption, whatever errors features have.
+
+    Lengths are in the world's unit. A built-in property that allows errors is called `steady`.
+    """
 
     kind: ClassVar[Kind] = Kind.DECISIONS
     per_state: ClassVar[bool] = True
@@ -311,7 +319,9 @@ PLAIN = tuple(BY_NAME)  # what can be steady
 
 @lru_cache(maxsize=16)  # questions that differ in their budgets, and the checker, ask for the same one
 def formula(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
-    """The claim as a formula over states and chosen actions. UnknownNameError where its team has no agents."""
+    """The claim as a formula: true in the world states, with the team's chosen actions, in which it holds or where
+    its assumption fails. UnknownNameError where its team has no agents: what is said of all of nobody is true.
+    """
     ensure_team(profile, claim.team)
     stated = claim.states(profile)
     return stated if claim.assume == TRUE else disjunction(negate(claim.assume), stated)

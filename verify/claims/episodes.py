@@ -78,7 +78,9 @@ class EpisodeClaim(TeamClaim):
 
     @classmethod
     def resolve_steps(cls, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Parameters with `steps` as claims have them. InputError where no claim of this name speaks of all steps."""
+        """Parameters with their `steps` as claims have them: ALWAYS is any number. InputError where no claim of this
+        name speaks of all steps.
+        """
         if given.get("steps") != ALWAYS:
             return {**given, "ever": False}
         if not cls.lasting:

@@ -167,7 +167,9 @@ def substitute_actions(formula: Formula, actions: Mapping[str, int]) -> Formula:
 
 
 def for_goal(formula: Formula, goal: str | None) -> Formula:
-    """The formula where the goal is the landmark `goal` (None: no goal): `Goal` and its coordinates are resolved."""
+    """The formula in worlds whose goal is the landmark `goal` (None: without goal): `Goal` becomes true or false, the
+    goal's coordinates become the landmark's. A formula that does not name the goal stays as it is.
+    """
     if not names_goal(formula):
         return formula
     if isinstance(formula, Goal):

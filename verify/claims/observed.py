@@ -97,7 +97,9 @@ def of_several(profile: PolicyProfile) -> list[str]:
 
 @lru_cache(maxsize=16)  # questions, their results and reports speak of one and the same
 def over(profile: PolicyProfile, view: View) -> PolicyProfile:
-    """The view of a profile. UnknownNameError for agents and features, InputError for unlike or taken ones."""
+    """The view of a profile. UnknownNameError for an agent or feature that it does not have; InputError for shared
+    features with unlike ranges or units, and where a copy's name is taken.
+    """
     ensure_several(profile, view.shared)
     policies = [*profile.agents, *_copy(profile, view)]
     variables: dict[str, VariableSpec] = {}

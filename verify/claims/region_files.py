@@ -32,7 +32,9 @@ def velocities_of(world: WorldSpec) -> tuple[str, ...]:
 
 
 def start_region(world: WorldSpec, velocities: Sequence[str] = ()) -> Region:
-    """Every start position, any goal, variables in their ranges, and named velocities as large as actions make them."""
+    """Every position that is a start, any goal, variables in their ranges; the named velocity coordinates as large as
+    actions can make them.
+    """
     return Region(start_bounds(world, velocities), world.goals, name=START)
 
 
@@ -83,7 +85,9 @@ ADVICE = "see `maviper guide claims` for the form of a region file"
 
 
 def read_region(source: str, world: WorldSpec, name: str, velocities: Sequence[str] = ()) -> Region:
-    """The region of a TOML text; coordinates that it leaves open have `default`'s or the start region's bounds."""
+    """The region of a TOML text. Coordinates that it does not bound have the start region's bounds; `default` bounds
+    positions. `velocities`: the velocity coordinates that the region bounds too.
+    """
     document, place = parse(source, name, "not a readable region file", ADVICE)
     return replace(region_of(document, world, place, velocities), name=name)
 

@@ -63,7 +63,10 @@ class Differ(Agree):
 
 @dataclass(frozen=True)
 class _Moving(DecisionClaim):
-    """A claim about an agent's action where one feature has another value, over a view where the agent stands twice."""
+    """A claim about an agent's action where one feature has another value and all others stay.
+
+    It is about a view in which the agent stands twice, the copy with a value of its own of the feature.
+    """
 
     reads = ("agent", "feature")
     hardens = landmark_each = False
@@ -243,7 +246,9 @@ def _alike(policy: AgentPolicy) -> Formula:
 
 
 def ensure_comparable(first: PolicyProfile, second: PolicyProfile, agents: Sequence[str]) -> None:
-    """InputError unless both are about the same world, features and actions; UnknownNameError for an agent."""
+    """InputError unless both are about the same world and these agents observe and may do the same in it, by features
+    whose meanings are known; UnknownNameError for an agent that the first profile does not have.
+    """
     names, others = ([policy.agent for policy in one.agents] for one in (first, second))
     for agent in agents:
         if agent not in names:

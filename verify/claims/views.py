@@ -44,7 +44,9 @@ def describe_view(view: View) -> str:
 
 
 def find_numbers(view: PolicyProfile) -> dict[str, str]:
-    """The numbers that agents who observe a view's variables compare: float32, float64, or UNLIKE."""
+    """Returns the numbers that the agents that observe each variable of a view compare: float32 or float64; UNLIKE
+    where some compare either.
+    """
     variables, numbers = {each.name for each in view.world.variables}, dict[str, str]()
     for policy in view.agents:
         for feature in policy.features:
@@ -60,7 +62,9 @@ def unread(profile: PolicyProfile) -> bool:
 
 
 def select_features(profile: PolicyProfile, names: Sequence[str]) -> tuple[str, ...]:
-    """Features that agents share, in the order given; ALL: every one. Errors for those that none or one has."""
+    """Features that agents share, in the order given; of ALL those that several agents have. UnknownNameError for a
+    feature that no agent has, InputError for one that only one has.
+    """
     if tuple(names) == (ALL,):
         return tuple(of_several(profile))
     ensure_several(profile, names)
@@ -68,7 +72,9 @@ def select_features(profile: PolicyProfile, names: Sequence[str]) -> tuple[str, 
 
 
 def build_seen_region(viewed: Viewed) -> Region | None:
-    """The region that episodes showed of each variable, within its range. None where nobody looked."""
+    """Builds the region that episodes showed of each variable, within its range; of a shared one, what any agent was
+    shown. None where nobody looked.
+    """
     seen: dict[str, tuple[Fraction, Fraction]] = {}
     for policy in viewed.origin.agents:
         for feature, ends in zip(policy.features, policy.seen, strict=False):

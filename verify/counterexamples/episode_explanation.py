@@ -37,7 +37,9 @@ STAYS = (
 
 @dataclass(frozen=True)
 class StartSpan:
-    """Values of one coordinate of the start for which, wherever played, actions stay and the claim fails."""
+    """Values of one coordinate of the start: at both ends and between, wherever it was played, the team takes the same
+    actions and the claim fails.
+    """
 
     name: str
     low: float
@@ -184,7 +186,9 @@ def _spans(question: EpisodeQuestion, state: State, episode: Episode) -> tuple[S
 
 
 def _list_middles(good: float, end: float) -> dict[int, float]:
-    """All values that the next bisections of good to end may come to, numbered as a binary heap."""
+    """All values that the next bisections of good to end may come to: 1 is the middle, 2n follows n where that does not
+    stand, 2n + 1 where it does. What no number lies between has none.
+    """
     pairs, values = {1: (good, end)}, dict[int, float]()
     for n in range(1, 2**AT_ONCE):
         if n not in pairs:

@@ -68,7 +68,9 @@ def along(formula: Formula, name: str, at: Mapping[str, Fraction], within: Line)
 
 
 def around(line: Line, value: float) -> tuple[float, float]:
-    """The ends of the neighbouring float64 numbers around `value` that all lie in the set, as it does."""
+    """The float64 numbers around `value` that lie in the set without another float64 number between: the ends, both in
+    the set. `value` lies in the set.
+    """
     low = high = value
     while (piece := _interval_of(line, low)) is not None:
         low = _first(piece[0])
@@ -169,7 +171,10 @@ LOW, HIGH = "low", "high"
 
 @dataclass(frozen=True)
 class CoordinateSpan:
-    """The values of a coordinate that keep violation and leaves: float64 (or real) numbers between the ends."""
+    """The values of a coordinate that keep violation and leaves, all else being as it is.
+
+    They are the float64 values between the ends, ends included; of real arithmetic all values between them.
+    """
 
     name: str
     low: Value
@@ -319,7 +324,10 @@ def _room_document(room: AgentRoom) -> dict[str, Any]:
 
 
 def explain_counterexample(question: DecisionQuestion, counterexample: Counterexample) -> Explanation:
-    """Explains a confirmed counterexample. AssertionError where the referee does not confirm an end."""
+    """Explains a confirmed counterexample.
+
+    AssertionError when the referee does not confirm the end of an interval: that is our bug.
+    """
     state, profile, semantics = counterexample.state, question.profile, question.semantics
     exact = state.exactly(profile)
     team = {policy.agent: policy for policy in profile.team(question.claim.team)}

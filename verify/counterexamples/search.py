@@ -107,7 +107,9 @@ def confirm_point(question: DecisionQuestion, goal: str | None, answer: Answer) 
 
 
 def _candidates(question: DecisionQuestion, goal: str | None, answer: Answer) -> Iterator[tuple[State | None, int]]:
-    """Points that may violate the claim, with the resource units that each took."""
+    """Points that may violate the claim, with the resource units that each took; no more than a query's for all
+    stronger questions together.
+    """
     left = question.budgets.solver_units
     for stronger, slack in _stronger(question):
         inner = ask(query(stronger, goal, slack), left)
@@ -137,7 +139,10 @@ def _failing_in_both(question: DecisionQuestion, goal: str | None) -> Iterator[t
 
 
 def _simplify_model(question: DecisionQuestion, goal: str | None, model: Mapping[str, Fraction]) -> tuple[State, int]:
-    """An exact model with as few digits as queries find, and their cost. AssertionError if unconfirmed: a bug."""
+    """An exact model of real arithmetic as a point with as few digits as solver queries find, and what they took.
+
+    AssertionError when the referee does not confirm it: then an engine is wrong.
+    """
     profile, claim, region = question.profile, question.claim, question.region
     state = exact_point(model, region, goal)
     if claim.eps and not violates(question, state):
@@ -166,7 +171,9 @@ def violating_samples(question: DecisionQuestion, count: int = SAMPLES) -> Itera
 
 
 def near(question: DecisionQuestion, goal: str | None, model: Mapping[str, Fraction]) -> State | None:
-    """A shrunk float64 point beside an exact one that violates the claim as deployed; None when it does not."""
+    """A shrunk float64 point beside an exact one that violates the claim in the deployed arithmetic, with errors where
+    the claim allows them; None when the nearest one does not.
+    """
     deployed = question.by(MACHINE)
     state = nearest(dict(model), question.region, goal, Fraction(0))
     if question.claim.eps:
@@ -202,7 +209,9 @@ def _stands(questions: Sequence[DecisionQuestion], state: State) -> bool:
 def shrink(
     questions: Sequence[DecisionQuestion], state: State, keeps: Callable[[State], bool] = lambda state: True
 ) -> State:
-    """The violation with few decimals, hardly less clear; `keeps`: what must stay; `questions`: one an arithmetic."""
+    """The same violation with as few decimals as possible, and hardly less clear. `keeps`: what else must stay;
+    `questions`: one question in each arithmetic in which the claim fails, the one asked about first.
+    """
     asked = questions[0]
     least = min(ROOM, shortfall(asked, state))
 
@@ -253,7 +262,10 @@ def _apart(state: State, a: str, b: str) -> float:
 
 
 def explain(question: DecisionQuestion, state: State, replays: Mapping[str, Replay]) -> Counterexample:
-    """The counterexample with its paths, after every replay acted like the reference. DisagreementError otherwise."""
+    """The counterexample with its paths, after every replay acted like the reference.
+
+    DisagreementError when one of them acts differently: then there is a bug, and no verdict.
+    """
     profile, claim, semantics = question.profile, question.claim, question.semantics
     did = confirm_actions(profile, question.formula, claim.team, state, replays, semantics)
     engaged = find_engaged(profile, claim, state, did.actions)

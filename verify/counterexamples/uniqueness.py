@@ -85,7 +85,10 @@ class Uniqueness:
 
 
 def unique(question: DecisionQuestion, state: State) -> Uniqueness:
-    """Decides whether the claim fails only in the leaves that the team reaches in a state."""
+    """Decides whether the claim fails in the region only in the leaves that the team reaches in a state.
+
+    Looks at sampled violations first.
+    """
     search = _Search(question, leaves_at(question.profile, question.claim.team, state, question.semantics))
     for candidate in violating_samples(question):
         if search.find_leaves(candidate) != search.leaves:

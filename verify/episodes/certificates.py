@@ -59,7 +59,9 @@ GAIN = GRID >> 14  # a bound that is nearer by less is not worth its bytes
 
 
 def where(episode: ContactReading, gap: Gap, allowed: Box, now: Now, finely: bool) -> int:
-    """Where to cut a gap that may be `allowed`; 0: nowhere. `finely`: also with some starts on either side."""
+    """Where to cut a gap, as a number of the proof; 0 for nowhere. `allowed`: what its zone lets it be; `finely`: also
+    where some starts lie on either side.
+    """
     if episode.apart(gap, now):
         return 0
     tighter = list(_tighter(gap, allowed))
@@ -378,7 +380,10 @@ def _prove_parts(
 
 
 def _search_proof(episode: EpisodeReading, limit: int) -> tuple[bytes | None, int]:
-    """A proof (None if too large), and how many answers were looked at; tells contacts apart only where needed."""
+    """A proof, None where it is too large, and how many answers were looked at. OpenBranchError.
+
+    Where agents push each other, starts are told apart by how they touch only if it does not close otherwise.
+    """
     if isinstance(episode, ContactReading):
         coarse = EpisodeProver(episode, limit, finely=False)
         with suppress(OpenBranchError, TooLongError):

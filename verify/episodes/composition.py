@@ -83,7 +83,9 @@ class _Target:
 
 
 def _split_by_arrival(zones: Zones, target: _Target) -> tuple[Zones, Zones]:
-    """The parts in which the agent may be away, and those in which it has arrived for sure."""
+    """The parts in which the agent may be away, and those in which it has arrived for sure. Zones in which it cannot
+    have arrived stay whole.
+    """
     possible = target.possible(zones)
     if not possible.any():
         return zones, zones.take(slice(0))
@@ -123,7 +125,9 @@ def find_unmatched(
 
 
 def too_near(zones: Zones, group: Group, a: str, b: str, radius: Fraction, step: int) -> tuple[Zones, Zones]:
-    """The parts in which two are for sure at least `radius` apart on some axis, and those where they may be nearer."""
+    """The parts in which two entities are for sure at least `radius` apart on some axis, and those where they may be
+    nearer.
+    """
     pair = Pair(group.bodies[a], group.bodies[b], within=-int(-radius * SCALE // 1))
     apart, near = pair.split_apart(zones, step)
     return Zones.join(apart), near

@@ -109,7 +109,9 @@ class Pair:
         return low - GRID_SLACK, high + GRID_SLACK
 
     def split_apart(self, zones: Zones, step: int) -> tuple[list[Zones], Zones]:
-        """Parts in which the two are for sure at least `within` apart on some axis, and the part that is left."""
+        """Parts in which the two are for sure at least `within` apart on some axis, and the part that is left. Zones
+        that need no cut for it stay whole.
+        """
         p, q = self.first.node, self.second.node
         clear = self.within + GRID_SLACK
         low, high = self.box(zones, step)
@@ -172,7 +174,9 @@ class Contacts:
         return zones
 
     def apply_pushes(self, before: Zones, after: Zones, push: Float64, step: int) -> Zones:
-        """`after`, the zones a step later, with what contacts may do. `push`: [agents, actions, 2], on the velocity."""
+        """`after`, the zones one step later without contacts, with what contacts may do. `push`: [agents, actions, 2]
+        what an action adds to the velocity.
+        """
         assert before.loose is not None
         drift, gust = before.loose.drift, before.loose.gust
         low, high = self._pushes(before, step)

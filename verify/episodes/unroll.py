@@ -128,7 +128,9 @@ def build_group(
     claimed: Sequence[str],
     travel: Mapping[str, Int64] | None = None,
 ) -> Group:
-    """The group of `agents` for one goal. `travel`: how far unfollowed agents get that are claimed or collide."""
+    """The group of `agents` for one goal. `claimed`: entities that the claim speaks of. `travel`: how far agents that
+    are not followed may get (`contacts.travels`), where they are claimed or collide.
+    """
     world = profile.world
     policies = [profile.policy(agent) for agent in agents]
     seen = frozenset(claimed).union(*(read_by(policy) for policy in policies))
@@ -233,7 +235,9 @@ class _Resolver:
 
 
 def _line(function: str, threshold: np.floating) -> tuple[float, bool] | bool:
-    """(end, strict) of the sums that go left; for "zero" those beside it. A bool when all or none do."""
+    """(end, strict) of the sums that go left: up to the end, below it when strict; for "zero" those beside it. A bool
+    when all or none go left. A threshold has the type of the numbers that are compared.
+    """
     at = float(threshold)
     if function == "":
         return (deciding_double(at) if threshold.dtype == np.float32 else at), False

@@ -116,7 +116,10 @@ def _matrices(one: Failing, names: Sequence[str]) -> Float64:
 
 
 class Carver:
-    """Cuts regions out of one, by sampled states. `columns`: coordinate -> [states]; `weights`: costs, [states]."""
+    """Cuts regions out of one region, guided by sampled states of it.
+
+    `columns`: coordinate -> [states]; `weights`: what losing a state costs, [states].
+    """
 
     def __init__(self, obstacles: Obstacles, columns: Mapping[str, Float64], weights: Float64) -> None:
         self.obstacles, self.weights = obstacles, weights

@@ -56,7 +56,9 @@ class Radius:
 
 
 def radius(tree: Tree, observation: Sequence[float]) -> Radius:
-    """The radius around a finite float64 observation [n_features], each read as the agent's number next to it."""
+    """The radius around a finite observation [n_features] of float64 numbers, each read as the agent's number next to
+    it.
+    """
     at = [Fraction(value) for value in observation]
     leaf: int | None = None
     turn = count()

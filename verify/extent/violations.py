@@ -117,7 +117,10 @@ class _Cutter:
         return [cell for matrix in zone for row in matrix for cell in row]
 
     def parts(self, zone: Cells, others: Sequence[Cells], bounds: Float64, most: int) -> list[Cells] | None:
-        """A zone without others [others, cells], in parts; None where more than `most` are met on the way."""
+        """Returns what is left of a zone without others, in parts; None where more than `most` are met on the way.
+
+        `bounds`: the others' [others, cells], in units of length.
+        """
         left, work, met = list[Cells](), [(zone, 0)], 0
         while work:
             part, first = work.pop()
@@ -257,7 +260,10 @@ def _failing(question: DecisionQuestion, goal: str | None, tests: Tests, most: i
 
 
 def exact_share(question: DecisionQuestion, failing: Sequence[Failing], faces: int = DEFAULT_FACES) -> ExactShare | str:
-    """The exact share of the zones in the region; or why none: too many `faces`, or no volume."""
+    """The exact share of the zones in the region, which is that of violating states if the zones are all.
+
+    Or why there is none: more than `faces` faces, or a region without volume.
+    """
     volumes, fixed = Volumes(_affordable(faces, failing)), find_fixed_coordinates(question.region)
     try:
         whole = _whole(question, volumes, fixed)
@@ -305,7 +311,9 @@ def measure_union(question: DecisionQuestion, failing: Sequence[Sequence[Failing
 def _meeting(
     problem: Problem, groups: Sequence[Sequence[Branch]], most: int
 ) -> tuple[list[Branch], list[Branch]] | None:
-    """Volumes to add and to take away for all zones: common parts of odd and even groups. None for more than `most`."""
+    """Lists what is to be added up for the volume of all zones together, and what is to be taken away: common parts of
+    zones of an odd and an even number of groups. None for more than `most`.
+    """
     odd, even = list[Branch](), list[Branch]()
     for zones in groups:
         added, removed = list(zones), list[Branch]()

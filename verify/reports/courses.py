@@ -151,7 +151,9 @@ def moment(step: int, dt: str | None) -> str:
 
 
 def nearness(told: Mapping[str, Any], dt: str | None) -> str:
-    """Describes how near episodes come to the border of a claim, or how far beyond it one goes; "" if unknown."""
+    """Describes how near episodes come to the border of a claim, or how far beyond it the counterexample goes; "" where
+    neither was measured.
+    """
     near = told.get("approach")
     if near is None:
         return ""
@@ -184,7 +186,9 @@ BANDS = {
 def draw_courses(
     result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]], dt: str | None = None
 ) -> dict[str, Any]:
-    """A result with the texts of its counterexample. `dt`: the seconds of a step; None: nobody states them."""
+    """A result with what page and text write of its counterexample. `variables`: those of the report; `dt`: the seconds
+    of a step, an exact text; None: nobody states them.
+    """
     counterexample = result.get("counterexample")
     units = {each["name"]: each["unit"] for each in variables}
     if not counterexample:
@@ -290,7 +294,9 @@ def runs(actions: Sequence[str]) -> str:
 def _plot(
     result: Mapping[str, Any], name: str, unit: str, dt: str | None, episodes: Sequence[Sequence[float]]
 ) -> dict[str, Any]:
-    """One variable: a line for each episode over the steps, or time, where the claim bounds it, and labels."""
+    """One variable: a line for each episode over the steps, or over time, where the claim bounds it, and labels. Of a
+    claim that begins late only the steps from shortly before.
+    """
     longest = max(map(len, episodes))
     last = result["steps"] if result["by"] else longest - 1
     first = max(0, min(result["by"], longest - 1) - BEFORE)

@@ -29,7 +29,9 @@ SOME = "some agent"  # in place of a name: the share of states in which any of t
 
 @dataclass(frozen=True)
 class Estimates:
-    """Shares by counting, by agent and for SOME: of states `met` in play (None: not played), and `uniform` ones."""
+    """Shares by counting, by agent and for SOME. `met`: of the states that the first profile meets in play, which are
+    of whole episodes and so not independent; None where its world cannot be played. `uniform`: of the region's states.
+    """
 
     uniform: Mapping[str, Share]
     met: Mapping[str, Share] | None

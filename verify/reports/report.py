@@ -148,7 +148,9 @@ def as_text(facts: Mapping[str, Any]) -> str:
 
 
 def as_html(facts: Mapping[str, Any], story: Mapping[str, Any] | None = None) -> str:
-    """The report as one HTML page that loads nothing. `story`: of how the profile came about."""
+    """The report as one HTML page: inline styles and drawings, no scripts, nothing loaded from elsewhere. `story`: of
+    how the profile came about, as `report/story.html.j2` tells it first.
+    """
     ready = [{**draw_picture(result), **_evidence(result)} for result in facts["results"]]
     return render("report/report.html.j2", **{**facts, "results": ready, "story": story})
 
@@ -190,7 +192,9 @@ def _of_game(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]
 
 
 def _under(result: AnyResult, facts: Mapping[str, Any]) -> list[str]:
-    """The lines under what was asked: of its kind, of a counterexample, and of where it holds."""
+    """The lines under what was asked: of its kind, of a counterexample, and of where it holds. A terminal waits for
+    templates only where there is one of these.
+    """
     there = {"counterexample": facts["counterexample"], "where": "where" in facts}
     parts = [render(f"report/lines-{part}.txt.j2", result=facts) for part, told in there.items() if told]
     texts = [*telling_of(result).words(result, facts), *parts]
@@ -198,7 +202,9 @@ def _under(result: AnyResult, facts: Mapping[str, Any]) -> list[str]:
 
 
 def _show_involved(result: AnyResult, facts: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The facts of a counterexample for the agents and features that the claim or the paths name."""
+    """The facts with a counterexample over observations of those agents that the claim speaks of, and of the features
+    that it or their paths name; `unlike`: those of one name that they observe unlike. The report has the others.
+    """
     example: dict[str, Any] = facts.get("counterexample") or {}
     question: Question[Any] = result.question
     acting = agents(question.formula) if example and result.viewed is not None else frozenset[str]()

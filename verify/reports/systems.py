@@ -100,7 +100,9 @@ def document(
     reference: Mapping[str, Any],
     command: str,
 ) -> dict[str, Any]:
-    """All that is known. `reference`: measurements of the environment; `command`: asks the same again."""
+    """All that is known. `reference`: what was measured of the environment that the statement is about, if one was;
+    `command`: what asks the same again.
+    """
     system, made = statement.system, profile.provenance
     enclosed = any(map(list_curved, statement.rules)) or any(result.claim.curved for result in results)
     semantics = f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS

@@ -109,7 +109,9 @@ EXACT_WORLD = "that world's steps equal the reference environment's bit by bit"
 
 
 def texts(checked: bool | None, proofs: Sequence[str], replayed: Sequence[str]) -> list[str]:
-    """All lines of a report. `checked`: meanings are of a world of ours; None: over observations."""
+    """All lines of a report. `checked`: the features have the meanings of a world that this version plays; None: claims
+    are over observations, of which no meaning is asked. `proofs`: what those of each kind rest on.
+    """
     lines = [f"{CHECKED}; {EXACT_WORLD}" if checked else UNCHECKED]
     lines = [OBSERVED] if checked is None else lines
     return [*lines, *proofs, *replayed]
@@ -128,7 +130,9 @@ def readers(profile: PolicyProfile) -> list[str]:
 
 
 def rests_on(enclosed: bool, counted: Collection[str], flowing: bool = False) -> list[str]:
-    """All lines about a stated system. `enclosed`: rules not affine; `counted`: by the checker; `flowing`: in time."""
+    """All lines of a report about a stated system. `enclosed`: some of its rules are not affine; `counted`: what the
+    checker counts in its certificates; `flowing`: it moves in continuous time.
+    """
     if flowing:
         return [SYSTEMS_WITH_SETS, SYSTEM_READ, FLOW_REPLAYED]
     covers = [SYSTEMS_WITH_COVER] if set(counted) - {"branches"} else []

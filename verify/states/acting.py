@@ -42,7 +42,9 @@ class Step:
 
 
 def path(policy: ir.AgentPolicy, seen: Sequence[Value]) -> tuple[Step, ...]:
-    """The tests that lead to the decision for one observation [n_features], followed by the tree's sums."""
+    """The tests that lead to the decision for one observation, rounded or exact: [n_features], and then the sums that
+    the tree tests.
+    """
     tree, node, steps = policy.tree, ir.ROOT, list[Step]()
     names = list_operands(policy)
     while tree.feature[node] != ir.NO_FEATURE:

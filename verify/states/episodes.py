@@ -94,7 +94,9 @@ def _in_order(profile: PolicyProfile) -> list[ir.AgentPolicy]:
 
 
 def gaps(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Float64:
-    """L-infinity distances of agents to the claim's marks, [..., agents, marks]; infinite from one to itself."""
+    """L-infinity distances of the team's agents to the claim's marks, [..., agents, marks], in float64; infinite from
+    an agent to itself.
+    """
     names = profile.world.coordinates()
 
     def places(entities: Sequence[str]) -> Float64:
@@ -129,7 +131,9 @@ def name_pairs(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[tuple[
 
 
 def coinciding(profile: PolicyProfile, episode: Float64) -> Bool:
-    """In which episodes of [steps + 1, ..., n_coordinates] the centres of two that push each other coincide."""
+    """In which episodes of [steps + 1, ..., n_coordinates] the centres of two that push each other ever coincide: the
+    reference has no number there, and claims are not about them.
+    """
     names, coincide = profile.world.coordinates(), np.zeros(episode.shape[1:-1], dtype=bool)
     entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
     for a, b, _ in partners(profile.world):
@@ -139,7 +143,9 @@ def coinciding(profile: PolicyProfile, episode: Float64) -> Bool:
 
 
 def find_met_ways(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
-    """The ways to fulfil the claim that episodes are, [ways, batch], up to float64 rounding of distances."""
+    """Returns which ways to fulfil the claim episodes of [steps + 1, batch, n_coordinates] are, [ways, batch], up to
+    float64 rounding of distances.
+    """
     account = account_of(claim)
     met = account.is_met(gaps(profile, claim, account.select_counted(episode)), float(claim.radius))
     pairs = (np.array(way).T for way in ways(profile, claim))
@@ -159,7 +165,10 @@ def _distances(first: Float64, second: Float64) -> Gaps:
 
 
 def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool:
-    """Returns True if one episode [steps + 1, n_coordinates] violates the claim; none with coinciding centres does."""
+    """Returns True if one episode [steps + 1, n_coordinates] violates the claim: float64 positions, exact distances.
+
+    An episode in which centres coincide, where the reference leaves the numbers, violates nothing.
+    """
     if not np.isfinite(episode).all() or coinciding(profile, episode):
         return False
     names = {name: place for place, name in enumerate(profile.world.coordinates())}

@@ -67,7 +67,9 @@ def violable(question: DecisionQuestion, coordinates: Float64) -> Bool:
 
 
 def mistaken(question: DecisionQuestion, state: State) -> State | None:
-    """The world state with errors that make the team violate the claim, confirmed by the referee; else None."""
+    """The world state with errors that make the team violate the claim, confirmed by the referee; None if none is
+    found, which in real arithmetic means that there are none.
+    """
     profile, eps, semantics = question.profile, question.claim.eps, question.semantics
     team, tries = profile.team(question.claim.team), list[list[Sequence[Mapping[str, Value]]]]()
     if state.floats:
@@ -118,7 +120,9 @@ def together(errors: Iterable[Mapping[str, Value]]) -> dict[str, Value]:
 def ways(
     policy: AgentPolicy, coordinates: Float64, world: WorldSpec, eps: Fraction, semantics: str = MACHINE
 ) -> list[list[dict[str, float]]]:
-    """For each state and action that errors up to `eps` can cause, such errors, up to rounding of sums."""
+    """For each world state, and each action that errors of at most `eps` can cause there, errors that lead to a leaf
+    with it; sums are rounded (to float32 in the deployed arithmetic), so some may lead to its neighbour.
+    """
     most = float(eps) if Fraction(float(eps)) <= eps else math.nextafter(float(eps), 0.0)
     sums, room = _sums(policy, coordinates, world, most, semantics)
     cells = [(int(policy.tree.action[leaf]), cell) for leaf, cell in _cells(policy)]

@@ -52,7 +52,10 @@ def leaf_of(tree: Tree, measurements: Sequence[Fraction]) -> int:
 
 
 def comparable(features: Sequence[FeatureSpec], coordinates: Float64, world: WorldSpec) -> Float64:
-    """Numbers that are at most a float64 iff the exact measurements are, [batch, n_features]."""
+    """Numbers that are at most a float64 number iff the exact measurements are, [batch, n_features].
+
+    `coordinates`: [batch, n_coordinates] float64, finite.
+    """
     at = dict(zip(world.coordinates(), coordinates.T, strict=True))
     numbers = np.empty((len(coordinates), len(features)))
     for place, feature in enumerate(features):

@@ -89,7 +89,9 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
 
 
 def explain_unstated(question: DecisionQuestion) -> str:
-    """Why a share would mean nothing, and what to state: a coordinate that is read has no range. "" if all have."""
+    """Why a share of the region would mean nothing, and what to state: a coordinate that the claim or the team's trees
+    read has no range but that of every number. "" where all have one.
+    """
     profile, region = question.profile, question.region
     read = {*spoken_of(question.formula), *spoken_of(question.claim.assume)}
     read |= {name for a, b, _ in region.differences for name in (a, b)}
@@ -169,7 +171,9 @@ def draw_states(question: DecisionQuestion, seed: int, count: int) -> tuple[Floa
 
 
 def _bound_assumption(assume: Formula, region: Region) -> list[Mapping[str, Interval]]:
-    """Boxes around what an assumption allows, one for each way: so that what no uniform state meets is drawn."""
+    """Boxes of the region around the states that an assumption allows, one for each of its first ways: so that what a
+    uniform state never meets is drawn, such as one mode of several.
+    """
     boxes: list[Mapping[str, Interval]] = []
     for way in _list_ways(normal(assume)):
         box = dict(region.box)
@@ -242,7 +246,9 @@ def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
 
 
 class _Held:
-    """Where formulas are true given joint actions; each agent's parts are evaluated once for each action."""
+    """Where formulas are true given joint actions: what speaks of one agent is evaluated once for each of its actions,
+    as claims about pairs of agents ask it again for every pair.
+    """
 
     def __init__(self, states: Batch) -> None:
         self._states = states

@@ -26,7 +26,10 @@ from verify.states.values import Batch, worth
 
 @dataclass(frozen=True)
 class State:
-    """One world state: coordinates (velocities default to 0), goal landmark, and `errors` of features by name."""
+    """One world state: coordinates (velocities that are left out are zero) and the goal landmark (None without one).
+
+    `errors`: by how much a feature is off as an agent measures it, by `error_name`; what is left out is exact.
+    """
 
     position: Mapping[str, Value]
     goal: str | None
@@ -187,7 +190,10 @@ def inside(region: Region, state: State) -> bool:
 
 
 def nearest(model: Mapping[str, Fraction], region: Region, goal: str | None, eps: Fraction = Fraction(0)) -> State:
-    """The float64 point nearest to an exact one, each value (and error by `error_name`) rounded into its interval."""
+    """The float64 point nearest to an exact one, each value rounded towards the inside of its interval.
+
+    `model`: every coordinate of the region, and errors by `error_name`, at most `eps`.
+    """
     values: dict[str, float] = {}
     for name, value in model.items():
         low, high = region.box.get(name, (-eps, eps))
@@ -219,7 +225,10 @@ def contains(region: Region, coordinates: Float64, world: ir.WorldSpec) -> Bool:
 
 
 def sample(region: Region, world: ir.WorldSpec, count: int, seed: int) -> tuple[Float64, Int32]:
-    """Uniform states of a region, at most `count`: coordinates [n, n_coordinates] and goals [n] (landmark indices)."""
+    """Uniform world states of a region: coordinates [n, n_coordinates] and goals [n] (landmark indices).
+
+    At most `count`: states outside the region's differences and distances are drawn and dropped.
+    """
     rng = np.random.default_rng(seed)
     names = world.coordinates()
     coordinates = np.zeros((len(names), count)).T  # what reads them reads one after the other

@@ -111,7 +111,10 @@ def verify(
     visited: Visited | None = None,
     skipped: Sequence[str] = (),
 ) -> DecisionResult:
-    """The verdict on a question, with shares, control and a replayed counterexample. `skipped`: replays not had."""
+    """The verdict on a question, with shares, control and a replayed counterexample.
+
+    `skipped`: replays that could not be had, each with its reason, for the report.
+    """
     claim = question.claim
     if not claim.per_state:
         return _alive(question, visited)
@@ -188,7 +191,9 @@ def _judge_question(question: DecisionQuestion) -> tuple[Zoned, Settled]:
 
 
 def conditions_of(claim: DecisionClaim) -> list[Condition]:
-    """Lists what some state must meet, or else a claim says nothing: left sides, or the assumption alone."""
+    """Lists what some state of the region must meet, or else a claim says nothing: the left sides of its implications,
+    or the assumption alone.
+    """
     if claim.assume == TRUE:
         return list(claim.conditions)
     both = [Condition(each.words, conjunction(claim.assume, each.formula)) for each in claim.conditions]
@@ -196,7 +201,9 @@ def conditions_of(claim: DecisionClaim) -> list[Condition]:
 
 
 def _meet_condition(question: DecisionQuestion, condition: Condition) -> Settled:
-    """A state that meets a condition, without errors; VACUOUS where none does, UNKNOWN where none was found."""
+    """A state of the region that meets a condition, without errors of features; VACUOUS where none does, else UNKNOWN
+    where none was found.
+    """
     claim, told = question.claim, visible(" ".join(condition.words.split()))
     denied = OwnFormula(claim.team, claim.margin, claim.radius, statement=negate(condition.formula))
     answer = _find_violation(question.about(denied))
@@ -225,7 +232,9 @@ def _find_violation(question: DecisionQuestion) -> Settled:
 
 
 def _decide_control(control: DecisionQuestion, units: int) -> Verdict:
-    """The verdict on a control: by samples, zones, or Z3; UNKNOWN where rounding in sums may make its state one."""
+    """The verdict on a control, by a few sampled states, else by zones, else by Z3 with so many units; UNKNOWN where
+    rounding within sums alone may make its state a violation.
+    """
     if next(violating_samples(control, FEW), None) is not None:
         return Verdict.VIOLATED
     zoned = by_zones(control)
@@ -242,7 +251,9 @@ def _decide_control(control: DecisionQuestion, units: int) -> Verdict:
 
 
 def _ensure_none_violates(question: DecisionQuestion) -> None:
-    """AssertionError for a sampled violation of a proved claim that the referee confirms."""
+    """AssertionError for a sampled violation of a proved claim, if the referee confirms one: float64 sampling may
+    misjudge a state on a boundary.
+    """
     wrong = next(violating_samples(question), None)
     if wrong is not None:
         raise AssertionError(f"proved, yet {wrong} violates {question.claim.name}")

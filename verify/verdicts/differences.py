@@ -175,7 +175,9 @@ def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
 
 
 def example(question: DecisionQuestion, zone: Zone) -> State | None:
-    """A state well inside a zone where both profiles reach its leaves; None where its float64 state is outside."""
+    """A state well inside a zone, entities apart where that can be, in which the agents of both profiles reach its
+    leaves; None where the float64 state nearest to it is outside.
+    """
     failing, cells = zone.failing, zone.branch[1]
     ends = [0]
     for size in failing.problem.sizes:
@@ -249,7 +251,9 @@ def _no_difference(question: DecisionQuestion) -> zones.Outcome:
 
 
 def _together(differences: Sequence[AgentDifference], question: DecisionQuestion | None) -> Span:
-    """The share of states in which some agent acts differently."""
+    """The share of states in which some agent acts differently. `question`: about those that have zones, where several
+    have: also one whose zones hold no float64 state that was found.
+    """
     spans = [one.span for one in differences]
     least, most = max(low for low, _ in spans), min(Fraction(1), sum((high for _, high in spans), Fraction(0)))
     if question is None or any(low != high for low, high in spans):

@@ -226,7 +226,9 @@ def _has_start(question: EpisodeQuestion) -> bool:
 
 
 def _settle_question(question: EpisodeQuestion, samples: int) -> tuple[ZonesDecision, Share]:
-    """The verdict, and the share of sampled starts that fail; UNKNOWN where edges are to show it."""
+    """The verdict, and the share of so many sampled starts that fail: one of them settles the claim without zones.
+    UNKNOWN where edges are to show it.
+    """
     profile, claim, region = question.profile, question.claim, question.region
     coordinates, goals = sample(at_rest(region), profile.world, samples, SAMPLE_SEED)
     episode, _ = play(profile, coordinates, claim.steps)

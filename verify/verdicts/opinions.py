@@ -67,7 +67,10 @@ def steps_from(start: Fraction) -> int:
 
 
 def largest_margin(proved_at: Callable[[Fraction], bool], start: Fraction) -> Margin:
-    """The largest margin (or error) of the grid proved from `start` on, by bisection."""
+    """The largest margin (or error) of the grid found proved from `start` (which is) on, by bisection.
+
+    `proved_at`: whether the claim is proved with a margin (or error).
+    """
     steps = steps_from(start)
     if not steps:
         return Margin(start, None, 0)

@@ -64,7 +64,9 @@ class _MeasuredBorder(NamedTuple):
 
 
 def closest(profile: PolicyProfile, system: System, claim: SystemClaim) -> ClosestApproach | None:
-    """Among random episodes; None for claims fulfilled at a step of their own, and where errors carry one beyond."""
+    """Among random episodes; None for claims that an episode fulfils at a step of its own, where all that is played
+    leaves what is stated, and where an episode goes beyond the border, by errors of enclosures that no rule has.
+    """
     if claim.about_decisions or claim.says.once or system.flow is not None:
         return None
     random = np.random.default_rng(SEED)
@@ -117,7 +119,9 @@ def _borders(system: System, claim: SystemClaim) -> list[list[_MeasuredBorder]]:
 
 
 def _levels(system: System, claim: SystemClaim, state: Planes) -> tuple[Float64, Int64]:
-    """Returns how far each state is from being excluded, in shares of the ranges, and the place of the border."""
+    """Returns how far each state is from being excluded, as a share of the ranges, negative where it is; and the place
+    of the border that says so, counted through all regions.
+    """
     sign, first = (1.0 if claim.says.avoided else -1.0), 0
     levels: list[Float64] = []
     places: list[Int64] = []

@@ -198,7 +198,10 @@ def _activation(data: Mapping[str, Any], outputs: str, where: str) -> str:
 def _normalization(
     data: Mapping[str, Any], said: Normalization | str | None, algorithm: str, where: str
 ) -> Normalization | None:
-    """The normalization that a user stated; refuses a file that shows one where nobody said anything."""
+    """Returns the normalization that a user stated; refuses a file that shows one where nobody said anything.
+
+    In VecNormalize alone PPO and A2C remember an original observation beside the last one. The others always do.
+    """
     if isinstance(said, Normalization):
         return said
     if said not in (None, NONE):

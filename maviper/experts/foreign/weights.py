@@ -70,7 +70,10 @@ class _Tensor(NamedTuple):
 
 
 def part(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
-    """One file of a zip, packed as zips usually are; ValueError where it is otherwise or holds more than `most`."""
+    """One file of a zip; ValueError where it holds more than it may.
+
+    Only what zips usually hold is unpacked. Python reads other compressions without a limit.
+    """
     if archive.getinfo(name).compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(f"{name} is compressed in an unknown way")
     with archive.open(name) as file:
@@ -81,7 +84,9 @@ def part(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
 
 
 def state_dict(data: bytes, most: int) -> dict[str, Float32]:
-    """The tensors of a state dict as float32; NotPlainError for anything else, and for more than `most` bytes."""
+    """The tensors of a state dict as float32, rounded as torch rounds; NotPlainError for anything else, and for more
+    than `most` bytes, packed or as float32.
+    """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             return _tensors(archive, most)
@@ -324,7 +329,10 @@ def _safetensors(data: bytes, where: str) -> dict[str, Float32]:
 
 
 def of_torch(loaded: object, where: str) -> dict[str, Float32]:
-    """The tensors of a state dict; InputError for anything else, and for more numbers than MAX_BYTES hold."""
+    """The tensors of a state dict; InputError for anything else, and for more numbers than MAX_BYTES hold.
+
+    A small file may state a large shape, all of whose places are one number in memory.
+    """
     given: Mapping[object, object] = loaded if is_mapping(loaded) else {}
     if not given:
         raise InputError("not a state dict", where, "save it as torch.save(module.state_dict(), file)")
@@ -341,14 +349,18 @@ def of_torch(loaded: object, where: str) -> dict[str, Float32]:
 
 
 def _plain(value: object) -> TypeGuard[Tensor]:
-    """Returns True if it is a dense, contiguous tensor of real numbers."""
+    """Returns True if it is a tensor of real numbers that lie one beside the other: not sparse, complex, quantized or
+    without data.
+    """
     if not isinstance(value, Tensor) or str(value.layout) != "torch.strided":
         return False
     return not (value.is_complex() or value.is_quantized or value.is_meta)
 
 
 def layers(tensors: Tensors, name: str, where: str) -> list[Linear]:
-    """The fully connected layers `NAME.0`, `NAME.2`, ...; InputError where anything else is under the name."""
+    """The fully connected layers `NAME.0`, `NAME.2`, ... with one activation after each; InputError where there is
+    anything else under the name.
+    """
     mine = {key.removeprefix(f"{name}."): value for key, value in tensors.items() if key.startswith(f"{name}.")}
     places = sorted({int(key.partition(".")[0]) for key in mine if re.fullmatch(r"\d{1,3}\.(weight|bias)", key)})
     expected = {f"{place}.{part}": 2 - (part == "bias") for place in places for part in ("weight", "bias")}

@@ -103,7 +103,9 @@ def fit(
     device: str,
     on_step: Callable[[int, int, float], None] = lambda done, total, loss: None,
 ) -> dict[str, Any]:
-    """Critics for frozen actors, named as in `network.NetworkExpert`. `on_step`: steps played, to play, last loss."""
+    """Critics for frozen actors, in the names and shapes of `network.NetworkExpert`. `on_step`: gets the joint steps
+    played, those to play, and the last loss.
+    """
     fitting, loss = Fit(world, actors, settings, device), math.nan
     on_step(0, settings.steps, loss)
     while fitting.steps < settings.steps:

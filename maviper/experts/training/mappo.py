@@ -43,7 +43,10 @@ class Imitation:
         self.wanted = torch.zeros(0, joint.n_agents, dtype=torch.int64, device=joint.device)
 
     def round(self, games: int, rng: np.random.Generator, optimiser: Adam, rate: float) -> tuple[int, float, float]:
-        """One batch, played by the teacher first, then greedily by the learner; steps played, fidelity and loss."""
+        """One batch of episodes and UPDATES steps; returns the joint steps played, the fidelity and the loss.
+
+        The learner plays greedily from the second round on; the teacher plays the first.
+        """
         state = self.world.start(games, rng)
         seen, wanted, agreed = [], [], 0.0
         everybody = range(self.joint.n_agents)

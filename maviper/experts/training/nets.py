@@ -29,7 +29,10 @@ FORBIDDEN = -1e9
 
 
 class Stacked:
-    """Weights of all networks, stacked as [n_networks, ..., ...]; `owner` says which is whose."""
+    """Weights of all agents, each stacked as [n_agents, ..., ...].
+
+    Agents may share them: then they are [n_networks, ..., ...], and `owner` says whose is whose.
+    """
 
     owner: Tensor | None = None  # [n_agents]: the index of each agent's network; None: each its own
 
@@ -47,7 +50,9 @@ class Nets(Stacked):
     def __init__(
         self, sizes: Sequence[int], fan_in: Sequence[int], generator: torch.Generator, device: str, last: float = 1.0
     ) -> None:
-        """`fan_in`: each network's inputs; the rest of its first layer sees no data. `last` scales the output."""
+        """`fan_in`: each network's own inputs; the rest of its first layer never sees data. `last` scales the
+        output.
+        """
         super().__init__([])
         for layer in LAYERS:
             inputs, outputs = sizes[layer - 1], sizes[layer]
@@ -149,7 +154,9 @@ class Joint:
         self.critic_inputs = self.n_obs + self.n_agents * self.n_actions
 
     def _masks(self, world: World, starts: Sequence[int]) -> tuple[Tensor, Tensor]:
-        """Columns that say whether an action is legal, and actions that always are; [n_agents, n_actions]."""
+        """Locates the column of a joint observation that says whether an action is legal, and marks the actions that
+        always are; each [n_agents, n_actions].
+        """
         asked = torch.full((self.n_agents, self.n_actions), self.n_obs)
         always = torch.zeros(self.n_agents, self.n_actions, dtype=torch.bool)
         for agent, start in enumerate(starts):
@@ -312,7 +319,9 @@ class Running:
 
 
 def average_rows(values: Tensor, taken: Tensor) -> Tensor:
-    """Each agent's mean over its rows, [n_agents]. values: [n_agents, batch, ...]; taken: [n_agents, batch], 1 or 0."""
+    """Each agent's mean over the rows in which it acts, [n_agents]. values: [n_agents, batch, ...]; taken: [n_agents,
+    batch], 1 or 0.
+    """
     share = (taken.sum(dim=1) / taken.shape[1]).clamp(min=1 / taken.shape[1])
     weights = taken.reshape(*taken.shape, *[1] * (values.dim() - 2))
     return (values * weights).mean(dim=tuple(range(1, values.dim()))) / share
@@ -360,7 +369,9 @@ class Choices(Head):
 
 
 class Numbers(Head):
-    """Numbers from normal distributions, clipped: a mean of -1 is the low bound, 1 the high; deviations are learned."""
+    """Numbers within bounds, drawn from normal distributions and then clipped. A mean of -1 stands for the low bound
+    and 1 for the high one; deviations are learned too, one for each output of a network.
+    """
 
     def __init__(self, joint: Joint, rng: np.random.Generator, world: World, actor: Nets) -> None:
         super().__init__(joint, rng)

@@ -26,7 +26,9 @@ from maviper.worlds import World
 
 
 class Replay:
-    """A ring of transitions: observations before and after, actions, rewards, who acted, whose episode goes on."""
+    """A ring of transitions: joint observations before and after, actions, rewards, who acted and whose episode goes
+    on. Those in which nobody acted are not kept.
+    """
 
     def __init__(self, joint: Joint, size: int) -> None:
         self.joint, self.size = joint, size

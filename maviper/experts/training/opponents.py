@@ -46,7 +46,9 @@ class Opponents(Protocol):
 
 
 class Past:
-    """The actor at equal distances of the training so far, a batch from each, sampled from as the present one."""
+    """The actor as it was at equal distances of the training so far, one of them for each batch, sampled from as the
+    present one is.
+    """
 
     def __init__(self, joint: Joint, actor: Nets, head: Head) -> None:
         self.joint, self.actor, self.head = joint, actor, head
@@ -99,7 +101,10 @@ class Finished:
 
 
 def by_reward_alone(world: World, names: Sequence[str]) -> dict[str, network.NetworkExpert]:
-    """The named experts, for all agents of `world`. InputError for another game's, or one taught by a script."""
+    """The named experts, shipped ones or files, each for all agents of `world`.
+
+    InputError for an expert of another game, and for one that learned from a script, or does not say how it learned.
+    """
     return {name: _by_reward_alone(world, name) for name in names}
 
 

@@ -43,7 +43,9 @@ class Scale:
 
 
 def measure_scale(world: World, games: int, seed: int, shared: bool) -> Scale:
-    """The scale of joint observations, agents side by side; a feature that does not change is moved, not stretched."""
+    """The scale of joint observations, side by side as agents are. `games`: played in parallel; `shared`: team-mates
+    have one, since they have one network. A feature that does not change is moved, not stretched.
+    """
     rng = np.random.default_rng([DRAWS, seed])
     points = np.concatenate(_play_at_random(world, games, rng)).astype(np.float64)
     mine = np.split(points, np.cumsum([len(features) for features in world.features])[:-1], axis=1)

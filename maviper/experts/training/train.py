@@ -375,7 +375,10 @@ MAX_SEED = 2**32
 
 
 def train_expert(name: str, folder: Path, console: Console, **options: Unpack[TrainOptions]) -> dict[str, Any]:
-    """Trains an expert for the named world into a run folder; returns its card, which says if it stopped early."""
+    """Trains an expert for the named world into a run folder; returns its card.
+
+    The card says `stopped` where a training had to stop early.
+    """
     asked = make_request(TrainOptions, options)
     overrides: dict[str, Any] = {"seed": asked.seed}
     overrides |= {} if asked.steps is None else {"steps": asked.steps}

@@ -89,7 +89,9 @@ class BestFirstTree:
         return self._tree()
 
     def deciding(self, max_leaves: int) -> GrownTree:
-        """The tree of at most so many leaves, siblings of one action being merged: such splits cost no leaf."""
+        """The tree with at most so many leaves after siblings of one action are merged: splits that decide nothing
+        yet, on which later ones may stand, cost no leaf.
+        """
         largest = merge_leaves(self._tree())
         while self._grow():
             tree = merge_leaves(self._tree())
@@ -169,10 +171,14 @@ class Leaves(ABC):
 
     @abstractmethod
     def fit_leaf(self, rows: Int, counts: Int) -> Float64:
-        """The numbers that a leaf of these points gives, [n_outputs, n_features + 1], the constant last."""
+        """The numbers that a leaf of these points gives, [n_outputs, n_features + 1], the constant last, in the
+        outputs' units. `counts`: of the rows.
+        """
 
     def off(self, given: Float64) -> Float64:
-        """The squared distance of every point's labels to what a leaf gives, in parts of the ranges; [n]."""
+        """The squared distance of every point's labels to what a leaf gives, in parts of the ranges; [n]. `given`: as
+        of `fit_leaf`.
+        """
         numbers = np.clip(self.obs @ given[:, :-1].T + given[:, -1], self.low, self.high)
         return np.square((numbers - self.low) / self.range - self.parts).sum(axis=1)
 
@@ -205,7 +211,9 @@ class ConstantLeaves(Leaves):
 
 
 class LinearLeaves(Leaves):
-    """Each leaf gives sums of its features, by ridge regression of its labels on standardised features."""
+    """Each leaf gives sums of its features, by ridge regression of its labels. Features are scaled to a mean of 0 and
+    a variance of 1 over all points while they are learned.
+    """
 
     def __init__(self, obs: Float32, labels: Float32, outputs: Sequence[OutputSpec]) -> None:
         super().__init__(obs, labels, outputs)
@@ -273,7 +281,9 @@ KINDS: dict[str, type[Leaves]] = {CONSTANT: ConstantLeaves, LINEAR: LinearLeaves
 
 
 def grow_tree(leaves: Leaves, counts: Int, codes: Codes, bins: Bins, max_depth: int, max_leaves: int) -> SummedTree:
-    """A tree of at most so many leaves that give numbers. `counts`: [n]; `codes`: [n_columns, n]."""
+    """A tree with at most so many leaves that give numbers; it may test more columns than there are features, and
+    names none of them. `counts`: [n]; `codes`: [n_columns, n].
+    """
     vectors = leaves.vectors(counts)
     purity: Purity = leaves.purity
     growing = BestFirstTree(codes, vectors, bins, max_depth, purity, leaves.spread(counts), leaves.fewest)

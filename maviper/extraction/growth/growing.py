@@ -110,7 +110,9 @@ class Growth:
         alive: Bool,
         kept: list[float] | None = None,
     ) -> list[GrownTree]:
-        """TrainJointTrees for members over points that each counts for itself. `alive`: [n, N], who takes part."""
+        """TrainJointTrees for members over shared points, of which each has data of its own: those that it counts.
+        `alive`: [n, N] who takes part in each point, in the order of `parts`.
+        """
         growing = [self._member(part, seeds[part.agent]) for part in parts]
         trees = grow_jointly(growing, self.settings.max_depth, least_right, alive, kept)
         return [self._testing(part, tree) for part, tree in zip(parts, trees, strict=True)]
@@ -157,7 +159,9 @@ class Growth:
         return HistogramTree(*self._code_points(part.agent, obs, part.alive), labels, counts, n_actions, depth)
 
     def _code_points(self, agent: int, obs: Float32, alive: Bool) -> tuple[Bins, Codes]:
-        """An agent's bins (of points in which it takes part), and the codes of all points; only new ones are coded."""
+        """An agent's bins and the codes of all points; only new points are coded. Bins are of points in which it takes
+        part, `alive`.
+        """
         count = int(alive.sum())
         fitted = int(REFIT_FACTOR ** np.floor(np.log(count) / np.log(REFIT_FACTOR) + 1e-9))
         if agent not in self._bins or fitted != self._bins[agent][1]:

@@ -32,7 +32,9 @@ class CartTree:
     """One agent's tree while it grows, every threshold tried. Nodes are numbered as they are made: level by level."""
 
     def __init__(self, obs: Float32, labels: Int, counts: Int, n_actions: int, max_depth: int, seed: int) -> None:
-        """`obs`: [n, n_features]; `labels`, `counts`: [n]; `seed`: for ties between features."""
+        """`obs`: [n, n_features]; `labels`: [n]; `counts`: [n], how often the agent's data set holds each point;
+        `seed`: for ties between features.
+        """
         self.obs, self.labels, self.counts = obs, labels, counts
         self.n_actions, self.max_depth, self.seed = n_actions, max_depth, seed
         self.feature: list[int] = []
@@ -169,7 +171,9 @@ def grow_jointly(
 def grow_shared(
     tree: Growing, max_depth: int, least_right: int, alive: Bool, kept: list[float] | None = None
 ) -> list[GrownTree]:
-    """Grows one tree for all members, like `grow_jointly`: [the tree] * N. A dropped point loses all its rows."""
+    """Grows one tree for all members, like `grow_jointly`: [the tree] * N. Its points are those of `alive` [n, N], one
+    row per member and point; a point that the votes drop loses all its rows.
+    """
     n, members = alive.shape
     for _ in range(max_depth):
         keep = np.ones(n * members, dtype=bool)
@@ -205,7 +209,9 @@ class Bins:
 
     @staticmethod
     def of(obs: Float32, most: int = BINS) -> "Bins":
-        """Bins for the observations [n, n_features], at most `most` a feature: midpoints of neighbouring values."""
+        """Bins for the observations [n, n_features]: midpoints between neighbouring distinct values. `most`: how many
+        bins that a feature may have.
+        """
         edges = list[Float64]()
         for column in np.ascontiguousarray(obs.T):
             values = np.unique(column).astype(np.float64)
@@ -272,7 +278,9 @@ def best_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots:
 
 
 def _sorted_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, totals: Float64) -> tuple[Int, Int, Bool]:
-    """Finds the splits of `best_splits` by sorting: quicker for fewer points than cells of histograms."""
+    """Features, codes and whether there are any, as `best_splits` finds them by a histogram, by sorting the points of
+    all features at once: quicker where there are fewer points than cells of histograms.
+    """
     n_slots, n_actions = totals.shape
     feature, code = np.zeros(n_slots, dtype=np.int64), np.zeros(n_slots, dtype=np.int64)
     occupied = np.flatnonzero(np.bincount(slot, minlength=n_slots))
@@ -309,7 +317,10 @@ def _sorted_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, total
 def project_trees(
     codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots: int, n_actions: int, depth: int
 ) -> Int:
-    """Returns the actions of slots' trees of `depth` at every point, [n]; -1 for slot -1 and slots without weight."""
+    """Returns the actions of trees of `depth`, one for each slot and fitted to its points, at every point, [n].
+
+    A point in slot -1 has no tree and gets -1, as do the points of a slot without weight.
+    """
     some = np.bincount(slot[slot >= 0], weights[slot >= 0], n_slots) > 0
     inside = np.flatnonzero((slot >= 0) & some[slot])
     said = np.full(len(slot), -1, dtype=np.int64)

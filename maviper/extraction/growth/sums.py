@@ -184,7 +184,9 @@ def _sweep_nodes(nodes: _Nodes, obs: Float64, spread: Float64, answers: Answers,
 
 
 def _better(test: Test, obs: Float64, one: Float64, other: Float64, spread: Float64, price: float) -> tuple[Test, bool]:
-    """The test that loses least (`one` on the left, `other` on the right, [n]); and whether children are exchanged."""
+    """The test that loses least, where `one` is lost on the left and `other` on the right, [n] each; and whether it is
+    for exchanged children.
+    """
     care = one - other  # above 0: better on the right
     cares = np.flatnonzero(care)
     if not len(cares):
@@ -331,7 +333,9 @@ def with_sum(tree: SummedTree, node: int, weights: Float64, threshold: float) ->
 
 
 def tilt_tests(tree: SummedTree, node: int, here: Floats, rng: np.random.Generator) -> Iterator[SummedTree]:
-    """The tree with other sums at `node`, as many passing on each side. `here`: [n, n_features + n_sums]."""
+    """The tree with other sums at the split `node`, as many observations passing on each side as before. `here`:
+    [n, n_features + n_sums], what is tested in those that reach it.
+    """
     n_features = tree.tests.shape[1]
     seen, feature = here[:, :n_features].astype(np.float64), int(tree.feature[node])
     assert feature != NO_FEATURE

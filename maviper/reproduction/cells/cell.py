@@ -86,7 +86,9 @@ class Named:
 
 @dataclass(frozen=True)
 class Source:
-    """Where an expert comes from: a name, the bytes of a file for any machine, or what a user named."""
+    """Where an expert comes from: a name, or the bytes of a file, so that it can be had on any machine; or what a user
+    named.
+    """
 
     text: str
     data: bytes = b""
@@ -118,7 +120,9 @@ def settings_of(cell: Cell, world: World) -> Settings:
 
 @dataclass(frozen=True)
 class Budget:
-    """The episodes that a cell of a comparison may play."""
+    """The episodes that a cell of a comparison may play. Its trees are measured as teams among experts; beside that are
+    told their sizes, how like the expert they act, and what they played.
+    """
 
     extraction: int  # episodes
     held_out: int  # episodes of one seed, for every line-up

@@ -354,7 +354,9 @@ def _compare_cell(task: Task, world: World, expert: Expert) -> Files:
 
 
 def _measure_teams(world: World, expert: Expert, profile: PolicyProfile, seeds: range) -> tuple[str, dict[str, float]]:
-    """Each team's trees among experts, as `play_lineups`; and how like the expert each agent acts, from 0 to 1."""
+    """Each team's trees among experts, as `play_lineups` writes it; and for each agent how like the expert its tree
+    acts in the states of these episodes, from 0 to 1.
+    """
     stage, lines, fidelity = Stage(world, seeds), [HEAD], dict[str, float]()
     trees = {world.agents.index(policy.agent): policy for policy in profile.agents}
 

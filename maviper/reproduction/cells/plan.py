@@ -229,7 +229,9 @@ def _main(asked: Asked, game: str, depths: Sequence[int]) -> list[tuple[str, str
 
 
 def _crossplays(made: Sequence[Task], depths: Sequence[int] = (MAIN_DEPTH,)) -> list[Task]:
-    """The paper's algorithms and the expert against one another, wherever two or more were extracted alike."""
+    """The paper's algorithms and the expert against one another, wherever two of them or more were extracted alike, at
+    some depths.
+    """
     alike: dict[Cell, dict[str, Task]] = {}
     for each in made:
         cell = each.cell
@@ -244,7 +246,9 @@ def _crossplays(made: Sequence[Task], depths: Sequence[int] = (MAIN_DEPTH,)) -> 
 
 
 def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]) -> list[Task]:
-    """Deception's profiles of some depths, each answered by everybody of its seed, and by whom the tier trains."""
+    """Deception's profiles of depth 4, or of the depths asked for, each answered by everybody of its seed, and by whom
+    the tier trains.
+    """
     depths = asked.exploit_depths or (MAIN_DEPTH,)
     alike = [each for each in _crossplays(made, depths) if each.cell.game == DECEPTION and each.cell.preset == PAPER]
     if not alike:
@@ -264,7 +268,9 @@ def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]
 
 
 def shard(plan: Plan, number: int, of: int) -> Plan:
-    """Part `number`, from 1, of `of` parts of about the same cost; cells that need one another stay together."""
+    """Part `number`, from 1, of `of` parts of about the same cost. Cells that need one another stay together, so that
+    no part waits for another one.
+    """
     groups: dict[tuple[str | int, ...], list[Task]] = {}
     for task in plan.tasks:
         cell = task.cell

@@ -197,7 +197,9 @@ def _replay_episode(path: Path, profile: PolicyProfile) -> Replayed:
 
 
 def name_formula(stated: str, claim: Formula, team: str, profile: PolicyProfile) -> str:
-    """Names a file's formula: by a property that says the same, else as the file calls it."""
+    """Names the formula of a file: a property's name where it is what that says, for any other what the file calls it,
+    as the file's word.
+    """
     if stated in PLAIN:
         with suppress(InputError, ValueError):  # a property of other teams
             if formula(profile, BUILT_IN[stated](team)) == claim:

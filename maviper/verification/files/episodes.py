@@ -169,7 +169,9 @@ def _ensure_known(episode: EpisodeJson, profile: PolicyProfile, path: Path) -> N
 
 
 def ensure_of_world(world: WorldSpec, states: Sequence[State], strange: Sequence[str], path: Path) -> None:
-    """InputError for states with other names than the world's, or too far away. `strange`: further unknown names."""
+    """InputError for states that name what a world does not have or leave places out, or that are too far away.
+    `strange`: further names that nobody knows.
+    """
     placed = {name for state in states for name in state.position}
     strange = [
         *sorted(placed - set(world.coordinates())),

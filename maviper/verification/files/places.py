@@ -68,7 +68,9 @@ def file_names(asked: Sequence[Asked], page: bool) -> str:
 
 
 def list_given(options: VerifyOptions) -> list[Path]:
-    """The files that claims and regions are read from, those that the property file names among them."""
+    """The files that claims and regions are read from: the region, the property file, and the regions that it names, as
+    seen from its own folder.
+    """
     given = [Path(options.region)]
     if options.file is not None:
         text = runs.read(options.file, MAX_FILE_BYTES).decode()

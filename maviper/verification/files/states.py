@@ -104,7 +104,9 @@ class Failing:
 
 
 def states_files(profile: PolicyProfile, asked: Sequence[Asked], results: Sequence[AnyResult]) -> dict[str, str]:
-    """For each violated claim about decisions a file of sampled states in which it fails, where any is found."""
+    """For each violated claim about single decisions a file of sampled states in which it fails, where any is found: in
+    the deployed arithmetic, which is what extraction mends, and in the one asked about.
+    """
     files: dict[str, str] = {}
     for place, (one, result) in enumerate(zip(asked, results, strict=True), 1):
         claim, region = result.claim, result.region

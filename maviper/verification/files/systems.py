@@ -154,7 +154,9 @@ def _left_sides(claim: SystemClaim, stated: Sequence[SystemClaim]) -> str:
 
 
 def _of_curves(claim: SystemClaim, statement: Statement, stated: Sequence[SystemClaim]) -> str:
-    """Describes what a proof says of a formula with curves or outputs; "" where no claim implies it."""
+    """Describes what a proof says of a formula with curves or outputs among claims of files; "" where there is none
+    that the claim implies. RejectedError where its enclosures are not shown again.
+    """
     for each in stated:
         if each == claim and each.curved is None and name_inputs(each.written) != each.written:
             return f"{each.sentence}: {' '.join(each.written.split())}"
@@ -168,7 +170,9 @@ def _of_curves(claim: SystemClaim, statement: Statement, stated: Sequence[System
 
 
 def _read_beside(statement: Statement, profile: PolicyProfile, beside: Path) -> list[SystemClaim]:
-    """The claims of a property file beside a certificate, as far as they are about the system."""
+    """The claims of a property file beside a certificate, as far as they are about the system; those of the game that
+    it is made from are told in the system's words.
+    """
     if not beside.exists():
         return []
     try:
@@ -188,7 +192,9 @@ def name_claim(claim: SystemClaim) -> str:
 def replay(
     path: Path, profile: PolicyProfile, world: Path | None
 ) -> tuple[CounterexampleJson, SystemClaim, Any, bool, bool]:
-    """A counterexample's claim, the episode that breaks it again, and if system and profile are those of the file."""
+    """A counterexample of a file, the claim in it, the episode that breaks it again (None where none does), and whether
+    the system and the profile are those that it was made of.
+    """
     document = runs.decode_file(path, MAX_BYTES, CounterexampleJson, "not a readable counterexample", ADVICE)
     statement = read(world or path.parent / WORLD_FILE)
     ensure_plays(profile, statement)
@@ -218,7 +224,9 @@ def replay(
 def _read_course(
     document: CounterexampleJson, start: Mapping[str, Fraction], errors: Sequence[Mapping[str, Fraction]]
 ) -> FlowCourse:
-    """Reads the course of an episode of a flow; a list changes by period, its last member stays. ValueError for []."""
+    """Reads the course of an episode of a flow from its file. A list is of what changes from period to period, and its
+    last member stays. ValueError for an empty one.
+    """
     longer = [document.longer] if isinstance(document.longer, str) else document.longer
     ways = [document.way] if isinstance(document.way, int) else document.way
     if not longer or not ways:

@@ -85,7 +85,9 @@ class CooperativeNavigation(ParticleWorld):
         return -self._distance(state) * (1 - LOCAL_RATIO) + -collisions * LOCAL_RATIO
 
     def shaping(self, state: WorldState) -> Float64:
-        """An agent's worth: how much farther the nearest agents of all targets would be without it."""
+        """Returns the worth of an agent's presence: the sum over targets of how much farther the nearest agent would be
+        without it. A shared reward alone does not tell an agent its own part.
+        """
         gaps = np.sqrt(self.gaps(state))
         if len(gaps) == 1:
             return np.zeros((len(state), 1))
@@ -126,7 +128,9 @@ class CooperativeNavigation(ParticleWorld):
         return collisions
 
     def values(self, states: Sequence[WorldState]) -> Float64:
-        """D: mean over steps of nearest distances. Success: all targets reached at one step, and no collision ever."""
+        """D: mean over steps of the summed distance to the nearest agents. Collisions: mean over steps and agents.
+        Success: at some one step every target has an agent of its own within the radius, and nobody ever collides.
+        """
         distance = list[Float64]()
         covered = np.zeros((len(SQUARED_RADII), len(states[0])), dtype=bool)
         for state in states:

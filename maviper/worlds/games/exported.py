@@ -32,7 +32,10 @@ Infos = dict[str, dict[str, Any]]
 
 
 class WorldEnv(ParallelEnv[str, Any, Any]):
-    """One game of `world`, of `max_cycles` steps. UnknownNameError for a `render_mode` that it has not."""
+    """One game of `world`. `render_mode`: None, or rgb_array for particle worlds; UnknownNameError for another.
+
+    `max_cycles` is the length of an episode in steps; all agents are truncated there, and it may be set.
+    """
 
     def __init__(self, world: World, render_mode: str | None = None) -> None:
         modes = [RGB] if isinstance(world, ParticleWorld) else []
@@ -56,11 +59,16 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         self._drawn: tuple[Any, int] | None = None  # the reference environment, and the seed of the episode in it
 
     def observation_space(self, agent: str) -> Box:
-        """The agent's Box, [n_features] float32, always the same object; bounded for signs, flags and constants."""
+        """The agent's Box, [n_features] float32, always the same object.
+
+        Only signs, flags and constants are bounded: contacts carry agents beyond the range that their features state.
+        """
         return self._boxes[agent]
 
     def action_space(self, agent: str) -> Discrete | Box:
-        """The agent's Discrete(n), or its Box where agents give numbers, always the same object."""
+        """The agent's Discrete(n), or its Box where agents give numbers, always the same object; what its numbers mean
+        is in `world.decided`.
+        """
         return self._choices[agent]
 
     def reset(self, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Seen, Infos]:
@@ -100,7 +108,10 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         return self._observe_agents(acted), rewards, ended, cut, {agent: {} for agent in acted}
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """The present state, [height, width, 3] uint8, as mpe2 draws it; None without a render mode."""
+        """The present state, [height, width, 3] uint8, as mpe2 draws it; None without a render mode.
+
+        InputError before the first reset.
+        """
         if self.render_mode is None:
             return None
         if self._state is None:

@@ -50,7 +50,10 @@ def top_speed(spec: WorldSpec) -> float:
 
 
 def farthest(spec: WorldSpec) -> float:
-    """Returns the distance an agent can travel from rest in an episode along an axis, to a tenth, contacts aside."""
+    """Returns the distance an agent can travel from rest in an episode along one axis, rounded up to a tenth.
+
+    Contacts can add to it: a range says what actions reach, and nothing depends on it but pictures and regions.
+    """
     place = speed = 0.0
     limit, force = top_speed(spec), max(entity.force for entity in spec.agents)
     for _ in range(spec.episode_steps):
@@ -152,7 +155,9 @@ def _diagonals(name: str, x: FeatureSpec, y: FeatureSpec) -> list[FeatureSpec]:
 
 
 def _coasting(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
-    """Observed offsets of possible targets once the agent has come to rest: both axes, their sum and difference."""
+    """Observed offsets of what the agent may make for, as they will be once it has come to rest without a push: both
+    axes, their sum and their difference. Team-mates' are left out.
+    """
     places = {_offset(feature.meaning, agent): feature for feature in features if feature.meaning}
     coasting: list[FeatureSpec] = []
     if not spec.damping:  # nothing ever comes to rest

@@ -204,7 +204,9 @@ class ParticleWorld(World):
         return WorldState(games(position), games(velocity), state.goal)
 
     def _push_agents(self, numbers: Float32) -> Float64:
-        """The accelerations that numbers [batch, n_agents, 5] give, [n_agents, 2, batch], in float32 as mpe2's."""
+        """The accelerations that numbers [batch, n_agents, 5] give, [n_agents, 2, batch]: of float32 differences, as
+        mpe2 takes them.
+        """
         left, right, down, up = np.moveaxis(numbers[..., 1:], (2, 1), (0, 1))  # [n_agents, batch] each
         units = np.array([agent.force for agent in self.spec.agents])
         return np.stack([right - left, up - down], axis=1).astype(np.float64) * units[:, None, None]
@@ -214,7 +216,9 @@ class ParticleWorld(World):
     def extend_features(
         self, base: Sequence[Sequence[FeatureSpec]], chosen: str
     ) -> tuple[tuple[FeatureSpec, ...], ...]:
-        """Each agent's features with the groups of the option `features`. InputError for one that adds nothing."""
+        """Each agent's features with those of the groups that the option `features` names. InputError for a group that
+        adds nothing to any agent's.
+        """
         per_agent = list(base)
         for group in groups_of(chosen):
             more: list[tuple[FeatureSpec, ...]] = []

@@ -139,7 +139,9 @@ class PhysicalDeception(ParticleWorld):
         return terms.T
 
     def values(self, states: Sequence[WorldState]) -> Float64:
-        """Adversary: at the goal at some step. Defenders: at some one step each target has a defender of its own."""
+        """Adversary: within the radius of the goal at some step. Defenders: at some one step every target has a
+        defender of its own within the radius.
+        """
         reached = np.stack([self._reaches_goal(state) for state in states])
         return reached.any(axis=0).reshape(-1, reached.shape[-1]).astype(np.float64)
 
@@ -162,7 +164,9 @@ class PhysicalDeception(ParticleWorld):
 
 
 def orders(x: Float64, agent: int) -> Int:
-    """The order in which an agent sees each game's landmarks, [batch, n_landmarks], drawn from x coordinates."""
+    """In which order an agent sees the landmarks of each game, [batch, n_landmarks]: a permutation that their x
+    coordinates, [n_landmarks, batch], draw, whose last bits are as good as dice and stay as they are in an episode.
+    """
     bits = np.ascontiguousarray(x).view(np.uint64) * np.uint64(2 * agent + 1)
     bits = (bits ^ (bits >> np.uint64(31))) * np.uint64(0x9E3779B97F4A7C15)
     return np.argsort(bits ^ (bits >> np.uint64(29)), axis=0).T

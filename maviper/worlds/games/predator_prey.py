@@ -96,7 +96,9 @@ class PredatorPrey(ParticleWorld):
         return [entity.name for entity in self.spec.landmarks]
 
     def _paper(self, agent: str) -> tuple[FeatureSpec, ...]:
-        """Own position and velocity; signs of relative ones (predators see prey's velocities) and of comparisons."""
+        """Own position and velocity; signs of: relative positions, relative velocities (predators see those of prey
+        only), the comparison of the opponents' positions, and of the own team's.
+        """
         mine = own(agent, self.spec)
         positions = [
             _sign(feature) for feature in self._observe_entities(agent, self._obstacles() + self._others(agent))
@@ -117,7 +119,9 @@ class PredatorPrey(ParticleWorld):
         return (*mine["position"], *mine["velocity"], *positions, *velocities, *compared)
 
     def _build_released(self, agent: str) -> tuple[FeatureSpec, ...]:
-        """Own velocity and position; which relative positions, prey's velocities and comparisons are positive."""
+        """Own velocity and position; whether these are positive: relative positions, velocities of other prey, the
+        comparison of the opponents, and, once for each opponent, that of the own team.
+        """
         mine = own(agent, self.spec)
         numbers = self._observe_entities(agent, self._obstacles() + self._others(agent))
         for other in self.teams[PREY]:
@@ -166,7 +170,9 @@ class PredatorPrey(ParticleWorld):
         return outside(np.abs(planes(state.position)[hunters:n_agents])).sum(axis=1).mean(axis=0)
 
     def shaping(self, state: WorldState) -> Float64:
-        """The released code's term: a tenth of distances to the nearest prey, and of a prey's to predators."""
+        """The released code's term: predators lose a tenth of all distances to their nearest prey, a prey gains
+        a tenth of all its distances to the predators.
+        """
         position, hunters = planes(state.position), len(self.teams[PREDATORS])
         gap = distances(position[:hunters, None], position[None, hunters : len(self.agents)])
         terms = np.empty((len(self.agents), len(state)))

@@ -28,7 +28,11 @@ def add_maker(kind: str, maker: Maker) -> None:
 
 
 def import_maker(source: Source) -> Callable[..., Any]:
-    """The function, or what makes an environment, the current folder first. InputError when it cannot be imported."""
+    """The function, or what makes a registered environment of Gymnasium or that of a file. InputError when it cannot be
+    imported.
+
+    The current folder comes first, as for `python -m`.
+    """
     folder = str(Path.cwd())
     if source.maker is not None:
         return source.maker

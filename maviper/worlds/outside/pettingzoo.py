@@ -164,7 +164,9 @@ class PettingZooWorld(OutsideWorld):
         return _ASKED[key]
 
     def _probe(self, env: Any, stated: int | None, several: bool) -> Probe | None:
-        """A random episode, apart in its own process, where a length or (`several`) a team is not stated."""
+        """A random episode, where nobody says how long one is, or (`several`) which agents are a team. It is played
+        apart: an environment may end its process, or wait for ever.
+        """
         if stated is not None and not several:
             return None
         most = min(stated or PROBE_STEPS, PROBE_STEPS)
@@ -211,7 +213,9 @@ class PettingZooWorld(OutsideWorld):
         return replace(states, pasts=start_pasts(given)) if self.branches else states
 
     def step(self, state: EnvStates, actions: Int) -> EnvStates:
-        """The next states; RuntimeError for any but the newest, since the copies cannot go back."""
+        """The next states; RuntimeError for any state but the newest, since the copies cannot go back. A branched state
+        has copies of its own, which go on with the next one.
+        """
         acted = np.asarray(actions).tolist()
         if state.copies:
             outcomes = [copy.ask("step", each) for copy, each in zip(state.copies, acted, strict=True)]
@@ -249,7 +253,9 @@ class PettingZooWorld(OutsideWorld):
         return ~state.done & state.acting.any(axis=1, keepdims=True)
 
     def values(self, states: Sequence[EnvStates]) -> Float64:
-        """Each team's return, then the mean that its agents' infos tell, [n_measures, batch]. InputError for none."""
+        """Each team's return, then what the environment measures, [n_measures, batch]: the mean over the team's agents
+        whose infos tell it. InputError where none does.
+        """
         told = np.stack([state.told for state in states])
         rows = [
             Told("", "", MEAN, False).reduce(each.reduce(told[:, :, self.members(team), place]).T)

@@ -191,7 +191,9 @@ def steps_alone(env: Any) -> bool:
 
 
 class Together:
-    """Copies that `make` makes when first asked, with outcomes as of `processes.Copy`, in one process."""
+    """Copies that `make` makes when first asked. Outcomes are those of `processes.Copy`, one by one; here a step costs
+    little beside the environment's own.
+    """
 
     def __init__(self, source: Source, make: Callable[[], Any]) -> None:
         self.source, self.make = source, make

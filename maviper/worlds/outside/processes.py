@@ -50,7 +50,11 @@ UNGUARDED = 113  # exit code of a copy whose process, as it started, ran a scrip
 
 
 class Copy:
-    """One copy of an environment in play; an agent that has ended keeps its last observation, with a reward of 0."""
+    """One copy of an environment in play.
+
+    An agent whose episode has ended keeps its last observation; its reward is 0, its actions are ignored, and it does
+    not come back before the next reset.
+    """
 
     def __init__(self, env: Any, source: Source) -> None:
         self.env, self.source = env, source
@@ -175,7 +179,10 @@ def _mask(env: Any, name: Any, source: Source, size: int) -> Mask | None:
 
 
 class Copies:
-    """Copies of an environment, made when first asked. `apart`: each in a process; None: whichever is quicker."""
+    """Copies of one environment, made when first asked: in this process, or each in its own.
+
+    `apart`: each in its own; None: whichever is quicker, which never changes an outcome.
+    """
 
     def __init__(self, source: Source, make: Callable[[], Any], at_once: int, apart: bool | None = None) -> None:
         self.source, self.make, self.at_once = source, make, at_once
@@ -289,7 +296,9 @@ def _probe_actions(copy: Copy) -> Sequence[list[Any]]:
 
 
 def _plays_alike(alone: Sequence[Outcome], one: Copy, other: Copy) -> bool:
-    """Returns True if an episode is as it was alone while another copy plays between its steps."""
+    """Returns True if an episode is as it was alone while another copy plays between its steps: copies that share a
+    module's generator or simulator would disturb each other.
+    """
     beside, others = [one.ask("reset", 0)], other.ask("reset", 1)
     for acted in _probe_actions(one):
         beside.append(one.ask("step", one.lawful(acted, beside[-1])))
@@ -298,7 +307,9 @@ def _plays_alike(alone: Sequence[Outcome], one: Copy, other: Copy) -> bool:
 
 
 def is_undisturbed(one: Copy, other: Copy) -> bool:
-    """Returns True if copies of an environment that waits for nobody play here as each would alone."""
+    """Returns True if copies of an environment that is known not to wait for others play here as each would alone;
+    False where they fail.
+    """
     try:
         return _plays_alike(_play_alone(one)[2], one, other)
     except MaviperError:  # let it come up in play
@@ -328,7 +339,9 @@ class _Process:
             self.pipe.send((verb, argument))
 
     def outcome(self, limit: float | None = None) -> Any:
-        """The answer; InputError for an error, the process's end, or none within `limit` seconds."""
+        """The answer; InputError for an error, the process's end, or none within `limit` seconds. MaviperError where
+        the process ended since the main script has no guard: no other way to play would help.
+        """
         try:
             if not self.pipe.poll(limit):
                 self.process.kill()

@@ -46,7 +46,9 @@ _watch: list[threading.Thread] = []
 
 @contextmanager
 def output_aside(words: str = "") -> Generator[None]:
-    """Standard output is the log of a run, else standard error, until the last thread has left."""
+    """Standard output is the log of a run, else standard error, until the last thread has left. `words`: as in
+    `asking`.
+    """
     with _lock:
         _inside.append(sys.stdout)
         sys.stdout = open_log() or sys.stderr
@@ -234,7 +236,9 @@ def value_of(text: int | str) -> Any:
 
 
 def fault(error: BaseException, source: Source, doing: str, advice: str = CHECK) -> MaviperError:
-    """Returns the error for what a user's code raised, with the line, and the user's own before a package's."""
+    """Returns the error for what a user's code raised, with the line that raised it and, where that is in a package,
+    the last one of the user's own before it.
+    """
     if isinstance(error, MaviperError):
         return error
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if OURS not in Path(frame.filename).parents]
@@ -264,7 +268,9 @@ def table(env: Any, name: str, source: Source) -> Mapping[Any, Any]:
 
 
 def action_names(env: Any, agent: Any, source: Source) -> tuple[str, ...]:
-    """A name for each numbered action, else (). InputError for too many, and for names that do not fit."""
+    """A name for each of an agent's actions; () where they are not numbered. InputError for too many actions, and for
+    an environment's names that are not as many texts.
+    """
     n = int(getattr(space(env, "action", agent), "n", 0))
     if n > MAX_ACTIONS:
         what = f"{agent} has {n:,} actions, of at most {MAX_ACTIONS:,}"
@@ -352,7 +358,9 @@ def teams_by_name(agents: Sequence[str]) -> dict[str, tuple[str, ...]]:
 def join_equals(
     teams: Mapping[str, tuple[str, ...]], agents: Sequence[str], rewards: Sequence[Sequence[float]]
 ) -> dict[str, tuple[str, ...]]:
-    """The teams, those joined whose agents were all paid the same. `rewards`: [steps][n_agents], NaN: did not act."""
+    """The teams, those joined whose agents were all paid the same. `rewards`: [steps][n_agents] of an episode, NaN for
+    who did not act. Where nothing was paid, nothing is known.
+    """
     paid = np.array(rewards).reshape(-1, len(agents))
 
     def equal(one: str, other: str) -> bool:

@@ -103,7 +103,9 @@ def parts_of(space: spaces.Space, n_actions: int) -> tuple[spaces.Space, bool]:
 
 
 def as_numbers(space: spaces.Space, where: str) -> spaces.Space:
-    """The space with whole numbers shown as they are. InputError for those that float32 cannot tell apart."""
+    """The space whose whole numbers are shown as they are, not as one number per value. InputError for numbers that
+    float32 cannot tell apart.
+    """
     from gymnasium.spaces import Box, Dict, Discrete, MultiDiscrete, Tuple
 
     if isinstance(space, Dict):

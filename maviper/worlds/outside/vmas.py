@@ -47,7 +47,10 @@ FORCES = ("force_x", "force_y")  # what the two numbers of a body are that is pu
 
 
 class VmasWorld(OutsideWorld):
-    """The scenario that `text` names, GAMES games at once; seeds of games as of `fold_seed`."""
+    """The scenario that `text` names, GAMES games of it at once. Seeds of games: see `fold_seed`.
+
+    MissingToolError without the package; UnknownNameError or InputError for what cannot be played.
+    """
 
     games = GAMES
 
@@ -122,7 +125,9 @@ class VmasWorld(OutsideWorld):
         return tuple(FeatureSpec(name, "none", *bounds, None) for name in legal_names(names, "feature"))
 
     def _outputs(self, agent: Any, choices: Any) -> tuple[OutputSpec, ...]:
-        """The numbers that an agent gives; those of a holonomic body are forces, before VMAS scales them."""
+        """The numbers that an agent gives. Those of a holonomic body are forces along the axes, before VMAS scales
+        them.
+        """
         from gymnasium.spaces import Box
 
         box = Box(choices.low, choices.high, dtype=np.float32)  # VMAS's own is one of the old package gym

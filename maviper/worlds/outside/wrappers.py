@@ -106,7 +106,9 @@ def find_registered(name: str) -> Callable[..., gymnasium.Env]:
 
 
 def _ensure_version(name: str) -> None:
-    """InputError for a name without one of its versions: a profile would be of another game elsewhere."""
+    """InputError for a name that says no version although there are some: Gymnasium would take the latest that is
+    installed, and a profile would be of another game elsewhere.
+    """
     from gymnasium import registry
 
     module, _, own = name.rpartition(":")
@@ -301,7 +303,9 @@ def parse_wrappers(text: int | str) -> tuple[str, ...]:
 
 
 def wrap_environment(env: Any, text: int | str, source: Source) -> ParallelEnv:
-    """Makes a parallel environment by the wrappers that `text` names. InputError where these do not do."""
+    """Makes a parallel environment of what a function made, by the wrappers that `text` names. InputError where another
+    one is needed, or where no wrapper helps.
+    """
     wrappers = parse_wrappers(text)
     parallel = _parallel(env, wrappers, source)
     if FLATTENING & set(wrappers):
@@ -312,7 +316,9 @@ def wrap_environment(env: Any, text: int | str, source: Source) -> ParallelEnv:
 
 
 def of_batch(games: Any) -> Callable[[], gymnasium.Env]:
-    """Returns a function that makes one environment of a vector's. InputError where they are not alike."""
+    """Returns a function that makes one environment of those that a vector environment of Gymnasium steps together.
+    InputError where they are not alike, or something is around all of them, which one alone would not have.
+    """
     functions, spec = list(getattr(games, "env_fns", ())), games.spec
     kinds = {_parts_of(function) for function in functions}
     if isinstance(games, VectorWrapper) or len(kinds) > 1 or not (kinds or spec):
@@ -328,7 +334,9 @@ def of_batch(games: Any) -> Callable[[], gymnasium.Env]:
 
 
 def _parts_of(function: Any) -> Any:
-    """Returns what decides which environment a function makes, equal for functions of one line."""
+    """Returns what decides which environment a function makes: equal for `[lambda: make()] * 2`, and for two of one
+    line.
+    """
     cells = tuple(repr(cell.cell_contents) for cell in getattr(function, "__closure__", None) or ())
     return getattr(function, "__code__", function), repr(getattr(function, "__defaults__", None)), cells
 
