@@ -95,7 +95,7 @@ def _ensure_stays(mode: Variable, piece: Piece, modes: Mapping[str, Variable], w
         fits = copies and copied[0] is not None and len(copied[0].modes) <= len(mode.modes)
         if [name for name, factor in total.terms if factor == 1] == [mode.name] and len(total.terms) == 1:  # a counter
             ends = piece.where.get(mode.name, mode.range)
-            fits = all(is_mode_value(end + total.constant, mode) for end in ends)
+            fits = total.constant.denominator == 1 and all(is_mode_value(end + total.constant, mode) for end in ends)
         if not fits and (total.terms or not is_mode_value(total.constant, mode)):
             raise RejectedError(f"{where}: {mode.name} may become what is none of its modes")
 

@@ -4,6 +4,7 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction as F
 from functools import cache
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 import pytest
@@ -265,6 +266,20 @@ def test_modes_are_kept_and_cases_leave_out_nothing():
     assert "none of its modes" in told(**changed(move={"x": form(x=1), "m": form(x=1)}, effect={}))
     assert "has an error" in told(**changed(error={"m": (F(0), F(1))}))
     assert told(**changed(move={"x": form(x=1), "m": form(m=1)}, effect={})) == ""
+
+
+def test_a_counter_stays_among_its_modes_wherever_its_piece_holds():
+    counted, accepted = Variable("m", "1", (F(0), F(3)), ("0", "1", "2", "3")), 0
+    halves = [F(n, 2) for n in range(-2, 9)]
+    for low, high in combinations_with_replacement(halves, 2):
+        for added, seen in product(halves, ({"m": (low, high)}, {"x": (F(0), F(3))})):
+            moved = Piece({"x": (F(0), F(3)), **seen}, {"x": form(x=1)}, {("a", "go"): {"m": form(added, m=1)}})
+            after = {F(n) + added for n in range(4) if moved.holds({"x": F(0), "m": F(n)})}
+            with suppress(RejectedError):
+                cases._ensure_stays(counted, moved, {"m": counted}, "piece")
+                assert after <= {*range(4)}, (low, high, added, seen)
+                accepted += 1
+    assert accepted > 10
 
 
 def test_sums_of_variables_are_cut_where_cases_cut_them():
