@@ -36,6 +36,10 @@ class RejectedError(Exception):
     """The proof does not show the claim."""
 
 
+class TooMuchError(RejectedError):
+    """The checker looks through no more than this, whatever the proof shows."""
+
+
 def region_formula(region: Region) -> And:
     """A region's inequalities, in the order of its fields: lower bound, then upper bound; apart as a choice of four."""
     one = Fraction(1)

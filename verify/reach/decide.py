@@ -24,7 +24,7 @@ import numpy as np
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile
 from codegen.numbers import nearest_double
-from verify.checker.reading import RejectedError
+from verify.checker.reading import RejectedError, TooMuchError
 from verify.checker.systems.branch_proofs import acting, needs_stated, ways
 from verify.checker.systems.proofs import Cover, FollowedPart, Walks
 from verify.checker.systems.reading import UNIT, Branch, SystemReading
@@ -96,6 +96,7 @@ LEFT_OPEN = {  # by what a claim is about: single decisions, or episodes
 UNSTATED = "an episode may leave the states for which dynamics are stated"
 NEAR = "a region that is a little larger or smaller, as its bounds may be met exactly"
 WIDER = "wider ranges or boxes of pieces, so that dynamics are stated of more states"
+FEWER_TESTS = "a policy that tests fewer sums"
 PARTED = 3  # a part that can be shown alone takes few symbolic states; what it does not follow may make many
 MAX_OPEN = 64  # branches in which an episode is looked for
 
@@ -196,7 +197,12 @@ class SymbolicSearch:
                 raise _OpenError
 
     def _certify_parts(self, parts: list[FollowedPart]) -> ReachOutcome:
-        return prove(self._profile, self._system, self._claim, Walks(tuple(parts)))
+        """PROVED where the checker accepts the parts; UNKNOWN where it cannot look through so much."""
+        try:
+            return prove(self._profile, self._system, self._claim, Walks(tuple(parts)))
+        except TooMuchError as error:
+            reason = f"a proof was found, and no checker goes through it: {error}"
+            return ReachOutcome(Verdict.UNKNOWN, reason, helps=helping(self._system, self._claim, FEWER_TESTS))
 
 
 def helping(system: System, claim: SystemClaim, first: str) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ import numpy as np
 import maviper
 from codegen import ir
 from codegen.errors import MaviperError
+from codegen.memory import initial_memory, step_memory
 from tests.hunting.sources.drafts import Program
 from tests.hunting.sources.observing import Box, Test
 
@@ -114,7 +115,7 @@ def read(program: Program, file: Path, told: Told, run: bool) -> Import | None:
     if policy is None:
         told.wrong.append(f"the agents are {', '.join(agents)}, not {program.agent}")
         return None
-    columns = [place_of(feature.name, program) for feature in policy.features]
+    columns = [place_of(feature.name, program) for feature in policy.features if feature.initial is None]
     if None in columns:
         told.wrong.append(f"the features are {', '.join(each.name for each in policy.features)}")
         return None
@@ -144,7 +145,7 @@ def place_of(name: str, program: Program) -> int | None:
 
 def tests_of(policy: ir.AgentPolicy, columns: list[int]) -> list[Test]:
     """What each split tests, in the program's features."""
-    tree, out = policy.tree, []
+    tree, out, count = policy.tree, [], len(policy.features)
     boxes: dict[int, Box] = {ir.ROOT: {}}
     for node in ir.splits(tree):
         feature, threshold, box = int(tree.feature[node]), float(tree.threshold[node]), boxes[node]
@@ -154,7 +155,7 @@ def tests_of(policy: ir.AgentPolicy, columns: list[int]) -> list[Test]:
             low, high = box.get(place, (-np.inf, np.inf))
             left, right = box | {place: (low, min(high, threshold))}, box | {place: (max(low, threshold), high)}
         boxes |= {int(tree.left[node]): left, int(tree.right[node]): right}
-        terms = ((1.0, feature),) if feature < len(columns) else tree.sums[feature - len(columns)].terms
+        terms = ((1.0, feature),) if feature < count else tree.sums[feature - count].terms
         known = tuple((float(weight), columns[place]) for weight, place in terms if 0 <= place < len(columns))
         if known:
             out.append((known, threshold, box))
@@ -200,13 +201,15 @@ def compare(
     skip |= odd & np.array([each[0] == "raised" for each in labels])[answers]
     if not read_.nan:  # a sum of infinities is NaN, which goes right, as importing.md says
         skip |= infinite
+    if policy.memory:  # what is remembered after a row without an answer is not known
+        skip = np.logical_or.accumulate(skip)
     told.idle += int(skip.sum())
     told.rows += int((~skip).sum())
     x = rows[:, read_.columns]
     if policy.outputs or read_.program.options.get("output_names"):
         good = _same_numbers(policy, x, answers, labels)
     else:
-        chosen = ir.act(policy, x)
+        chosen = act_in_turn(policy, x) if policy.memory else ir.act(policy, x)
         if read_.program.options.get("scores"):
             labels = [
                 ["number", int(np.argmax([float.fromhex(n) for n in each[1:]]))] if each[0] == "numbers" else each
@@ -223,10 +226,18 @@ def compare(
     if len(bad):
         row = int(bad[0])
         one = x[row : row + 1]
-        given = ir.outputs(policy, one)[0].tolist() if policy.outputs else None
-        decided = given or policy.actions[int(ir.act(policy, one)[0])].name
+        decided = ir.outputs(policy, one)[0].tolist() if policy.outputs else policy.actions[int(chosen[row])].name
         said = f"the source says {labels[answers[row]]}, the profile {decided}"
         told.wrong.append(f"{len(bad)} of {len(rows)} rows otherwise, {how}: at {rows[row].tolist()} {said}")
+
+
+def act_in_turn(policy: ir.AgentPolicy, x: np.ndarray) -> np.ndarray:
+    """The actions of one who remembers, one row after the other from a reset."""
+    memory, taken = initial_memory(policy)[None], []
+    for row in x:
+        action, memory = step_memory(policy, memory, row[None])
+        taken.append(int(action[0]))
+    return np.array(taken, dtype=np.int64)
 
 
 def _same_numbers(policy: ir.AgentPolicy, x: np.ndarray, answers: np.ndarray, labels: list[list[Any]]) -> np.ndarray:

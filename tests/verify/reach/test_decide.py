@@ -33,6 +33,7 @@ from tests.verify.reach import random_systems
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
 from verify.checker.reading import RejectedError
+from verify.checker.systems import cases
 from verify.checker.systems.proofs import from_json
 from verify.claims.formula import FALSE, Acts, Not, Or, holds, negate
 from verify.claims.region import UNBOUNDED
@@ -408,6 +409,18 @@ def test_a_claim_about_nothing_says_of_what(empty, monkeypatch):
         (found,) = map(decide, asked(profile, system, [claim], samples=0))
         assert found.verdict is verdict and words in found.reason and found.helps
         assert ("episode" in found.reason) == (claim is moving)
+
+
+def test_a_proof_that_the_checker_cannot_go_through_is_no_answer(monkeypatch):
+    """It may not enumerate the cells of what pieces test, here the two sides of 0."""
+    system, profile = drifting()
+    (piece,) = system.pieces
+    halves = [replace(piece, where={"x": (F(-9), F(9))}, when=(HalfSpace(form(x=sign), sign > 0),)) for sign in (1, -1)]
+    for most, verdict in ((cases.MAX_CELLS, Verdict.PROVED), (0, Verdict.UNKNOWN)):
+        monkeypatch.setattr(cases, "MAX_CELLS", most)
+        split = replace(system, pieces=tuple(halves))
+        (found,) = map(decide, asked(profile, split, [stays(split, 1, x=(-9, 9))], samples=0, covers=False))
+        assert found.verdict is verdict and ("test too much" in found.reason) == (not most), found.reason
 
 
 # --- counterexamples

@@ -19,7 +19,7 @@ from itertools import pairwise
 import numpy as np
 
 from codegen.ir import Bool
-from verify.checker.reading import RejectedError
+from verify.checker.reading import RejectedError, TooMuchError
 from verify.systems.system import (
     FREE,
     Affine,
@@ -88,7 +88,7 @@ def _ensure_stays(mode: Variable, piece: Piece, modes: Mapping[str, Variable], w
         added = [forms.get(mode.name, Affine()) for (who, _), forms in piece.effect.items() if who == agent]
         totals = [total.plus(each) for total in totals for each in {*added, Affine()}]
         if len(totals) > MAX_CELLS:
-            raise RejectedError(f"{where}: too many ways to set the mode {mode.name}")
+            raise TooMuchError(f"{where}: too many ways to set the mode {mode.name}")
     for total in totals:
         copied = [modes.get(name) for name, factor in total.terms if factor == 1]
         copies = len(total.terms) == 1 and not total.constant and copied[:1] not in ([], [None])
@@ -116,7 +116,7 @@ def ensure_complete(system: System, modes: Mapping[str, Variable]) -> None:
     for each in cells:
         count *= len(each)
     if count > MAX_CELLS or len(sums) > MAX_SUMS:
-        raise RejectedError(f"the pieces test too much to be seen to leave out nothing: {count:,} cells")
+        raise TooMuchError(f"the pieces test too much to be seen to leave out nothing: {count:,} cells")
     places = {total: place for place, total in enumerate(sums)}
     held_cells = np.zeros([len(each) for each in cells], dtype=np.bool_)
     for tests in held:
