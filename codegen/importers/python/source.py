@@ -326,7 +326,9 @@ class _Kept:
             value = m.owner.attributes.get(name, m.owner.kind.members.get(name, UNSET))
             if not isinstance(value, bool | int | str | enum.Enum | None):
                 what = f"what is remembered is no whole number, text, bool or member: {escape_text(name)}"
-                raise InputError(what, m.where, STATE_ADVICE)
+                if value is UNSET:
+                    what = f"{escape_text(name)!r} is remembered, and __init__ does not set it"
+                raise m.make_error(next(each for each in m.sets if each.attr == name), Refused(what, STATE_ADVICE))
             counted = type(value) is int
             self.slots[name] = Slot(at, None if counted else [value])
             ends = (-MAX_VALUE, MAX_VALUE) if counted else (0, MAX_MEMBERS)

@@ -1,12 +1,14 @@
 """Python that remembers: attributes that the decision sets, beside the class itself in long walks."""
 
 import random
+import re
 
 import pytest
 
 from codegen.errors import DisagreementError, InputError
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
+from codegen.importers.reading import Said
 from codegen.importers.symbolic import memory
 from maviper.team import Team
 
@@ -130,3 +132,58 @@ def test_memory_that_is_misread_is_seen(fault, monkeypatch):
         monkeypatch.setattr(memory.Memory, "__post_init__", begin)
     with pytest.raises(DisagreementError, match="where its origin takes"):
         profile_of(from_python(PUMP.encode(), "policy.py"), Names())
+
+
+ODD = {
+    "class's own": "class A:\n    n = 3\n    def act(self, x):\n        if x > 0 and self.n > 0:\n"
+    "            self.n -= 1\n        return self.n > 1",
+    "early": "self.n = 0|if x < 0: return self.n|self.n = self.n + 1 if self.n < 3 else 0|return self.n",
+    "nothing first": "self.n = None|if self.n is None: self.n = 0|elif x > 0 and self.n < 3: self.n += 1|return self.n",
+    "recursive": "self.n = 0|if self.n < 3:|    self.n += 1|    return self.act(x)|self.n = int(x > 0)|return self.n",
+    "swap": "self.a, self.b = 1, 2|if x > 0: self.a, self.b = self.b, self.a|return self.a",
+    "alias": "self.n = 0|me = self|if x > 0: me.n = 1 - me.n|return self.n",
+    "clipped": "self.n = 0|was = self.n|self.n = max(0, min(3, int(x)))|return was",
+    "negated": "self.n = -3|if x > 0: self.n = -self.n|return self.n > 0",
+    "texts": "self.s, self.t = 'ab'|if x > 0: self.s = self.t|if x > 2: self.t = 'c'|return self.s + self.t",
+}
+REFUSED = {
+    "self.s = 0|if x > 0: self.n = 1|return self.n": "'n' is remembered, and __init__ does not set it",
+    "self.h = (0, 0)|self.h = (self.h[1], x > 0)|return self.h[0]": "no whole number, text, bool or member: h",
+    "self.h = [0, 0]|self.h[0] = 1|return self.h[0]": "changes something that outlives the decision",
+    "self.h = [0]|self.h.append(x > 0)|return self.h[-1]": "changes something that outlives the decision",
+    "self.n = 2|if x > self.n and self.n < 4: self.n += 1|return self.n": "two features are compared",
+    "self.n = 250|self.n = (self.n + 100) % 256|return self.n > 127": "mod of a feature",
+    "self.n = 1|if x > 0: self.n = None|return 5 if self.n is None else 6": "'n' is set to None, and remembered",
+    "self.n = 8|if x > 0: self.n = self.n / 2|return self.n": "no sum of weighted features",
+    "self.s = 'a'|self.s = self.s + 'b'|return self.s": "too many values",
+    "self.n = 0|self.__dict__['n'] = 1|return self.n": "may change what names stand for",
+    "self.n = 0|A.n = 1|return self.n": "no plain attribute of an object",
+}
+
+
+def class_of(lines):
+    """A class whose first line begins it, and whose others decide."""
+    first, _, rest = lines.partition("|")
+    begin = f"class A:\n    def __init__(self):\n        {first}\n    def act(self, x):\n        "
+    return begin + rest.replace("|", "\n        ") if rest else first
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_what_is_odd_comes_in_as_python_runs_it(name):
+    text, space, rng = class_of(ODD[name]), {}, random.Random(0)
+    profile = profile_of(from_python(text.encode(), "policy.py", Said(run=False)), Names())
+    exec(text, space)
+    made, team = space["A"](), Team.of(profile)
+    (names,) = ([each.name for each in policy.actions] for policy in profile.agents)
+    for _ in range(2_000):
+        x = rng.choice([0.0, 1.0, 2.0, rng.uniform(-3, 6)])
+        wanted = made.act(x)
+        number = f"action_{wanted}" if type(wanted) is int else str(wanted)
+        assert names[team.act([x])] == number
+
+
+@pytest.mark.parametrize("lines", REFUSED)
+def test_what_is_not_followed_is_refused_with_its_line(lines):
+    with pytest.raises(InputError, match=REFUSED[lines]) as caught:
+        from_python(class_of(lines).encode(), "policy.py")
+    assert re.search(r"line \d", str(caught.value))
