@@ -1,5 +1,6 @@
 """Memory of agents as variables of a stated system: beside the reference, proved for ever, refuted, checked."""
 
+import time
 from fractions import Fraction
 
 import numpy as np
@@ -97,3 +98,23 @@ def test_a_heater_with_hysteresis_is_warm_for_ever_and_a_bound_too_narrow_is_bro
     forgetting, played = as_played(statement_of(world.read_text(), "room.toml"), profile)
     with pytest.raises(InputError, match="another system"):
         accept(certificate, played, forgetting.system)
+
+
+FOR_EVER = {
+    "debounce": ("act.count <= {} and act.stable == 1 implies acts(act) == action_1", 48, 49),
+    "watchdog": ("act.silent >= {} and t < 0.4 implies acts(act) == TRIP", 999, 998),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FOR_EVER)
+def test_counters_and_timers_decide_as_claimed_and_one_call_more_or_less_is_refuted(name, tmp_path):
+    profile = profile_of(from_c(SOURCES[name].encode(), "act.c", Said(run=False)), Names())
+    (claim, *bounds), world, began = FOR_EVER[name], tmp_path / "room.toml", time.process_time()
+    claims = [f'[[claim]]\nformula = "{claim.format(bound)}"\n' for bound in bounds]
+    world.write_text(make_world(profile.agents[0], "".join(claims)))
+    verified = maviper.verify_system(profile, world)
+    assert time.process_time() - began < 60  # 30 s a claim
+    assert [str(each.verdict) for each in verified.results] == ["PROVED", "VIOLATED"]
+    statement, played = as_played(statement_of(world.read_text(), "room.toml"), profile)
+    accept(verified.results[0].evidence.certificate, played, statement.system)
