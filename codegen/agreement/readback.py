@@ -202,9 +202,9 @@ def drive_reader(policy: Any, rows: Float64) -> Int64:
 
 def _drive_module(module: Mapping[str, Any], asked: Asked) -> dict[str, Any]:
     """The answers of a Python module's machines, by agent."""
-    machines = {agent: module["MACHINE"][agent]() for agent in asked.sequences}
+    machines: dict[str, Any] = {agent: module["MACHINE"][agent]() for agent in asked.sequences}
     return {
-        agent: drive_machine(each.step, vars(each), asked.sequences[agent].rows) for agent, each in machines.items()
+        agent: drive_machine(each.step, each.__dict__, asked.sequences[agent].rows) for agent, each in machines.items()
     }
 
 

@@ -39,7 +39,7 @@ def load(path: str | Path, *, sums: bool = False) -> PolicyProfile:
     return profile if sums else ensure_plain(profile, READER)
 
 
-def find_profile(profile: PolicyProfile | str | Path | None, beside: Path, *, sums: bool = False) -> PolicyProfile:
+def find_profile(profile: object, beside: Path, *, sums: bool = False) -> PolicyProfile:
     """A profile that is given, or lies in a file; None: profile.json beside another file. `sums`: as for `load`."""
     if profile is None:
         place = beside.parent / runs.PROFILE_FILE

@@ -566,7 +566,8 @@ def call_library(machine: Any, name: str, given: list[Any]) -> Value:
     if called in EXTREME:
         return _extreme(machine, called, kind, *numbers)
     (value,), make = numbers, kind.float_type
-    compute, sense = (abs, FOLDING) if called == "fabs" else (lambda v: make(ROUNDING[called](make(v))), RISING)
+    compute: Callable[[Any], Any] = abs if called == "fabs" else (lambda v: make(ROUNDING[called](make(v))))
+    sense = FOLDING if called == "fabs" else RISING
     if isinstance(value, Number):
         result = compute(value.value)
         number = Number(result if kind.floating else arithmetic.wrap_number(result, kind), kind)
