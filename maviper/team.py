@@ -126,7 +126,10 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
     def reset(self) -> None:
         """Has all agents forget what they remember, as at the start of an episode; of others, it does nothing.
 
-        team.reset()
+        Example::
+
+            observations, infos = env.reset(seed=1)
+            team.reset()
         """
         self._remembered.clear()
 

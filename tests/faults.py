@@ -167,7 +167,7 @@ TEXT = [
     text_fault("the next integer", H, lambda text: re.sub(r"<= INT32_C\((0x\w+)\)", lambda m: f"<= INT32_C({int(m[1], 16) + 1:#x})", text), "ordered"),
     text_fault("signed compare below zero of bits", H, lambda text: re.sub(r"\(unsigned int\)(x\[\w+\]) >= (0x\w+)U", r"\1 >= (int)\2", text), "freestanding"),
     text_fault("the next integer of bits", H, lambda text: re.sub(r"<= (0x\w+)\) \{ /", lambda m: f"<= {int(m[1], 16) + 1:#x}) {{ /", text), "freestanding"),
-    text_fault("infinite bits pass the input check", H, lambda text: text.replace("== 0x7f800000U", "== 0x7f800001U"), "freestanding"),
+    text_fault("infinite bits pass the input check", H, lambda text: text.replace("== 0x7f800000U", "== 0x7f000000U"), "freestanding"),
     text_fault("the threshold before", H, lambda text: re.sub(r"(threshold\[\d+\] = \{)([^,}]+)", lambda m: m[1] + float(np.nextafter(np.float32(float.fromhex(m[2][:-1])), np.float32(-9))).hex() + "f", text), "walk"),
     text_fault("a NaN goes left", H, within("agent_0_act", "(x[feature[i]] <= threshold[i]) ? 0 : 1", "(x[feature[i]] > threshold[i]) ? 1 : 0"), "walk"),
     text_fault("< for <=", PY, lambda text: text.replace(")) <= ", ")) < ")),

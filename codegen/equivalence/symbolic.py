@@ -374,6 +374,8 @@ def _cast(kinds: list[str], value: Any) -> Any:
     kind = UNSIGNED if kinds == ["unsigned", "int"] else " ".join(kinds)
     if kind == "int" and isinstance(value, int):
         return value
+    if kind == "int" and isinstance(value, Term) and value.kind == UNSIGNED:  # of 32 bits, which the header asks for
+        return Term(SIGNED, value.text)
     if kind in (SIGNED, UNSIGNED) and not (isinstance(value, Term) and value.kind == FLOAT):
         return Term(kind, _bits(UNSIGNED, value).text if isinstance(value, int) else value.text)
     raise Unreadable(f"a cast to {kind}")

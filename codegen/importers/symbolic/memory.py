@@ -27,7 +27,7 @@ MAX_MEMBERS = 63  # the last place of values that are listed
 Followed = TypeVar("Followed")
 
 
-class RemembersError(Exception):
+class RemembersError(RuntimeError):
     """The decision reads or sets what outlives it: what has that name in the source."""
 
 

@@ -64,7 +64,7 @@ def test_the_page_makes_a_target_that_is_replayed(fault, right, profile, tmp_pat
     (tmp_path / "templates/table").mkdir()
     (tmp_path / "templates/table/tree.csv.j2").write_text(template)
     targets, readback = tmp_path / "codegen/targets/__init__.py", tmp_path / "codegen/agreement/readback.py"
-    registered(targets, "onnx, rendered, svg", "onnx, rendered, svg, table")
+    registered(targets, "onnx, rendered, st, svg", "onnx, rendered, st, svg, table")
     registered(targets, '    "svg": svg.emit,\n', '    "svg": svg.emit,\n    "table": table.emit,\n')
     registered(
         readback, "READERS = [\n", READER + 'READERS = [\n    Reader("table", ("{prefix}_{agent}.csv",), table_act),\n'

@@ -1,0 +1,58 @@
+"""Small controllers in C that remember."""
+
+HEATER = """#include <stdbool.h>
+bool act(float t) {
+    static bool heating = false;
+    if (t < 19.0f) heating = true;
+    else if (t > 21.0f) heating = false;
+    return heating;
+}"""
+DEBOUNCE = """#include <stdbool.h>
+#include <stdint.h>
+static uint16_t count = 0;
+static bool stable = false;
+bool act(float x) {
+    bool raw = x > 0.0f;
+    if (raw == stable) { count = 0; return stable; }
+    if (++count >= 50) { stable = raw; count = 0; }
+    return stable;
+}"""
+LIGHT = """typedef enum { RED, GREEN, YELLOW } phase_t;
+typedef struct { phase_t phase; int green_for, waiting; } light_t;
+static light_t s = { GREEN, 7, 3 };
+phase_t act(float queue) {
+    switch (s.phase) {
+    case RED:
+        if (queue > 0.5f && s.waiting < 60) s.waiting++;
+        if (s.waiting >= 60 || queue > 10.0f) { s.phase = GREEN; s.waiting = 0; s.green_for = 0; }
+        break;
+    case GREEN:
+        if (s.green_for < 30) s.green_for++;
+        else if (queue < 0.5f) s.phase = YELLOW;
+        break;
+    default:
+        s.phase = RED;
+        break;
+    }
+    return s.phase;
+}"""
+WATCHDOG = """#include <stdint.h>
+enum { OK, TRIP };
+int act(float pulse) {
+    static uint32_t silent;
+    if (pulse > 0.5f) silent = 0;
+    else if (silent < 1000) silent++;
+    return silent >= 1000 ? TRIP : OK;
+}"""
+EDGE = """#include <stdbool.h>
+#include <stdint.h>
+int act(float x) {
+    static bool before = false;
+    static uint8_t presses = 250;
+    static int level = 1;
+    const bool button = x > 0.0f;
+    if (button && !before) { presses++; level = (level + 1) % 4; }
+    before = button;
+    return presses > 200 ? 9 : level;
+}"""
+SOURCES = {"heater": HEATER, "debounce": DEBOUNCE, "light": LIGHT, "watchdog": WATCHDOG, "edge": EDGE}
