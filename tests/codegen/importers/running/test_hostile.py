@@ -60,7 +60,7 @@ def request_of(source):
 def run_watched(source):
     """What the process says, and what its canaries do."""
     rows = np.array([[1.0, -1.0], [-1.0, 1.0], [0.5, 2.0]])
-    head = json.dumps({"rows": len(rows), "width": 2}).encode() + b"\n"
+    head = json.dumps({"rows": len(rows), "width": 2, "kept": []}).encode() + b"\n"
     program = WATCHED.format(canaries=CANARIES, child=str(asking.CHILD))
     ended = subprocess.run(
         [sys.executable, "-I", "-S", "-B", "-c", program],
