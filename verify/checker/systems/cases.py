@@ -93,9 +93,9 @@ def _ensure_stays(mode: Variable, piece: Piece, modes: Mapping[str, Variable], w
         copied = [modes.get(name) for name, factor in total.terms if factor == 1]
         copies = len(total.terms) == 1 and not total.constant and copied[:1] not in ([], [None])
         fits = copies and copied[0] is not None and len(copied[0].modes) <= len(mode.modes)
-        if [name for name, factor in total.terms if factor == 1] == [mode.name] and len(total.terms) == 1:  # a counter
+        if total.terms == ((mode.name, 1),) and total.constant.denominator == 1:  # a counter
             ends = piece.where.get(mode.name, mode.range)
-            fits = total.constant.denominator == 1 and all(is_mode_value(end + total.constant, mode) for end in ends)
+            fits = fits or all(is_mode_value(end + total.constant, mode) for end in ends)
         if not fits and (total.terms or not is_mode_value(total.constant, mode)):
             raise RejectedError(f"{where}: {mode.name} may become what is none of its modes")
 
