@@ -13,6 +13,7 @@ from codegen.importers.reading import Said
 from codegen.memory import step_memory, tabulate_updates
 from tests.support.remembering import SOURCES
 from verify.checker.accept import accept
+from verify.subjects import Game
 from verify.systems import remembering
 from verify.systems.files import statement_of
 from verify.systems.observing import as_played, choose_actions
@@ -97,6 +98,13 @@ def test_a_heater_with_hysteresis_is_warm_for_ever_and_a_bound_too_narrow_is_bro
     forgetting, played = as_played(statement_of(world.read_text(), "room.toml"), profile)
     with pytest.raises(InputError, match="another system"):
         accept(certificate, played, forgetting.system)
+
+
+def test_memory_is_taken_where_a_system_states_it_alone():
+    """Elsewhere `heat` and `heat, on := 1` would be two actions: `differ` would be PROVED of two that both heat."""
+    profile = profile_of(from_c(SOURCES["heater"].encode(), "act.c", Said(run=False)), Names())
+    with pytest.raises(InputError, match="does not take memory"):
+        Game(profile)
 
 
 FOR_EVER = {
