@@ -382,7 +382,7 @@ def _origin(
             return _follow(machine, text, said)
 
         try:
-            origin, asked = follow_ranges(memories, follow, machine.where)
+            origin, asked = follow_ranges(memories, follow)
         except RemembersError as found:
             remembered = str(found)
             if remembered in kept:

@@ -56,7 +56,7 @@ class Memories:
     """All of a program, in the order of its inputs."""
 
     def __init__(self, known: Sequence[Memory], where: str) -> None:
-        self.known, self._where = tuple(known), where
+        self.known, self._where, self._runs = tuple(known), where, 0
         if len(known) > MAX_MEMORIES:
             what = f"{len(known)} numbers are remembered, of at most {MAX_MEMORIES}"
             raise InputError(what, where, "give some of them as features")
@@ -99,9 +99,9 @@ class Memories:
 
     def widen(self) -> bool:
         """Makes ranges that paths have left wider, and those that are too wide narrower; False: all are as they were
-        followed. InputError where one has no end.
+        followed. InputError where one has no end, or too many runs change them.
         """
-        changed = False
+        self._runs, changed = self._runs + 1, False
         for each in self.known:
             low, high = min(each.low, each.found[0]), max(each.high, each.found[1])
             if (each.rising or each.falling) and (low, high) != (each.low, each.high):
@@ -118,12 +118,14 @@ class Memories:
                 each.low, each.high = each.found
         for each in self.known:
             each.found, each.rising, each.falling = (each.initial, each.initial), False, False
+        if changed and self._runs >= MAX_RUNS:
+            raise InputError("what is remembered takes too many values", self._where, FINITE)
         return changed
 
 
-def follow_ranges(memories: Memories, follow: Callable[[], Followed], where: str) -> Followed:
+def follow_ranges(memories: Memories, follow: Callable[[], Followed]) -> Followed:
     """Returns what `follow` does once the ranges hold all that the program makes of memory."""
-    for _ in range(MAX_RUNS):
+    while True:
         try:
             followed = follow()
         except InputError as error:
@@ -134,7 +136,6 @@ def follow_ranges(memories: Memories, follow: Callable[[], Followed], where: str
             raise InputError(what, error.where, FINITE) from None
         if not memories.widen():
             return followed
-    raise InputError("what is remembered takes too many values", where, FINITE)
 
 
 def _added(value: Feature) -> int | None:

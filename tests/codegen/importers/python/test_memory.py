@@ -187,3 +187,12 @@ def test_what_is_not_followed_is_refused_with_its_line(lines):
     with pytest.raises(InputError, match=REFUSED[lines]) as caught:
         from_python(class_of(lines).encode(), "policy.py")
     assert re.search(r"line \d", str(caught.value))
+
+
+def test_ranges_that_never_settle_come_to_an_end():
+    one = memory.Memory("n", 0, (-9, 9))
+    every = memory.Memories([one], "act.py")
+    with pytest.raises(InputError, match="takes too many values"):
+        for run in range(memory.MAX_RUNS + 1):
+            one.found = (0, run % 2)
+            every.widen()
