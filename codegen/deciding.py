@@ -18,7 +18,7 @@ from codegen.wording import NO_UNIT, describe_sum
 DIGITS = 3  # of weights, where people read them
 VERIFIER = "the verifier"  # who refuses sums
 SUMMING = ("c", "python", "json", "javascript", "rust", "svg", "onnx", "onnx-old", "jax", "torch")  # who takes them
-REMEMBERING = ("c", "python", "javascript", "json")  # who takes memory
+REMEMBERING = ("c", "python", "javascript", "json", "st")  # who takes memory
 
 
 def decide(policy: AgentPolicy, obs: Any) -> Any:

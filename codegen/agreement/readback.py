@@ -120,19 +120,31 @@ def _number(text: str) -> float | None:
     return float.fromhex(text.rstrip("f")) if text else None
 
 
-_ST = re.compile(r"^ *(?:IF (\w+) (<=?) (\S+) THEN|(ELSE)|(END_IF);|act := (\d+);)", re.MULTILINE)
+_ST = re.compile(
+    r"^ *(?:IF (\w+)(?: (<=?) (\S+))? THEN|(ELSE)|(END_IF);|(\w+) := (?:\6 ([+-]) )?(-?\d+);)", re.MULTILINE
+)
 
 
-def st_act(text: str, agent: str, rows: Floats) -> Int32:
-    """Decisions of a function block, statement by statement for all observations: each reaches the row's own."""
+def st_act(text: str, agent: str, rows: Floats) -> Int64:
+    """Decisions of a function block, which remembers nothing."""
+    return st_steps(text, rows)[1:, 0]
+
+
+def st_steps(text: str, rows: Floats | Float64, *, reset: bool = False) -> Int64:
+    """Answers of a function block, statement by statement for all observations, as `expected_answers`: each reaches the
+    row's own. `rows`: [n, n_features], the last of which are remembered.
+    """
     inputs = re.findall(r"^    (\w+) : REAL;", text, re.MULTILINE)
-    actions = np.full(len(rows), -1, dtype=np.int32)
+    kept = dict(re.findall(r"^    (\w+) : DINT := (-?\d+);", text, re.MULTILINE))
+    state: dict[str, Any] = {name: rows[:, at].astype(np.float32) for at, name in enumerate(inputs)}
+    state |= {name: rows[:, at].astype(np.int64) for at, name in enumerate(kept, len(inputs))}
+    state |= {"reset": np.full(len(rows), reset), "act": np.full(len(rows), -1)}
     reached = [np.ones(len(rows), dtype=bool)]  # of each open IF, who is in the part that is read
     holding = list[Any]()
-    for name, sign, literal, otherwise, ended, action in _ST.findall(text):
+    for name, sign, literal, otherwise, ended, target, added, number in _ST.findall(text):
         if name:
-            seen, limit = rows[:, inputs.index(name)], np.float32(literal)
-            holding.append(seen < limit if sign == "<" else seen <= limit)
+            limit = np.float32(literal or 0)
+            holding.append(state[name] < limit if sign == "<" else state[name] <= limit if sign else state[name])
             reached.append(reached[-1] & holding[-1])
         elif otherwise:
             reached[-1] = reached[-2] & ~holding[-1]
@@ -140,8 +152,10 @@ def st_act(text: str, agent: str, rows: Floats) -> Int32:
             reached.pop()
             holding.pop()
         else:
-            actions[reached[-1]] = int(action)
-    return actions
+            value = int(added + number) + (state[target] if added else 0)
+            state[target] = np.where(reached[-1], value, state[target])
+    told = np.column_stack([state[name] for name in ("act", *kept)])
+    return np.concatenate([[[0, *map(int, kept.values())]], told]).astype(np.int64)
 
 
 class Reader(NamedTuple):

@@ -56,7 +56,7 @@ def emit_model(model: Model, profile: ir.PolicyProfile, targets: Iterable[str]) 
             what = f"the target {target} has no float64 agents, and {model.doubled} compares float64"
             raise InputError(what, "--target", f"leave {target} out, or import the tree with --numbers float32")
         if target not in SUMMING:
-            ensure_plain(profile, f"the target {target}")
+            ensure_plain(profile, f"the target {target}", memory=True)
         if target not in REMEMBERING:
             ensure_forgets(profile, f"the target {target}")
         files |= TARGETS[target](model, profile)

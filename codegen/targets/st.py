@@ -1,13 +1,17 @@
 """Structured Text of IEC 61131-3: a function block for each agent.
 
-Does: emits PREFIX_AGENT.st, with names that a controller's languages do not keep, which ignore case.
+Does: emits PREFIX_AGENT.st, with names that a controller's languages do not keep, which ignore case; what the agent
+  remembers is a whole number of the block.
 Assumes: REAL is IEEE binary32. Literals have enough digits for LREAL, in which some controllers compare.
-Does not: add, of which standard and controllers leave the rounding open, or remember.
+Does not: add floats, of which standard and controllers leave the rounding open.
 """
+
+import math
+from collections.abc import Mapping, Sequence
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.lowering.model import Agent, Model, Node
+from codegen.lowering.model import Action, Agent, Change, Machine, Model, Node
 from codegen.lowering.render import render
 from codegen.numbers import decimal_literal
 
@@ -18,20 +22,26 @@ def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
 
 
 def _write_block(model: Model, agent: Agent) -> str:
-    inputs = [_join_name("x", each.upper) for each in agent.features]
-    flags = [_join_name("act", each.upper) for each in agent.actions]
-    names = [*inputs, *flags]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"{agent.name} has two names that are {name} in Structured Text", "--target", "rename one")
+    machine = agent.machine or Machine((), (), len(agent.features))
+    inputs = [_join_name("x", each.upper) for each in agent.features[: machine.observed]]
+    kept = {each.name: _join_name("m", agent.features[each.index].upper) for each in machine.memory}
+    changes = {each.action.index: each for each in machine.changes}
+    flags = [_join_name("act", each.upper) for each in agent.actions if each.index not in changes]
+    for names in (inputs, flags, [*kept.values()]):
+        for name in names:
+            if names.count(name) > 1:
+                what = f"{agent.name} has two names that are {name} in Structured Text"
+                raise InputError(what, "--target", "rename one")
     ranges = [
         (name, literal(each.low_seen), literal(each.high_seen))
-        for name, each in zip(inputs, agent.features, strict=True)
+        for name, each in zip(inputs, agent.features, strict=False)
     ]
-    tests = {node.id: _write_test(node) for node in agent.nodes if node.split}
+    tested = [*inputs, *kept.values()]
+    tests = {node.id: _write_test(node, tested, machine.observed) for node in agent.nodes if node.feature}
+    done = {node.action.index: _write_leaf(node.action, changes, kept) for node in agent.nodes if node.action}
     name = _join_name(model.prefix, agent.lower)
-    block = {"name": name, "inputs": inputs, "flags": flags, "tests": tests, "ranges": ranges}
-    return render("st/block.st.j2", model=model, agent=agent, **block)
+    block = {"name": name, "inputs": inputs, "kept": kept, "flags": flags, "tests": tests, "ranges": ranges}
+    return render("st/block.st.j2", model=model, agent=agent, memory=machine.memory, done=done, **block)
 
 
 def _join_name(*parts: str) -> str:
@@ -39,10 +49,25 @@ def _join_name(*parts: str) -> str:
     return "_".join(word for part in parts for word in part.lower().split("_") if word)
 
 
-def _write_test(node: Node) -> str:
-    if node.below_zero:
-        return "< 0.0"
-    return f"<= {literal(decimal_literal(float.fromhex(node.literal.rstrip('f'))))}"
+def _write_test(node: Node, names: Sequence[str], observed: int) -> str:
+    """What a split asks. A number that is remembered is whole, so that it is compared with a whole number."""
+    place = node.feature.index if node.feature else 0
+    threshold = float.fromhex(node.literal.rstrip("f"))
+    if place >= observed:
+        return f"{names[place]} <= {math.floor(threshold)}"
+    return f"{names[place]} {'< 0.0' if node.below_zero else f'<= {literal(decimal_literal(threshold))}'}"
+
+
+def _write_leaf(action: Action, changes: Mapping[int, Change], kept: Mapping[str, str]) -> list[str]:
+    """The assignments of a leaf: the action that is taken, and what changes of memory."""
+    if action.index not in changes:
+        return [f"act := {action.index}"]
+    change = changes[action.index]
+    lines = [f"act := {change.taken.index}"]
+    for name, sign, value in change.updates:
+        added = f"{kept[name]} {'-' if value < 0 else '+'} {abs(value)}"
+        lines.append(f"{kept[name]} := {value if sign == '=' else added}")
+    return lines
 
 
 def literal(decimal: str) -> str:

@@ -115,8 +115,10 @@ LANGUAGES = {
     "python": ("room.py", "python machine"),
     "javascript": ("room.mjs", "javascript machine"),
     "json": ("room_reader.py", "json reader machine"),
+    "st": ("room_heater.st", "st machine"),
 }
 MISTAKES = {
+    "st": [("count + 1", "count + 2"), ("DINT := 3", "DINT := 2"), ("act := 0", "act := 1"), ("on <= 0", "on <= 1")],
     "c": [("count += 1", "count += 2"), ("state->on = 0", "state->on = 1"), ("state->count = 3", "state->count = 2")],
     "python": [("count += 1", "count += 2"), ("int = 3", "int = 2"), ("action = 0", "action = 1")],
     "javascript": [("count += 1", "count += 2"), ("count = 3", "count = 2"), ("return 0; // off", "return 1; // off")],

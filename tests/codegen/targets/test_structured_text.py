@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +14,20 @@ import pytest
 from codegen import ir
 from codegen.agreement import entries, selfcheck
 from codegen.errors import InputError
+from codegen.importers.c.source import from_c
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import Said
+from codegen.memory import initial_memory, step_memory
 from codegen.targets import emit
 from codegen.targets.st import literal
 from maviper import manual
 from tests.support import crates, summed
 from tests.support.games import NAMES, doubled, random_profile
+from tests.support.remembering import SOURCES
 
 PARSED = 'iec61131 = "=0.7.0"'
 COMPARED = {"<=": operator.le, "<": operator.lt, ">=": operator.ge, "=": operator.eq, "AND": operator.and_}
+COMPARED |= {"+": operator.add, "-": operator.sub}
 NEXT = re.compile(r"(<= )(-?\d+\.\d+(?:E[-+]?\d+)?)( THEN)")
 # PROGRAM ROWS INPUTS OUTPUTS ANSWERS: a scan for each row of numbers, given by their bits
 SCANS = """\
@@ -94,17 +101,24 @@ def test_blocks_agree_and_a_threshold_one_float_lower_is_noticed(name):
 # --- another parser's tree, run statement by statement
 
 
-def run(text, rows):
-    """The outputs of a block by name, for each row; numbers are REAL throughout."""
+@cache
+def parsed(text):
+    """The block of a text, as blark reads it."""
+    return pytest.importorskip("blark.parse").parse_source_code(text).transform().items[0]
+
+
+def run(text, rows, known=None):
+    """All variables of a block by name after a scan of each row; inputs are REAL. `known`: others, before the scan."""
     transform = pytest.importorskip("blark.transform")
-    parse = pytest.importorskip("blark.parse").parse_source_code
-    block = parse(text).transform().items[0]
+    block = parsed(text)
     inputs = [str(each) for each in re.findall(r"^    (x_\w+) : REAL;", str(block), re.MULTILINE)]
     state = {name: rows[:, at] for at, name in enumerate(inputs)}
     state |= {
         name: np.zeros(len(rows), np.int32)
         for name in re.findall(r"^    (\w+) : (?:INT|BOOL);", str(block), re.MULTILINE)
     }
+    begun = re.findall(r"^    (\w+) : DINT := (-?\d+);", str(block), re.MULTILINE)
+    state |= {name: np.full(len(rows), int(value)) for name, value in begun} | (known or {})
 
     def value(item):
         if isinstance(item, transform.ParenthesizedExpression):
@@ -128,7 +142,7 @@ def run(text, rows):
                 assert not each.else_ifs
                 holds = value(each.if_expression)
                 execute(each.statements.statements, reached & holds)
-                execute(each.else_clause.statements.statements, reached & ~holds)
+                execute(each.else_clause.statements.statements if each.else_clause else (), reached & ~holds)
             else:
                 assert isinstance(each, transform.AssignmentStatement)
                 name = str(each.variables[0])
@@ -152,6 +166,26 @@ def test_a_parser_of_other_people_reads_blocks_that_decide_alike(profile):
         rows = observed(policy, 10_000)
         ensure_alike(policy, rows, run(text, rows))
         assert (run(one_float_lower(text), rows)["act"] != ir.act(policy, rows)).any()
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_blocks_that_remember_decide_alike_in_100_000_scans_of_another_parsers_tree(name):
+    profile = profile_of(from_c(SOURCES[name].encode(), "act.c", Said(run=False)), Names())
+    ((policy, text),), rng = blocks(profile), np.random.default_rng(0)
+    inputs = np.array([*observed(policy, 0)[:, 0], *rng.uniform(-1, 25, 20)], np.float32)
+    names, memory = (
+        re.findall(r"^    (m_\w+) : DINT", text, re.MULTILINE),
+        initial_memory(policy)[None].repeat(500, axis=0),
+    )
+    held, known, seen = rng.random(500), None, rng.choice(inputs, (500, 1))
+    for _ in range(200):
+        seen = np.where(rng.random(500) < held, seen[:, 0], rng.choice(inputs, 500))[:, None]
+        reset = rng.random(500) < 0.01
+        memory[reset] = initial_memory(policy)
+        wanted, memory = step_memory(policy, memory, seen)
+        known = run(text, seen, {**({each: known[each] for each in names} if known else {}), "reset": reset})
+        assert (known["act"] == wanted).all()
+        assert (np.stack([known[each] for each in names], axis=1) == memory).all()
 
 
 def test_the_program_of_the_manual_is_read_with_its_block(profile):
