@@ -20,6 +20,7 @@ from codegen.importers.names import format_first
 from codegen.importers.reading import find_uncompared
 from codegen.intervals import percent
 from codegen.ir import GOAL
+from codegen.memory import describe_update
 from codegen.numbers import neighbour
 from codegen.observe import observe
 from codegen.wording import NO_UNIT, format_count, number
@@ -66,11 +67,24 @@ def _whole_ends(low: np.floating, high: np.floating) -> tuple[np.floating, np.fl
 def bounds(policy: ir.AgentPolicy) -> Iterator[str]:
     """A line for each thing that is remembered, and for each output that has bounds, with its unit."""
     for each in policy.memory:
-        yield f"remembers {each.name}, {each.low:g} to {each.high:g}, {each.initial} after a reset"
+        told = f"remembers {each.name}, {each.low:g} to {each.high:g}, {each.initial} after a reset"
+        yield "; ".join([told, *_list_setters(policy, each.name)])
     for output in policy.outputs:
         if said := cut(output):
             unit = f" in {output.unit}" if output.unit not in NO_UNIT else ""
             yield f"{output.name}{unit}{said}"
+
+
+def _list_setters(policy: ir.AgentPolicy, memory: str) -> Iterator[str]:
+    """Each update of a memory, with the leaves that make it."""
+    made = dict[ir.Update, list[str]]()
+    for leaf in ir.leaves(policy.tree).tolist():
+        for each in policy.actions[int(policy.tree.action[leaf])].updates:
+            if each.memory == memory:
+                made.setdefault(each, []).append(str(leaf))
+    for each, leaves in made.items():
+        noun = "leaf" if len(leaves) == 1 else "leaves"
+        yield f"{describe_update(each).removeprefix(memory).lstrip()} in {noun} {format_first(leaves)}"
 
 
 def cut(output: ir.OutputSpec) -> str:

@@ -19,6 +19,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.boxes import read_bounds, read_distances
+from codegen.deciding import describe_action, list_decided
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, deciding_double, rational_literal
 from codegen.importers.reading import find_uncompared
@@ -30,6 +31,7 @@ from codegen.wording import NO_UNIT, describe_sum, format_count
 from codegen.world import RegionSpec
 from maviper.episodes import measures
 from maviper.episodes.play import play, tree_policies
+from maviper.evaluation.show import bounds
 from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert
 from maviper.worlds import World
 from verify.claims.catalogue import NAMES, Claim, find_claim
@@ -79,10 +81,12 @@ def about(profile: ir.PolicyProfile) -> str:
         who += f" in {len(teams)} teams ({', '.join(teams)})"
     first = profile.agents[0]
     alike = all((each.actions, each.outputs) == (first.actions, first.outputs) for each in profile.agents)
-    observed = {len(policy.features) for policy in profile.agents}
+    observed = {len(policy.features) - len(policy.memory) for policy in profile.agents}
     each = "It" if len(agents) == 1 else "Each"
     sees = f"{each} observes {format_count(max(observed), 'number')}" if len(observed) == 1 else "They observe"
-    sees += f" ({_list_names([feature.name for feature in first.features])})" if len(agents) == 1 else ""
+    seen, kept = first.features[: len(first.features) - len(first.memory)], first.memory
+    sees += f" ({_list_names([feature.name for feature in seen])})" if len(agents) == 1 else ""
+    sees += f", remembers {_list_names([each.name for each in kept])}" if len(agents) == 1 and kept else ""
     if len(observed) > 1:
         sees += f" {min(observed)} to {max(observed)} numbers"
     does = f"and {'' if len(observed) == 1 else 'each '}{_does(first, alike)}"
@@ -103,10 +107,10 @@ def _does(policy: ir.AgentPolicy, alike: bool) -> str:
     if not alike:
         return "chooses an action or gives numbers" if policy.outputs else "chooses an action"
     if not policy.outputs:
-        names = _list_names([action.name for action in policy.actions])
-        return f"chooses one of {format_count(len(policy.actions), 'action')} ({names})"
-    named = [each.name + (f" in {each.unit}" if each.unit not in NO_UNIT else "") for each in policy.outputs]
-    return f"gives {format_count(len(policy.outputs), 'number')} ({_list_names(named)})"
+        named = list_decided(policy)
+        return f"chooses one of {format_count(len(named), 'action')} ({_list_names(named)})"
+    gives = [each.name + (f" in {each.unit}" if each.unit not in NO_UNIT else "") for each in policy.outputs]
+    return f"gives {format_count(len(policy.outputs), 'number')} ({_list_names(gives)})"
 
 
 def _list_names(names: Sequence[str]) -> str:
@@ -400,10 +404,18 @@ def _agent(policy: ir.AgentPolicy, visits: Sequence[int] | None, second: Second 
         "name": policy.agent,
         "team": policy.team,
         "features": [_feature(feature) for feature in policy.features],
-        "actions": [{"name": action.name, "effect": action.effect} for action in policy.actions],
+        "actions": [_action(policy, action) for action in policy.actions],
         "tree": _tree(policy.tree, visits) | tree_data(policy),
+        **({"machine": list(bounds(policy))} if policy.memory else {}),
         **other,
     }
+
+
+def _action(policy: ir.AgentPolicy, action: ir.ActionSpec) -> dict[str, Any]:
+    """An action, with what it updates: the feature's place, whether that is kept, and what is added."""
+    places = {each.name: place for place, each in enumerate(policy.features)}
+    updates = [[places[each.memory], int(each.adds), each.value] for each in action.updates]
+    return {"name": describe_action(action), "effect": action.effect} | ({"updates": updates} if updates else {})
 
 
 def _tree(tree: ir.Tree, visits: Sequence[int] | None) -> dict[str, Any]:
@@ -427,7 +439,7 @@ def _feature(feature: ir.FeatureSpec) -> dict[str, Any]:
         "terms": None if meaning is None else [[weight, name] for weight, name in meaning.terms],
         "function": "" if meaning is None else meaning.function,
         "measured": meaning is not None and measurable(meaning),
-    }
+    } | ({} if feature.initial is None else {"initial": feature.initial})
 
 
 @dataclass(frozen=True, order=True)

@@ -41,7 +41,7 @@ from maviper.compilation.monitors import Proved, load_proof, spec_of
 from maviper.episodes import measures
 from maviper.episodes.trees import on_policy
 from maviper.evaluation.players import find_shipped
-from maviper.evaluation.show import rules
+from maviper.evaluation.show import bounds, rules
 from maviper.experts.network import NetworkExpert
 from maviper.files import runs
 from maviper.page.document import (
@@ -71,6 +71,7 @@ from verify.claims.region_files import START, name_region
 from verify.claims.wording import OwnFormula
 from verify.kinds import MACHINE, REAL
 from verify.result import AnyResult, Verdict
+from verify.systems.remembering import with_memory
 
 FILE = "play.html"
 MAX_RULES = 200  # leaves of an agent that a page shows as text, where scripts are off
@@ -162,7 +163,8 @@ def _module(profile: ir.PolicyProfile) -> Markup | None:
 
 def _rules(policy: ir.AgentPolicy) -> dict[str, object]:
     more = max(0, len(ir.leaves(policy.tree)) - MAX_RULES)
-    return {"name": policy.agent, "team": policy.team, "rules": list(islice(rules(policy), MAX_RULES)), "more": more}
+    told = [*bounds(policy), *islice(rules(policy), MAX_RULES)]
+    return {"name": policy.agent, "team": policy.team, "rules": told, "more": more}
 
 
 GAP = 34  # above a tree, for its title
@@ -341,7 +343,7 @@ def play_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> 
     if not isinstance(proved.region, Cover) or statement.gives or not statement.moves:
         what = "the certificate is about no system that moves by actions, and a page plays no other"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
-    env = StatedEnv(statement, certificate.name)
+    env = StatedEnv(with_memory(statement, profile), certificate.name)
     seen, states = _play_trees(profile, env, [one.name for one in proved.region.variables])
     label = f"The recorded episode, of seed {measures.ON_POLICY_SEEDS}, took {format_count(len(states), 'step')}."
     sentence = f"{Verdict.PROVED.value}: {proved.claim}"
@@ -372,11 +374,16 @@ def _play_trees(
     """
     observed, _ = env.reset(measures.ON_POLICY_SEEDS)
     seen, states = {policy.agent: list[ir.Floats]() for policy in profile.agents}, list[list[float]]()
+    order = {
+        policy.agent: [[*env.statement.system.features[policy.agent]].index(each.name) for each in policy.features]
+        for policy in profile.agents
+    }
     while env.agents:
         states.append([float(env.state[name]) for name in names])
         actions: dict[str, int] = {}
         for policy in profile.agents:
-            seen[policy.agent].append(np.asarray(observed[policy.agent]))
-            actions[policy.agent] = int(ir.act(policy, seen[policy.agent][-1][None])[0])
+            seen[policy.agent].append(np.asarray(observed[policy.agent])[order[policy.agent]])
+            chosen = policy.actions[int(ir.act(policy, seen[policy.agent][-1][None])[0])].name
+            actions[policy.agent] = env.action_names[policy.agent].index(chosen)
         observed = env.step(actions)[0]
     return tuple(np.array(rows) for rows in seen.values()), np.array(states)

@@ -33,7 +33,11 @@
   // without places: what each agent observes
   /** As many digits as a hand on a slider means. */
   const few = (x) => Number(x.toPrecision(5));
-  let seen = agents.map((agent, number) => film ? [...film.seen[number][0]] : agent.shown.map(([low, high]) => Engine.rounded(agent)(few((low + high) / 2))));
+  let seen = agents.map((agent, number) => film ? [...film.seen[number][0]] : agent.shown.map(([low, high], f) => agent.features[f].initial ?? Engine.rounded(agent)(few((low + high) / 2))));
+  const remembers = !placed && !film && agents.some(({ features }) => features.some(({ initial }) => initial !== undefined));
+  /** A number that an agent can observe, or remember: a whole one in its range. */
+  const settle = (agent, { initial, low, high }, x) =>
+    initial === undefined ? Engine.rounded(agent)(x) : Math.min(Math.max(Math.round(x), low), high);
   let retell = () => {}; // writes `seen` into sliders and fields
   // whose trees act: 0 the profile's own, 1 those of the profile that it is compared with
   const TEAMS = agents.length && agents[0].other ? ["tree", "other"] : ["tree"];
@@ -155,10 +159,19 @@
   /** One step on, along what was played before unless somebody steers. */
   function advance(own) {
     if (film) return wind(time + 1);
+    if (!placed) return recall(Engine.after);
     if (time < states.length - 1 && own === undefined) time += 1;
     else extend(own);
     show();
   }
+
+  /** Changes what all remember. */
+  function recall(change) {
+    seen = agents.map((agent, number) => change(agent, seen[number]));
+    retell();
+    show();
+  }
+  const forget = () => recall(({ features }, values) => values.map((value, f) => features[f].initial ?? value));
 
   function pause() {
     clearInterval(playing);
@@ -226,7 +239,7 @@
     /** Moves the features of an agent to values. */
     change: (number, axes, values) => {
       pause();
-      axes.forEach((f, axis) => (seen[number][f] = Engine.rounded(agents[number])(few(values[axis]))));
+      axes.forEach((f, axis) => (seen[number][f] = settle(agents[number], agents[number].features[f], few(values[axis]))));
       retell();
       show();
     },
@@ -812,7 +825,7 @@
       agent.features.forEach((feature, f) => {
         const label = document.createElement("label");
         const [low, high] = agent.shown[f];
-        const slider = Object.assign(document.createElement("input"), { type: "range", min: low, max: high, step: "any" });
+        const slider = Object.assign(document.createElement("input"), { type: "range", min: low, max: high, step: feature.initial === undefined ? "any" : 1 });
         const field = Object.assign(document.createElement("input"), { type: "number", step: "any" });
         slider.setAttribute("aria-label", `${feature.name}, slider`);
         field.setAttribute("aria-label", feature.name);
@@ -823,7 +836,7 @@
         const read = (from) => {
           if (from.value === "" || !Number.isFinite(Number(from.value))) return;
           pause();
-          seen[number][f] = Engine.rounded(agent)(from === slider ? few(Number(from.value)) : Number(from.value));
+          seen[number][f] = settle(agent, feature, from === slider ? few(Number(from.value)) : Number(from.value));
           write();
           show();
         };
@@ -853,7 +866,7 @@
 
   /** What a reader can try first. */
   function invitation() {
-    if (!placed) return `${film ? "Step through the episode" : "Drag the point"}, or move a slider, and see which way the tree takes.`;
+    if (!placed) return `${film ? "Step through the episode" : remembers ? "Step to what is remembered then" : "Drag the point"}, or move a slider, and see which way the tree takes.`;
     const drag = `Drag ${agents[chosen].name}, or move it with the arrow keys`;
     if (TEAMS.length > 1) return `Each button shows a state in which the two profiles act differently. ${drag}.`;
     if (!judges[claim]) return `${drag}, and see which way its tree takes.`;
@@ -876,6 +889,7 @@
       if (same) box.open = false; // there is nothing to see
       summary.append(name, agent.team === agent.name ? " " : ` ${agent.team} `, same ? "(the same tree in both) " : "", says);
       box.append(summary);
+      for (const textContent of agent.machine || []) box.append(Object.assign(document.createElement("p"), { textContent, className: "soft" }));
       if (agent.outputs) box.append(Object.assign(document.createElement("div"), { id: `bars-${number}`, className: "bars" }));
       const pair = Object.assign(document.createElement("div"), { className: "pair" });
       (same ? [] : TEAMS).forEach((team, which) => {
@@ -906,7 +920,7 @@
     get("steer").addEventListener("click", () => ((steering = !steering), show()));
     get("run").addEventListener("click", run);
     get("step").addEventListener("click", () => (pause(), advance()));
-    get("back").addEventListener("click", () => ((time = 0), pause(), film ? wind(0) : show()));
+    get("back").addEventListener("click", () => ((time = 0), pause(), film ? wind(0) : placed ? show() : forget()));
     get("random").addEventListener("click", () => restart(randomState()));
     get("scrub").addEventListener("input", (event) => scrub(Number(event.target.value)));
     if (data.states[0]) ask(data.states[0].claim);
@@ -915,7 +929,7 @@
       watchArena();
       restart(remembered() || (data.states[0] ? stateOf(data.states[0].position, data.states[0].goal) : statedState()));
     } else {
-      for (const id of ["arena", "look", "help", "sentence", ...(film ? ["random"] : ["play"])]) get(id).hidden = true;
+      for (const id of ["arena", "look", "help", "sentence", ...(film ? ["random"] : remembers ? ["run", "random", "scrub"] : ["play"])]) get(id).hidden = true;
       get("about").append(film ? ` ${film.label}` : "");
       document.body.classList.add("unplaced");
       drawSliders();

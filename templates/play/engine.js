@@ -159,6 +159,14 @@ const Engine = (() => {
     return found;
   }
 
+  /** What an agent observes, with what it remembers after it decided. */
+  function after(agent, observation) {
+    const seen = [...observation];
+    const action = agent.actions[agent.tree.action[path(agent.tree, observation).pop()]];
+    for (const [place, kept, added] of action.updates || []) seen[place] = kept * seen[place] + added;
+    return seen;
+  }
+
   /** What a test or an output of a tree is where two features vary, `axes`, and the others stay: [a, b, c] for
    * a x + b y + c, in the reals.
    */
@@ -489,7 +497,7 @@ const Engine = (() => {
     };
   }
 
-  return { prepared, coordinates, rounded, observe, tested, given, path, affine, pieces, actions, step, episode, judge, monitor, follower, comparison };
+  return { prepared, coordinates, rounded, observe, tested, given, path, after, affine, pieces, actions, step, episode, judge, monitor, follower, comparison };
 })();
 
 /* The networks that the trees were made from: two hidden layers of rectifiers. */

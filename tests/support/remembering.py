@@ -1,4 +1,4 @@
-"""Small controllers in C that remember."""
+"""Small controllers in C that remember, and a world for one of them."""
 
 HEATER = """#include <stdbool.h>
 bool act(float t) {
@@ -56,3 +56,24 @@ int act(float x) {
     return presses > 200 ? 9 : level;
 }"""
 SOURCES = {"heater": HEATER, "debounce": DEBOUNCE, "light": LIGHT, "watchdog": WATCHDOG, "edge": EDGE}
+WORLD = """name = "room"
+steps = 40
+dt = "1 min"
+[variables]
+t = {{ unit = "K", range = [-100, 100] }}
+[agents.act.features]
+{feature} = "t"
+[agents.act.actions]
+{actions}
+[start]
+box = {{ t = [18, 22] }}
+[dynamics.next]
+t = "t - 0.02*(t - 10[K]) + act.power*0.5[K]"
+"""
+
+
+def make_world(policy, claims=""):
+    """A world file for an agent with one feature."""
+    names = [each.name for each in policy.actions if not each.acts]
+    actions = "\n".join(f"{name} = {{ power = {place} }}" for place, name in enumerate(names))
+    return WORLD.format(feature=policy.features[0].name, actions=actions) + claims

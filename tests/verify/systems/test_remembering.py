@@ -11,27 +11,13 @@ from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.reading import Said
 from codegen.memory import step_memory, tabulate_updates
-from tests.support.remembering import SOURCES
+from tests.support.remembering import SOURCES, make_world
 from verify.checker.accept import accept
 from verify.subjects import Game
 from verify.systems import remembering
 from verify.systems.files import statement_of
 from verify.systems.observing import as_played, choose_actions
 
-WORLD = """name = "room"
-steps = 40
-dt = "1 min"
-[variables]
-t = {{ unit = "K", range = [-100, 100] }}
-[agents.act.features]
-{feature} = "t"
-[agents.act.actions]
-{actions}
-[start]
-box = {{ t = [18, 22] }}
-[dynamics.next]
-t = "t - 0.02*(t - 10[K]) + act.power*0.5[K]"
-"""
 CLAIMS = """
 [[claim]]
 name = "always"
@@ -44,13 +30,6 @@ formula = "act.heating == 1 and t < 21 implies acts(act) == heat"
 [[claim]]
 formula = "act.heating == 0 and t < 21 implies acts(act) == heat"
 """
-
-
-def make_world(policy, claims=""):
-    """A world file for an agent with one feature."""
-    names = [each.name for each in policy.actions if not each.acts]
-    actions = "\n".join(f"{name} = {{ power = {place} }}" for place, name in enumerate(names))
-    return WORLD.format(feature=policy.features[0].name, actions=actions) + claims
 
 
 @pytest.mark.parametrize("name", SOURCES)
