@@ -72,6 +72,11 @@ class Fallback:
         """Its name in C: PREFIX_AGENT_FALLBACK."""
         return f"{self.agent.names.act.removesuffix('act').upper()}FALLBACK"
 
+    @property
+    def count(self) -> int:
+        """The number of actions that are taken: those that also change memory are behind them."""
+        return len(self.agent.actions) - (len(self.agent.machine.changes) if self.agent.machine else 0)
+
 
 class Said(NamedTuple):
     """The texts that explain OK, LEAVING and OUTSIDE for a state w, and what is INVALID beside what always is."""
@@ -329,6 +334,7 @@ def _watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certific
         for agent, policy in zip(model.agents, profile.agents, strict=True)
     ]
     inside = f"w is in a set of which the claim is proved, {'for ever' if cover.ever else 'until the last step'}"
+    inside += ", with what is remembered before the decision" if model.remembers else ""
     bounds = {place.upper: cover.bounds(at) for at, place in enumerate(places.values())}
     watched, open_ = _order_watched(watched, bounds)
     return Watch(

@@ -174,10 +174,32 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> tuple[Cover | Regio
     measured, bounds = _drop_roundings(statement, ranges, steps, unmeasured)
     names = [one.name for one in measured]
     bounds, sums = keep_sums(_list_regions(proof), names, bounds) if ever else (bounds, ())
+    measured, bounds = _shift_memory(profile, measured, bounds, sums, where)
     cover = Cover(measured, bounds, ever, not claim.about_decisions, dt, rests, sums)
     place = PLACE if game is None else game.place
     where = "" if place == PLACE else f", where the goal is at {place}"
     return cover, _say(claim, statement, profile) + where
+
+
+def _shift_memory(
+    profile: PolicyProfile,
+    measured: tuple[Variable, ...],
+    steps: Sequence[Parts],
+    sums: Sequence[RaisedSum],
+    where: str,
+) -> tuple[tuple[Variable, ...], tuple[Parts, ...]]:
+    """Variables and boxes with what is remembered as agents count it, in its own range: a system counts it from 0 on.
+
+    InputError for a region that compares it with other variables.
+    """
+    own = {f"{p.agent}.{each.name}": (each.low, each.high) for p in profile.agents for each in p.memory}
+    offset = np.array([own.get(one.name, (0.0, 0.0))[0] for one in measured])
+    for name, _ in (measured[column] for one in sums for column, _ in one.terms if offset[column]):
+        what = f"a region compares {name} with other variables, and that is not counted from 0"
+        raise InputError(what, where, "leave it out of the regions; then verify again")
+    column = np.concatenate([offset, np.zeros(len(sums))])
+    shifted = tuple(tuple(Boxes(part.low + column, part.high + column) for part in parts) for parts in steps)
+    return tuple(Variable(one.name, *own.get(one.name, one[1:])) for one in measured), shifted
 
 
 def _say(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> str:

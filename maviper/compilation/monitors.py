@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 
 from codegen.agreement.compiled import Build
-from codegen.deciding import sums_in
+from codegen.deciding import ensure_forgets, sums_in
 from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
@@ -65,6 +65,7 @@ def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
         what = "the certificate is about tests of single features, and this profile tests sums or gives numbers"
         advice = "give one with a world file beside it, or leave it out: then inputs and outputs are watched"
         raise InputError(what, str(certificate), advice)
+    ensure_forgets(profile, "a certificate about a game")
     if kind is kinds.EPISODE_CERTIFICATE:
         return _episodes(text, certificate, profile)
     try:

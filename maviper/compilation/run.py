@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Unpack
 
 from codegen import ir
 from codegen.agreement import vectors
-from codegen.deciding import ensure_forgets, ensure_plain, sums_in
+from codegen.deciding import ensure_plain, sums_in
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import InputError
 from codegen.lowering.lower import FREESTANDING
@@ -60,7 +60,6 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
     code = compile_profile(profile, targets, asked.prefix, asked.style)
     more = vectors.files(code.build, targets) if asked.test_vectors else {}
     if watched:
-        ensure_forgets(profile, f"the target {MONITOR}")
         from maviper.compilation import monitors  # here, so that compiling alone loads no checker
 
         more = {**more, **monitors.files_of(code.build, proved_region, targets)}

@@ -295,7 +295,7 @@ def actions(watched, asked):
     if len(asked) > 4:
         return np.ascontiguousarray(asked[4], np.int32)
     found = np.zeros((len(asked[0]), len(watched.model.agents)), np.int32)
-    found[:, 0] = np.arange(len(found)) % len(watched.model.agents[0].actions)
+    found[:, 0] = np.arange(len(found)) % (watched.fallbacks[0].count or 1)
     return found
 
 
