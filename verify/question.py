@@ -199,9 +199,14 @@ class Question(Generic[About]):
         """The same question about the team with its leaves shuffled, once for each way; of a view, with its copies."""
         shuffled, viewed = list_shuffled(self.origin, self.claim.team), self.viewed
         if viewed is None:
-            return list(map(self.of, shuffled))
-        views = [viewed._replace(origin=each) for each in shuffled]
-        return [replace(self, subject=replace(self.subject, profile=each.profile, viewed=each)) for each in views]
+            asked = list(map(self.of, shuffled))
+        else:
+            views = [viewed._replace(origin=each) for each in shuffled]
+            asked = [replace(self, subject=replace(self.subject, profile=each.profile, viewed=each)) for each in views]
+        known = {name: self.__dict__[name] for name in ("formula", "_for_goals") if name in self.__dict__}
+        for each in asked:
+            each.__dict__.update(known)  # which do not hang on the actions of leaves
+        return asked
 
     def of(self, profile: PolicyProfile) -> "Question[About]":
         """The same question about another profile."""

@@ -14,6 +14,7 @@ Replacing the threshold by that end makes the question over the reals the machin
 """
 
 import ctypes
+import math
 import struct
 import threading
 from collections.abc import Sequence
@@ -49,18 +50,17 @@ def _rank(value: float, form: _Format) -> int:
     return bits if bits >= 0 else -(bits & (2 ** (8 * struct.calcsize(form.code) - 1) - 1))
 
 
-def _value(rank: int, form: _Format) -> Fraction:
+def _value(rank: int, form: _Format) -> float | Fraction:
     """The float at a position, exactly; one past the largest finite float stands for the value that would follow."""
     (value,) = struct.unpack(form.code, struct.pack(form.bits, abs(rank)))
-    if value in (float("inf"), float("-inf")):
-        return form.overflow if rank > 0 else -form.overflow
-    return Fraction(value) if rank >= 0 else -Fraction(value)
+    exact = form.overflow if value == math.inf else value
+    return exact if rank >= 0 else -exact
 
 
 def _round_at_most(rank: int, form: _Format) -> HalfLine:
     """All real numbers that round to a float not above the one at `rank`, ties to even."""
-    middle = (_value(rank, form) + _value(rank + 1, form)) / 2
-    return HalfLine(middle, strict=rank % 2 != 0)
+    (low, of_low), (high, of_high) = (_value(place, form).as_integer_ratio() for place in (rank, rank + 1))
+    return HalfLine(Fraction(low * of_high + high * of_low, 2 * of_low * of_high), strict=rank % 2 != 0)
 
 
 @lru_cache(maxsize=MAX_KNOWN)

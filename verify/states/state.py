@@ -231,7 +231,7 @@ def sample(region: Region, world: ir.WorldSpec, count: int, seed: int) -> tuple[
     """
     rng = np.random.default_rng(seed)
     names = world.coordinates()
-    coordinates = np.zeros((len(names), count)).T  # what reads them reads one after the other
+    coordinates = np.zeros((len(names), count)).T
     for name, (low, high) in region.box.items():
         coordinates[:, names.index(name)] = rng.uniform(float(low), float(high), count)
     landmarks = [entity.name for entity in world.landmarks]
@@ -242,7 +242,8 @@ def sample(region: Region, world: ir.WorldSpec, count: int, seed: int) -> tuple[
             columns = np.array([names.index(f"{landmark}.{axis}") for landmark in landmarks])
             coordinates[:, names.index(f"goal.{axis}")] = coordinates[np.arange(count), columns[goal]]
     within = contains(region, coordinates, world)
-    return coordinates.T[:, within].T, goal[within]
+    # in planes: what reads coordinates reads one after the other, and strides take ten times as long
+    return coordinates.T.compress(within, axis=1).T, goal[within]
 
 
 def state_at(region: Region, world: ir.WorldSpec, coordinates: Float64, goal: int) -> State:
