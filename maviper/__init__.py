@@ -386,11 +386,11 @@ def verify_file(
     *,
     progress: Progress = False,
     **asked: Unpack[options.FileOptions],
-) -> list[AnyResult]:
+) -> Verified:
     """Decides the claims of a property file, in its order.
 
-        for found in maviper.verify_file(team, "claims.toml"):
-            print(found)
+        found = maviper.verify_file(team, "claims.toml")
+        found.to_csv("claims.csv")
 
     Args:
         profile: The team, or its file.
@@ -403,12 +403,13 @@ def verify_file(
     """
     from pathlib import Path
 
+    from codegen.profiles import ensure
     from maviper.verification.ask import VerifyOptions
-    from maviper.verification.run import results
+    from maviper.verification.run import verify_world
 
     given = options.complete_options(options.FileOptions, asked)
     with _told(progress, "deciding", "file"):
-        return results(_team(profile), VerifyOptions(file=Path(file), region=str(region), **given))
+        return verify_world(ensure(_team(profile)), VerifyOptions(file=Path(file), region=str(region), **given))
 
 
 @process.defaults

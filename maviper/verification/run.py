@@ -14,7 +14,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from codegen import ir
 from codegen.deciding import only_acts, sums_in
@@ -164,12 +164,12 @@ def certificate_files(results: Sequence[AnyResult]) -> dict[str, str]:
 
 
 @dataclass(frozen=True, repr=False)
-class Verified(Shown):
-    """The questions about a profile with their results. Files are name -> text.
+class Verified(Shown, Sequence[AnyResult]):
+    """The questions about a profile with their results, of which it is a sequence. Files are name -> text.
 
     For example:
 
-        maviper.verify_system(team, "corridor.toml").results
+        maviper.verify_file(team, "claims.toml")[0].verdict
     """
 
     profile: ir.PolicyProfile
@@ -177,6 +177,17 @@ class Verified(Shown):
     results: tuple[AnyResult, ...]
     cells: int | None = None  #: the most failing cells that `where` looked for
     stated: StatedWorld | None = None  #: the world file that they are about
+
+    @overload
+    def __getitem__(self, index: int) -> AnyResult: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[AnyResult, ...]: ...
+    def __getitem__(self, index: int | slice) -> AnyResult | tuple[AnyResult, ...]:
+        """The result of the claim at a place, or those of a slice."""
+        return self.results[index]
+
+    def __len__(self) -> int:
+        return len(self.results)
 
     @property
     def rows(self) -> list[dict[str, Any]]:

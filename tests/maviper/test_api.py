@@ -12,6 +12,7 @@ import pytest
 import maviper
 from codegen import ir, policy_json
 from codegen.errors import InputError, RefusedError, UnknownNameError
+from codegen.rows import Shown
 from maviper import answers, claims
 from maviper.verification.ask import number
 from verify.result import Verdict
@@ -116,13 +117,23 @@ def test_verify_file_answers_in_the_files_order(profile, tmp_path):
         '[[property]]\nname = "no_double"\n[[property]]\nformula = "true"\nlabel = "mine"\n'
     )
     found = maviper.verify_file(profile, tmp_path / "p.toml")
-    assert [each.claim.shown for each in found] == ["no_double", "mine"]
+    assert [each.claim.shown for each in found] == [row["claim"] for row in found.rows] == ["no_double", "mine"]
+    assert found[1].proved and len(found.to_csv().splitlines()) == 1 + len(found) and "<table>" in found._repr_html_()
     with pytest.raises(InputError, match="max_cells has no effect without where"):
         maviper.verify_file(profile, tmp_path / "p.toml", max_cells=5)
     (tmp_path / "p.toml").write_text('[[property]]\nname = "no_doubl"\n')
     with pytest.raises(UnknownNameError) as error:
         maviper.verify_file(profile, tmp_path / "p.toml")
     assert "p.toml, line 2" in error.value.where
+
+
+@pytest.mark.parametrize("name", maviper.__all__)
+def test_what_a_verb_returns_has_rows(name):
+    """A list of answers would have neither `rows` nor `to_csv`."""
+    returned = str(inspect.signature(getattr(maviper, name)).return_annotation)
+    if returned not in ("Team", "PolicyProfile", "str", "dict[str, Any]"):  # teams, `version` and `train`
+        for kind in returned.replace("AnyResult", "Result").split(" | "):
+            assert issubclass(getattr(answers, kind), Shown)
 
 
 def test_check_says_what_a_certificate_proves(proved, profile):

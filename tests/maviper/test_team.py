@@ -2,8 +2,6 @@
 
 import csv
 import io
-import shutil
-import subprocess
 import sys
 from types import SimpleNamespace
 
@@ -18,6 +16,7 @@ import maviper
 from codegen.errors import ExitCode, InputError, UnknownNameError
 from maviper.cli import main
 from tests.benchmarks import doorway
+from tests.support.latex import typeset
 
 SMALL = {"iterations": 1, "rollouts": 2, "selection_episodes": 2, "held_out": 2, "max_depth": 2}
 
@@ -186,13 +185,7 @@ def test_latex_is_a_forest_for_each_agent(profile, tmp_path):
     assert text.count(r"\begin{forest}") == len(profile.agents) == text.count(r"\end{forest}")
     assert text.count("leaf, ") + text.count("leaf]") == sum(map(_leaves, profile.agents))
     assert r"landmark\_0" in text and "landmark_0" not in text
-    if shutil.which("pdflatex") is None:
-        pytest.skip("pdflatex is not installed")
-    (tmp_path / "trees.tex").write_text(
-        f"\\documentclass{{article}}\\usepackage{{forest}}\\begin{{document}}{text}\\end{{document}}"
-    )
-    subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "trees.tex"], cwd=tmp_path, check=True)
-    assert (tmp_path / "trees.pdf").stat().st_size > 0
+    typeset(text, "forest", tmp_path)
 
 
 def test_answers_are_rows(profile, tmp_path):

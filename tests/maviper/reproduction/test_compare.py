@@ -24,6 +24,7 @@ from maviper.reproduction.statistics import interquartile, performance_profile
 from tests.benchmarks import doorway
 from tests.maviper.reproduction.small import QUIET, contents
 from tests.support.killing import killed_at, needs_fork
+from tests.support.latex import typeset
 from tests.support.small import small_profile
 
 GAME, OTHER = "cooperative-navigation", "cooperative-navigation@0"
@@ -180,6 +181,13 @@ def test_the_answer_is_shown_as_others_are(tmp_path, calls, capsys):
     assert "30 of 30 cells finished" in told.err and "best.json: maviper, depth 2, seed 0" in told.out
     assert main.run([*asked, str(tmp_path), "--json"]) == ExitCode.DONE
     assert json.loads(capsys.readouterr().out)["rows"] == found.rows
+
+
+@pytest.mark.parametrize("seeds", [4, 6])
+def test_the_table_is_typeset(tmp_path, calls, seeds):
+    """With interquartile means and without."""
+    found = compared(tmp_path, experts=[OTHER], seeds=seeds)
+    typeset(found.to_latex(), "booktabs", tmp_path)
 
 
 def test_another_budget_is_another_comparison_in_the_same_folder(tmp_path, calls):
