@@ -123,7 +123,7 @@ def test_a_lost_scheduler_ends_the_run_and_another_run_finishes_it(cluster, loca
     assert before.items() <= finished(folder).items() and contents(folder) == whole
 
 
-def test_claims_by_workers_give_the_same_bytes(cluster, tmp_path):
+def test_claims_by_workers_of_whom_one_is_lost_give_the_same_bytes(cluster, tmp_path):
     subject = ROOT / "generated" / "physical_deception" / "extracted" / "profile.json"
     claims = [word for name in ("distinct_targets", "alive_leaves", "stays_in(steps=5)") for word in ("--claim", name)]
     variables = {**os.environ, "DASK_SCHEDULER_ADDRESS": cluster.address}
@@ -131,15 +131,19 @@ def test_claims_by_workers_give_the_same_bytes(cluster, tmp_path):
     for number, more in enumerate(([], ["--jobs", "dask"])):
         asked = ["verify", str(subject), *claims, "-o", "report", *more]
         (tmp_path / str(number)).mkdir()
-        done = subprocess.run(
+        process = subprocess.Popen(
             [sys.executable, "-m", "maviper", *asked],
             cwd=tmp_path / str(number),
-            capture_output=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
             env=variables,
-            check=False,
         )
+        if more:
+            until(lambda: b"Receive client connection" in (tmp_path / "scheduler.log").read_bytes())
+            cluster.workers[0].kill()
+        told = process.communicate(timeout=PATIENCE)[0]
         files = {path.name: path.read_bytes() for path in (tmp_path / str(number) / "report").iterdir()}
-        said.append((done.returncode, done.stdout, files))
+        said.append((process.returncode, told, files))
     assert said[0] == said[1] and said[0][0] == ExitCode.VIOLATED
 
 
