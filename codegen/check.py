@@ -13,7 +13,7 @@ from typing import Final, NamedTuple, TypeAlias
 import numpy as np
 
 from codegen.errors import ProfileError, escape_text, suggestion
-from codegen.floats import FLOAT32, FLOAT64, NUMBERS
+from codegen.floats import FLOAT32, FLOAT64, NUMBERS, WHOLE
 from codegen.ir import (
     CONSTANT,
     FUNCTIONS,
@@ -175,16 +175,16 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
     yield from _names(f"{path}.outputs", "output", [output.name for output in policy.outputs])
     known = world.coordinates()
     for index, feature in enumerate(policy.features):
-        yield from _feature(f"{path}.features[{index}]", feature, known)
+        yield from _feature(f"{path}.features[{index}]", feature, known, 2.0**32 if policy.whole else MAX_LENGTH)
     names = [feature.name for feature in policy.features]
     for index, action in enumerate(policy.actions):
         yield from _action(f"{path}.actions[{index}]", action, names)
     yield from _trees(path, policy)
 
 
-def _feature(path: str, feature: FeatureSpec, known: Sequence[str]) -> Iterator[Violation]:
-    if not -MAX_LENGTH <= feature.low <= feature.high <= MAX_LENGTH:
-        what = f"needs a range with low <= high within {MAX_LENGTH:g}, has [{feature.low}, {feature.high}]"
+def _feature(path: str, feature: FeatureSpec, known: Sequence[str], most: float) -> Iterator[Violation]:
+    if not -most <= feature.low <= feature.high <= most:
+        what = f"needs a range with low <= high within {most:g}, has [{feature.low}, {feature.high}]"
         yield Violation(path, what)
     meaning = feature.meaning
     if meaning is None:
@@ -218,12 +218,15 @@ def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
     if numbers not in NUMBERS:
         yield Violation(f"{path}.numbers", f"must be {' or '.join(NUMBERS)}")
+    for where, what in _whole_faults(policy) if policy.whole and not broken else ():
+        yield Violation(f"{path}.{where}", what)
     mask = mask_of(policy.features, policy.actions)
     for leaf in illegal_leaves(policy.tree, mask) if mask and not broken else ():
         action = policy.actions[int(policy.tree.action[leaf])].name
         yield Violation(f"{path}.tree[{leaf}]", f"takes '{escape_text(action)}' where it may be illegal")
-    if policy.grown is not None and numbers != FLOAT32:
-        yield Violation(f"{path}.grown", f"must be null: a tree that compares {numbers} is not rounded")
+    if policy.grown is not None and (numbers != FLOAT32 or policy.whole):
+        told = policy.whole or numbers
+        yield Violation(f"{path}.grown", f"must be null: a tree that compares {told} is not rounded")
     elif policy.grown is not None:
         yield from _tree(f"{path}.grown", policy.grown, *counts, preorder=False)
 
@@ -287,6 +290,26 @@ def _shape(path: str, tree: Tree | GrownTree, preorder: bool) -> Iterator[Violat
 
 
 Found: TypeAlias = Iterator[tuple[str, str]]  # path below the agent's, and what is wrong
+
+
+def _whole_faults(policy: AgentPolicy) -> Found:
+    """Yields every broken rule of an agent that observes whole numbers: its ranges and thresholds are numbers of the
+    type, and nothing is added.
+    """
+    tree = policy.tree
+    if WHOLE.get(policy.whole) != policy.numbers:
+        yield "numbers", f"must be one of {', '.join(WHOLE)} for whole numbers"
+        return
+    if tree.arithmetic:
+        yield "arithmetic", f"must be left out: sums of {policy.whole} are not computed"
+    low, high = np.iinfo(policy.whole).min, np.iinfo(policy.whole).max
+    for index, feature in enumerate(policy.features):
+        if not (low <= feature.low and feature.high <= high and {feature.low % 1, feature.high % 1} == {0}):
+            yield f"features[{index}].range", f"must be whole numbers of {policy.whole}"
+    for node in np.flatnonzero(tree.feature != NO_FEATURE):
+        threshold = float(tree.threshold[node])
+        if threshold % 1 or not low <= threshold <= high:
+            yield f"tree[{node}].threshold", f"is no {policy.whole}"
 
 
 def _sum_faults(policy: AgentPolicy) -> Found:

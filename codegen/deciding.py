@@ -58,6 +58,15 @@ def ensure_forgets(profile: PolicyProfile, who: str) -> PolicyProfile:
     return profile
 
 
+def ensure_floats(profile: PolicyProfile, who: str) -> PolicyProfile:
+    """The profile itself; InputError where an agent observes whole numbers, which `who` does not take."""
+    whole = [policy.agent for policy in profile.agents if policy.whole]
+    if whole:
+        advice = "import the tree with --numbers float32, or float64 where it has whole numbers of 32 bits"
+        raise InputError(f"{who} does not take whole numbers yet", f"{', '.join(whole)}: observes them", advice)
+    return profile
+
+
 def ensure_plain(profile: PolicyProfile, who: str, *, memory: bool = False) -> PolicyProfile:
     """The profile itself; InputError where an agent tests sums of features or gives numbers, which `who` does not take,
     or remembers anything, unless it takes `memory`.

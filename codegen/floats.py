@@ -18,6 +18,8 @@ from codegen.errors import InputError
 FLOAT32: Final = "float32"
 FLOAT64: Final = "float64"
 NUMBERS: Final = (FLOAT32, FLOAT64)  # that an agent compares, by the names that numpy and profiles give them
+# types of whole numbers that an agent may observe, the narrowest first, and the floats that hold each number of them
+WHOLE: Final = {f"{sign}int{bits}": FLOAT32 if bits < 32 else FLOAT64 for bits in (8, 16, 32) for sign in ("", "u")}
 PIECE_DIGITS = 4_000
 PIECE = 10**PIECE_DIGITS
 MANTISSA, LEAST_EXPONENT = 24, -125  # of a float32, as `math.frexp` counts
@@ -51,6 +53,16 @@ def observations(given: Any, n_features: int | None = None, agent: str = "an age
         if x.dtype.kind != "f" or x.dtype.itemsize > 8:
             x = x.astype(np.float64)
         return x.astype(numbers, copy=False)
+
+
+def as_whole(rows: Any, whole: str) -> Any:
+    """Numbers of a type of whole numbers, of floats that are such. InputError for others."""
+    with np.errstate(invalid="ignore"):
+        given = rows.astype(whole)
+    if (given != rows).any():
+        what = f"{float(rows[given != rows][0])!r} is no {whole}"
+        raise InputError(what, "", f"give whole numbers from {np.iinfo(whole).min} to {np.iinfo(whole).max}")
+    return given
 
 
 def _double(number: Any, agent: str) -> float:

@@ -16,13 +16,14 @@ import msgspec
 import numpy as np
 
 from codegen.errors import ProfileError, escape_text, suggestion
-from codegen.floats import FLOAT32, FLOAT64, deciding_double, short_hex
+from codegen.floats import FLOAT32, WHOLE, deciding_double, short_hex
 from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, AgentPolicy, Int64, Sum, Tree
 from codegen.sums import FLOAT32_STEPS
 
 SCHEMA_VERSION = 1
 SUMS_VERSION = 2  # of profiles in which any agent has sums or outputs, and none remembers anything
-MEMORY_VERSION = 3  # of profiles in which any agent remembers something
+MEMORY_VERSION = 3  # of profiles in which any agent remembers something, and none observes whole numbers
+WHOLE_VERSION = 4  # of profiles in which any agent observes whole numbers
 Number = float | int | str
 SumJson = list[tuple[float, str | None]]  # [weight, feature], or [constant, null], in the order of the additions
 
@@ -34,7 +35,7 @@ class _Strict(msgspec.Struct, forbid_unknown_fields=True):
 class SplitJson(_Strict):
     """`x[feature] <= threshold` goes to node `left`, everything else to node `right`.
 
-    An agent that compares float64 has no `float32`: `threshold` is what it compares.
+    An agent that compares float64 or whole numbers has no `float32`: `threshold` is what it compares.
     """
 
     feature: str
@@ -138,8 +139,9 @@ class WorldJson(_Strict):
 
 
 class AgentJson(_Strict):
-    """`numbers`: what the agent observes and compares. Of agents with sums or outputs also `arithmetic`, which sums are
-    computed in, and of those that give numbers `outputs`, rounded to what the agent `gives`; these have no actions.
+    """`numbers`: what the agent observes and compares, floats or one type of whole numbers. Of agents with sums or
+    outputs also `arithmetic`, which sums are computed in, and of those that give numbers `outputs`, rounded to what the
+    agent `gives`; these have no actions.
     """
 
     agent: str
@@ -148,7 +150,7 @@ class AgentJson(_Strict):
     actions: list[ActionJson]
     tree: list[NodeJson]
     grown: GrownJson | None
-    numbers: Literal["float32", "float64"] = "float32"
+    numbers: Literal["float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32"] = "float32"
     arithmetic: Literal["double sums", "float32 steps", "float64"] | None = None
     gives: Literal["float32", "float64"] = "float32"
     outputs: list[OutputJson] = []
@@ -196,7 +198,7 @@ MAX_VISITS = 2**53  # which every reader of JSON takes in exactly
 def nodes_of(policy: AgentPolicy) -> list[dict[str, Any]]:
     """The nodes of an agent's tree, as plain data."""
     tree = policy.tree
-    names = [feature.name for feature in policy.features]
+    names, stated = [feature.name for feature in policy.features], policy.whole or policy.numbers
     if policy.outputs:
         leaves = [{"outputs": [_dump_sum(each, names) for each in vector]} for vector in tree.vectors]
     else:
@@ -209,17 +211,17 @@ def nodes_of(policy: AgentPolicy) -> list[dict[str, Any]]:
     return [
         leaves[action] | count
         if feature == NO_FEATURE
-        else {**_dump_test(tree, feature, threshold, names), "left": left, "right": right}
+        else {**_dump_test(tree, feature, threshold, names, stated), "left": left, "right": right}
         for (feature, threshold), (left, right, action), count in zip(splits, ends, visits, strict=True)
     ]
 
 
-def _dump_test(tree: Tree, feature: int, threshold: float, names: Sequence[str]) -> dict[str, Any]:
-    """Returns the comparison of a split, as JSON."""
+def _dump_test(tree: Tree, feature: int, threshold: float, names: Sequence[str], stated: str) -> dict[str, Any]:
+    """Returns the comparison of a split, as JSON. `stated`: the numbers of the agent, as the profile states them."""
     if feature >= len(names):
         return {"sum": _dump_sum(tree.sums[feature - len(names)], names), "threshold": threshold}
-    if tree.numbers == FLOAT64:
-        return {"feature": names[feature], "threshold": threshold}
+    if stated != FLOAT32:
+        return {"feature": names[feature], "threshold": int(threshold) if stated in WHOLE else threshold}
     return {"feature": names[feature], "threshold": deciding_double(threshold), "float32": short_hex(threshold)}
 
 
@@ -263,7 +265,7 @@ def tree_of(raw: AgentJson, path: str) -> Tree:
     return Tree(
         *(np.array([row[column] for row in rows]) for column in range(5)),
         visits=_visits(raw.tree, path),
-        numbers=raw.numbers,
+        numbers=WHOLE.get(raw.numbers, raw.numbers),
         arithmetic=raw.arithmetic or "",
         sums=tuple(seen.sums.found),
         vectors=tuple(seen.vectors.found),

@@ -7,6 +7,8 @@ Does not: read files (policy_json.py), round thresholds (floats.py), make text (
 Semantics, the same in every artefact that is made from a profile:
 - A split sends an observation x left iff `x[feature] <= threshold`, both float32 or both float64: `Tree.numbers`. NaN
   compares false, so it goes right; infinities follow `<=`. Numbers of other types are doubles first, then the tree's.
+- An agent may observe whole numbers of one type alone. Its tree is one of floats that hold them all, with whole
+  thresholds: a number between two whole ones would go with the one above.
 - A sum is added left to right in the tree's arithmetic (sums.py), and compared like a feature.
 - What is remembered is compared like a feature, of which it has the name; memory.py says how it changes.
 - A node's id is its index in the tree's arrays, which are in preorder; leaves are named by that id everywhere.
@@ -192,6 +194,7 @@ class AgentPolicy:
     grown: GrownTree | None = None
     seen: tuple[Seen, ...] = ()  #: of each feature, in episodes; (): nobody looked
     outputs: tuple[OutputSpec, ...] = ()
+    whole: str = ""  #: the type of whole numbers that it observes, see floats.WHOLE; "": it observes floats
 
     @property
     def numbers(self) -> str:

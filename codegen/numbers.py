@@ -74,6 +74,14 @@ def hex_literal(threshold: np.float32 | np.float64) -> str:
     return short_hex(float(threshold)) + ("f" if threshold.dtype == np.float32 else "")
 
 
+def whole_literal(number: float, whole: str) -> str:
+    """A whole number of a type as a C literal. The least int32 is a difference: without its sign it is none."""
+    digits = str(int(number))
+    if whole.startswith("u"):
+        return f"{digits}U"
+    return digits if int(number) > -(2**31) else "(-2147483647 - 1)"
+
+
 def hex_bits(number: np.float32 | np.float64) -> str:
     """The bits of a number as a hexadecimal literal, all digits of them."""
     return f"0x{number.view(f'u{number.itemsize}'):0{2 * number.itemsize}x}"

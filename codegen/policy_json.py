@@ -6,13 +6,13 @@ Does not: read a text (profiles.py), or touch files.
 
 A split of an agent that compares float32 states its threshold twice: `threshold` is the double that decides for doubles
 and float32 alike, `float32` is the float32 itself, exactly, in hexadecimal. They must agree. Of an agent that compares
-float64, `threshold` is the threshold itself.
+float64 or whole numbers, `threshold` is the threshold itself.
 """
 
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, cast
 
@@ -21,12 +21,13 @@ import numpy as np
 
 from codegen.check import Besides, ensure
 from codegen.errors import ProfileError, escape_text
-from codegen.floats import FLOAT32, FLOAT64
+from codegen.floats import FLOAT32, FLOAT64, WHOLE
 from codegen.form import (
     ADVICE,
     MEMORY_VERSION,
     SCHEMA_VERSION,
     SUMS_VERSION,
+    WHOLE_VERSION,
     AgentJson,
     GrownJson,
     ProfileJson,
@@ -64,6 +65,9 @@ WITH_MEMORY = (
     "; features with an initial value are remembered, and have it after a reset; after each decision the leaf's action "
     "updates them, all at once, and acts is the action that is taken; all else is kept, also where no decision is asked"
 )
+WITH_WHOLE = (
+    "; of agents whose numbers are int8 to uint32: observations are whole numbers of that type, threshold is exact"
+)
 WITH_FLOAT64 = f"{SEMANTICS}; of agents whose numbers are float64: float64 observations, threshold is exact"
 
 
@@ -79,12 +83,14 @@ def dumps(profile: PolicyProfile) -> str:
     return layout(document | {"content_hash": _hash(document)}) + "\n"
 
 
-def _semantics(numbers: Iterable[str], *, summing: bool, remembering: bool) -> tuple[int, str]:
+def _semantics(numbers: Sequence[str], *, summing: bool, remembering: bool) -> tuple[int, str]:
     """Returns a profile's schema version and its text on its meaning; `numbers`: what its agents compare; `summing`,
     `remembering`: whether any does.
     """
+    whole = any(each in WHOLE for each in numbers)
     version = MEMORY_VERSION if remembering else SUMS_VERSION if summing else SCHEMA_VERSION
-    added = (WITH_SUMS if summing else "") + (WITH_MEMORY if remembering else "")
+    version = WHOLE_VERSION if whole else version
+    added = (WITH_SUMS if summing else "") + (WITH_MEMORY if remembering else "") + (WITH_WHOLE if whole else "")
     return version, (WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS) + added
 
 
@@ -102,7 +108,7 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
     world = profile.world
     provenance = profile.provenance
     version, semantics = _semantics(
-        [policy.numbers for policy in profile.agents],
+        [policy.whole or policy.numbers for policy in profile.agents],
         summing=any(policy.tree.arithmetic for policy in profile.agents),
         remembering=any(policy.memory for policy in profile.agents),
     )
@@ -192,7 +198,7 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
     return {
         "agent": policy.agent,
         "team": policy.team,
-        **({} if policy.numbers == FLOAT32 else {"numbers": policy.numbers}),
+        **({} if (numbers := policy.whole or policy.numbers) == FLOAT32 else {"numbers": numbers}),
         "features": features,
         "actions": actions,
         **_summing(policy),
@@ -225,6 +231,7 @@ def decode(raw: ProfileJson, where: str, besides: Besides) -> PolicyProfile:
     )
     if raw.schema_version != version:
         reads = f"{SCHEMA_VERSION}, {SUMS_VERSION} where an agent has sums or outputs, {MEMORY_VERSION} with memory"
+        reads += f", {WHOLE_VERSION} with whole numbers"
         detail = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {reads}"
         raise ProfileError(
             "a policy profile with another schema version", detail, "extract it again or install a matching version"
@@ -286,7 +293,8 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
         grown = GrownTree(*(np.array(column) for column in columns))
     seen = tuple(item.seen for item in raw.features if item.seen is not None)
     outputs = tuple(OutputSpec(item.name, item.unit, item.low, item.high) for item in raw.outputs)
-    return AgentPolicy(raw.agent, raw.team, features, actions, tree, grown, seen, outputs)
+    whole = raw.numbers if raw.numbers in WHOLE else ""
+    return AgentPolicy(raw.agent, raw.team, features, actions, tree, grown, seen, outputs, whole)
 
 
 _TERM = re.compile(r"\s*([+-]?)\s*(?:(\d{1,3}(?:\.\d{1,9})?)\*)?([A-Za-z][\w-]*(?:\.[A-Za-z][\w-]*)?)")

@@ -21,7 +21,7 @@ import numpy as np
 
 from codegen.agreement.programs import find_compiler, run
 from codegen.errors import DisagreementError, InputError, MissingToolError
-from codegen.floats import observations
+from codegen.floats import as_whole, observations
 from codegen.ir import Float64, Floats, Int32, Int64, PolicyProfile
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
@@ -193,7 +193,8 @@ class CompiledC:
     def _pack_rows(self, agent: str, rows: Any) -> Floats:
         """Rows as the library reads them, which knows of no length: another one is an InputError."""
         lowered = self._agents[agent]
-        return np.ascontiguousarray(observations(rows, len(lowered.features), agent, lowered.numbers))
+        rows = observations(rows, len(lowered.features), agent, lowered.numbers)
+        return np.ascontiguousarray(as_whole(rows, lowered.whole) if lowered.whole else rows)
 
     def _states(self, worlds: Any) -> Float64:
         """World states as the library reads them."""

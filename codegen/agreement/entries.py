@@ -85,7 +85,7 @@ class Asked:
         for policy in self.profile.agents:
             features, numbers = policy.features, policy.numbers
             rows = [probes.special(features, rng, numbers), probes.ends(features, rng, numbers)]
-            by_agent[policy.agent] = np.concatenate(rows)
+            by_agent[policy.agent] = probes.in_type(np.concatenate(rows), policy)
         return by_agent
 
     @cached_property
@@ -94,7 +94,7 @@ class Asked:
         by_agent: dict[str, Float64] = {}
         for policy in self.profile.agents:
             rng = np.random.default_rng(SEED)
-            by_agent[policy.agent] = probes.telling_doubles(policy, rng)
+            by_agent[policy.agent] = probes.in_type(probes.telling_doubles(policy, rng), policy)
         return by_agent
 
     @cached_property

@@ -29,6 +29,19 @@ BLOCK = 512  # observations that are lists of Python's numbers at the same time
 PART = 1 << 22  # numbers of an array in memory at the same time; twice as many would be fresh memory each time
 
 
+def in_type(rows: Floats, policy: ir.AgentPolicy) -> Floats:
+    """Observations as the agent has them: where it observes whole numbers, those below and those above each row.
+
+    So a threshold and both its neighbours become the threshold, one less and one more; what is beyond the type becomes
+    its end, and NaN 0.
+    """
+    if not policy.whole:
+        return rows
+    low, high = np.iinfo(policy.whole).min, np.iinfo(policy.whole).max
+    known = np.nan_to_num(rows, posinf=high, neginf=low)
+    return np.concatenate([np.floor(known), np.ceil(known)]).clip(low, high)
+
+
 def iterate_rows(rows: Any) -> Iterator[list[float]]:
     """The rows of an array one after the other, as `tolist` gives them, which needs eight times an array's memory."""
     for low in range(0, len(rows), BLOCK):

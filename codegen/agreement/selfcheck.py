@@ -71,6 +71,10 @@ def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> F
 
 
 def _parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
+    return (probes.in_type(rows, policy) for rows in _list_parts(policy, random))
+
+
+def _list_parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
     rng = np.random.default_rng(SEED)
     yield from probes.telling(policy, rng)
     yield probes.special(policy.features, rng, policy.numbers)

@@ -44,6 +44,7 @@ def ask_sequences(policy: ir.AgentPolicy, among: Floats | None = None) -> Questi
     told = among if among is not None else np.concatenate(list(probes.telling(policy, rng)))[:, :width]
     if not len(told):
         told = probes.special(policy.features, rng, policy.numbers)[:, :width]
+    told = probes.in_type(told, policy)
     walked = np.stack([rng.choice(told[:, place], (WALKS, STEPS)) for place in range(width)], axis=2)
     held = rng.random((WALKS, STEPS)) < rng.random((WALKS, 1))  # as inputs that stay, so that counters get far
     for step in range(1, STEPS):

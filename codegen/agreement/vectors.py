@@ -31,7 +31,8 @@ def vectors(profile: ir.PolicyProfile, model: Model) -> str:
         special = probes.special(policy.features, rng, policy.numbers)
         chosen = rng.permutation(len(special))[:SPECIALS]
         ordinary = probes.random(policy.features, ORDINARY, rng, policy.numbers)
-        rows = np.ascontiguousarray(np.concatenate([boundary[kept], special[chosen], ordinary]))
+        rows = probes.in_type(np.concatenate([boundary[kept], special[chosen], ordinary]), policy)
+        rows = np.ascontiguousarray(rows)
         bits = rows.view(f"u{rows.itemsize}")
         for row, action in zip(bits, ir.act(policy, rows), strict=True):
             lines.append(" ".join([str(place), str(action), *(f"{value:0{2 * rows.itemsize}x}" for value in row)]))

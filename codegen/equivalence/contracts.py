@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from codegen import ir
-from codegen.deciding import ensure_plain
+from codegen.deciding import ensure_floats, ensure_plain
 from codegen.errors import InputError
 from codegen.floats import below_zero, short_hex
 from codegen.lowering.lower import NESTED, ORDERED
@@ -85,7 +85,7 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
     """The contracts of every agent's `..._act`. InputError for other styles than two, whose loops or bits have no
     axioms, and for sums, whose rounding WP's floats leave open.
     """
-    ensure_plain(profile, "a contract in ACSL")
+    ensure_floats(ensure_plain(profile, "a contract in ACSL"), "a contract in ACSL")
     if model.style not in (NESTED, ORDERED):
         what = f"contracts are for the styles {NESTED} and {ORDERED}, not for {model.style}"
         raise InputError(what, "--contracts", f"use --style {NESTED}, or leave it out")

@@ -10,6 +10,7 @@ Does not: run anything, or use what the emitter made on the way.
 # pycparser's nodes have no declared attributes
 import re
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -19,7 +20,7 @@ from pycparser.c_parser import ParseError
 
 from codegen import ir
 from codegen.deciding import sums_in
-from codegen.floats import FLOAT32, below_zero
+from codegen.floats import FLOAT32, WHOLE, below_zero
 from codegen.ir import NO_FEATURE, ROOT, Tree
 from codegen.lowering.model import Model
 
@@ -41,7 +42,7 @@ UNFUSED = re.compile(
 #endif"""
 )
 CONSTANT = re.compile(r"#define (\w+_(DT|DAMPING|FORCE)) -?[0-9.e+-]+")  # a number that the code does not use
-TYPES = "typedef int int32_t; typedef unsigned int uint32_t;\n"
+TYPES = " ".join(f"typedef {'unsigned' * (each[0] == 'u')} int {each}_t;" for each in WHOLE) + "\n"
 # a table of plain numbers; such are most of a large header, and are read apart in a tenth of the parser's time
 NUMBER = r"-?(?:0x[0-9a-f]+(?:\.[0-9a-f]+)?p[-+]?[0-9]+f?|[0-9]+)"
 TABLE = re.compile(rf"(?<=\] = \{{){NUMBER}(?:, {NUMBER}){{15,}}(?=\}};)")
@@ -53,7 +54,10 @@ STEP = {
 }
 WALK = "int i = 0; int level; for (level = 0; level < {levels}; level++) {{ {step} }} return (int) action[{place}];"
 
-KINDS = {"float": np.float32, "double": np.float64}  # of observations and thresholds
+# of observations and thresholds
+KINDS: dict[str, Any] = {"float": np.float32, "double": np.float64}
+KINDS |= {f"{each}_t": np.dtype(each).type for each in WHOLE}
+LEAST = "(-2147483647) - 1;"  # the least int32, which is no constant of C
 COUNT = ["const long left = n - first;", "const long count = (left < 256) ? (left) : (256);"]
 LOOPS = ["first = 0;", "first < n;", "first += 256;", "row = 0;", "row < count;", "row++;"]
 COPIED = re.compile(r"for \(row = 0; row < count; row\+\+\) \{ actions\[first \+ row\] = \([a-z ]+\) chosen\[row\]; \}")
@@ -85,7 +89,8 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
                 problems.append(f"there is no function {name}_{suffix}")
                 continue
             try:
-                problems += [f"{suffix}: {each}" for each in check(function, policy.tree, numbers)]
+                tree = replace(policy.tree, numbers=policy.whole) if policy.whole else policy.tree
+                problems += [f"{suffix}: {each}" for each in check(function, tree, numbers)]
             except NOT_PROVED as error:
                 problems.append(f"{suffix}: not of the form that is proved ({error})")
         by_agent[policy.agent] = problems
@@ -246,6 +251,8 @@ def _differences(tree: Tree, node: int, feature: int, threshold: np.floating) ->
     if feature != tree.feature[node]:
         yield f"node {node} tests feature {feature}, not {tree.feature[node]}"
     wanted = tree.threshold[node]
+    if tree.numbers in WHOLE and threshold.dtype.kind == "i":
+        threshold = threshold.astype(wanted.dtype) if threshold == wanted else threshold
     if threshold.dtype != wanted.dtype or threshold.tobytes() != wanted.tobytes():
         yield f"node {node} has the threshold {float(threshold).hex()}, not {float(tree.threshold[node]).hex()}"
 
@@ -298,9 +305,13 @@ def _threshold(condition: c_ast.BinaryOp) -> np.floating:
 
 
 def number(item: Any) -> np.floating:
-    """A constant of float or double, with its sign."""
+    """A constant of float or double, or a whole number, with its sign."""
     if isinstance(item, c_ast.UnaryOp) and item.op == "-":
         return -number(item.expr)
+    if isinstance(item, c_ast.BinaryOp) and item.op == "-" and _text(item) == LEAST:
+        return np.int64(-(2**31))
+    if isinstance(item, c_ast.Constant) and item.type in ("int", "unsigned int"):
+        return np.int64(item.value.rstrip("U"))
     if not isinstance(item, c_ast.Constant) or item.type not in KINDS:
         raise ValueError("a threshold that is no constant of float or double")
     if not item.value.lower().startswith("0x"):

@@ -21,7 +21,7 @@ from codegen import ir
 from codegen.deciding import kind_decided
 from codegen.dynamics import motionless
 from codegen.errors import InputError
-from codegen.floats import FLOAT32, FLOAT64
+from codegen.floats import FLOAT32, FLOAT64, WHOLE
 from codegen.importers import names, replay
 from codegen.importers.reading import MEMORY, NOT_COMPARED, SUMS, Answers, Origin
 from codegen.importers.symbolic.paths import renumber
@@ -62,7 +62,7 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     names.ensure_known(wanted[0], [each.features for each in named_origins], "feature")
     names.ensure_known(wanted[1], [each.actions for each in named_origins if not each.origin.vectors], "action")
     policies = [_policy(agent, each, numbers) for agent, each in zip(agents, named_origins, strict=True)]
-    numbered = ", ".join(dict.fromkeys(policy.numbers for policy in policies))
+    numbered = ", ".join(dict.fromkeys(policy.whole or policy.numbers for policy in policies))
     facts: dict[str, float | int | str] = {"observations": numbered}
     for policy, named in zip(policies, named_origins, strict=True):
         origin, features, actions = named
@@ -150,13 +150,44 @@ def _name_origin(
 
 def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:
     """The policy of an origin. InputError for trees that are too deep, and for other numbers than its own."""
-    origin, features, chosen = named
+    origin, features, _ = named
     if int(ir.depth(origin.grown).max()) > ir.MAX_DEPTH:
         raise InputError(f"the tree is deeper than {ir.MAX_DEPTH} splits", agent, "simplify it first")
-    numbers = numbers or origin.numbers
-    if (numbers, origin.numbers) == (FLOAT64, FLOAT32):
+    whole, ranges = _find_whole(named, numbers)
+    numbers = WHOLE.get(whole) or numbers or origin.numbers
+    if (numbers, origin.numbers) == (FLOAT64, FLOAT32) and not whole:
         raise InputError(f"{origin.kind} compares float32, not float64", agent, "leave --numbers out")
-    specs = tuple(ir.FeatureSpec(each, "none", -MAX_LENGTH, MAX_LENGTH, None) for each in features.names)
+    specs = tuple(ir.FeatureSpec(each, "none", *ends, None) for each, ends in zip(features.names, ranges, strict=True))
+    if whole:  # a test of whole numbers says the same of the whole number below
+        grown = replace(origin.grown, threshold=np.floor(origin.grown.threshold) + 0.0)
+        named = named._replace(origin=replace(origin, grown=grown))
+    policy = _policy_of(agent, named, specs, numbers)
+    return replace(policy, whole=whole, grown=None) if whole else policy
+
+
+def _find_whole(named: "_Named", numbers: str | None) -> tuple[str, list[tuple[float, float]]]:
+    """The narrowest type of whole numbers that has all features and memories, with the range of each feature; "" where
+    some are floats, or the user asks for floats, or sums are tested.
+    """
+    origin, width = named.origin, len(named.features.names)
+    free = [(-MAX_LENGTH, MAX_LENGTH)] * width
+    if numbers or not origin.whole or origin.arithmetic:
+        return "", free
+    kept = [(each.low, each.high) for each in origin.memory]
+    low, high = (end(ends[place] for ends in (*origin.whole, *kept)) for place, end in enumerate((min, max)))
+    fits = (each for each in WHOLE if np.iinfo(each).min <= low and high <= np.iinfo(each).max)
+    whole = next(fits, "")
+    if not whole:
+        return "", free
+    ranges = [(float(np.iinfo(whole).min), float(np.iinfo(whole).max))] * width
+    for place, ends in zip(named.features.place, origin.whole, strict=False):
+        ranges[place] = float(ends[0]), float(ends[1])
+    return whole, ranges
+
+
+def _policy_of(agent: str, named: "_Named", specs: tuple[ir.FeatureSpec, ...], numbers: str) -> ir.AgentPolicy:
+    """The policy that observes these features, as the numbers that it compares."""
+    origin, _, chosen = named
     if origin.memory:
         return _remembering(agent, named, specs, numbers)
     outputs, actions = (), ()

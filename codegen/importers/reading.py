@@ -81,6 +81,7 @@ class Facts:
     nan: bool = False  # whether a NaN is decided as in the source
     finite: bool = False  # whether the source takes finite numbers only
     numbers: str = FLOAT32  # that it compares; what is given to it becomes one of these first
+    whole: tuple[tuple[int, int], ...] = ()  # the range of each feature, where all are whole; (): some are floats
     given: str = "any numbers"  # what the source is given where it decides so, in words
     keyed: bool = False  # whether it looks features up by these names, wherever they are
     notes: tuple[str, ...] = ()  # what of the source was skipped or assumed, in words

@@ -64,7 +64,7 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
     else:
         mixed = _mix_thresholds(tree, drawn.copy(), rng)
         rows = [_boundary(tree, width, fillings, span, rng), _put_special(tree, drawn, rng), mixed]
-    return _keep_rows(policy, np.concatenate([*rows, drawn]), nan=nan, finite=finite)
+    return _keep_rows(policy, probes.in_type(np.concatenate([*rows, drawn]), policy), nan=nan, finite=finite)
 
 
 def _keep_rows(policy: AgentPolicy, rows: Floats, *, nan: bool, finite: bool) -> Floats:

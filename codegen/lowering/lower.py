@@ -40,7 +40,7 @@ from codegen.lowering.model import (
     choose_unsigned,
 )
 from codegen.lowering.names import Names, ensure_distinct, is_reserved, labels_of, name_member, of_agent, of_profile
-from codegen.numbers import at_most, decimal_literal, hex_bits, hex_literal, neighbour
+from codegen.numbers import at_most, decimal_literal, hex_bits, hex_literal, neighbour, whole_literal
 from codegen.policy_json import content_hash
 from codegen.sums import FLOAT32_STEPS
 from codegen.wording import describe_sum, holds
@@ -102,6 +102,9 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
 def _takes(profile: ir.PolicyProfile, style: str) -> str:
     """The style, where it takes the numbers that the agents compare and, without floats, nothing calculates."""
     for policy in profile.agents:
+        if style in (ORDERED, FREESTANDING) and policy.whole:
+            what = f"the style {style} compares the bits of float32, and {policy.agent} compares {policy.whole}"
+            raise InputError(what, "--style", f"use {NESTED} or {WALK}: no style has floats then")
         if style in (ORDERED, FREESTANDING) and policy.numbers != FLOAT32:
             what = f"the style {style} compares the bits of float32, and {policy.agent} compares {policy.numbers}"
             raise InputError(what, "--style", f"use {NESTED} or {WALK}")
@@ -128,17 +131,19 @@ def _places(profile: ir.PolicyProfile, names: Names) -> dict[str, Place]:
     return by_name
 
 
-def _feature(index: int, feature: ir.FeatureSpec, numbers: str) -> Feature:
+def _feature(index: int, feature: ir.FeatureSpec, numbers: str, whole: str) -> Feature:
+    ends = tuple(whole_literal(each, whole) for each in (feature.low, feature.high)) if whole else None
     low, high = at_most(feature.low, numbers), -at_most(-feature.high, numbers)
     return Feature(
         index=index,
         name=feature.name,
         upper=identifier(feature.name).upper(),
         unit=feature.unit,
-        low=decimal_literal(feature.low),
-        high=decimal_literal(feature.high),
-        low_hex=hex_literal(low),
-        high_hex=hex_literal(high),
+        low=str(int(feature.low)) if whole else decimal_literal(feature.low),
+        high=str(int(feature.high)) if whole else decimal_literal(feature.high),
+        low_hex=ends[0] if ends else hex_literal(low),
+        high_hex=ends[1] if ends else hex_literal(high),
+        bounded=(True, True) if not ends else _bounded(feature, whole),
         low_seen=decimal_literal(low),
         high_seen=decimal_literal(high),
         below_low=hex_bits(neighbour(low, -np.inf, numbers)[()]),
@@ -149,17 +154,25 @@ def _feature(index: int, feature: ir.FeatureSpec, numbers: str) -> Feature:
     )
 
 
+def _bounded(feature: ir.FeatureSpec, whole: str) -> tuple[bool, bool]:
+    """Whether the least and the most of a feature are others than those of its type."""
+    limits = np.iinfo(whole)
+    return feature.low > limits.min, feature.high < limits.max
+
+
 def _action(index: int, action: ir.ActionSpec) -> Action:
     effect = None if action.effect is None else (decimal_literal(action.effect[0]), decimal_literal(action.effect[1]))
     return Action(index, action.name, identifier(action.name).upper(), effect, identifier(action.legal_if).upper())
 
 
 def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
-    features = tuple(_feature(index, feature, policy.numbers) for index, feature in enumerate(policy.features))
+    features = tuple(
+        _feature(index, feature, policy.numbers, policy.whole) for index, feature in enumerate(policy.features)
+    )
     actions = tuple(_action(index, action) for index, action in enumerate(policy.actions))
     summed = _lower_sums(policy, features, actions)
     plain = range(0 if summed else len(policy.tree.feature))
-    nodes = tuple(_node(policy.tree, node, features, actions) for node in plain)
+    nodes = tuple(_node(policy.tree, node, features, actions, policy.whole) for node in plain)
     kinds = (features, actions, summed.outputs if summed else ())
     lower_name = identifier(policy.agent)
     tested = Counter(node.feature.index for node in nodes if node.feature)
@@ -170,6 +183,7 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         names=of_agent(prefix, lower_name, *([each.upper for each in kind] for kind in kinds)),
         team=policy.team,
         numbers=policy.numbers,
+        whole=policy.whole,
         features=features,
         actions=actions,
         nodes=nodes,
@@ -217,7 +231,7 @@ def _sharing(profile: ir.PolicyProfile, agents: Sequence[Agent]) -> tuple[Agent,
     for policy, agent in zip(profile.agents, agents, strict=True):
         tree = policy.tree
         arrays = (tree.feature, tree.threshold, tree.left, tree.right, tree.action)
-        alike = (len(agent.features), len(agent.actions), tree.numbers, *(each.tobytes() for each in arrays))
+        alike = (len(agent.features), len(agent.actions), agent.compared, *(each.tobytes() for each in arrays))
         same = agent if agent.summed else first.setdefault(alike, agent)
         shared.append(agent if same is agent else replace(agent, twin=same.names))
     return tuple(shared)
@@ -255,7 +269,7 @@ def _term(weight: float, coordinate: str) -> tuple[str, str, str]:
 def _types(policy: ir.AgentPolicy, n_nodes: int) -> tuple[str, str, str, str]:
     """The C types of thresholds, features, children and actions."""
     return (
-        C_TYPES[policy.numbers],
+        f"{policy.whole}_t" if policy.whole else C_TYPES[policy.numbers],
         choose_unsigned(len(policy.features)),
         choose_unsigned(n_nodes),
         choose_unsigned(len(policy.actions)),
@@ -265,7 +279,7 @@ def _types(policy: ir.AgentPolicy, n_nodes: int) -> tuple[str, str, str, str]:
 def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tables:
     """Complete where that is not much larger than the tree: it needs no children and no test for the end."""
     types = _types(policy, len(nodes))
-    zero = hex_literal(np.dtype(policy.numbers).type(0))
+    zero = whole_literal(0, policy.whole) if policy.whole else hex_literal(np.dtype(policy.numbers).type(0))
     if levels <= COMPLETE_LEVELS:
         n = 2**levels - 1
         features, thresholds, actions = [0] * n, [zero] * n, [0] * (n + 1)
@@ -274,7 +288,7 @@ def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tab
             node, place = stack.pop()
             children = (2 * place + 1, 2 * place + 2)
             if node.feature:
-                features[place], thresholds[place] = node.feature.index, node.literal
+                features[place], thresholds[place] = node.feature.index, node.in_table
                 stack += [(nodes[node.left], children[0]), (nodes[node.right], children[1])]
             elif place >= n:
                 assert node.action
@@ -286,27 +300,28 @@ def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tab
         False,
         levels,
         tuple(node.feature.index if node.feature else 0 for node in nodes),
-        tuple(node.literal if node.feature else zero for node in nodes),
+        tuple(node.in_table if node.feature else zero for node in nodes),
         tuple(child for node in nodes for child in ((node.left, node.right) if node.feature else (node.id, node.id))),
         tuple(node.action.index if node.action else 0 for node in nodes),
         *types,
     )
 
 
-def _node(tree: ir.Tree, node: int, features: Sequence[Feature], actions: Sequence[Action]) -> Node:
+def _node(tree: ir.Tree, node: int, features: Sequence[Feature], actions: Sequence[Action], whole: str = "") -> Node:
     if tree.feature[node] == ir.NO_FEATURE:
         leaf = actions[int(tree.action[node])]
-        return Node(node, None, leaf, "", 0, 0, "", "", "", ir.NO_CHILD, ir.NO_CHILD)
+        return Node(node, None, leaf, "", "", 0, 0, "", "", "", ir.NO_CHILD, ir.NO_CHILD)
     threshold = np.dtype(tree.numbers).type(tree.threshold[node])
-    test = holds(float(threshold))
+    test, double = holds(float(threshold)), deciding_double(threshold) if tree.numbers == FLOAT32 else threshold
     return Node(
         id=node,
         feature=features[int(tree.feature[node])],
         action=None,
         literal=hex_literal(threshold),
+        whole=whole_literal(threshold, whole) if whole else "",
         bits=int.from_bytes(threshold.tobytes(), sys.byteorder),
         width=8 * threshold.itemsize,
-        double=decimal_literal(deciding_double(threshold) if tree.numbers == FLOAT32 else threshold),
+        double=str(int(threshold)) if whole else decimal_literal(double),
         shown=test.removeprefix("<= "),
         test=test,
         left=int(tree.left[node]),

@@ -12,7 +12,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from codegen.floats import FLOAT32, NUMBERS, below_zero, short_hex
+from codegen.floats import FLOAT32, NUMBERS, WHOLE, below_zero, short_hex
 from codegen.ir import MAX_LENGTH, Float64
 from codegen.lowering.names import AgentNames, Names
 from codegen.lowering.names import Labels as Labels
@@ -48,6 +48,7 @@ class Feature:
     high: str
     low_hex: str  # the range in the agent's numbers, rounded outwards, as C literals
     high_hex: str
+    bounded: tuple[bool, bool]  # whether each end may be exceeded: the type of whole numbers may end there, too
     low_seen: str  # the same as decimals, of the doubles that they are
     high_seen: str
     below_low: str  # the bits of the last number below the range, and of its end
@@ -80,7 +81,8 @@ class Node:
     id: int
     feature: Feature | None
     action: Action | None
-    literal: str  # the threshold, exact, as a C literal
+    literal: str  # the threshold, exact, as a C literal of a float
+    whole: str  # the same of a whole number, where such are observed; else ""
     bits: int  # of it as an unsigned number
     width: int  # how many these are
     double: str  # the deciding double, shortest decimal
@@ -117,7 +119,12 @@ class Node:
         """Sign and number of the test as C and C++ write it."""
         if self.below_zero:
             return "< 0x0p+0" + ("f" if self.width == SINGLE_BITS else "")
-        return f"<= {self.literal}"
+        return f"<= {self.in_table}"
+
+    @property
+    def in_table(self) -> str:
+        """The threshold as a C literal of the observations' type."""
+        return self.whole or self.literal
 
     @property
     def in_rust(self) -> str:
@@ -389,6 +396,7 @@ class Machine:
 
 TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
 _BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "int": 4, "float": 4, "double": 8}
+_BYTES |= {f"{each}_t": int(each.strip("uint")) // 8 for each in WHOLE}
 _KINDS = ("unsigned char", "unsigned short", "unsigned int")
 
 
@@ -446,6 +454,7 @@ class Agent:
     names: AgentNames
     team: str
     numbers: str  # that it observes and compares: float32 or float64
+    whole: str  # the type of whole numbers that it observes; "": floats
     features: tuple[Feature, ...]
     actions: tuple[Action, ...]
     nodes: tuple[Node, ...]
@@ -519,6 +528,16 @@ class Agent:
     def single(self) -> bool:
         """True if it compares float32."""
         return self.numbers == FLOAT32
+
+    @property
+    def bounded(self) -> bool:
+        """True if any of its features may be out of its range."""
+        return any(end for each in self.features for end in each.bounded)
+
+    @property
+    def compared(self) -> str:
+        """The numbers that it observes, as profiles name them."""
+        return self.whole or self.numbers
 
     @property
     def kind(self) -> str:
@@ -624,7 +643,18 @@ class Model:
     def writes_doubles(self) -> bool:
         """True if the code has constants of type double that decide."""
         weighted = any(size for agent in self.agents for each in agent.features for _, size, _ in each.terms or ())
-        return not self.single or self.region is not None or bool(self.summed) or (self.located and weighted)
+        doubles = any(not agent.single and not agent.whole for agent in self.agents)
+        return doubles or self.region is not None or bool(self.summed) or (self.located and weighted)
+
+    @property
+    def whole(self) -> bool:
+        """True if any agent observes whole numbers."""
+        return any(agent.whole for agent in self.agents)
+
+    @property
+    def floats(self) -> bool:
+        """True if any agent observes floats."""
+        return not all(agent.whole for agent in self.agents)
 
     @property
     def doubled(self) -> str:

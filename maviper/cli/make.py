@@ -185,7 +185,7 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
             format_count(leaves, "leaf"),
             format_count(len(policy.features) - len(policy.memory), "feature"),
             format_count(len(list_decided(policy)), kind_decided(policy).removesuffix("s")),
-            policy.numbers,
+            policy.whole or policy.numbers,
             *([f"sums {facts[sums]}"] if (sums := f"{policy.agent} sums") in facts else []),
         ]
     )

@@ -101,7 +101,8 @@ def check_build(made: Build) -> Compiled:
     # trees that were changed after they were grown, by a repair, by hand or for a region, have no such form any more
     changed = profile.region is not None or {BEFORE_REPAIR, BEFORE_EDIT} & {*profile.provenance.training}
     summing = sums_in(profile)
-    rounded = [each for each in profile.agents if each.numbers == FLOAT32 and each not in summing]  # others stay
+    single = (each for each in profile.agents if each.numbers == FLOAT32 and not each.whole)
+    rounded = [each for each in single if each not in summing]  # others stay
     missing = [policy.agent for policy in rounded if policy.grown is None and not changed]
     if missing:
         skipped.append(f"the tree as grown: the profile does not hold it for {', '.join(missing)}")

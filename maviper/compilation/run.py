@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Unpack
 
 from codegen import ir
 from codegen.agreement import vectors
-from codegen.deciding import ensure_plain, sums_in
+from codegen.deciding import ensure_floats, ensure_plain, sums_in
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import InputError
 from codegen.lowering.lower import FREESTANDING
@@ -41,6 +41,8 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
     ):
         if given:
             ensure_plain(profile, option)
+        if given and option in ("--prove", "--contracts", "--frama-c"):
+            ensure_floats(profile, option)
     if watched and "c" in targets and asked.style == FREESTANDING:
         what = f"monitors calculate with floats, and the style {FREESTANDING} has none"
         raise InputError(what, "--style", "use another style, or leave the target monitor out")

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, cast
 
 from codegen import ir
+from codegen.deciding import ensure_floats
 from codegen.errors import InputError, PartlyReadError
 from codegen.ir import Meaning, PolicyProfile
 from maviper.claims import Claim as BuiltIn
@@ -43,6 +44,7 @@ from verify.claims.views import (
     Viewed,
     build_seen_region,
     carry_region,
+    confine_region,
     find_numbers,
     select_features,
     unread,
@@ -62,7 +64,7 @@ def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Form
                 if numbers[variable] != UNLIKE:
                     alone = replace(feature, meaning=Meaning(((1.0, variable),)))
                     cut = partial(sides, alone, numbers=policy.numbers, semantics=semantics)
-                    known[variable] = Compared(policy.numbers, cut)
+                    known[variable] = Compared(numbers[variable], cut)
     return partial(read_as_compared, known=known)
 
 
@@ -325,7 +327,13 @@ def _question(
     if viewed is None:
         return Question(Game(profile), claim, region, options.semantics, budgets)
     seen = Viewed(viewed.origin, claim.of_view(viewed.view))
-    return Question(Game(seen.profile, viewed=seen), claim, carry_region(region, seen), options.semantics, budgets)
+    region = confine_region(carry_region(region, seen), seen.profile)
+    beyond = {"real arithmetic": options.semantics != MACHINE, "errors of features": bool(getattr(claim, "eps", 0))}
+    beyond["the claim symmetric"] = seen.view.mirrored is not None
+    for who, asked in beyond.items():
+        if asked:
+            ensure_floats(viewed.origin, who)
+    return Question(Game(seen.profile, viewed=seen), claim, region, options.semantics, budgets)
 
 
 def number(value: Fraction | float | str | None, parameter: str) -> Fraction | None:

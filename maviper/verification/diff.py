@@ -32,7 +32,7 @@ from maviper.worlds.matching import ensure_places, matching_places
 from verify.certificates.games import to_json
 from verify.claims.observed import View
 from verify.claims.region_files import START
-from verify.claims.views import RANGES, Viewed, unread
+from verify.claims.views import RANGES, Viewed, confine_region, unread
 from verify.kinds import SEMANTICS
 from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report
@@ -165,6 +165,7 @@ def _compare_observed(
     where = resolve_region(seen.profile, seen, region)
     if where.name == START:  # nobody saw any, so that these are the ranges
         where = replace(where, name=RANGES)
+    where = confine_region(where, seen.profile)
     differences = difference(seen.profile, other.profile, agents, where, asked.semantics, _budgets(asked))
     coordinates, _ = sample(where, seen.profile.world, SAMPLES, SAMPLE_SEED)
     uniform = _count_differing(seen.profile, other.profile, agents, coordinates)

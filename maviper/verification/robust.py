@@ -19,7 +19,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
 
-from codegen.deciding import ensure_plain
+from codegen.deciding import ensure_floats, ensure_plain
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.profiles import ensure
@@ -255,6 +255,7 @@ def robust(
         return _changes(policy, path, certify, error)
     if policy.tree.arithmetic:
         ensure_plain(profile, "a radius")
+    ensure_floats(profile, "a radius")
     if error is not None:
         what = f"{policy.agent} takes actions, and an error is for agents that give numbers"
         raise InputError(what, OPTION, "leave it out: the radius is the largest error that changes no action")

@@ -28,6 +28,9 @@ class Region:
     differences: tuple[Difference, ...] = ()
     apart: tuple[Pair, ...] = ()
     name: str = field(default="", compare=False)
+    #: coordinates that are whole numbers, with the floats that agents make of them; between two whole numbers they
+    #: decide as at the one above, so that what holds everywhere holds of whole numbers
+    whole: Mapping[str, str] = field(default_factory=dict[str, str], compare=False)
     said: str = field(default="", compare=False)  #: what a certificate that was read calls it; says nothing
 
     @property

@@ -15,9 +15,12 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from itertools import count, product
-from math import inf
+from math import ceil, floor, inf
 from typing import NamedTuple
 
+from numpy import iinfo
+
+from codegen.floats import WHOLE
 from codegen.numbers import nearest_double, nearest_number, neighbour
 from verify.claims.formula import And, Formula, Linear, Not, Or, below, conjunction, disjunction, negate
 from verify.language.parser import BARS, CallNode, Joined, Level, Listed, NameNode, Node, NumberNode, Prefixed
@@ -174,7 +177,7 @@ def _not_above(total: CoordinateSum, strict: bool) -> Formula:
 
 
 class Compared(NamedTuple):
-    """A comparison of a feature: float32 or float64; (is at most, is above) one of these numbers, as formulas."""
+    """A comparison of a feature: its numbers; (is at most, is above) one of these numbers, as formulas."""
 
     numbers: str
     cut: Callable[[float], tuple[Formula, Formula]]
@@ -198,7 +201,12 @@ def read_as_compared(formula: Formula, known: Mapping[str, Compared]) -> Formula
 
 
 def last_of(end: Fraction, numbers: str, below: bool) -> float:
-    """The largest of the `numbers` that is at most `end`, or, where `below`, that is below it."""
+    """The largest of the `numbers` that is at most `end`, or, where `below`, that is below it. Of a type of whole
+    numbers it is one less than the least of the type where all of these are above, and the type's largest at most.
+    """
+    if numbers in WHOLE:
+        limits = iinfo(numbers)
+        return float(min(max(ceil(end) - 1 if below else floor(end), limits.min - 1), limits.max))
     near = neighbour(neighbour(nearest_double(end), inf, numbers), inf, numbers)
     while Fraction(float(near)) > end or (below and Fraction(float(near)) == end):
         near = neighbour(near, -inf, numbers)

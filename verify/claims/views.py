@@ -8,8 +8,11 @@ Does not: belong to what proofs rest on.
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from math import ceil, floor
 from typing import Final, NamedTuple
 
+from codegen.errors import InputError
+from codegen.floats import WHOLE
 from codegen.ir import PolicyProfile
 from verify.claims.observed import View, copy_of, ensure_several, of_several, over, variable
 from verify.claims.region import Interval, Region
@@ -44,14 +47,15 @@ def describe_view(view: View) -> str:
 
 
 def find_numbers(view: PolicyProfile) -> dict[str, str]:
-    """Returns the numbers that the agents that observe each variable of a view compare: float32 or float64; UNLIKE
-    where some compare either.
+    """Returns the numbers that the agents that observe each variable of a view compare: float32 or float64, or a type
+    of whole numbers; UNLIKE where they differ.
     """
     variables, numbers = {each.name for each in view.world.variables}, dict[str, str]()
     for policy in view.agents:
         for feature in policy.features:
             for _, name in feature.meaning.terms if feature.meaning is not None else ():
-                if name in variables and numbers.setdefault(name, policy.numbers) != policy.numbers:
+                compared = policy.whole or policy.numbers
+                if name in variables and numbers.setdefault(name, compared) != compared:
                     numbers[name] = UNLIKE
     return numbers
 
@@ -109,4 +113,25 @@ def carry_region(region: Region, viewed: Viewed) -> Region:
     more = [
         (rename_coordinate(a), rename_coordinate(b), bounds) for a, b, bounds in region.differences if name in (a, b)
     ]
-    return replace(region, box={**region.box, other: region.box[name]}, differences=(*region.differences, *more))
+    box = {**region.box, other: region.box[name]}
+    return replace(region, box=box, differences=(*region.differences, *more))
+
+
+def confine_region(region: Region, view: PolicyProfile) -> Region:
+    """The whole numbers of a region, where variables of a view are such, within their ranges. InputError where there
+    are none.
+    """
+    numbers = find_numbers(view)
+    whole = {name: WHOLE[numbers[name]] for name in numbers if numbers[name] in WHOLE}
+    ranges, box = everywhere(view).box, dict(region.box)
+    for name in whole:
+        (low, high), (least, most) = box[name], ranges[name]
+        box[name] = Fraction(ceil(max(low, least))), Fraction(floor(min(high, most)))
+        if box[name][0] > box[name][1]:
+            what = f"the region has no whole number {name} of the range [{least}, {most}]"
+            raise InputError(what, region.name, "widen its bounds")
+    differences = (
+        (a, b, (Fraction(ceil(low)), Fraction(floor(high)))) if {a, b} <= {*whole} else (a, b, (low, high))
+        for a, b, (low, high) in region.differences
+    )
+    return replace(region, box=box, differences=tuple(differences), whole=whole)

@@ -14,6 +14,7 @@ from fractions import Fraction
 from typing import NamedTuple, Protocol
 
 from codegen.errors import InputError
+from codegen.floats import WHOLE
 from codegen.ir import GOAL, AgentPolicy
 from codegen.numbers import nearest_number
 from verify.claims import decisions
@@ -316,10 +317,10 @@ class _Formulas:
     def _evaluate_side(self, node: Node, other: Node) -> Typed[CoordinateSum]:
         """One side of a comparison: beside a feature, a number is the float that it is read as."""
         typed, numbers = self.sums.evaluate_node(node), self._known.observed.get(find_single_name(other))
-        if numbers is None or not isinstance(strip_signs(node), NumberNode):
+        if numbers is None or numbers in WHOLE or not isinstance(strip_signs(node), NumberNode):
             return typed
         if numbers == UNLIKE:
-            what = f"agents observe {find_single_name(other)} in float32 and in float64"
+            what = f"agents observe {find_single_name(other)} in unlike types"
             raise self._source.wrong(what, node.token.place, f"write exact({spell(strip_signs(node))})")
         exact, near = typed.value.offset, nearest_number(typed.value.offset, numbers)
         if Fraction(near) != exact:

@@ -67,24 +67,29 @@ def along(formula: Formula, name: str, at: Mapping[str, Fraction], within: Line)
     return _without(within, along(formula.part, name, at, within))
 
 
-def around(line: Line, value: float) -> tuple[float, float]:
+def around(line: Line, value: float, *, whole: bool = False) -> tuple[float, float]:
     """The float64 numbers around `value` that lie in the set without another float64 number between: the ends, both in
-    the set. `value` lies in the set.
+    the set. `value` lies in the set. `whole`: only whole numbers count.
     """
     low = high = value
     while (piece := _interval_of(line, low)) is not None:
-        low = _first(piece[0])
-        below = math.nextafter(low, -math.inf)
+        low = float(math.ceil(_first(piece[0]))) if whole else _first(piece[0])
+        below = _beside(low, -1, whole)
         if _interval_of(line, below) is None:
             break
         low = below  # a gap between two intervals that no float64 number lies in
     while (piece := _interval_of(line, high)) is not None:
-        high = _last(piece[1])
-        above = math.nextafter(high, math.inf)
+        high = float(math.floor(_last(piece[1]))) if whole else _last(piece[1])
+        above = _beside(high, 1, whole)
         if _interval_of(line, above) is None:
             break
         high = above
     return low, high
+
+
+def _beside(value: float, side: int, whole: bool) -> float:
+    """The next number on a side."""
+    return value + side if whole else math.nextafter(value, side * math.inf)
 
 
 def interval(line: Line, value: Fraction) -> tuple[Cut, Cut]:
@@ -411,7 +416,8 @@ def _spans(
         kept = along(keeps, name, exact, allowed)
         value = state.position[name]
         real = question.semantics == REAL
-        span = _real_span(name, value, allowed, kept) if real else _float_span(name, float(value), allowed, kept)
+        whole = name in region.whole
+        span = _real_span(name, value, allowed, kept) if real else _float_span(name, float(value), allowed, kept, whole)
         one, inner, outer = span
         if not all(stands(name, value) for value in inner) or any(stands(name, value) for value in outer):
             raise AssertionError(
@@ -422,12 +428,12 @@ def _spans(
 
 
 def _float_span(
-    name: str, value: float, allowed: Line, kept: Line
+    name: str, value: float, allowed: Line, kept: Line, whole: bool
 ) -> tuple[CoordinateSpan, Sequence[Value], Sequence[Value]]:
-    """The interval of float64 values, with values that must stand and such that must not."""
-    low, high = around(kept, value)
-    fixed = around(allowed, value) == (low, low) and len(allowed) == 1
-    outside = (math.nextafter(low, -math.inf), math.nextafter(high, math.inf))
+    """The interval of float64 values, or `whole` ones, with values that must stand and such that must not."""
+    low, high = around(kept, value, whole=whole)
+    fixed = around(allowed, value, whole=whole) == (low, low) and len(allowed) == 1
+    outside = (_beside(low, -1, whole), _beside(high, 1, whole))
     return CoordinateSpan(name, low, high, free=kept == allowed and not fixed, fixed=fixed), (low, high), outside
 
 

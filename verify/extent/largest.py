@@ -323,7 +323,7 @@ def within(region: Region, goals: tuple[str, ...], space: Obstacles, cuts: Cuts)
             low, high = differences.get((a, b), (box[a][0] - box[b][1], box[a][1] - box[b][0]))
             differences[a, b] = (low, min(high, most))
     stated = tuple((a, b, bounds) for (a, b), bounds in differences.items())
-    return Region(box, goals, stated, region.apart, name="largest")
+    return Region(box, goals, stated, region.apart, name="largest", whole=region.whole)
 
 
 def _bounds(space: Obstacles, cuts: Cuts) -> list[tuple[str, str, Fraction]]:

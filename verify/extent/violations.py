@@ -259,11 +259,16 @@ def _failing(question: DecisionQuestion, goal: str | None, tests: Tests, most: i
     return Failing(goal, tuple(query.agents), query.problem, tuple(zones), complete, query.nodes, query.limit)
 
 
+NO_VOLUME = "whole numbers have no volume"
+
+
 def exact_share(question: DecisionQuestion, failing: Sequence[Failing], faces: int = DEFAULT_FACES) -> ExactShare | str:
     """The exact share of the zones in the region, which is that of violating states if the zones are all.
 
-    Or why there is none: more than `faces` faces, or a region without volume.
+    Or why there is none: more than `faces` faces, or a region without volume, such as one of whole numbers.
     """
+    if question.region.whole:
+        return NO_VOLUME
     volumes, fixed = Volumes(_affordable(faces, failing)), find_fixed_coordinates(question.region)
     try:
         whole = _whole(question, volumes, fixed)

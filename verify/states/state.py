@@ -14,6 +14,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import Bool, Float64, Floats, Int32, PolicyProfile
+from codegen.numbers import nearest_number
 from codegen.observe import observe
 from verify.claims.decisions import DecisionClaim, engages
 from verify.claims.formula import Formula, for_goal, holds
@@ -174,7 +175,14 @@ def true_at(profile: PolicyProfile, asked: Formula, state: State, actions: Mappi
 def exact_point(model: Mapping[str, Fraction], region: Region, goal: str | None) -> State:
     """An exact model as a point: `model` as for `nearest`."""
     errors = {name: value_of(value) for name, value in model.items() if name not in region.box and value}
-    return State({name: value_of(model[name]) for name in region.box}, goal, errors)
+    return State({name: _up(region, name, value_of(model[name])) for name in region.box}, goal, errors)
+
+
+def _up(region: Region, name: str, value: Value) -> Value:
+    """A value of a coordinate of a region; of a whole one the whole number that agents decide by."""
+    if name not in region.whole:
+        return value
+    return float(math.ceil(nearest_number(Fraction(value), region.whole[name])))
 
 
 def inside(region: Region, state: State) -> bool:
@@ -183,6 +191,8 @@ def inside(region: Region, state: State) -> bool:
     if region.goals and state.goal not in region.goals:
         return False
     if any(not low <= at[name] <= high for name, (low, high) in region.box.items()):
+        return False
+    if any(at[name].denominator != 1 for name in region.whole):
         return False
     if any(not low <= at[a] - at[b] <= high for a, b, (low, high) in region.differences):
         return False
@@ -202,7 +212,7 @@ def nearest(model: Mapping[str, Fraction], region: Region, goal: str | None, eps
             near = math.nextafter(near, -math.inf)
         elif Fraction(near) < low:
             near = math.nextafter(near, math.inf)
-        values[name] = near
+        values[name] = float(_up(region, name, near))
     errors = {name: value for name, value in values.items() if name not in region.box and value}
     return State({name: values[name] for name in region.box}, goal, errors)
 
@@ -233,7 +243,8 @@ def sample(region: Region, world: ir.WorldSpec, count: int, seed: int) -> tuple[
     names = world.coordinates()
     coordinates = np.zeros((len(names), count)).T
     for name, (low, high) in region.box.items():
-        coordinates[:, names.index(name)] = rng.uniform(float(low), float(high), count)
+        drawn = rng.uniform(float(low), float(high) + (name in region.whole), count)
+        coordinates[:, names.index(name)] = np.floor(drawn) if name in region.whole else drawn
     landmarks = [entity.name for entity in world.landmarks]
     allowed = np.array([landmarks.index(goal) for goal in region.goals] or [0], dtype=np.int32)
     goal = allowed[rng.integers(len(allowed), size=count)]
@@ -249,7 +260,7 @@ def sample(region: Region, world: ir.WorldSpec, count: int, seed: int) -> tuple[
 def state_at(region: Region, world: ir.WorldSpec, coordinates: Float64, goal: int) -> State:
     """One sampled world state (a row [n_coordinates] and its goal's index) as a point of the region."""
     names = world.coordinates()
-    position = {name: float(coordinates[names.index(name)]) for name in region.box}
+    position = {name: _up(region, name, float(coordinates[names.index(name)])) for name in region.box}
     return State(position, world.landmarks[goal].name if region.goals else None)
 
 

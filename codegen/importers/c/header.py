@@ -24,7 +24,7 @@ from pycparser.c_parser import ParseError
 
 from codegen.equivalence import structure
 from codegen.errors import InputError, escape_text
-from codegen.floats import FLOAT32, FLOAT64
+from codegen.floats import FLOAT32, FLOAT64, WHOLE
 from codegen.importers.nodes import Leaf, Split, origin_of
 from codegen.importers.reading import Origin
 from codegen.importers.symbolic.paths import Described, renumber
@@ -116,11 +116,18 @@ def _prove_origin(function: c_ast.FuncDef, origin: Origin, numbers: Mapping[str,
     """The origin, with what it compares; ValueError where the function is not its tree."""
     given = c_generator.CGenerator().visit(function.decl.type.args)
     compared = {"const float *x": FLOAT32, "const int *x": FLOAT32, "const double *x": FLOAT64}.get(given)
+    whole = given.removeprefix("const ").removesuffix("_t *x")
+    compared = WHOLE.get(whole, compared)
     if compared is None:
-        raise ValueError("a function takes neither float *x nor double *x")
-    for fault in structure.act_faults(function, deploy_tree(origin.grown, compared), numbers):
+        raise ValueError("a function takes neither float *x nor double *x, nor whole numbers")
+    tree = deploy_tree(origin.grown, compared)
+    for fault in structure.act_faults(function, replace(tree, numbers=whole) if whole in WHOLE else tree, numbers):
         raise ValueError(fault)
-    return replace(origin, numbers=compared, given=f"{compared}, as it declares")
+    origin = replace(origin, numbers=compared, given=f"{whole if whole in WHOLE else compared}, as it declares")
+    if whole not in WHOLE:
+        return origin
+    limits = np.iinfo(whole)
+    return replace(origin, whole=((int(limits.min), int(limits.max)),) * len(origin.features))
 
 
 def _number_actions(origin: Origin, labels: Sequence[str]) -> Origin:

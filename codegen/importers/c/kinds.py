@@ -443,6 +443,21 @@ class Inputs:
         """Returns True if a part of a parameter, without the place in an array of one struct, is remembered."""
         return place in self.kept or Place(place.base, (0, *place.way)) in self.kept
 
+    def whole(self) -> tuple[tuple[int, int], ...]:
+        """The range of each feature, where all are whole numbers and not only truth values; else ()."""
+        kinds = self.kinds()
+        if any(kind.floating for kind in kinds) or all(kind == BOOL for kind in kinds):
+            return ()
+        return tuple((kind.low, kind.high) for kind in map(self._kind_at, self.order))
+
+    def _kind_at(self, place: Place) -> Kind:
+        type_ = _behind(self.parameters[str(place.base)], 1)
+        for step in place.way:
+            assert isinstance(type_, Record | Many), "a part of something"
+            type_ = type_.members[str(step)] if isinstance(type_, Record) else type_.of
+        assert isinstance(type_, Kind), "a number"
+        return type_
+
     def kinds(self) -> list[Kind]:
         """The types of all numbers that may be observed."""
         given = {name: _behind(type_, 1) for name, type_ in self.parameters.items() if name not in self.written}

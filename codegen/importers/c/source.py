@@ -404,10 +404,12 @@ def _follow(machine: _Follower, text: Expanded, said: Said) -> tuple[Origin, Ask
 
     def describe_program() -> Described:
         used_places, features, count = machine.observed.features(machine.arithmetic.used)
+        whole = machine.observed.whole()
         notes = [f"read without {', '.join(text.missing)}"] if text.missing else []
         return Described(
             kind=KIND,
-            given="; ".join((f"{machine.numbers}, as it declares", *machine.limits)),
+            given="; ".join((f"{'whole numbers' if whole else machine.numbers}, as it declares", *machine.limits)),
+            whole=whole,
             places=[*range(MEMORY, MEMORY + len(ranges)), *used_places],
             features=features,
             n_features=count,

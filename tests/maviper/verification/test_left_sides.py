@@ -148,7 +148,7 @@ def test_a_feature_of_two_types_needs_exact(tmp_path):
     claims = tmp_path / "claims.toml"
     options = VerifyOptions(file=claims, shared=("all",), observations=True)
     claims.write_text("[[property]]\nformula = 'angle > 0.1 implies acts(pole) != left'\n")
-    with pytest.raises(InputError, match="agents observe angle in float32 and in float64"):
+    with pytest.raises(InputError, match="agents observe angle in unlike types"):
         verify_world(profile, options)
     claims.write_text("[[property]]\nformula = 'angle > exact(0.5) implies acts(pole) != left'\n")
     assert verify_world(profile, options).results[0].verdict is Verdict.PROVED
