@@ -72,6 +72,7 @@ from verify.claims.wording import OwnFormula
 from verify.kinds import MACHINE, REAL
 from verify.result import AnyResult, Verdict
 from verify.systems.remembering import with_memory
+from verify.verdicts.memories import unite_actions
 
 FILE = "play.html"
 MAX_RULES = 200  # leaves of an agent that a page shows as text, where scripts are off
@@ -229,6 +230,8 @@ COMPARED = {"PROVED": ALIKE, "VIOLATED": DIFFERENT}
 def compared_page_of(compared: Compared) -> str:
     """The page of two profiles."""
     first, second = compared.found.first, compared.found.second
+    if any(policy.memory for policy in first.agents):  # the page has one list of actions for both trees
+        first, second = unite_actions(first, second)
     facts = compared.facts["agents"]
     agents = tuple(one["agent"] for one in facts)
     within = " in real arithmetic" if compared.found.question.semantics == REAL else ""

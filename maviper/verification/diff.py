@@ -40,6 +40,7 @@ from verify.result import Verdict
 from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import sample
 from verify.verdicts.differences import Difference, difference
+from verify.verdicts.memories import UNSHARED, forget, make_whole, name_memory, say_alike, unite_actions
 
 CERTIFICATE_FILE, REPORT_FILE = "certificate.json", "difference.json"
 MAX_NODES = 10**12
@@ -136,12 +137,13 @@ def compare_profiles(
     InputError for profiles that cannot be compared.
     """
     agents = asked.agents or _common(first, second)
-    for profile in (first, second):
-        ensure_forgets(profile, "diff")
+    remembers = any(policy.memory for profile in (first, second) for policy in profile.agents)
     if sums_in(first) or sums_in(second):
         return compare_outputs(first, second, agents, region, _budgets(asked).max_cells)
     if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world:
         return _compare_observed(first, second, agents, region, asked)
+    if remembers:
+        ensure_forgets(first, "diff of agents in one world with places, or of two worlds,")
     for profile in (ensure(first), ensure(second)):
         ensure_places(profile.world, [one for policy in profile.agents for one in policy.features])
     where = find_region(region, first)
@@ -161,14 +163,24 @@ def _compare_observed(
     """Two profiles of a game without places, over what their agents observe. There is no certificate: it would be about
     two views, which no file holds.
     """
-    seen, other = Viewed(first, View()), Viewed(second, View())
+    united = unite_actions(first, second)
+    seen, other = Viewed(forget(*united), View()), Viewed(forget(*reversed(united)), View())
     where = resolve_region(seen.profile, seen, region)
     if where.name == START:  # nobody saw any, so that these are the ranges
         where = replace(where, name=RANGES)
     where = confine_region(where, seen.profile)
-    differences = difference(seen.profile, other.profile, agents, where, asked.semantics, _budgets(asked))
+    whole = {
+        policy.agent: name_memory(seen.profile.policy(policy.agent), [each.name for each in policy.memory])
+        for policy in first.agents
+    }
+    state = say_alike(united[0], seen.profile) if any(whole.values()) else None
+    where = make_whole(where, [name for names in whole.values() for name in names])
+    asking = agents, where, asked.semantics, _budgets(asked), state, UNSHARED if state else ""
+    differences = difference(seen.profile, other.profile, *asking)
     coordinates, _ = sample(where, seen.profile.world, SAMPLES, SAMPLE_SEED)
     uniform = _count_differing(seen.profile, other.profile, agents, coordinates)
+    if state:
+        differences = replace(differences, first=first, second=second)
     return Compared(replace(differences, certificate=None), report.Estimates(uniform, None))
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from codegen.deciding import describe_action
 from codegen.floats import rational_literal
 from codegen.form import layout
 from codegen.intervals import Share
@@ -50,7 +51,7 @@ def document(difference: Difference, counted: Estimates) -> dict[str, Any]:
         "region": region_document(question.region),
         "verdict": difference.verdict.value,
         "share": _share(difference.together),
-        **_uniform(explain_unstated(question), counted.uniform[SOME]),
+        **_uniform(difference.unmeasured or explain_unstated(question), counted.uniform[SOME]),
         "met": None if counted.met is None else counted.met[SOME].document(),
         "episodes": counted.episodes,
         "agents": [_agent(difference, one, counted) for one in difference.agents],
@@ -124,7 +125,8 @@ def _zone(difference: Difference, one: AgentDifference, zone: Zone) -> dict[str,
         "goals": [] if zone.failing.goal is None else [zone.failing.goal],
         "leaves": list(leaves),
         "actions": [
-            policy.actions[int(policy.tree.action[leaf])].name for policy, leaf in zip(policies, leaves, strict=True)
+            describe_action(policy.actions[int(policy.tree.action[leaf])])
+            for policy, leaf in zip(policies, leaves, strict=True)
         ],
         "share": None if one.share is None or zone.volume is None else zone.volume / one.share.region,
         "words": describe_bounds(zone.failing, zone.branch, region),

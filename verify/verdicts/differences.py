@@ -9,13 +9,14 @@ The profiles are read as one team with twice the agents (`pair_profiles`), and "
 engines for claims about single decisions answer: zones, and Z3 where a test bounds no difference of two coordinates.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import islice, pairwise
 
 from codegen.ir import PolicyProfile
 from verify.checker.decisions import DecisionCertificate, check_certificate
+from verify.claims.formula import Formula
 from verify.claims.region import Region
 from verify.claims.relations import alike, counterpart, ensure_comparable, pair_profiles
 from verify.claims.wording import OwnFormula
@@ -29,6 +30,7 @@ from verify.states.shares import explain_unstated
 from verify.states.state import State, exact_point, inside, leaf_at, nearest
 from verify.subjects import Game
 from verify.verdicts.decisions import ONLY_REAL
+from verify.verdicts.memories import list_whole, round_whole
 from verify.verdicts.opinions import certify
 from verify.zones import engine as zones
 from verify.zones.search import Branch
@@ -98,6 +100,7 @@ class Difference:
     together: Span  # the share of the region in which some agent acts differently
     certificate: DecisionCertificate | None = None  # that the agents that are PROVED act alike
     branches: int = 0  # that it closes
+    unmeasured: str = ""  # why no share of the region is told of any agents
 
     @property
     def verdict(self) -> Verdict:
@@ -114,50 +117,55 @@ def difference(
     region: Region,
     semantics: str = MACHINE,
     budgets: Budgets | None = None,
+    state: Callable[[Sequence[str]], Formula] | None = None,
+    unmeasured: str = "",
 ) -> Difference:
     """Where these agents act differently. InputError for profiles that cannot be compared.
 
     `max_nodes` of the budgets limits each search, `max_cells` the zones of an agent, `solver_units` each query to Z3.
+    `state`: says that agents act alike; default that they take the same action. `unmeasured`: why no share is told.
     """
     ensure_comparable(first, second, agents)
     agents = [policy.agent for policy in first.agents if policy.agent in agents]  # each once, as certificates have them
     pair = pair_profiles(first, second)
 
     def question_of(*names: str) -> DecisionQuestion:
-        claim = OwnFormula(first.policy(names[0]).team, statement=alike(first, names))
+        claim = OwnFormula(first.policy(names[0]).team, statement=state(names) if state else alike(first, names))
         return Question(Game(pair), claim, region, semantics, budgets or Budgets())
 
-    by_agent = [
-        replace(_compare_agent(question_of(one), one), unmeasured=explain_unstated(question_of(one))) for one in agents
-    ]
+    by_agent = [_compare_agent(question_of(one), one, unmeasured) for one in agents]
     proved = [one.agent for one in by_agent if one.verdict is Verdict.PROVED and one.failing]
     certificate, branches = None, 0
     if proved:
         outcome = _no_difference(question_of(*proved))
         if outcome.verdict is Verdict.PROVED:
-            certificate = certify(question_of(*proved), outcome, pair=(first, second))
-            branches = check_certificate(certificate, first, second)
+            both = None if state else (first, second)  # else the certificate is about the pair as one profile
+            certificate = certify(question_of(*proved), outcome, pair=both)
+            branches = check_certificate(certificate, *(both or (pair,)))
         else:  # what is not certified is not proved
             answer = {"verdict": outcome.verdict, "reason": outcome.reason}
             by_agent = [replace(one, **answer) if one.agent in proved else one for one in by_agent]
     zoned = [one.agent for one in by_agent if one.zones]
-    together = _together(by_agent, question_of(*zoned) if len(zoned) > 1 else None)
-    return Difference(first, second, question_of(*agents), tuple(by_agent), together, certificate, branches)
+    together = _together(by_agent, question_of(*zoned) if len(zoned) > 1 and not unmeasured else None)
+    return Difference(first, second, question_of(*agents), tuple(by_agent), together, certificate, branches, unmeasured)
 
 
-def _compare_agent(question: DecisionQuestion, agent: str) -> AgentDifference:
+def _compare_agent(question: DecisionQuestion, agent: str, unmeasured: str) -> AgentDifference:
+    unmeasured = unmeasured or explain_unstated(question)
     try:
         failing = tuple(violations(question))
     except zones.BeyondZonesError:
-        return _by_solver(question, agent)
-    share = explain_unstated(question) or exact_share(question, failing)
+        return replace(_by_solver(question, agent), unmeasured=unmeasured)
+    share = unmeasured or exact_share(question, failing)
     known = share if isinstance(share, ExactShare) else None
     reason = _ending(question, failing)
-    outcome = AgentDifference(agent, Verdict.VIOLATED, reason, failing, known)
+    outcome = AgentDifference(agent, Verdict.VIOLATED, reason, failing, known, unmeasured)
     if not outcome.zones:
         return replace(outcome, verdict=Verdict.UNKNOWN if reason else Verdict.PROVED)
     shown = (example(question, zone) for zone in islice(outcome.zones, TRIED))
-    state = next(filter(None, shown), None) or _confirm_zone(question, outcome.zones[0])
+    state = next(filter(None, shown), None)
+    if state is None and not list_whole(question.profile):  # of Z3, numbers that are whole may be any
+        state = _confirm_zone(question, outcome.zones[0])
     if state is None:
         return replace(outcome, verdict=Verdict.UNKNOWN, reason=ONLY_REAL)
     return replace(outcome, example=state)
@@ -185,6 +193,8 @@ def example(question: DecisionQuestion, zone: Zone) -> State | None:
     matrices = [cells[start:end] for start, end in pairwise(ends)]
     wanted = _spread(question.region)
     point = zones.middle(failing.problem, matrices, tuple(wanted), wanted)
+    whole = list_whole(question.profile)
+    point = {name: round_whole(number) if name in whole else number for name, number in point.items()}
     for state in _candidates(question, point, failing.goal):
         if _meets(question, zone, state):
             return _round_state(question, zone, state)
