@@ -198,9 +198,8 @@ class Question(Generic[About]):
     def controls(self) -> "list[Question[About]]":
         """The same question about the team with its leaves shuffled, once for each way; of a view, with its copies."""
         shuffled, viewed = list_shuffled(self.origin, self.claim.team), self.viewed
-        if viewed is None:
-            asked = list(map(self.of, shuffled))
-        else:
+        asked: list[Question[About]] = list(map(self.of, shuffled))
+        if viewed is not None:
             views = [viewed._replace(origin=each) for each in shuffled]
             asked = [replace(self, subject=replace(self.subject, profile=each.profile, viewed=each)) for each in views]
         known = {name: self.__dict__[name] for name in ("formula", "_for_goals") if name in self.__dict__}

@@ -255,22 +255,28 @@ def decide_control(question: Question[SystemClaim]) -> ReachOutcome:
     """The same about shuffled leaves, which mostly break a claim at once: episodes are played before all else, and none
     is made short, which nobody reads.
     """
-    return _search_for(question).break_claim(shortly=False) or decide(question)
+    found = _search_for(question).break_claim(shortly=False)
+    return found or _search_for(question, unbroken=True).decide()
 
 
-def _search_for(question: Question[SystemClaim]) -> ClaimSearch:
+def _search_for(question: Question[SystemClaim], unbroken: bool = False) -> ClaimSearch:
     assert isinstance(question.subject, ClosedLoop)
     profile, system = question.profile, question.subject.system
     ensure_stated(profile, system)
     _ensure_asked(profile, system, question.claim)
-    return ClaimSearch(profile, system, question.claim, question.budgets)
+    return ClaimSearch(profile, system, question.claim, question.budgets, unbroken)
 
 
 class ClaimSearch:
-    """The search for the answer to one claim. `spending`: what it spent so far."""
+    """The search for the answer to one claim. `spending`: what it spent so far; `unbroken`: all samples were played
+    before, and none breaks the claim.
+    """
 
-    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, budgets: Budgets) -> None:
+    def __init__(
+        self, profile: PolicyProfile, system: System, claim: SystemClaim, budgets: Budgets, unbroken: bool = False
+    ) -> None:
         self.profile, self.system, self.claim, self.budgets = profile, system, claim, budgets
+        self._unbroken = unbroken
         self.spending = Spending(budgets.max_boxes)
         self._open: OpenState | None = None
 
@@ -324,7 +330,7 @@ class ClaimSearch:
         """Plays all samples, like `_play`, where there would be no answer: whatever is left of the budget, so that a
         claim that is plainly false is VIOLATED with any.
         """
-        return self._play(Starts(self.budgets.samples), whatever_is_left=True, shortly=shortly)
+        return None if self._unbroken else self._play(Starts(self.budgets.samples), True, shortly)
 
     def _play(self, at: Starts, whatever_is_left: bool = False, shortly: bool = True) -> ReachOutcome | None:
         """VIOLATED where one of so many random episodes breaks the claim. `shortly`: told with few digits."""

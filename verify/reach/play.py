@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import accumulate, islice
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from verify.systems.statement import Rule
 from verify.systems.system import Affine, Feature, FlowCase, Interval, Measure, Piece, System
 
 MAX_COURSES = 16
+MAX_NUMBERED = 1 << 31  # cells: of more, those are numbered anew that some state lies in
 ENOUGH, REDRAWS = 256, 24  # starts that meet all conditions; how often more are drawn until there are so many
 Planes = dict[str, Float64]  # variable -> [batch]
 
@@ -155,7 +156,7 @@ class Play:
         held: set[int] = set(piece_of.tolist())
         for number in sorted(held - {-1}):
             draws.ahead_to(number)
-            piece, here = self._moving[number], piece_of == number
+            piece, here = self._moving[number], np.flatnonzero(piece_of == number)
             stated = {name: values[here] for name, values in state.items()}
             for name, form in piece.move.items():
                 error = _errors(piece.error.get(name), extreme, random)[here]
@@ -179,13 +180,13 @@ class Play:
         return np.where(self._boxes.holding(state, count) < 0, -1, held)
 
     def _act(
-        self, policy: AgentPolicy, actions: Int32, piece: Piece | Rule, here: Bool, state: Planes, after: Planes
+        self, policy: AgentPolicy, actions: Int32, piece: Piece | Rule, here: Int64, state: Planes, after: Planes
     ) -> None:
-        """Adds what an agent does to the states that a piece moves."""
+        """Adds what an agent does to the states that a piece moves, whose places are `here`."""
         for action, spec in enumerate(policy.actions):
             effect = piece.effect.get((policy.agent, spec.name), {})
             if effect:
-                taken = here & (actions == action)
+                taken = here[actions[here] == action]
                 acted = {name: values[taken] for name, values in state.items()}
                 for name, form in effect.items():
                     after[name][taken] += value(form, acted)
@@ -253,10 +254,10 @@ def value(form: Affine | Expression, state: Mapping[str, Float64]) -> Float64:
     """Evaluates a form, or an expression, in states, [batch]."""
     if not isinstance(form, Affine):
         return np.broadcast_to(function(form, ARRAYS)(state), len(next(iter(state.values()))))
-    total = np.full(len(next(iter(state.values()))), nearest_double(form.constant))
+    total: Any = nearest_double(form.constant)
     for name, factor in form.terms:
         total = total + nearest_double(factor) * state[name]
-    return total
+    return total if form.terms else np.full(len(next(iter(state.values()))), total)
 
 
 class Boxes:
@@ -287,12 +288,14 @@ class Boxes:
     def holding(self, state: Mapping[str, Float64], count: int) -> Int64:
         """The number of the first piece that holds each of `count` states, [count]; -1 where none does."""
         cells = np.zeros((count, len(self._ends)), dtype=np.int64)
-        which = np.zeros(count, dtype=np.int64)  # cells are numbered column by column: sorting whole rows takes longer
+        which, most = np.zeros(count, dtype=np.int64), 1  # number of each state's cell, of so many
         for column, (name, ends) in enumerate(self._ends.items()):
             cells[:, column] = self._cells(name, state[name])
-            which = np.unique(which * (2 * len(ends) + 1) + cells[:, column], return_inverse=True)[1].reshape(count)
-        _, examples = np.unique(which, return_index=True)
-        return np.array([self._first(cells[place]) for place in examples], dtype=np.int64)[which]
+            which, most = which * (2 * len(ends) + 1) + cells[:, column], most * (2 * len(ends) + 1)
+            if most > MAX_NUMBERED:
+                which, most = np.unique(which, return_inverse=True)[1].reshape(count), count
+        _, examples, which = np.unique(which, return_index=True, return_inverse=True)
+        return np.array([self._first(cells[place]) for place in examples], dtype=np.int64)[which.reshape(count)]
 
     def _cells(self, name: str, values: Float64) -> Int64:
         """Twice the number of ends below a value, and one more on an end."""

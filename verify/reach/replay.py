@@ -113,8 +113,9 @@ def within(piece: Piece, given: Values) -> dict[str, Fraction]:
 
 def piece_of(system: System, state: State, wanted: int | None = None) -> int | None:
     """The first piece that holds a state, or the one wanted if it does; None where nothing is stated."""
-    holding = [number for number, piece in enumerate(system.pieces) if piece.holds(state)]
-    return wanted if wanted in holding else next(iter(holding), None)
+    if wanted is not None and 0 <= wanted < len(system.pieces) and system.pieces[wanted].holds(state):
+        return wanted
+    return next((number for number, piece in enumerate(system.pieces) if piece.holds(state)), None)
 
 
 def _name_actions(profile: PolicyProfile, actions: Mapping[str, int]) -> dict[str, str]:
