@@ -27,6 +27,7 @@ from codegen.importers.reading import MEMORY, NOT_COMPARED, SUMS, Answers, Origi
 from codegen.importers.symbolic.paths import renumber
 from codegen.ir import CONSTANT, MAX_LENGTH
 from codegen.lowering.deploy import Given, deploy_tree, with_given
+from codegen.lowering.passes import confine_tree
 from codegen.lowering.render import comment
 from codegen.profiles import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
@@ -162,26 +163,37 @@ def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:
         grown = replace(origin.grown, threshold=np.floor(origin.grown.threshold) + 0.0)
         named = named._replace(origin=replace(origin, grown=grown))
     policy = _policy_of(agent, named, specs, numbers)
-    return replace(policy, whole=whole, grown=None) if whole else policy
+    if not whole:
+        return policy
+    limits, at = np.iinfo(whole), policy.tree.threshold[policy.tree.feature != ir.NO_FEATURE]
+    beyond = ((at < limits.min) | (at >= limits.max)).any()
+    tree = confine_tree(policy.tree, limits.min, limits.max) if beyond else policy.tree
+    return replace(policy, tree=tree, whole=whole, grown=None)
 
 
 def _find_whole(named: "_Named", numbers: str | None) -> tuple[str, list[tuple[float, float]]]:
-    """The narrowest type of whole numbers that has all features and memories, with the range of each feature; "" where
-    some are floats, or the user asks for floats, or sums are tested.
+    """The type of whole numbers that the user says, or the narrowest that has all features and memories, with the range
+    of each feature; "" where some are floats, or the user asks for floats, or sums are tested. InputError for a type
+    that cannot be kept.
     """
-    origin, width = named.origin, len(named.features.names)
-    free = [(-MAX_LENGTH, MAX_LENGTH)] * width
-    if numbers or not origin.whole or origin.arithmetic:
+    origin, width, said = named.origin, len(named.features.names), numbers if numbers in WHOLE else ""
+    free, kept = [(-MAX_LENGTH, MAX_LENGTH)] * width, [(each.low, each.high) for each in origin.memory]
+    if said and origin.arithmetic:
+        raise InputError(f"sums are tested or given, and {said} numbers are not added", "--numbers", "leave it out")
+    if (numbers and not said) or not (said or origin.whole) or origin.arithmetic:
         return "", free
-    kept = [(each.low, each.high) for each in origin.memory]
-    low, high = (end(ends[place] for ends in (*origin.whole, *kept)) for place, end in enumerate((min, max)))
-    fits = (each for each in WHOLE if np.iinfo(each).min <= low and high <= np.iinfo(each).max)
+    ends = kept if said else (*origin.whole, *kept)
+    low, high = min((one for one, _ in ends), default=0), max((one for _, one in ends), default=0)
+    fits = (each for each in ([said] if said else WHOLE) if np.iinfo(each).min <= low and high <= np.iinfo(each).max)
     whole = next(fits, "")
+    if not whole and said:
+        raise InputError(f"memory goes from {low} to {high}, which {said} has not", "--numbers", "name a wider type")
     if not whole:
         return "", free
-    ranges = [(float(np.iinfo(whole).min), float(np.iinfo(whole).max))] * width
-    for place, ends in zip(named.features.place, origin.whole, strict=False):
-        ranges[place] = float(ends[0]), float(ends[1])
+    least, most = float(np.iinfo(whole).min), float(np.iinfo(whole).max)
+    ranges = [(least, most)] * width
+    for place, (first, last) in zip(named.features.place, origin.whole, strict=False):
+        ranges[place] = max(least, float(first)), min(most, float(last))
     return whole, ranges
 
 

@@ -68,14 +68,16 @@ def from_sklearn(
     action_names: Sequence[str] | None = None,
     name: str = "imported",
     output_names: Sequence[str] | None = None,
+    numbers: str | None = None,
 ) -> ir.PolicyProfile:
     """A profile of one agent from a fitted decision tree, or a Pipeline, search, forest or booster of one.
 
     `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, one a class
-    in the order of `classes_`. Both are made legal as names.py says. InputError for what is not a fitted classifier
+    in the order of `classes_`. Both are made legal as names.py says. `numbers`: that are observed; default float32, or
+    float64 where the model compares that. InputError for what is not a fitted classifier
     of one output, or regressor, whose `predict` is scikit-learn's, or was seen to learn from missing values.
     """
-    return profile_of({AGENT: origin_of(classifier)}, Names(feature_names, action_names, name, output_names))
+    return profile_of({AGENT: origin_of(classifier)}, Names(feature_names, action_names, name, output_names), numbers)
 
 
 def origin_of(model: Any) -> Origin:

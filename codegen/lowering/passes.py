@@ -67,6 +67,13 @@ def reorder_tests(tree: Tree, seen: Floats) -> Tree:
     return _prove_pass(REORDER, tree, _arrays(improved, tree.numbers))
 
 
+def confine_tree(tree: Tree, low: float, high: float) -> Tree:
+    """What decides observations whose numbers are all from `low` to `high`: the other tests are left out."""
+    tested = {*tree.feature[tree.feature != NO_FEATURE].tolist()}
+    box = Box(dict.fromkeys(tested, low - 1), dict.fromkeys(tested, high))
+    return _arrays(_within(_nest_tree(tree), box), tree.numbers)
+
+
 def graft_parts(tree: Tree, parts: Mapping[int, Tree]) -> Tree:
     """`tree` with each node that `parts` names, and all below it, replaced by its part. KeyError for no node.
 

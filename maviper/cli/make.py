@@ -155,7 +155,7 @@ def import_verb(
     kind is detected. The only code that is run is if/else Python, behind a gate, and compiled C, each in a process of
     its own, to compare its answers with the tree; `--no-run` runs neither.
 
-    The profile decides as FILE does for every observation of the numbers that FILE compares, float32 or float64. It is
+    The profile decides as FILE does for every observation of the numbers that it observes, floats or whole ones. It is
     written only after a comparison: both must decide the same at every threshold, at its neighbours, at random
     observations, and for Python at every number of the source. A file that is not understood in full is refused.
     `maviper guide importing` says what can come in.

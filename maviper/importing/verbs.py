@@ -57,6 +57,7 @@ def from_sklearn(
     action_names: Sequence[str] | None = None,
     name: str = "imported",
     output_names: Sequence[str] | None = None,
+    numbers: str | None = None,
 ) -> PolicyProfile:
     """Imports a fitted tree or small forest of scikit-learn, or a Pipeline or search of one, as one agent.
 
@@ -68,13 +69,14 @@ def from_sklearn(
         action_names: Names of the actions; default: its labels, in the order of `classes_`.
         name: The game whose agent the tree becomes, such as gymnasium:CartPole-v1; else a name for its world.
         output_names: Names of the numbers that a regressor gives; default: y0, y1, ...
+        numbers: What is observed, such as int16: thresholds are rounded down; default: floats, as the model compares.
 
     Raises:
         InputError: This is no fitted classifier of one output, and no regressor.
     """
     from codegen.importers.scikit import from_sklearn as imported
 
-    return imported(classifier, feature_names, action_names, name, output_names)
+    return imported(classifier, feature_names, action_names, name, output_names, numbers)
 
 
 @process.defaults

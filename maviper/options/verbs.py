@@ -106,7 +106,8 @@ class ImportOptions(TypedDict, total=False):
         ),
     ]
     numbers: Annotated[
-        Literal["float32"] | None, Option(None, IMPORTED, "Round thresholds of doubles down, for float32 observations.")
+        Literal["float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32"] | None,
+        Option(None, IMPORTED, "What is observed: floats, or whole numbers of a type. Thresholds are rounded down."),
     ]
     arrays: Annotated[
         Literal["floats", "float32", "float64"] | None,

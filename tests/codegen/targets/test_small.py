@@ -54,6 +54,25 @@ def test_a_walk_fits_a_cortex_m4(depth, tmp_path):
 
 
 @pytest.mark.compile
+def test_whole_numbers_take_a_cortex_m0_no_more_than_emlearn(tmp_path):
+    """40 leaves over 12-bit numbers, for which emlearn 0.23 (inline, int16_t) takes 588 bytes with gcc 12.2."""
+    if shutil.which(COMPILER) is None:
+        pytest.skip(f"{COMPILER} is not installed")
+    x = np.random.default_rng(0).integers(0, 4096, (4_000, 6))
+    y = (x[:, 0] > x[:, 1]).astype(int) + 2 * (x[:, 2] + x[:, 3] / 2 > 3000)
+    fitted = DecisionTreeClassifier(max_depth=6, max_leaf_nodes=40, random_state=0).fit(x, y)
+    (header,) = emit(scikit.from_sklearn(fitted, numbers="int16"), ["c"], prefix="small").values()
+    (tmp_path / "small.h").write_text(header)
+    act = "int act(const int16_t *x);\nint act(const int16_t *x) { return small_agent_0_act(x); }\n"
+    (tmp_path / "small.c").write_text(f'#include "small.h"\n{act}')
+    options = "-mthumb -std=c99 -Os -Wall -Wextra -Werror -ffreestanding"
+    command = f"{COMPILER} -mcpu=cortex-m0 {options} -c small.c -o small.o"
+    subprocess.run(command.split(), cwd=tmp_path, check=True)
+    assert int(listing("size", tmp_path / "small.o").splitlines()[1].split()[0]) <= 588
+    assert " U " not in listing("nm", tmp_path / "small.o")
+
+
+@pytest.mark.compile
 @pytest.mark.parametrize(("style", "compares"), [("nested", True), ("walk", True), ("ordered", False)])
 def test_without_an_fpu_only_the_style_ordered_calls_no_function_for_a_test(style, compares, tmp_path):
     """Each comparison of floats is a call of the compiler's library there, of a hundred instructions or so."""

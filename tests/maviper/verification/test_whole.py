@@ -7,6 +7,7 @@ import subprocess
 
 import numpy as np
 import pytest
+from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.agreement import selfcheck
@@ -14,6 +15,7 @@ from codegen.agreement.compiled import ReplayedC, build, find_compiler
 from codegen.errors import InputError, ProfileError
 from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, profile_of
+from codegen.importers.scikit import from_sklearn
 from codegen.policy_json import dumps
 from codegen.profiles import loads
 from codegen.targets import emit
@@ -79,6 +81,20 @@ def test_a_header_of_whole_numbers_comes_back():
     back = profile_of(from_header(emit(profile, ["c"])["imported.h"].encode(), "fan.h"), Names())
     assert back.agents[0].whole == "int16"
     assert (back.agents[0].tree.threshold == profile.agents[0].tree.threshold).all()
+
+
+def test_a_tree_of_floats_is_told_that_it_observes_whole_numbers():
+    rng = np.random.default_rng(5)
+    x = np.column_stack([rng.uniform(-200, 200, 400), rng.uniform(-3, 3, 400)])
+    fitted = DecisionTreeClassifier(max_depth=7, random_state=0).fit(x, (x.sum(axis=1) // 40) % 3)
+    rows = np.array([*itertools.product(range(-128, 128), range(-128, 128))])
+    profile = from_sklearn(fitted, numbers="int8")
+    (policy,) = profile.agents
+    assert policy.whole == "int8" and len(policy.tree.feature) < len(from_sklearn(fitted).agents[0].tree.feature)
+    with ReplayedC.of(profile) as compiled:
+        assert (compiled.act("agent_0", rows) == fitted.predict(rows)).all()
+    with pytest.raises(InputError, match="memory goes from 0 to 200, which int8 has not"):
+        imported("int f(short t) { static int n; if (t > 3 && n < 200) n++; return n > 100; }", "int8")
 
 
 def drawn_tree(rng, kinds, depth):
