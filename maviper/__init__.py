@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from maviper.verification.diff import Compared
     from maviper.verification.files.certificates import Checked
     from maviper.verification.files.counterexamples import Replayed
+    from maviper.verification.guarding import Guarded
     from maviper.verification.repair import Repaired
     from maviper.verification.robust import Changes, Radii
     from maviper.verification.run import Verified
@@ -471,12 +472,12 @@ def replay(counterexample: str | Path, profile: TeamOrFile | None = None, world:
 @options.spell_out(options.RepairOptions)
 def repair(
     profile: TeamOrFile,
-    claim: str | claims.Claim = "distinct_targets",
+    claim: str | Path | claims.Claim = "distinct_targets",
     region: str | Path = "start",
     *,
     progress: Progress = False,
     **asked: Unpack[options.RepairOptions],
-) -> Repaired:
+) -> Repaired | Guarded:
     """Changes the leaves from which a claim can fail, until both engines prove it.
 
         repaired = maviper.repair(team, maviper.claims.DistinctTargets()).after
@@ -484,7 +485,8 @@ def repair(
     Args:
         profile: The team, or its file.
         claim: distinct_targets or own_target, by name or as an object, such as
-            `claims.OwnTarget(landmarks=["landmark_1", "landmark_0"])`.
+            `claims.OwnTarget(landmarks=["landmark_1", "landmark_0"])`; or a world file, by all of whose claims guards
+            are put above trees.
         region: `start`, or a region file.
         progress: As for `extract`.
 
@@ -495,10 +497,16 @@ def repair(
     Raises:
         InputError: Something cannot be asked.
     """
+    from pathlib import Path
+
     from codegen.profiles import ensure
+    from maviper.verification.guarding import ensure_unasked, repair_stated
     from maviper.verification.repair import repair_profile, request
 
     with _told(progress, "repairing", "claim"):
+        if isinstance(claim, Path) or (isinstance(claim, str) and claim.endswith(".toml")):
+            ensure_unasked(region, asked)
+            return repair_stated(ensure(_team(profile)), Path(claim))
         return repair_profile(ensure(_team(profile)), claim, str(region), request(claim, asked))
 
 

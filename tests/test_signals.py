@@ -5,6 +5,7 @@ import random
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,6 +13,8 @@ from pathlib import Path
 import pytest
 
 import maviper
+from codegen.dynamics import motionless
+from maviper.answers import Guarded
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
 from tests.support.system_cases import policy, team
@@ -158,6 +161,33 @@ def test_a_tree_without_a_clock_is_refuted_by_traffic_that_it_keeps_to():
     assert found.verdict is Verdict.VIOLATED
     assert found.counterexample is not None
     assert max(found.counterexample.states[-1][clock] for clock in ("red_0", "red_1")) == 24
+
+
+@pytest.mark.slow
+def test_a_tree_without_a_clock_is_repaired_and_keeps_to_itself_otherwise():
+    plant = Plant("cologne8-signal_1")
+    queue = (("north_halting", 3.5), (("west_halting", 3.5), 0, 1), 0)
+    before = replace(plant.profile(queue), world=motionless("stated", "", (plant.agent,), 10, {}))
+    done = maviper.repair(before, WORLDS / "cologne8-signal_1.toml")
+    assert isinstance(done, Guarded)
+    assert [guard[1:] for guard in done.guards] == [(f"red_{k}", True, 58.75, f"green_{k}") for k in (1, 0)]
+    assert done.after is not None
+    repaired = nested(done.after.policy(plant.agent))
+    assert repaired == (("red_1", 58.75), (("red_0", 58.75), queue, 0), 1)
+    assert is_kept(repaired, 2, plant.needed, plant.rooms) and not is_kept(queue, 2, plant.needed, plant.rooms)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_spec("libsumo") is None or find_spec("sumo_rl") is None, reason="reads programs of SUMO")
+def test_rules_without_a_longest_red_are_repaired_in_a_network(tmp_path):
+    rules, hasty = tmp_path / "rules.py", tmp_path / "hasty.json"
+    subprocess.run([sys.executable, PROOFS.parent / "actuated.py", "cologne1", rules], check=True)
+    maviper.from_file(rules, arrays="float32", run=False).save(hasty)
+    command = [sys.executable, PROOFS.parent / "repaired.py", "cologne1", hasty, tmp_path]
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert "signal_0: red_2 > 58.75 -> green_2" in told and "2 certificates accepted" in told
+    plant, repaired = Plant("cologne1-signal_0"), maviper.load(tmp_path / "cologne1.json")["signal_0"]
+    assert is_kept(nested(repaired), len(plant.actions), plant.needed, plant.rooms)
 
 
 def test_a_rare_course_is_found_along_cells():

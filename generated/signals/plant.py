@@ -22,10 +22,14 @@ MAX_RED = 120  # seconds
 LONG = 100_000  # steps: more than any red
 
 
-def world(agent: str, signal: Signal, network: str) -> str:
-    """The text of a world file."""
+def world(agent: str, signal: Signal, network: str, jumping: bool = False) -> str:
+    """The text of a world file. `jumping`: clocks of phases that no link needs may be anything in each step, too, so
+    that proofs about trees that test them end. What is proved holds of the true ones; a counterexample may not.
+    """
     phases, clocks = range(len(signal.states)), [f"red_{k}" for k in range(len(signal.states))]
     free = {each.name: f"[0, {each.high:g}]" for each in signal.features if each.unit == "vehicles"}
+    needed = set[int]().union(*least_sets(signal)) if jumping else set(phases)
+    loose = {f"red_{k}": f"[0, {CLOCK // STEP}]" for k in phases if k not in needed}
     ranges = {"green": CLOCK // STEP + 2, "ended": CLOCK // STEP + 2, **dict.fromkeys(clocks, LONG)}
     zero = dict.fromkeys(("green", *clocks), 0)
     lines = [f"# Signal {signal.place} of {network}, in steps of {STEP} s. Traffic may be anything in each step."]
@@ -38,11 +42,13 @@ def world(agent: str, signal: Signal, network: str) -> str:
     lines += [f'{name} = "{name}"' for name in free]
     lines += ["", f"[agents.{agent}.actions]"]
     lines += [f"green_{k} = {table({name: int(j != k) for j, name in enumerate(clocks)})}" for k in phases]
-    lines += ["", "[start]", f"box = {table({'on': repr('green_0'), **zero, 'ended': MIN_GREEN // STEP, **free})}"]
-    lines += ["", "[dynamics.error]", *(f"{name} = {span}" for name, span in free.items())]
+    started = {"on": "'green_0'", **zero, "ended": MIN_GREEN // STEP, **free, **loose}
+    lines += ["", "[start]", f"box = {table(started)}"]
+    lines += ["", "[dynamics.error]", *(f"{name} = {span}" for name, span in {**free, **loose}.items())]
     lines += ["", "[dynamics.next]", *(f'{name} = "0[vehicles]"' for name in free)]
+    lines += [f'{name} = "0[steps]"' for name in loose]
     for k in phases:
-        lines += moves(agent, k, clocks)
+        lines += moves(agent, k, [name for name in clocks if name not in loose])
     return "\n".join([*lines, *claims(signal), ""])
 
 
@@ -54,7 +60,7 @@ def table(values: Mapping[str, object]) -> str:
 def moves(agent: str, on: int, clocks: Sequence[str]) -> Iterator[str]:
     """What a step does while phase `on` has green: before its least green it stays, whatever the agent does."""
     least, most = MIN_GREEN // STEP, CLOCK // STEP
-    kept = {name: f"{name} + 1[steps]" for name in clocks} | {clocks[on]: "0[steps]"}
+    kept = {name: "0[steps]" if name == f"red_{on}" else f"{name} + 1[steps]" for name in clocks}
     yield from piece(
         f"on == green_{on} and green < {least}[steps]",
         {"on": "on", "green": "green + 1[steps]", "ended": "ended", **kept},

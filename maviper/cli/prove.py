@@ -151,7 +151,7 @@ def replay(console: "Console", counterexample: Path, profile: Path | None, world
     show_default=True,
     metavar="CLAIM",
     section=QUESTION,
-    help='distinct_targets or own_target, with parameters if you like: "own_target(radius=0.2)".',
+    help='distinct_targets or own_target, with parameters if you like: "own_target(radius=0.2)"; or a world file.',
 )
 @REGION
 @options_of(RepairOptions, "max_depth", "episodes")
@@ -165,6 +165,9 @@ def repair(
     becomes a small tree that tests the agent's offset to its landmark: a guard. It keeps the agent engaged with the
     landmark: closing on it, or at it. If a tree would be deeper than allowed (--max-depth), the guard replaces a split
     above the leaf. All other leaves decide as before. Both engines must prove the claim in the region.
+
+    If CLAIM is a world file, its claims that episodes stay in a region are proved. A guard stands above a tree: it
+    tests a feature that measures one variable, and acts before that leaves its bounds.
 
     The command reports how many actions change, and the team's measures before and after, in the same episodes. It
     writes the repaired profile, its certificate, the report, a page that plays it and the costs (repair.json).
@@ -182,6 +185,8 @@ def repair(
     from maviper.verification.repair import COST_FILE, region_text, repair_profile, request_call
     from verify.spending import listening
 
+    if claim.endswith(".toml"):
+        return _repair_stated(console, profile, Path(claim), output, region, options)
     name, asked = request_call(claim, options)
     before = load(profile)
     runs.room(output)
@@ -216,6 +221,49 @@ def repair(
         )
         return ExitCode.VIOLATED
     return exit_code([result.verdict for result in outcome.results])
+
+
+def _repair_stated(
+    console: "Console", profile: Path, world: Path, output: Path, region: str, options: Mapping[str, Any]
+) -> int:
+    """Repairs by the claims of a world file."""
+    from codegen.policy_json import content_hash, dumps
+    from maviper.cli.results import exit_code, say_verdict
+    from maviper.evaluation.comparison import say_sizes
+    from maviper.files import outputs, runs
+    from maviper.files.profiles import load
+    from maviper.verification.guarding import MAX_BYTES, WORLD_FILE, ensure_unasked, repair_stated
+    from maviper.verification.repair import COST_FILE
+    from verify.spending import listening
+
+    ensure_unasked(region, options)
+    before, given = load(profile), {runs.PROFILE_FILE: profile, WORLD_FILE: world}
+    runs.room(output)
+    texts = {runs.PROFILE_FILE: dumps(before), WORLD_FILE: runs.read(world, MAX_BYTES)}
+    known = outputs.without_given(output, texts, given)
+    outputs.ensure_free(output, outputs.REPAIR, known, given.values(), rf"{outputs.REPAIR.names}|{runs.PROFILE_FILE}")
+    with console.following("repairing") as listener, listening(listener):
+        done = repair_stated(before, world, profile.name)
+    for guard in done.guards:
+        console.line("guard", guard.words)
+    if done.after is None:
+        console.line("not repaired", f"{world}: {done.reason}; nothing was written")
+        if outputs.clear(output, outputs.REPAIR, given.values()):
+            console.line("removed", f"the files of an earlier repair in {output}")
+        console.give({"repaired": False, "reason": done.reason})
+        return ExitCode.INCONCLUSIVE
+    console.line("repaired", say_sizes(before, done.after, done.guarded) or "nothing: each claim holds as it is")
+    for result in done.results:
+        say_verdict(done.after, result, console)
+    outputs.write_set(output, outputs.without_given(output, done.files, given), outputs.REPAIR, keep=given.values())
+    console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(done.after)[:16]}")
+    for name in done.certificates:
+        console.line("certificate", f"{output / name}; maviper check {output / name}")
+    verdicts = [result.verdict for result in done.results]
+    told = {"repaired": True, "verdicts": [each.value for each in verdicts], "wrote": str(output)}
+    console.give(told | json.loads(done.files[COST_FILE]))
+    console.result("next", f"maviper evaluate {output / runs.PROFILE_FILE} --world WORLD")
+    return exit_code(verdicts)
 
 
 def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], console: "Console") -> None:
