@@ -19,8 +19,7 @@ from codegen.importers.c.machine import collect_assigned, is_const, parameters_o
 
 def hoist_statics(parsed: Any) -> dict[str, str]:
     """Makes variables of the file of static variables that their functions set: name there -> name in the function."""
-    hoisted = dict[str, str]()
-    taken = {each.name for each in walk(parsed) if isinstance(each, c_ast.ID | c_ast.Decl | c_ast.Enumerator)}
+    hoisted, taken = dict[str, str](), set[str]()
     for place in range(len(parsed.ext) - 1, -1, -1):
         function = parsed.ext[place]
         if not isinstance(function, c_ast.FuncDef):
@@ -29,6 +28,7 @@ def hoist_statics(parsed: Any) -> dict[str, str]:
         if not any("static" in each.storage for each in inner):
             continue
         assigned, moved = collect_assigned(function), list[Any]()
+        taken |= {each.name for each in walk(parsed) if isinstance(each, c_ast.ID | c_ast.Decl | c_ast.Enumerator)}
         declared = [each.name for each in (*inner, *parameters_of(function))]
         for items in _blocks(function.body):
             for each in [one for one in items if isinstance(one, c_ast.Decl) and "static" in one.storage]:
@@ -43,7 +43,7 @@ def hoist_statics(parsed: Any) -> dict[str, str]:
                 moved.append(each)
                 _rename(function.body, each, name)
         parsed.ext[place:place] = moved
-    walk.cache_clear()
+        walk.cache_clear()
     return hoisted
 
 

@@ -27,7 +27,8 @@ STANDARD = frozenset(
 PREDEFINED = "__STDC__ 1", "__STDC_VERSION__ 201112L", "__attribute__(x)", "__inline inline", "__inline__ inline"
 MORE = "__restrict", "__restrict__", "__extension__", "__const const", "__volatile__ volatile"
 PLAIN = re.compile(r"\(?\s*(-?\s*(?:0[0-7]*|[1-9]\d{0,9}|0[xX][0-9a-fA-F]{1,8}))\s*\)?", re.ASCII)
-ODD = re.compile(r"\?\?[=(/)'<!>-]|\\\s+$")  # trigraphs; blanks behind the last backslash
+ODD = re.compile(r"\?\?[=(/)'<!>-]|\\[^\S\n]+$", re.MULTILINE)  # trigraphs; blanks behind the last backslash
+JOINED = re.compile(r"^.*\\\n(?:.*\\\n)*.*", re.MULTILINE)
 COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\'|//[^\n]*|/\*.*?(?:\*/|\Z)', re.DOTALL)
 DEFINED = re.compile(r"^[ \t]*#[ \t]*(?:define|undef)[ \t]+(\w+)(.*)$", re.MULTILINE)
 INCLUDED = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]*)"', re.MULTILINE)
@@ -77,16 +78,15 @@ def expand_source(content: bytes, where: str, beside: Beside) -> Expanded:
 
 def _clean(content: bytes, where: str) -> str:
     """The text without comments, and without backslashes at the ends of lines; each line begins where it did."""
-    lines, open_ = list[str](), 0
-    for at, line in enumerate(content.decode(errors="replace").replace("\r\n", "\n").split("\n")):
-        if ODD.search(line) or not line.expandtabs().isprintable():
-            what = "a line has a trigraph, a letter that is not printed, or blanks after its last backslash"
-            raise InputError(what, f"{where}, line {at + 1}", ADVICE)
-        if open_:
-            lines[at - open_] += line.removesuffix("\\")
-        lines.append("" if open_ else line.removesuffix("\\"))
-        open_ = open_ + 1 if line.endswith("\\") else 0
-    text = "\n".join(lines)
+    text = content.decode(errors="replace").replace("\r\n", "\n")
+    if ODD.search(text) or not re.sub(r"[\n\t]", "", text).isprintable():
+        lines = enumerate(text.split("\n"), 1)
+        first = next(at for at, line in lines if ODD.search(line) or not line.expandtabs().isprintable())
+        what = "a line has a trigraph, a letter that is not printed, or blanks after its last backslash"
+        raise InputError(what, f"{where}, line {first}", ADVICE)
+    if "\\\n" in text:
+        text = JOINED.sub(lambda match: match[0].replace("\\\n", "") + _breaks(match[0]), text)
+    text = text.removesuffix("\\")
 
     def blank(match: re.Match[str]) -> str:
         matched = match[0]
@@ -124,17 +124,17 @@ def parse_number(body: str) -> int | None:
 
 def _hide_lines(lines: list[str], expanding: set[str]) -> str:
     """The lines, with a name in place of all those in a row that no directive or macro touches, for pcpp is slow."""
-    words = ("#", "__", "_Pragma", *sorted(expanding))
+    word = re.compile("|".join(map(re.escape, ("#", "__", "_Pragma", *sorted(expanding)))))
     shown, depth, first = list[str](), 0, 0  # of parentheses, behind the name of a macro; of the lines that are hidden
     for at, line in enumerate([*lines, ""]):
-        if not depth and line.lstrip()[:1] not in ("", "(") and not any(each in line for each in words):
+        if not depth and line.lstrip()[:1] not in ("", "(") and not word.search(line):
             continue
         shown += [f"hidden_lines_{first}_{at}_", *[""] * (at - first - 1)] if first < at else []
         shown.append(line)
         first = at + 1
         for each in re.sub(r"\"[^\"]*\"|'[^']*'", "", line) if "#" not in line else "":
             depth = max(depth + (each == "(") - (each == ")"), 0)
-    return "\n".join(shown[:-1])
+    return "\n".join(shown[:-1]).rstrip("\n") + "\n"  # nothing asks for the numbers of lines behind the last one
 
 
 def _show_lines(lines: list[str], match: re.Match[str]) -> str:

@@ -66,7 +66,7 @@ UNCOUNTED = "the file does not say how many features there are", "name all: --fe
 STREAM_ADVICE = "write a list; a generator or iterator may stand in a loop, or as the argument of any, all, sum, list"
 ELSEWHERE = "write the numbers and functions that decide into the file"
 FAILURES = (Refused, TypeError, ValueError, LookupError, ArithmeticError, AttributeError)
-LEAVES = (ast.Name, ast.Constant)
+UNWALKED = frozenset(("ctx", "op", "ops", "id", "kind"))
 SAFE = (ast.Compare, ast.BoolOp, ast.UnaryOp, ast.Name, ast.Constant, ast.Attribute,
         ast.cmpop, ast.boolop, ast.unaryop, ast.expr_context)  # fmt: skip
 REASONS = {
@@ -283,6 +283,8 @@ class Machine:
 
     def eval(self, node: ast.AST, scope: Scope) -> Any:
         """Returns the value of an expression."""
+        if type(node) is ast.Constant:  # most are this
+            return node.value
         value = self.eval_stream(node, scope)
         if type(value) is Stream:
             raise self.make_error(node, Refused("an iterator is kept", STREAM_ADVICE))
@@ -435,7 +437,7 @@ class Machine:
                 raise Refused(*UNCOUNTED)
             parts = [self.inputs.enter(part, place) for place in range(*key.indices(n or key.stop))]
             return self.keep_value(Array(parts)) if part.array else tuple(parts)
-        key = self.whole(key)
+        key = key if type(key) is int else self.whole(key)
         if isinstance(key, bool) or not isinstance(key, int | str):
             raise Refused("the observation is looked up by what is no number or text", "write x[0], or x['speed']")
         return self.inputs.enter(part, key)
@@ -916,14 +918,15 @@ def text_of(node: ast.AST) -> str:
 
 def walk_nodes(node: ast.AST, stop: tuple[type[ast.AST], ...] = ()) -> list[Any]:
     """A node and all below it, but operators and contexts. `stop`: below these kinds nothing is looked at."""
-    nodes, ends = [node], {*LEAVES, *stop}
+    nodes = [node]
     for each in nodes:
-        for name in each._fields if type(each) not in ends else ():
-            value = getattr(each, name, None)
-            if type(value) is list:
-                nodes += [one for one in value if isinstance(one, ast.AST)]
-            elif isinstance(value, ast.AST) and value._fields:
-                nodes.append(value)
+        for name in each._fields if type(each) not in stop else ():
+            if name not in UNWALKED:
+                value = getattr(each, name, None)
+                if type(value) is list:
+                    nodes += [one for one in value if isinstance(one, ast.AST)]
+                elif isinstance(value, ast.AST):
+                    nodes.append(value)
     return nodes
 
 

@@ -18,8 +18,8 @@ import operator
 import os
 import sys
 from importlib import import_module
-from itertools import chain
 from pathlib import Path
+from struct import iter_unpack
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -27,7 +27,6 @@ MAX_PARTS = 1 << 12  # of an answer
 MAX_TEXT = 1 << 14
 MAX_NUMBERS = 1 << 15  # of a source
 MAX_BITS = 1 << 10
-SOME = 1 << 8  # rows at a time: of more, Python looks for garbage among them
 HARMLESS = ("object", "code", "compile", "exec", "sys", "builtins", "cpython", "marshal", "time")  # events
 FOUND = 77  # the exit status of a source that reached out
 OPERATORS = {
@@ -35,8 +34,6 @@ OPERATORS = {
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.USub: operator.neg, ast.UAdd: operator.pos,
     ast.Pow: lambda one, other: one**other if abs(other) < MAX_BITS else None,
 }  # fmt: skip
-
-
 FOLDED = (ast.Name, ast.BinOp, ast.UnaryOp, ast.Call)
 
 
@@ -97,6 +94,43 @@ def build_namespace(imports: dict[str, tuple[str, str]], gate: Any) -> dict[str,
     table |= {"print": lambda *given, **named: None, "__build_class__": builtins.__build_class__}
     names = {name: getattr(held[module], of) if of else held[module] for name, (module, of) in imports.items()}
     return {"__builtins__": table, "__name__": "policy", **names}
+
+
+PLAIN = (ast.FunctionDef, ast.arguments, ast.arg, ast.If, ast.IfExp, ast.Return, ast.Pass, ast.BoolOp)
+ORDERS = {ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq}
+EXACT = 1 << 53  # a whole number up to which arrays have all
+
+
+def only_compares(nodes: list[ast.AST], shapes: list[Any]) -> bool:
+    """Returns True if a source compares single numbers of what it is given with constants or one another, returns
+    constants, and does nothing else: arrays are then answered as lists of floats.
+    """
+    numbers, whole = {*map(type, shapes)} == {int}, set[int]()  # nodes that may be all of what is given
+    given = {each.arg for each in nodes if isinstance(each, ast.arg)}
+    for node in nodes:  # what is a part of another one stands behind it
+        plain = isinstance(node, PLAIN)
+        if isinstance(node, ast.Name):
+            plain = numbers or node.id not in given or id(node) in whole
+        elif isinstance(node, ast.Constant):
+            plain = type(node.value) is not int or abs(node.value) <= EXACT
+        elif isinstance(node, ast.UnaryOp):
+            plain = isinstance(node.op, ast.Not) or isinstance(node.operand, ast.Constant)
+        elif isinstance(node, ast.Compare):
+            sides = node.left, *node.comparators
+            plain = {*map(type, node.ops)} <= ORDERS and not any(isinstance(each, ast.Tuple) for each in sides)
+        elif isinstance(node, ast.Subscript):
+            plain = isinstance(node.value, ast.Name) and type(getattr(node.slice, "value", None)) in (int, str)
+            whole.add(id(node.value))
+        elif isinstance(node, ast.Assign):
+            unpacked = len(node.targets) == 1 and isinstance(node.targets[0], ast.Tuple)
+            names = getattr(node.targets[0], "elts", []) if unpacked else node.targets
+            plain = all(isinstance(each, ast.Name) for each in names)
+            whole |= {id(node.value), id(node.targets[0])} if unpacked else set()
+        elif isinstance(node, ast.Tuple):
+            plain = id(node) in whole  # names for all numbers
+        if not plain:
+            return False
+    return True
 
 
 # --- numbers of the source
@@ -242,15 +276,14 @@ def keep_calls(call: Any, owner: Any, asked: dict[str, Any]) -> Any:
 
 def answer_form(entry: Any, asked: dict[str, Any], form: str, content: bytes) -> tuple[list[Any], list[int]]:
     """The answers to observations as lists of Python's floats, or as arrays."""
-    import numpy as np
-
     for name, value in asked["begun"]:
         setattr(entry.__self__, name, value)
-    matrix = np.frombuffer(content, np.float64).reshape(asked["rows"], asked["width"])
     if form == "floats":
-        parts = (matrix[at : at + SOME].tolist() for at in range(0, len(matrix), SOME))  # all at once would be large
-        return ask_rows(entry, asked, chain.from_iterable(parts))
+        return ask_rows(entry, asked, map(list, iter_unpack(f"{asked['width']}d", content)))
+    import numpy as np
+
     with np.errstate(all="ignore"):
+        matrix = np.frombuffer(content, np.float64).reshape(asked["rows"], asked["width"])
         return ask_rows(entry, asked, matrix.astype(form))
 
 
@@ -269,11 +302,14 @@ def main() -> None:
     sys.path.append(str(Path(__file__).parent))
     sys.path.append(asked["library"])
     content = asked["source"].encode("latin-1")
-    import_module("numpy")  # before the gate, which asks what attributes its arrays have
     gate = import_module("gate")
     try:
         tree, imports, nodes = gate.gate_source(content, asked["entry"], asked["method"])
         space = build_namespace(imports, gate)
+        shapes = [*asked["given"], *asked["named"].values()]
+        if asked["forms"] == ["floats", "float64"] and only_compares(nodes, shapes):
+            asked["forms"] = ["floats"]
+        import_module("math" if asked["forms"] == ["floats"] else "numpy")  # later, nothing is imported
         code = compile(tree, "source", "exec", dont_inherit=True)
         watch_process()
         exec(code, space)

@@ -12,31 +12,30 @@ that `MEMBERS` names, or a name that no built-in type has and that does not begi
 import ast
 import builtins
 import math
-import sys
 import types
 from collections.abc import Iterator
+from functools import cache
+from importlib import import_module
 from typing import Any, cast
 
-NODES = frozenset((
+NODES: frozenset[type[ast.AST]] = frozenset((
     ast.Module, ast.FunctionDef, ast.ClassDef, ast.Return, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.For, ast.While,
     ast.If, ast.Match, ast.Raise, ast.Assert, ast.Expr, ast.Pass, ast.Break, ast.Continue, ast.BoolOp, ast.NamedExpr,
-    ast.BinOp, ast.UnaryOp, ast.Lambda, ast.IfExp, ast.Dict, ast.Set, ast.ListComp, ast.SetComp, ast.DictComp,
-    ast.GeneratorExp, ast.Compare, ast.Call, ast.FormattedValue, ast.JoinedStr, ast.Constant, ast.Attribute,
-    ast.Subscript, ast.Starred, ast.Name, ast.List, ast.Tuple, ast.Slice, ast.comprehension, ast.arguments, ast.arg,
-    ast.keyword, ast.match_case, ast.MatchValue, ast.MatchSingleton, ast.MatchSequence, ast.MatchMapping, ast.MatchStar,
-    ast.MatchAs, ast.MatchOr,
+    ast.BinOp, ast.UnaryOp, ast.Lambda, ast.IfExp, ast.Dict, ast.Set, ast.ListComp, ast.GeneratorExp, ast.Compare,
+    ast.Call, ast.FormattedValue, ast.JoinedStr, ast.Constant, ast.Attribute, ast.Subscript, ast.Name, ast.List,
+    ast.Tuple, ast.Slice, ast.comprehension, ast.arguments, ast.arg, ast.keyword, ast.match_case, ast.MatchValue,
+    ast.MatchSingleton, ast.MatchSequence, ast.MatchAs, ast.MatchOr,
     *ast.expr_context.__subclasses__(), *ast.boolop.__subclasses__(), *ast.operator.__subclasses__(),
     *ast.unaryop.__subclasses__(), *ast.cmpop.__subclasses__(),
 ))  # fmt: skip
 NAMES = frozenset(
-    """abs all any bool callable dict divmod enumerate filter float frozenset int isinstance iter len list map max min
-    next object pow print range reversed round set slice sorted str sum super tuple zip property staticmethod
-    classmethod Exception ArithmeticError AssertionError IndexError KeyError LookupError NotImplementedError
-    RuntimeError TypeError ValueError ZeroDivisionError""".split()  # noqa: SIM905
+    """abs all any bool dict enumerate float frozenset int isinstance len list max min object print range reversed round
+    set sorted str sum tuple zip property staticmethod classmethod Exception ArithmeticError AssertionError IndexError
+    KeyError LookupError NotImplementedError RuntimeError TypeError ValueError ZeroDivisionError""".split()  # noqa: SIM905
 )
 LEVELS = "critical debug error exception info log warning"
 MEMBERS = {
-    module: frozenset(members.split())
+    module: frozenset(("", *members.split()))
     for module, members in {
         "dataclasses": "dataclass field",
         "enum": "Enum IntEnum auto unique",
@@ -55,19 +54,17 @@ ATTRIBUTES = frozenset(
     shape size sort split squeeze start startswith std step stop strip sum symmetric_difference text tile title tolist
     type union update upper value values var T {LEVELS}""".split()
 )
-HELD = [each for held in (builtins, types) for each in vars(held).values() if isinstance(each, type)]
-ARRAYS = [getattr(sys.modules.get("numpy"), each, object) for each in ("ndarray", "generic", "dtype", "ufunc")]
-BUILT_IN = frozenset(name for each in (*HELD, *ARRAYS) for name in dir(each))
 OWN = ("__init__", "__call__", "__post_init__")
-BASES = NAMES - {"dict", "frozenset", "list", "map", "property", "range", "set", "slice", "super", "tuple", "zip"}
+NO_BASES = {"dict", "frozenset", "list", "property", "range", "set", "tuple", "zip"}
 BINDING: dict[type[ast.AST], str] = {  # the field that gives a name something
-    ast.FunctionDef: "name", ast.ClassDef: "name", ast.MatchAs: "name", ast.MatchStar: "name", ast.arg: "arg",
-    ast.MatchMapping: "rest",
+    ast.FunctionDef: "name", ast.ClassDef: "name", ast.MatchAs: "name", ast.arg: "arg",
 }  # fmt: skip
 NAMED: dict[type[ast.AST], str] = {**BINDING, ast.Name: "id", ast.keyword: "arg"}
 UNCHECKED = (ast.If, ast.Compare, ast.Subscript, ast.Return, ast.Expr, ast.Assign, ast.BinOp, ast.UnaryOp, ast.BoolOp)
 Imports = dict[str, tuple[str, str]]  # name -> module and member, or ""
-CLEANED = (ast.stmt, ast.mod, ast.match_case, ast.arg)
+FIELDS = {kind: [each for each in kind._fields if each not in ("ctx", "op", "ops")] for kind in NODES} | {
+    ast.Name: [], ast.Constant: [],
+}  # fmt: skip
 COMPUTED = (ast.Lambda, ast.NamedExpr, ast.GeneratorExp, ast.ListComp, ast.DictComp, ast.SetComp)  # no default
 
 
@@ -79,73 +76,75 @@ def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Mo
     """Lists what a source needs for `entry`, a name of the file (`method`: of it, what decides): tree, imports, nodes.
     SyntaxError for all that is not on the lists.
     """
-    tree = ast.parse(text)
-    imports, used, nodes = Imports(), {method}, walk_nodes(tree)
-    for node in nodes:
-        if type(node) is ast.Attribute:
-            used.add(node.attr)
-        for each in node.names if isinstance(node, ast.Import | ast.ImportFrom) else ():
-            held = (node.module or "", each.name) if isinstance(node, ast.ImportFrom) else (each.name, "")
-            if imports.setdefault(each.asname or each.name, held) != held:
-                raise _refuse(node, f"{each.asname or each.name} is imported twice")
-    for node in (each for each in nodes if isinstance(each, CLEANED)):
-        _clean_node(node, used)
-    imports, nodes = {name: held for name, held in imports.items() if _is_member(*held)}, _reach_entry(tree, entry)
+    tree, imports, used = ast.parse(text), Imports(), {method}
+    if any(isinstance(node, ast.ClassDef) for node in tree.body):
+        used |= {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    tree.body = _clean_block(tree.body, tree, used, imports)
+    nodes = _reach_entry(tree, [walk_nodes(node, used, imports) for node in tree.body], entry)
+    imports = {name: (module, of) for name, (module, of) in imports.items() if of in MEMBERS.get(module, ())}
     _check_nodes(nodes, NAMES.union(("__name__",), imports, _bind_names(nodes)), imports)
     return tree, imports, nodes
 
 
-def walk_nodes(node: ast.AST) -> list[ast.AST]:
-    """A node and all below it. Contexts and most operators are left out: each of them is on the list."""
-    nodes: list[Any] = [node]
+def walk_nodes(node: ast.AST, used: set[str], imports: Imports) -> list[ast.AST]:
+    """A node and all below it, cleaned of imports (which `imports` has then), annotations, docstrings, and methods that
+    nothing names. Contexts and operators are left out: each of them is on the list.
+    """
+    nodes: list[ast.AST] = [node]
     for each in nodes:
-        for field in each._fields if type(each) not in (ast.Name, ast.Constant) else ():
+        kind: type[ast.AST] = type(each)
+        if isinstance(each, ast.arg | ast.FunctionDef):
+            setattr(each, "annotation" if isinstance(each, ast.arg) else "returns", None)
+        for field in FIELDS.get(kind, each._fields):
             value: Any = getattr(each, field, None)
-            if type(value) is list:
-                nodes += [one for one in cast("list[Any]", value) if isinstance(one, ast.AST)]
-            elif isinstance(value, ast.AST) and value._fields:
-                nodes.append(value)
+            parts = cast("list[Any]", value) if isinstance(value, list) else [value]
+            if parts is value and field in ("body", "orelse"):
+                empty = [ast.copy_location(ast.Pass(), one) for one in parts[: field == "body"]]
+                parts = _clean_block(parts, each, used, imports) or empty
+                setattr(each, field, parts)
+            nodes += [one for one in parts if isinstance(one, ast.AST)]
     return nodes
 
 
-def _is_member(module: str, member: str) -> bool:
-    return module in MEMBERS and member in ("", *MEMBERS[module])
+@cache
+def list_built_in() -> frozenset[str]:
+    """The attributes of Python's own types, and of NumPy's."""
+    numpy: Any = import_module("numpy")
+    kinds = [each for held in (builtins, types) for each in vars(held).values() if isinstance(each, type)]
+    kinds += [numpy.ndarray, numpy.generic, numpy.dtype, numpy.ufunc]
+    return frozenset(name for each in kinds for name in dir(each))
 
 
-def _clean_node(node: ast.AST, used: set[str]) -> None:
-    """Removes imports, docstrings, annotations, the main block, and methods that nothing names."""
-    for field in {"body", "orelse"}.intersection(node._fields):
-        block: list[ast.stmt] = getattr(node, field)
-        kept = [part for each in block for part in _clean_statement(each, node, used)]
-        if field == "body" and not kept and not isinstance(node, ast.Module):
-            kept = [ast.copy_location(ast.Pass(), block[0])]
-        setattr(node, field, kept)
-    if type(node) in (ast.arg, ast.FunctionDef):
-        setattr(node, "annotation" if isinstance(node, ast.arg) else "returns", None)
+def _clean_block(block: list[ast.stmt], parent: ast.AST, used: set[str], imports: Imports) -> list[ast.stmt]:
+    kept, of_class = list[ast.stmt](), isinstance(parent, ast.ClassDef)
+    for node in block:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            for each in node.names:
+                held = (node.module or "", each.name) if isinstance(node, ast.ImportFrom) else (each.name, "")
+                if imports.setdefault(each.asname or each.name, held) != held:
+                    raise _refuse(node, f"{each.asname or each.name} is imported twice")
+        elif isinstance(node, ast.AnnAssign):
+            if of_class and "ClassVar" not in ast.unparse(node.annotation):
+                node.annotation = ast.copy_location(ast.Constant(None), node)  # fields of dataclasses need one
+                kept.append(node)
+            elif node.value is not None:
+                kept.append(ast.copy_location(ast.Assign([node.target], node.value), node))
+        elif isinstance(node, ast.If) and getattr(getattr(node.test, "left", None), "id", "") == "__name__":
+            main = ast.unparse(node.test) == "__name__ == '__main__'"
+            kept += _clean_block(node.orelse, parent, used, imports) if main else [node]
+        elif of_class and isinstance(node, ast.FunctionDef) and not node.decorator_list and not node.name.endswith("_"):
+            kept += [node] if node.name in used else []
+        elif not isinstance(node, ast.Expr) or not isinstance(node.value, ast.Constant):
+            kept.append(node)
+    return kept
 
 
-def _clean_statement(node: ast.stmt, parent: ast.AST, used: set[str]) -> list[ast.stmt]:
-    """Returns what is left of a statement; of a method that nothing names, nothing."""
-    of_class = isinstance(parent, ast.ClassDef)
-    told = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-    if isinstance(node, ast.Import | ast.ImportFrom) or told:
-        return []
-    if of_class and isinstance(node, ast.FunctionDef) and not node.decorator_list and not node.name.endswith("_"):
-        return [node] if node.name in used else []
-    if isinstance(node, ast.AnnAssign):
-        if of_class and "ClassVar" not in ast.unparse(node.annotation):
-            node.annotation = ast.copy_location(ast.Constant(None), node)  # fields of dataclasses need one
-            return [node]
-        return [] if node.value is None else [ast.copy_location(ast.Assign([node.target], node.value), node)]
-    if not isinstance(node, ast.If) or getattr(getattr(node.test, "left", None), "id", "") != "__name__":
-        return [node]
-    return node.orelse if ast.unparse(node.test) == "__name__ == '__main__'" else [node]
-
-
-def _reach_entry(tree: ast.Module, entry: str) -> list[ast.AST]:
-    """Keeps what names the entry, what it names, and so on, and calls of functions; returns the nodes of these."""
-    body, walked = tree.body, [walk_nodes(node) for node in tree.body]
-    names = [{each.id for each in nodes if type(each) is ast.Name} for nodes in walked]
+def _reach_entry(tree: ast.Module, walked: list[list[ast.AST]], entry: str) -> list[ast.AST]:
+    """Keeps what names the entry, what it names, and so on, and calls of functions; returns the nodes of these.
+    `walked`: those of each statement.
+    """
+    body = tree.body
+    names = [{each.id for each in nodes if isinstance(each, ast.Name)} for nodes in walked]
     defined = [getattr(node, "name", "") for node in body]
     kept, known, count = set[int](), {entry}, -1
     while count < len(kept):
@@ -182,8 +181,8 @@ def _check_nodes(nodes: list[ast.AST], bound: frozenset[str], imports: Imports) 
             raise _refuse(node, f"the name {name} is not defined in the file")
         if isinstance(node, ast.Attribute):
             module, member = imports.get(node.value.id, ("", "-")) if isinstance(node.value, ast.Name) else ("", "-")
-            known = node.attr in ATTRIBUTES or (node.attr not in BUILT_IN and not node.attr.startswith("__"))
-            if not (known if member else _is_member(module, node.attr)) and ast.unparse(node) != "super().__init__":
+            own = node.attr in ATTRIBUTES if member else node.attr in MEMBERS.get(module, ())
+            if not own and (not member or node.attr.startswith("__") or node.attr in list_built_in()):
                 raise _refuse(node, f"the attribute {node.attr}")
         if isinstance(node, ast.Constant) and type(node.value) not in (bool, bytes, int, float, str, types.NoneType):
             raise _refuse(node, f"a constant of the type {type(node.value).__name__}")
@@ -192,7 +191,7 @@ def _check_nodes(nodes: list[ast.AST], bound: frozenset[str], imports: Imports) 
             raise _refuse(node, "a format that is computed")
         if isinstance(node, ast.ClassDef):
             bases = {each.id for each in node.bases if isinstance(each, ast.Name)}
-            if node.keywords or bases & (NAMES - BASES):
+            if node.keywords or bases & NO_BASES:
                 raise _refuse(node, "a keyword or a base of a class")
         if isinstance(node, ast.arguments):
             for default in (*node.defaults, *filter(None, node.kw_defaults)):

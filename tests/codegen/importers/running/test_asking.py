@@ -10,6 +10,8 @@ from codegen.errors import DisagreementError, InputError
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from codegen.importers.reading import Said
+from codegen.importers.running.child import only_compares
+from codegen.importers.running.gate import gate_source
 from maviper.cli import main
 
 
@@ -97,6 +99,31 @@ def test_an_assertion_that_never_holds_is_refused():
 def test_floats_alone_are_asked_where_no_arrays_are_given():
     source = "def act(x):\n    return 'both' if (x[0] > 0.5) + (x[1] > 0.5) == 2 else 'not'\n"
     assert facts_of(source, Said(arrays="floats"))["act given"] == "Python's floats"
+
+
+COMPARED = "return 1 if x[0] > 2 else 0"
+ARRAYS_TELL = (  # of which lists and arrays are, or may be, answered differently
+    "if x: return 1", "y = x\n    return y == 1", "a, b = y = x\n    return y", "return x[True]", "return x[not 0]",
+    "return (x[0] > 1) + (x[1] > 1)", "return -(x[0] > 1)", "return x[0] == 9007199254740993", "return x[0] is x[0]",
+    "return x[0] in (1, 2)", "return x[0] + x[1]", "return [x[0]] == [x[0]]", "return (x[0], 1) == (x[0], 1)",
+    "return x[0:1]", "return f(x)", "return x.size", "return x", "return x == 1", "return x[0] // 2 == 1",
+    "x[0] = 1\n    return 1", "return x[y[0]]", "return round(x[0]) == 1", "return str(x[0])",
+)  # fmt: skip
+ALIKE = (
+    COMPARED, "a, b = x\n    return 'up' if 0 < a < b and not b >= 2 else 'down'", "return LIMIT < x[1] or x[0] == -1",
+    "hot = x[0] > 1\n    if hot and x['y'] != 2:\n        return None\n    return hot", "return x[0]",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("body", [*ARRAYS_TELL, *ALIKE])
+def test_arrays_are_asked_unless_a_source_only_compares(body):
+    _, _, nodes = gate_source(f"LIMIT = 3\ny = 1\ndef f(x):\n    return 1\ndef act(x):\n    {body}\n", "act")
+    assert only_compares(nodes, ["row"]) == (body in ALIKE)
+
+
+def test_numbers_that_are_given_one_by_one_may_be_compared_by_name():
+    _, _, nodes = gate_source("def act(a, b):\n    return 1 if a < b else 0\n", "act")
+    assert only_compares(nodes, [0, 1]) and not only_compares(nodes, ["row", 1])
 
 
 def test_the_gate_is_short():
