@@ -12,7 +12,6 @@ rounds them down to float32, which changes no decision for a float32 observation
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import repeat
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -202,14 +201,11 @@ def _policy_of(agent: str, named: "_Named", specs: tuple[ir.FeatureSpec, ...], n
     origin, _, chosen = named
     if origin.memory:
         return _remembering(agent, named, specs, numbers)
-    outputs, actions = (), ()
+    outputs, actions = (), _list_actions(chosen)
     if origin.vectors:
         bounds = origin.bounds or [(None, None)] * len(chosen.names)
         outputs = tuple(ir.OutputSpec(name, "none", *each) for name, each in zip(chosen.names, bounds, strict=True))
-    else:
-        actions = tuple(
-            ir.ActionSpec(*each) for each in zip(chosen.names, repeat(None), repeat(""), chosen.labels, strict=False)
-        )
+        actions = ()
     if origin.arithmetic:
         tree = _tree_of(agent, origin, len(specs), numbers)
         return ir.AgentPolicy(agent, TEAM, specs, actions, tree, outputs=outputs)
@@ -217,6 +213,11 @@ def _policy_of(agent: str, named: "_Named", specs: tuple[ir.FeatureSpec, ...], n
     if not np.isfinite(tree.threshold).all():
         raise InputError(f"a threshold lies below every {numbers} number", agent, "rescale that feature")
     return ir.AgentPolicy(agent, TEAM, specs, actions, tree, origin.grown if numbers == FLOAT32 else None)
+
+
+def _list_actions(chosen: names.Placed) -> tuple[ir.ActionSpec, ...]:
+    pairs = zip(chosen.names, chosen.labels, strict=False)
+    return tuple(ir.ActionSpec(name, None, label=label) for name, label in pairs)
 
 
 def _remembering(agent: str, named: _Named, specs: Sequence[ir.FeatureSpec], numbers: str) -> ir.AgentPolicy:
@@ -229,7 +230,7 @@ def _remembering(agent: str, named: _Named, specs: Sequence[ir.FeatureSpec], num
     kept = (
         ir.FeatureSpec(memory[each.name], "none", each.low, each.high, None, each.initial) for each in origin.memory
     )
-    plain = [ir.ActionSpec(*each) for each in zip(chosen.names, repeat(None), repeat(""), chosen.labels, strict=False)]
+    plain = _list_actions(chosen)
     actions = [
         replace(plain[chosen.place[label]], acts=chosen.names[chosen.place[label]], updates=updates)
         for label, updates in origin.pairs

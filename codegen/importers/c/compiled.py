@@ -38,7 +38,7 @@ from codegen.agreement.compiled import find_compiler
 from codegen.agreement.programs import run
 from codegen.errors import InputError, MissingToolError, escape_text
 from codegen.importers.c.kinds import Place
-from codegen.importers.c.machine import COUNTING, walk
+from codegen.importers.c.machine import list_targets, walk
 from codegen.importers.c.text import MORE, PREDEFINED, Expanded, parse_number
 from codegen.importers.reading import Answers, Origin, Running, Said
 from codegen.ir import Floats
@@ -101,35 +101,23 @@ def _run_builds(origin: Origin, name: str, compiled: "Compiled", *, scores: bool
         if origin.takes is not None and "overflow" not in origin.given:  # where assertions alone rule observations out
             compiled.ensure_failing(name, rows[~taken & ~np.isnan(rows).any(axis=1)])
         taken &= (rows[:, letters] >= 0).all(axis=1)  # a char may have a sign, or none
-        answers = compiled.answers(name, rows[taken])
-        if origin.memory:
-            return _answers_with_memory(origin, answers, taken, scores=scores)
-        told = np.zeros((len(rows), len(origin.vectors[0])) if origin.vectors else len(rows))
-        if len(answers) and origin.vectors:
-            told[taken] = answers
-        elif len(answers):
-            places = {label: place for place, label in enumerate(origin.labels)}
-            told = told.astype(np.int32)
-            told[taken] = [places.get(_label(each, scores=scores), -1) for each in answers]
+        answers, places = compiled.answers(name, rows[taken]), {label: at for at, label in enumerate(origin.labels)}
+        count = len(origin.memory)
+
+        def place_answer(answer: Sequence[Answer]) -> Any:
+            """Returns the numbers of an answer, or the place of its label, with the memory after it."""
+            if origin.vectors:
+                return answer
+            label = places.get(_label(answer[: len(answer) - count], scores=scores), -1)
+            return [label, *(ord(n) if isinstance(n, str) else n for n in answer[-count:])] if count else label
+
+        shape = (len(origin.vectors[0]),) if origin.vectors else (1 + count,) if count else ()
+        told = np.zeros((len(rows), *shape), np.float64 if origin.vectors else np.int64 if count else np.int32)
+        told[taken] = np.array([*map(place_answer, answers)], told.dtype).reshape(len(answers), *shape)
         words = dict(zip(np.flatnonzero(taken).tolist(), answers, strict=True))
         return Answers(told, taken, np.ones(len(rows), np.bool_), lambda place: _word(words[place]))
 
     yield Running(compiled.numbers, ask_rows, ["int8" if each == CHAR else each for each in types])
-
-
-def _answers_with_memory(origin: Origin, answers: Sequence[tuple[Answer, ...]], taken: Any, *, scores: bool) -> Answers:
-    """The place of each label, and the memory after it."""
-    count, places = len(origin.memory), {label: place for place, label in enumerate(origin.labels)}
-    told = np.zeros((len(taken), 1 + count), np.int64)
-    told[taken] = [
-        [
-            places.get(_label(each[:-count], scores=scores), -1),
-            *(ord(n) if isinstance(n, str) else n for n in each[-count:]),
-        ]
-        for each in answers
-    ] or np.zeros((0, 1 + count), np.int64)
-    words = dict(zip(np.flatnonzero(taken).tolist(), answers, strict=True))
-    return Answers(told, taken, np.ones(len(taken), np.bool_), lambda place: _word(words[place]))
 
 
 def _word(answer: Sequence[Answer]) -> str:
@@ -451,7 +439,6 @@ def _defines(decl: Any) -> bool:
     return any(isinstance(each, kinds) and getattr(each, "decls", getattr(each, "values", None)) for each in walk(decl))
 
 
-ACTING = c_ast.Decl | c_ast.Assignment
 COMPUTED = c_ast.Constant | c_ast.UnaryOp | c_ast.BinaryOp | c_ast.Cast
 COMPARING = c_ast.Compound | c_ast.If | c_ast.ID | c_ast.Constant | c_ast.StructRef
 LOGIC = ("<", "<=", ">", ">=", "==", "!=", "&&", "||", "!")
@@ -501,10 +488,8 @@ def _split_function(node: Any) -> list[Any]:
     that returns on every path. A function that sets or declares something stays whole.
     """
     given, parts = node.decl.type.args.params if node.decl.type.args else [], list[Any]()
-    acting = (
-        each for each in walk(node.body) if isinstance(each, ACTING) or getattr(each, "op", "") in (*COUNTING, "&")
-    )
-    if not all(isinstance(each, c_ast.Decl) and each.name for each in given) or _defines(node.decl) or any(acting):
+    acting = list_targets(node.body) or any(isinstance(each, c_ast.Decl) for each in walk(node.body))
+    if not all(isinstance(each, c_ast.Decl) and each.name for each in given) or _defines(node.decl) or acting:
         return [node]
 
     def split(each: Any) -> tuple[Any, int, bool]:

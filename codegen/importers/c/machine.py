@@ -67,23 +67,24 @@ def items_of(switch: Any) -> list[Any]:
     return switch.stmt.block_items or [] if isinstance(switch.stmt, c_ast.Compound) else [switch.stmt]
 
 
+def list_targets(node: Any) -> list[list[Any]]:
+    """What is assigned to, counted up or down, or has its address taken, below a node: each with what it is a part of,
+    up to a variable.
+    """
+    ways = [[each.lvalue] for each in walk(node) if isinstance(each, c_ast.Assignment)]
+    ways += [[each.expr] for each in walk(node) if isinstance(each, c_ast.UnaryOp) and each.op in (*COUNTING, "&")]
+    for way in ways:
+        while isinstance(way[-1], c_ast.ArrayRef | c_ast.StructRef):
+            way.append(way[-1].name)
+    return ways
+
+
 def collect_assigned(node: Any) -> set[str]:
     """The names that are assigned to, counted up or down, or whose address is taken, below a node; but not its own."""
-    assigned, own = set[str](), set[str]()
-    for each in walk(node):
-        if isinstance(each, c_ast.Decl) and "static" not in each.storage and each.name:
-            own.add(each.name)
-        if isinstance(each, c_ast.Assignment):
-            target = each.lvalue
-        elif isinstance(each, c_ast.UnaryOp) and each.op in (*COUNTING, "&"):
-            target = each.expr
-        else:
-            continue
-        while isinstance(target, c_ast.ArrayRef | c_ast.StructRef):
-            target = target.name
-        if isinstance(target, c_ast.ID):
-            assigned.add(target.name)
-    return assigned - own
+    declared = [each for each in walk(node) if isinstance(each, c_ast.Decl)]
+    return {way[-1].name for way in list_targets(node) if isinstance(way[-1], c_ast.ID)} - {
+        each.name for each in declared if "static" not in each.storage
+    }
 
 
 def is_const(node: Any) -> bool:

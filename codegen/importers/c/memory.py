@@ -14,7 +14,7 @@ from typing import Any
 from pycparser import c_ast
 
 from codegen.importers.c.kinds import Kind, Object
-from codegen.importers.c.machine import collect_assigned, is_const, parameters_of, walk
+from codegen.importers.c.machine import collect_assigned, is_const, list_targets, parameters_of, walk
 
 
 def hoist_statics(parsed: Any) -> dict[str, str]:
@@ -102,15 +102,6 @@ def _type_name(node: Any) -> str:
 
 def list_parts(target: Object, name: str, functions: Mapping[str, Any]) -> list[Object]:
     """The parts of an object of the caller's that a decision sets: its members that are assigned to."""
-    nodes = [part for each in collect_called(name, functions) for part in walk(functions[each].body)]
-    targets = [each.lvalue for each in nodes if isinstance(each, c_ast.Assignment)]
-    targets += [
-        each.expr for each in nodes if isinstance(each, c_ast.UnaryOp) and each.op in ("++", "--", "p++", "p--", "&")
-    ]
-    members = set[str]()
-    for each in targets:
-        while isinstance(each, c_ast.ArrayRef | c_ast.StructRef):
-            if isinstance(each, c_ast.StructRef):
-                members.add(each.field.name)
-            each = each.name
+    ways = [way for each in collect_called(name, functions) for way in list_targets(functions[each].body)]
+    members = {each.field.name for way in ways for each in way if isinstance(each, c_ast.StructRef)}
     return [each for each in target.parts() if isinstance(target.type, Kind) or members & {*each.place.way}]
