@@ -29,10 +29,14 @@ def hoist_statics(parsed: Any) -> dict[str, str]:
             continue
         assigned, moved = collect_assigned(function), list[Any]()
         taken |= {each.name for each in walk(parsed) if isinstance(each, c_ast.ID | c_ast.Decl | c_ast.Enumerator)}
-        declared = [each.name for each in (*inner, *parameters_of(function))]
+        outer = _list_outer(parsed)
+        named = [each for each in walk(function.body) if isinstance(each, c_ast.Enumerator)]
+        declared = [each.name for each in (*inner, *named, *parameters_of(function))]
         for items in _blocks(function.body):
             for each in [one for one in items if isinstance(one, c_ast.Decl) and "static" in one.storage]:
-                if each.name not in assigned or is_const(each) or declared.count(each.name) > 1:
+                # a name that means something else elsewhere in the function would be renamed there, too
+                hidden = declared.count(each.name) > 1 or each.name in outer
+                if each.name not in assigned or is_const(each) or hidden:
                     continue
                 name = f"{function.decl.name}_{each.name}"
                 while name in taken:
@@ -45,6 +49,13 @@ def hoist_statics(parsed: Any) -> dict[str, str]:
         parsed.ext[place:place] = moved
         walk.cache_clear()
     return hoisted
+
+
+def _list_outer(parsed: Any) -> set[str]:
+    """The names of functions, variables and enumerators of the file."""
+    declared = [each.decl if isinstance(each, c_ast.FuncDef) else each for each in parsed.ext]
+    enumerators = [each for one in declared for each in walk(one) if isinstance(each, c_ast.Enumerator)]
+    return {each.name for each in (*declared, *enumerators) if isinstance(each, c_ast.Decl | c_ast.Enumerator)}
 
 
 def _blocks(body: Any) -> Iterator[list[Any]]:

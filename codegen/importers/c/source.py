@@ -245,7 +245,8 @@ class _Follower(Machine):
                 parts = dict.fromkeys(list_parts(target, self.function.decl.name, self.functions))
             else:
                 before = self.scopes[0][name]
-                assert isinstance(before, Object), "a variable"
+                if not isinstance(before, Object):  # a static variable of a block that hides it
+                    raise self.make_error(f"the static variable {escape_text(name)} hides another name", "rename it")
                 target = Object(Place(name), before.type)
                 parts = dict(zip(target.parts(), map(self.constants.get, _places(before)), strict=True))
                 self.scopes[0][name] = target
@@ -273,7 +274,10 @@ class _Follower(Machine):
             if not isinstance(number, Number):
                 raise self.make_error(f"what {_call_part(place, kept)} begins with is not read", "set it to a number")
             widest = max(kind.low, -MAX_VALUE), min(kind.high, MAX_VALUE)
-            known.append(Memory(_call_part(place, kept), int(number.value), widest))
+            called = _call_part(place, kept)
+            while called in [each.name for each in known]:
+                called += "_"
+            known.append(Memory(called, int(number.value), widest))
         return Memories(known, self.where)
 
     def find_read_and_set(self, kept: Mapping[str, str]) -> str:
@@ -388,7 +392,8 @@ def _origin(
             if remembered in kept:
                 what = f"{escape_text(kept[remembered])} is read and written: what it held decides"
                 raise machine.make_error(what, STATE_ADVICE) from None
-            kept[remembered] = hoisted.get(remembered, remembered)
+            called = hoisted.get(remembered, remembered)
+            kept[remembered] = remembered if called in kept.values() else called
             continue
         except InputError:  # where a path that reads a struct comes before one that sets it
             name_read = machine.find_read_and_set(kept)
