@@ -25,6 +25,7 @@ from codegen.ir import (
     NO_ACTION,
     NO_CHILD,
     NO_FEATURE,
+    UNSCALED,
     WEIGHTS,
     ActionSpec,
     AgentPolicy,
@@ -179,6 +180,12 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
     names = [feature.name for feature in policy.features]
     for index, action in enumerate(policy.actions):
         yield from _action(f"{path}.actions[{index}]", action, names)
+    for index, feature in enumerate(policy.features):
+        factor, offset = feature.scale
+        plain = feature.scale == UNSCALED or (policy.whole and feature.initial is None)
+        if not (plain and 0 < factor <= MAX_LENGTH and abs(offset) <= MAX_LENGTH):
+            what = "is for whole numbers that are observed: a factor above 0 and an offset"
+            yield Violation(f"{path}.features[{index}].scale", what)
     yield from _trees(path, policy)
 
 
@@ -308,8 +315,8 @@ def _whole_faults(policy: AgentPolicy) -> Found:
             yield f"features[{index}].range", f"must be whole numbers of {policy.whole}"
     for node in np.flatnonzero(tree.feature != NO_FEATURE):
         threshold = float(tree.threshold[node])
-        if threshold % 1 or not low <= threshold <= high:
-            yield f"tree[{node}].threshold", f"is no {policy.whole}"
+        if threshold % 1 or not low <= threshold < high:
+            yield f"tree[{node}].threshold", f"is no {policy.whole} below the largest"
 
 
 def _sum_faults(policy: AgentPolicy) -> Found:

@@ -56,13 +56,12 @@ def observations(given: Any, n_features: int | None = None, agent: str = "an age
 
 
 def as_whole(rows: Any, whole: str) -> Any:
-    """Numbers of a type of whole numbers, of floats that are such. InputError for others."""
-    with np.errstate(invalid="ignore"):
-        given = rows.astype(whole)
-    if (given != rows).any():
-        what = f"{float(rows[given != rows][0])!r} is no {whole}"
-        raise InputError(what, "", f"give whole numbers from {np.iinfo(whole).min} to {np.iinfo(whole).max}")
-    return given
+    """Floats as a type of whole numbers: the next one above, within its ends, as trees of whole thresholds take them.
+    InputError for NaN, which is none.
+    """
+    if np.isnan(rows).any():
+        raise InputError(f"NaN is no {whole}", "", "give whole numbers")
+    return np.ceil(rows.astype(np.float64)).clip(np.iinfo(whole).min, np.iinfo(whole).max).astype(whole)
 
 
 def _double(number: Any, agent: str) -> float:

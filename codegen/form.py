@@ -17,7 +17,7 @@ import numpy as np
 
 from codegen.errors import ProfileError, escape_text, suggestion
 from codegen.floats import FLOAT32, WHOLE, deciding_double, short_hex
-from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, AgentPolicy, Int64, Sum, Tree
+from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, UNSCALED, AgentPolicy, Int64, Sum, Tree
 from codegen.sums import FLOAT32_STEPS
 
 SCHEMA_VERSION = 1
@@ -74,7 +74,8 @@ class GrownJson(_Strict):
 
 class FeatureJson(_Strict):
     """`seen`: least, 1st and 99th percentile and most in episodes, of all features of an agent or of none. `initial`:
-    of what is remembered, after a reset.
+    of what is remembered, after a reset. `scale`: factor and offset of a whole number, which is
+    factor * (number in the unit) + offset.
     """
 
     name: str
@@ -83,6 +84,7 @@ class FeatureJson(_Strict):
     meaning: str | None
     seen: tuple[float, float, float, float] | None = None
     initial: int | None = None
+    scale: tuple[float, float] = UNSCALED
 
 
 class ActionJson(_Strict):

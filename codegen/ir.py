@@ -53,6 +53,7 @@ COUNTED: Final = "counts actions from"  # after an agent, in a provenance: its e
 FORK: Final = "released"  # its value where that is the code of the paper's authors
 WEIGHTS: Final = tuple(2.0**power for power in range(-6, 7))  # of terms, with either sign
 FUNCTIONS: Final = ("sign", "positive", "zero")  # of a sum: -1, 0 or 1; 1 where it is above 0; 1 where it is 0
+UNSCALED: Final = (1.0, 0.0)
 NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 _INT32: Final = {"dtype": np.int32}
 _FLOAT64: Final = {"dtype": np.float64}
@@ -145,6 +146,7 @@ class FeatureSpec:
     high: float
     meaning: Meaning | None  #: None: the policy runs and compiles, but claims about world states are out of reach
     initial: int | None = None  #: of what the policy remembers (memory.py), after a reset; None: it is observed
+    scale: tuple[float, float] = UNSCALED  #: of a whole number, which is factor * (number in the unit) + offset
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,7 @@ from codegen.form import (
 )
 from codegen.ir import (
     FUNCTIONS,
+    UNSCALED,
     ActionSpec,
     AgentPolicy,
     EntitySpec,
@@ -180,6 +181,7 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
             "meaning": None if feature.meaning is None else str(feature.meaning),
             **({"seen": list(policy.seen[place])} if policy.seen else {}),
             **({} if feature.initial is None else {"initial": feature.initial}),
+            **({} if feature.scale == UNSCALED else {"scale": list(feature.scale)}),
         }
         for place, feature in enumerate(policy.features)
     ]
@@ -269,7 +271,12 @@ def _profile(raw: ProfileJson, where: str) -> PolicyProfile:
 def _policy(raw: AgentJson, path: str) -> AgentPolicy:
     features = tuple(
         FeatureSpec(
-            item.name, item.unit, *item.range, _meaning(item.meaning, f"{path}.features[{index}].meaning"), item.initial
+            item.name,
+            item.unit,
+            *item.range,
+            _meaning(item.meaning, f"{path}.features[{index}].meaning"),
+            item.initial,
+            item.scale,
         )
         for index, item in enumerate(raw.features)
     )

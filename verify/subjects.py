@@ -11,6 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Self
 
 from codegen.deciding import VERIFIER, ensure_plain
+from codegen.errors import InputError
+from codegen.ir import UNSCALED
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
@@ -28,6 +30,10 @@ class Subject:
 
     def __post_init__(self) -> None:
         # elsewhere, an action that changes memory would count as another one than the action that it takes
+        scaled = [each.name for policy in self.profile.agents for each in policy.features if each.scale != UNSCALED]
+        if scaled and self.viewed is None:
+            what = f"{VERIFIER} does not take scales in worlds yet"
+            raise InputError(what, ", ".join(scaled), "take the scale out of the profile, and state whole numbers")
         ensure_plain(self.profile, VERIFIER, memory=isinstance(self, ClosedLoop) and self.viewed is None)
 
     @property

@@ -127,6 +127,8 @@ def source_observations(
     tree, width, kinds = policy.tree, len(policy.features), [policy.numbers] * len(policy.features)
     for place, kind in zip(places, running.types, strict=False):
         kinds[place] = policy.numbers if kind == FLOAT64 else kind
+    if policy.whole:  # a source may take more than what is observed
+        kinds = [kind if np.can_cast(kind, policy.whole) else policy.whole for kind in kinds]
     most = min(ROWS if running.types else ROWS // 2, MAX_NUMBERS // 8 // width, WORK // (1 + len(running.numbers)))
     thresholds = [tree.threshold[tree.feature == place].tolist() for place in range(width)]
     chosen = choose_rows(running.numbers, kinds, thresholds, most)
@@ -134,6 +136,8 @@ def source_observations(
     tested = [_as_type(each, kind) for each, kind in zip(rows.T, kinds, strict=True)]
     pairs = zip(tested, chosen, strict=True)
     rows = np.stack([np.concatenate(pair).astype(np.float64) for pair in pairs], axis=1)
+    if policy.whole:
+        rows = rows.clip([each.low for each in policy.features], [each.high for each in policy.features])
     with np.errstate(over="ignore"):
         given = rows.astype(policy.numbers)  # which not all whole numbers are
     return _keep_rows(policy, given[((given == rows) | np.isnan(rows)).all(axis=1)], nan=nan, finite=finite)

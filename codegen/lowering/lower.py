@@ -133,7 +133,7 @@ def _places(profile: ir.PolicyProfile, names: Names) -> dict[str, Place]:
 
 def _feature(index: int, feature: ir.FeatureSpec, numbers: str, whole: str) -> Feature:
     ends = tuple(whole_literal(each, whole) for each in (feature.low, feature.high)) if whole else None
-    low, high = at_most(feature.low, numbers), -at_most(-feature.high, numbers)
+    (factor, offset), low, high = feature.scale, at_most(feature.low, numbers), -at_most(-feature.high, numbers)
     return Feature(
         index=index,
         name=feature.name,
@@ -149,6 +149,7 @@ def _feature(index: int, feature: ir.FeatureSpec, numbers: str, whole: str) -> F
         below_low=hex_bits(neighbour(low, -np.inf, numbers)[()]),
         high_bits=hex_bits(high + 0.0),
         meaning=str(feature.meaning) if feature.meaning else "",
+        scale="" if feature.scale == ir.UNSCALED else f"{factor:.17g} * {feature.name} + {offset:.17g}",
         function=feature.meaning.function if feature.meaning else "",
         terms=None if feature.meaning is None else tuple(_term(*term) for term in feature.meaning.terms),
     )

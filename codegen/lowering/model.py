@@ -54,6 +54,7 @@ class Feature:
     below_low: str  # the bits of the last number below the range, and of its end
     high_bits: str
     meaning: str
+    scale: str  # its number in the unit, of which the whole number is made; "": it is that number
     function: str  # of the sum of `terms`; "" for the sum itself
     terms: tuple[tuple[str, str, str], ...] | None  # (sign, weight unless it is 1, coordinate); None: no meaning
 

@@ -64,7 +64,12 @@ def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Form
                 if numbers[variable] != UNLIKE:
                     alone = replace(feature, meaning=Meaning(((1.0, variable),)))
                     cut = partial(sides, alone, numbers=policy.numbers, semantics=semantics)
-                    known[variable] = Compared(numbers[variable], cut)
+                    scale = map(Fraction, feature.scale)
+                    now = Compared(numbers[variable], cut, *scale)
+                    if known.get(variable, now)[2:] != now[2:]:
+                        what = f"agents that share {variable} have unlike scales"
+                        raise InputError(what, "--shared", "do not share it, or state the same scale")
+                    known[variable] = now
     return partial(read_as_compared, known=known)
 
 

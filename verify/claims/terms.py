@@ -177,10 +177,14 @@ def _not_above(total: CoordinateSum, strict: bool) -> Formula:
 
 
 class Compared(NamedTuple):
-    """A comparison of a feature: its numbers; (is at most, is above) one of these numbers, as formulas."""
+    """A comparison of a feature: its numbers; (is at most, is above) one of these numbers, as formulas. `factor` and
+    `offset`: what makes its number of the number in its unit, which formulas name.
+    """
 
     numbers: str
     cut: Callable[[float], tuple[Formula, Formula]]
+    factor: Fraction = Fraction(1)
+    offset: Fraction = Fraction(0)
 
 
 def read_as_compared(formula: Formula, known: Mapping[str, Compared]) -> Formula:
@@ -193,9 +197,15 @@ def read_as_compared(formula: Formula, known: Mapping[str, Compared]) -> Formula
         case Not(part):
             return Not(read_as_compared(part, known))
         case Linear(((weight, name),), bound, strict) if name in known:
-            numbers, cut = known[name]
+            numbers, cut, factor, offset = known[name]
+            end = factor * bound / weight + offset
             # up to an end, or the opposite of what is below it
-            return cut(last_of(bound / weight, numbers, below=strict == (weight > 0)))[0 if weight > 0 else 1]
+            return cut(last_of(end, numbers, below=strict == (weight > 0)))[0 if weight > 0 else 1]
+        case Linear(terms, bound, strict) if any(name in known for _, name in terms):
+            scales = [known[name][2:] if name in known else (Fraction(1), Fraction(0)) for _, name in terms]
+            pairs = [(weight / factor, name) for (weight, name), (factor, _) in zip(terms, scales, strict=True)]
+            moved = sum(weight * offset for (weight, _), (_, offset) in zip(pairs, scales, strict=True))
+            return Linear(tuple(pairs), bound + moved, strict)
         case _:
             return formula
 

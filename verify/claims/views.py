@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 from codegen.errors import InputError
 from codegen.floats import WHOLE
-from codegen.ir import PolicyProfile
+from codegen.ir import UNSCALED, PolicyProfile
 from verify.claims.observed import View, copy_of, ensure_several, of_several, over, variable
 from verify.claims.region import Interval, Region
 from verify.claims.region_files import everywhere
@@ -124,6 +124,17 @@ def confine_region(region: Region, view: PolicyProfile) -> Region:
     numbers = find_numbers(view)
     whole = {name: WHOLE[numbers[name]] for name in numbers if numbers[name] in WHOLE}
     ranges, box = everywhere(view).box, dict(region.box)
+    scaled = {
+        name
+        for policy in view.agents
+        for feature in policy.features
+        if feature.scale != UNSCALED and feature.meaning is not None
+        for _, name in feature.meaning.terms
+    }
+    for name in sorted(scaled):
+        if box[name] != ranges[name] or any(name in (a, b) for a, b, _ in region.differences):
+            what = f"the region bounds {name}, which has a scale"
+            raise InputError(what, region.name, 'leave it out there, and assume it: assume = "...", in its unit')
     for name in whole:
         (low, high), (least, most) = box[name], ranges[name]
         box[name] = Fraction(ceil(max(low, least))), Fraction(floor(min(high, most)))

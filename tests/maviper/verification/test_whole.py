@@ -2,13 +2,16 @@
 
 import ctypes
 import itertools
+import json
 import random
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from sklearn.tree import DecisionTreeClassifier
 
+import maviper
 from codegen import ir
 from codegen.agreement import selfcheck
 from codegen.agreement.compiled import ReplayedC, build, find_compiler
@@ -55,8 +58,9 @@ def test_a_source_of_whole_numbers_keeps_its_type_and_compiles_without_floats():
     assert "const int16_t *x" in header and "<= 20)" in header
     code = header[header.index("#include") :]
     assert not any(word in code for word in ("float", "double", "0x"))
-    with ReplayedC.of(profile) as compiled, pytest.raises(InputError, match=r"20\.5 is no int16"):
-        compiled.act("fan", np.array([[20.5, 0]]))
+    between = np.array([[20.5, 0], [20, 2.5], [-34.5, 1e9], [-1e9, 3]])  # as a world shows them
+    with ReplayedC.of(profile) as compiled:
+        assert (compiled.act("fan", between) == ir.act(policy, between)).all()
     assert imported(FAN, "float32").agents[0].whole == ""
     with pytest.raises(ProfileError, match="is no int16"):
         loads(text.replace('"threshold": 20,', '"threshold": 20.5,'), "p.json")
@@ -83,7 +87,7 @@ def test_a_header_of_whole_numbers_comes_back():
     assert (back.agents[0].tree.threshold == profile.agents[0].tree.threshold).all()
 
 
-def test_a_tree_of_floats_is_told_that_it_observes_whole_numbers():
+def test_a_tree_of_floats_is_told_that_it_observes_whole_numbers(tmp_path):
     rng = np.random.default_rng(5)
     x = np.column_stack([rng.uniform(-200, 200, 400), rng.uniform(-3, 3, 400)])
     fitted = DecisionTreeClassifier(max_depth=7, random_state=0).fit(x, (x.sum(axis=1) // 40) % 3)
@@ -93,6 +97,14 @@ def test_a_tree_of_floats_is_told_that_it_observes_whole_numbers():
     assert policy.whole == "int8" and len(policy.tree.feature) < len(from_sklearn(fitted).agents[0].tree.feature)
     with ReplayedC.of(profile) as compiled:
         assert (compiled.act("agent_0", rows) == fitted.predict(rows)).all()
+    for source in (
+        "int f(float t) { return t > 3.5f; }",
+        "int f(unsigned char t, int u) { return t > 3 || u < -70000; }",
+    ):
+        assert imported(source, "int8").agents[0].whole == "int8"
+    (tmp_path / "f.py").write_text("def f(x):\n    return 'up' if x[0] > 0.5 else 'down' if x[1] < -2.25 else 'stay'\n")
+    (policy,) = maviper.from_file(tmp_path / "f.py", numbers="uint8").agents
+    assert (policy.whole, policy.tree.threshold.max(), len(policy.tree.feature)) == ("uint8", 0, 3)
     with pytest.raises(InputError, match="memory goes from 0 to 200, which int8 has not"):
         imported("int f(short t) { static int n; if (t > 3 && n < 200) n++; return n > 100; }", "int8")
 
@@ -109,13 +121,14 @@ def drawn_tree(rng, kinds, depth):
     return f"if ({left} {rng.choice(OPERATORS)} {right}) {{ {parts[0]} }} else {{ {parts[1]} }}"
 
 
-def drawn_condition(rng, kinds, sums):
+def drawn_condition(rng, kinds, sums, scale):
     name = rng.choice("ab")
     low, high = ENDS[kinds[name]]
     at = rng.choice([low, high, low - 0.5, high + 0.5, rng.randint(low, high) + rng.choice([0, 0, 0.25, -0.0001])])
     if sums and rng.random() < 0.3:
         return f"a {rng.choice('+-')} b {rng.choice(OPERATORS)} {rng.randint(-90, 90) + rng.choice([0, 0.5])}"
-    return f"{name} {rng.choice(OPERATORS)} {at}"
+    factor, offset = scale if name == "a" else (1, 0)
+    return f"{name} {rng.choice(OPERATORS)} {(at - offset) / factor}"
 
 
 def answers_of(source, kinds, folder):
@@ -141,9 +154,11 @@ def test_claims_are_decided_as_by_trying_all_observations(seed, tmp_path):
     assert (policy.act(rows) == told).all()
     with ReplayedC.of(profile) as compiled:
         assert (compiled.act("act", rows) == ir.act(policy, rows)).all()
-    columns = {name: rows[:, place].astype(float) for place, name in enumerate("ab")}
-    for sums in (False, False, False, True):
-        parts, joined = [drawn_condition(rng, kinds, sums) for _ in range(2)], rng.choice(["and", "or"])
+    for sums, scale in ((False, (1, 0)), (False, (16.0, 800.0)), (False, (0.5, -7.0)), (True, (16.0, 800.0))):
+        columns = {"a": (rows[:, 0] - scale[1]) / scale[0], "b": rows[:, 1].astype(float)}
+        features = (replace(policy.features[0], scale=scale), policy.features[1])
+        profile = replace(profile, agents=(replace(policy, features=features),))
+        parts, joined = [drawn_condition(rng, kinds, sums, scale) for _ in range(2)], rng.choice(["and", "or"])
         place, sign = rng.randrange(len(policy.actions)), rng.choice(["==", "!="])
         action = policy.actions[place]
         (tmp_path / "c.toml").write_text(
@@ -183,3 +198,19 @@ def test_regions_are_the_whole_numbers_in_them(tmp_path):
         "mode": [0, 255],
     }
     assert decisions.verify(first.question, {}).verdict == Verdict.PROVED
+
+
+def test_a_scale_is_kept_and_said_and_asked_for_in_claims_alone(tmp_path):
+    text = dumps(imported(FAN))
+    document = json.loads(text)
+    document["agents"][0]["features"][0] |= {"unit": "degC", "scale": [16, 800]}
+    del document["content_hash"]
+    profile = loads(json.dumps(document), "p.json")
+    assert profile.agents[0].features[0].scale == (16.0, 800.0) and loads(dumps(profile), "p.json").agents[0].whole
+    assert "16 * celsius + 800 */" in emit(profile, ["c"])["imported.h"]
+    (tmp_path / "c.toml").write_text("[[claim]]\nformula = 'mode <= 3'\nregion = { box = { celsius = [0, 9] } }\n")
+    with pytest.raises(InputError, match="bounds celsius, which has a scale"):
+        questions(profile, "p.json", VerifyOptions(file=tmp_path / "c.toml"))
+    document["agents"][0]["features"][0]["scale"] = [0, 800]
+    with pytest.raises(ProfileError, match="a factor above 0"):
+        loads(json.dumps(document), "p.json")
