@@ -39,7 +39,7 @@ def main() -> NoReturn:
 
 def _command() -> object:
     exits.listen_for_interrupts()  # here, where an interrupt is told in words
-    gc.set_threshold(20_000)  # circles are rare in what commands make; to look for them took a tenth of a short one
+    gc.set_threshold(200_000)  # circles are rare in what commands make; to look for them took a tenth of a short one
     # our matrix products are small: threads cost more than they give, all the more beside other processes
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from maviper.cli.main import cli
