@@ -77,7 +77,7 @@ class _Asking:
 
     def __init__(self, before: PolicyProfile, options: VerifyOptions) -> None:
         self.options, self.stated = options, StatedWorld.of(before, options)
-        self.results, self.first = dict[int, AnyResult](), 0
+        self.results, self.first = dict[int, AnyResult](), -1
         self._origin, self._marked = self.stated.origin, _mark(before)
 
     def __call__(self, after: PolicyProfile) -> Answer | None:
@@ -86,7 +86,8 @@ class _Asking:
         self.stated = StatedWorld.of(replace(after, provenance=self._marked) if changed else after, self.options)
         self.results = dict[int, AnyResult]()
         asked = self.stated.asked
-        for number in sorted(range(len(asked)), key=lambda number: number != self.first):
+        last_ones_first = reversed(range(len(asked)))  # files tend to begin with what any tree keeps
+        for number in sorted(last_ones_first, key=lambda number: number != self.first):
             question = asked[number].question
             sparing = cast("Question[SystemClaim]", question.spending(samples=SAMPLES))
             result = self.stated.answer(sparing, beside=False)

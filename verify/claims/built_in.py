@@ -197,11 +197,15 @@ class Monotone(Claim):
     """
 
     name = "monotone"
-    words = "if the feature of the agent is raised and all others stay, its action does not move against the direction"
+    words = (
+        "if the feature of the agent is raised and all others stay, its action does not move against the direction "
+        "(where actions are named, out of these; if decreasing, into them)"
+    )
     agent: str | None = None
     feature: str
     direction: str | None = None
     order: Names | None = None  #: all actions, lowest first
+    actions: Names | None = None  #: only whether it takes one of these matters: none leaves them
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -51,7 +51,9 @@ class Parameters(TypedDict, total=False):
     agents: Annotated[Names | None, "agree, differ: the two agents."]
     agent: Annotated[str | None, "monotone, ignores, symmetric: the agent."]
     feature: Annotated[str | None, "monotone: the feature to raise; ignores: the feature that does not matter."]
-    actions: Annotated[Names | None, "ignores: only whether it takes one of these (default: which action it takes)."]
+    actions: Annotated[
+        Names | None, "monotone, ignores: only whether it takes one of these (default: which action it takes)."
+    ]
     direction: Annotated[str | None, "monotone: increasing (default) or decreasing."]
     features: Annotated[Names | None, "symmetric: the features whose sign changes (default: all)."]
     order: Annotated[

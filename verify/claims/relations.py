@@ -101,13 +101,16 @@ class _Moving(DecisionClaim):
 
 @dataclass(frozen=True)
 class Monotone(_Moving):
-    """That raising one feature alone never makes an agent's action fall (or rise), actions being in some order."""
+    """That raising one feature alone never makes an agent's action fall (or rise), actions being in some order; with
+    `actions` that it never makes an agent leave these (or come to them).
+    """
 
     of = "monotone"
-    reads = ("agent", "feature", "direction", "order")
+    reads = ("agent", "feature", "direction", "order", "actions")
 
     direction: str = INCREASING
     order: tuple[str, ...] = ()  # all actions, lowest first; empty: in the profile's order
+    actions: tuple[str, ...] = ()  # only whether it takes one of these matters; empty: which one it takes
 
     def states(self, profile: PolicyProfile) -> Formula:
         """Returns the formula claimed where the assumption holds. LookupError for a profile without the copy."""
@@ -115,7 +118,10 @@ class Monotone(_Moving):
         names = [action.name for action in lower.actions]
         ranks = [names.index(name) for name in self.order or names]
         ranks = ranks[::-1] if self.direction == DECREASING else ranks
-        above = [(_takes(lower.agent, ranks[k:]), _takes(higher.agent, ranks[k:])) for k in range(1, len(ranks))]
+        upper = [ranks[k:] for k in range(1, len(ranks))]
+        if self.actions:  # the highest ones, or the lowest
+            upper = [[k for k in ranks if (names[k] in self.actions) is (self.direction == INCREASING)]]
+        above = [(_takes(lower.agent, each), _takes(higher.agent, each)) for each in upper]
         keeps = [disjunction(negate(of_lower), of_higher) for of_lower, of_higher in above]
         return disjunction(negate(below({low: 1, high: -1}, 0)), conjunction(*keeps))
 
@@ -125,6 +131,9 @@ class Monotone(_Moving):
         if self.direction not in DIRECTIONS:
             raise UnknownNameError("direction", self.direction, DIRECTIONS, "direction")
         _ensure_order(self.order, _one_of(self, self.agent, profile))
+        _ensure_known(self.actions, _one_of(self, self.agent, profile))
+        if self.order and self.actions:
+            raise InputError("monotone is about an order or about some actions", "actions", "leave out one of them")
 
 
 @dataclass(frozen=True)
@@ -148,10 +157,7 @@ class Ignores(_Moving):
     def ensure(self, profile: PolicyProfile) -> None:
         """InputError unless the actions too are the profile's."""
         super().ensure(profile)
-        known = [action.name for action in _one_of(self, self.agent, profile).actions]
-        for name in self.actions:
-            if name not in known:
-                raise UnknownNameError("action", name, known, "actions")
+        _ensure_known(self.actions, _one_of(self, self.agent, profile))
 
 
 @dataclass(frozen=True)
@@ -210,6 +216,13 @@ def _ensure_order(order: Sequence[str], policy: AgentPolicy) -> None:
     actions = [action.name for action in policy.actions]
     if order and sorted(order) != sorted(actions):
         raise InputError("order must name every action once", "order", f"actions: {', '.join(actions)}")
+
+
+def _ensure_known(names: Sequence[str], policy: AgentPolicy) -> None:
+    known = [action.name for action in policy.actions]
+    for name in names:
+        if name not in known:
+            raise UnknownNameError("action", name, known, "actions")
 
 
 def _takes(agent: str, actions: Sequence[int]) -> Formula:

@@ -1,17 +1,23 @@
 """An imported if/else tree end to end: import, claims over its observations, certificates, replay; and bad input."""
 
 import json
+import random
 import re
 from dataclasses import replace
+from itertools import product
 
+import numpy as np
 import pytest
 
 from codegen import policy_json
 from codegen.form import layout
+from maviper import claims
 from maviper.cli import main
+from maviper.verification.ask import VerifyOptions, questions
+from maviper.verification.run import verdicts
 from tests.support.observations import blind
 from tests.support.small import small_profile
-from tests.support.teams import tree
+from tests.support.teams import nested, tree
 
 pytestmark = pytest.mark.solver
 CART = """
@@ -118,6 +124,35 @@ def test_certificates_are_accepted_with_the_original_profile(folder, name, capsy
     assert said.startswith("accepted") and "over observations" in said
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_sets_of_actions_that_are_not_left_are_those_of_all_observations(seed):
+    """By a search through one observation on each side of every threshold."""
+    chance = random.Random(seed)
+
+    def draw(depth):
+        if not depth:
+            return chance.randrange(3)
+        return (chance.randrange(3), chance.randrange(3) + 0.5, draw(depth - 1), draw(depth - 1))
+
+    names = ("angle", "spin", "place")
+    profile = blind({"cart": nested(draw(3))}, {"cart": names}, span=4.0)
+    policy, rows = profile.policy("cart"), list(product(range(4), repeat=3))
+    acted = dict(zip(rows, policy.act(np.array(rows, np.float32)).tolist(), strict=True))
+    for feature, kept, sign in product(range(3), ([0], [1, 2]), (1, -1)):
+        ups = [
+            (low, (*low[:feature], raised, *low[feature + 1 :])) for low in acted for raised in range(low[feature], 4)
+        ]
+        holds = all(acted[b] in kept or acted[a] not in kept for a, b in (pair[::sign] for pair in ups))
+        claim = claims.Monotone(
+            feature=names[feature],
+            direction={1: "increasing", -1: "decreasing"}[sign],
+            actions=[policy.actions[k].name for k in kept],
+        )
+        options = VerifyOptions.about(claim, "ranges", {"observations": True})
+        ((verdict, _),) = verdicts([one.question for one in questions(profile, "cart.json", options)])
+        assert (str(verdict) == "PROVED") == holds
+
+
 def edited(text, old, new):
     """A certificate with an edit and a hash that fits it."""
     from verify.checker.certificate import body_hash
@@ -220,6 +255,8 @@ def test_two_agents_agree_where_they_see_the_same(shared, code, tmp_path, capsys
             "unknown direction 'up'",
         ),
         (["--claim", "monotone(agent=a, feature=spin, order=[left,stay])"], "every action once"),
+        (["--claim", "monotone(agent=a, feature=spin, actions=[up])"], "unknown action 'up'"),
+        (["--claim", "monotone(agent=a, feature=spin, actions=[left], order=[left,stay,right])"], "leave out one"),
         (["--claim", "ignores(agent=a)"], "ignores is about one feature"),
         (["--claim", "ignores(agent=a, feature=tilt)"], "unknown feature 'tilt'"),
         (["--claim", "ignores(agent=a, feature=spin, actions=[up])"], "unknown action 'up'"),
