@@ -67,6 +67,7 @@ GAMMA = 0.95
 HORIZON = 12  # steps; what lies beyond it weighs at most 0.95^12 = 0.54 of what lies within
 FAR, FAR_GAMMA = 50, 0.99  # of single-agent environments, whose episodes are long
 BRANCHES_AT_ONCE = 16_384  # bounds the memory
+PAIRS_AT_ONCE = 300_000  # of agents in all branches: what is computed of them stays in a processor's cache
 COPIES_AT_ONCE = 512  # ... where each branch is a copy of an environment
 
 
@@ -121,7 +122,8 @@ class Measured:
         """Returns the measured Q of the agent; see `Expert.q`."""
         n_joint = len(joint)
         q_values = np.empty((len(state), n_joint))
-        at_once = max(1, (BRANCHES_AT_ONCE if self.world.games is None else COPIES_AT_ONCE) // n_joint)
+        branches = BRANCHES_AT_ONCE if self.world.games is None else COPIES_AT_ONCE
+        at_once = max(1, min(branches, PAIRS_AT_ONCE // len(self.agents) ** 2) // n_joint)
         for low in range(0, len(state), at_once):
             rows = np.arange(low, min(low + at_once, len(state)))
             asked = np.where(joint[None] == AS_GIVEN, given[rows, None], joint[None]).reshape(-1, len(self.agents))

@@ -6,8 +6,9 @@ Whole protocol: every iteration of the paper's 100 x 50 rollouts, selection over
 the default preset and without its refinement, which is ours (its seconds stand beside). By default a tenth of it (10
 iterations, named so); --full runs all of it, on deception, navigation (depth 6) and predator-prey. Then exact against
 histogram splits on the same data, interleaved; then time per agent, sample and non-constant feature over N in
-navigation, with the scripted expert and measured Q, and whole commands beside it. --sizes: these alone. --growth:
-joint growth alone, by every threshold, by histograms and by scikit-learn's fits of the same points, in turns.
+navigation, with the scripted expert and measured Q, and whole commands beside fifty lines of numpy and scikit-learn
+(navigation_direct.py). --sizes: these alone. --growth: joint growth alone, by every threshold, by histograms and by
+scikit-learn's fits of the same points, in turns.
 """
 
 import resource
@@ -16,14 +17,16 @@ import sys
 import tempfile
 import time
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from maviper.extraction.settings import REFINEMENT
-from tests.benchmarks.common import figure, interleave, reader, spent, tell
+from tests.benchmarks.common import figure, interleave, reader, spent, spent_by, tell
 
 GAMES = (("physical-deception", 4, 90, 30), ("cooperative-navigation", 6, 240, 90), ("predator-prey", 4, 240, 90))
 SIZES = (3, 4, 6, 12, 24)
+LINES = Path(__file__).with_name("navigation_direct.py")
 
 
 def one_run(name, depth, iterations, refinement=0):
@@ -150,17 +153,29 @@ def sizes():
     figures = [figure(text.format(n), 1e6 * cost) for n, cost in costs.items()]
     for least, *targets in ((3, 1.5, 1.2), (4, None, None)):
         figures.append(figure(f"the same with 24 agents over that with {least}", costs[24] / costs[least], *targets))
+    return [*figures, *commands()]
+
+
+def commands():
+    """The figures of whole commands with 24 agents. Three agents have a network with a critic; more have the script,
+    whose Q is measured by play, as it is in the other two ratios.
+    """
+    game, measured = "cooperative-navigation", "the whole command, 30 episodes, 24 agents"
+    large, small = by_command(f"{game},agents=24"), by_command(game)
+    scripted = by_command(f"{game}@scripted", "--world", game)
+    one, other = (spent_by(sys.executable, LINES, n).seconds for n in (24, 3))
     return [
-        *figures,
-        figure("the whole command, 30 episodes, 24 agents over 3, CPU", by_command(24) / by_command(3), 8, 5),
+        figure(f"{measured} over 3, CPU", large / small, 8, 5),
+        figure(f"{measured} over 3 with the script too, CPU", large / scripted),
+        figure("fifty lines of numpy and scikit-learn, 24 agents over 3, CPU", one / other),
+        figure(f"{measured}, over the fifty lines, CPU", large / one),
     ]
 
 
-def by_command(n):
+def by_command(*words):
     """CPU seconds of `extract` with 30 episodes, process start included: the least of three."""
-    world = f"cooperative-navigation,agents={n}"
     with tempfile.TemporaryDirectory() as folder:
-        runs = [spent("extract", world, "--max-episodes", "30", "-o", f"{folder}/{k}.json") for k in range(3)]
+        runs = [spent("extract", *words, "--max-episodes", "30", "-o", f"{folder}/{k}.json") for k in range(3)]
     return min(run.seconds for run in runs)
 
 

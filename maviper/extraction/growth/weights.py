@@ -85,22 +85,22 @@ def _weight(
     for rows, playing in in_play(world.alive(state), agent, others):
         # a value network's Q_i does not depend on what others do
         asked = playing if expert.centralized else []
-        for drawn, joint in _iterate_questions(world, expert, agent, asked, np.arange(len(labels))[rows]):
-            for part in parts(drawn, len(labels), max(1, ROWS_AT_ONCE // len(joint))):
-                seen = [each[part] for each in observations]
-                q = expert.q(agent, seen, state[part], joint, labels[part])
-                by_own = q.reshape(len(q), n_own, -1)  # the agent's own action varies slowest
-                chosen = np.take_along_axis(by_own, labels[part][:, agent, None, None], axis=1)[:, 0]
-                least = np.where(legal_actions(world, agent, seen)[..., None], by_own, np.inf).min(axis=1)
-                theirs = joint[: by_own.shape[2]]  # joint actions of the others
-                weights[part] = _mean(world, chosen - least, asked, seen, theirs)
+        joint, given = _pose_questions(world, expert, agent, asked, rows, labels)
+        for part in parts(rows, len(labels), max(1, ROWS_AT_ONCE // len(joint))):
+            seen = [each[part] for each in observations]
+            q = expert.q(agent, seen, state[part], joint, given[part])
+            by_own = q.reshape(len(q), n_own, -1)  # the agent's own action varies slowest
+            chosen = np.take_along_axis(by_own, labels[part][:, agent, None, None], axis=1)[:, 0]
+            least = np.where(legal_actions(world, agent, seen)[..., None], by_own, np.inf).min(axis=1)
+            theirs = joint[: by_own.shape[2]]  # joint actions of the others
+            weights[part] = _mean(world, chosen - least, asked, seen, theirs)
     return weights
 
 
-def _iterate_questions(
-    world: World, expert: Expert, agent: int, others: list[int], rows: Int
-) -> Iterator[tuple[Int, Int]]:
-    """States by their rows, and the joint actions that Q is asked for in them.
+def _pose_questions(
+    world: World, expert: Expert, agent: int, others: list[int], rows: slice | Int, labels: Int
+) -> tuple[Int, Int]:
+    """The joint actions that Q is asked for in some states, and what AS_GIVEN stands for in each, [n, n_agents].
 
     Where Q is measured by play and others have many joint actions, each state gets one of a few: as many as an agent
     has actions, in which each of the others takes each action equally often (Latin hypercube sampling, McKay et al.
@@ -108,14 +108,13 @@ def _iterate_questions(
     """
     choices = [len(world.actions[other]) for other in others]
     if critic_of(expert) != MEASURED or np.prod(choices, dtype=np.float64) <= MAX_BRANCHED:
-        yield rows, joint_actions(world, agent, others)
-        return
+        return joint_actions(world, agent, others), labels
     rng = np.random.default_rng([SAMPLE_SEED, agent])
     count = max(choices)
     theirs = np.stack([rng.permutation(count) % n for n in choices], axis=1)
-    turn = rng.permutation(len(rows)) % count
-    for place in range(count):
-        yield rows[turn == place], _with_own(world, agent, others, theirs[place : place + 1])
+    given, asked = labels.copy(), np.arange(len(labels))[rows]
+    given[asked[:, None], others] = theirs[rng.permutation(len(asked)) % count]
+    return joint_actions(world, agent, []), given
 
 
 def legal_actions(world: World, agent: int, observations: Sequence[Float32]) -> Bool:
