@@ -396,8 +396,15 @@ class Machine:
 
 
 TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
-_BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "int": 4, "float": 4, "double": 8}
-_BYTES |= {f"{each}_t": int(each.strip("uint")) // 8 for each in WHOLE}
+_BYTES = {
+    "unsigned char": 1,
+    "unsigned short": 2,
+    "unsigned int": 4,
+    "int": 4,
+    "float": 4,
+    "double": 8,
+    **{f"{each}_t": int(each.strip("uint")) // 8 for each in WHOLE},
+}
 _KINDS = ("unsigned char", "unsigned short", "unsigned int")
 
 
