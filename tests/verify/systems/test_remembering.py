@@ -1,5 +1,6 @@
 """Memory of agents as variables of a stated system: beside the reference, proved for ever, refuted, checked."""
 
+import itertools
 from fractions import Fraction
 
 import numpy as np
@@ -103,3 +104,75 @@ def test_counters_and_timers_decide_as_claimed_and_one_call_more_or_less_is_refu
     assert [str(each.verdict) for each in verified.results] == ["PROVED", "VIOLATED"]
     statement, played = as_played(statement_of(world.read_text(), "room.toml"), profile)
     accept(verified.results[0].evidence.certificate, played, statement.system)
+
+
+SWITCHED = """name = "room"
+steps = 400
+[variables]
+t = { range = [0, 40] }
+[agents.act.features]
+x = "t - 20"
+[agents.act.actions]
+action_0 = { push = 0.01 }
+action_1 = { push = -0.01 }
+[start]
+box = { t = [19.9, 20.1] }
+[dynamics.next]
+t = "t + act.push"
+[[claim]]
+name = "always"
+region = { box = { t = [19.3, 20.7] } }
+[[claim]]
+name = "always"
+region = { box = { t = [19.6, 20.4] } }
+[[claim]]
+name = "always"
+region = { box = { "act.count" = [0, 49] } }
+[[claim]]
+name = "always"
+region = { box = { "act.count" = [0, 40] } }
+"""
+SILENT = """name = "line"
+steps = 3000
+[variables]
+pulse = { range = [-2, 2] }
+[agents.act.features]
+pulse = "pulse"
+[agents.act.actions]
+OK = { keep = 1, more = -0.0009765625 }
+TRIP = { keep = 0, more = 1 }
+[start]
+box = { pulse = [0.75, 1] }
+[dynamics.next]
+pulse = "act.keep*pulse + act.more"
+[[claim]]
+name = "always"
+region = { box = { pulse = [-0.5, 1] } }
+"""
+PLANTS = {
+    "debounce": (SWITCHED, ["PROVED", "VIOLATED", "PROVED", "VIOLATED"]),
+    "watchdog": (SILENT, ["PROVED"]),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PLANTS)
+def test_a_plant_stays_in_bounds_that_follow_from_a_timer_alone(name, tmp_path):
+    """A switch after 50 calls lets a room drift by half a degree; a watchdog trips in time, after 1,000 calls."""
+    profile = profile_of(from_c(SOURCES[name].encode(), "act.c", Said(run=False)), Names())
+    text, verdicts = PLANTS[name]
+    (tmp_path / "world.toml").write_text(text)
+    verified = maviper.verify_system(profile, tmp_path / "world.toml")
+    assert [str(each.verdict) for each in verified.results] == verdicts
+    statement, played = as_played(statement_of(text, "world.toml"), profile)
+    for each in verified.results:
+        if each.evidence.certificate is not None:
+            assert accept(each.evidence.certificate, played, statement.system) > 0
+        else:  # the C is called again, from the start of the counterexample
+            states = each.evidence.counterexample.states
+            known = np.array([[int(states[0][f"act.{m.name}"]) for m in profile.agents[0].memory]])
+            assert known.tolist() == [[m.initial for m in profile.agents[0].memory]]
+            for before, after in itertools.pairwise(states):
+                taken, known = step_memory(profile.agents[0], known, [[float(before["t"] - 20)]])
+                assert after["t"] == before["t"] + (Fraction(-1, 100) if taken[0] else Fraction(1, 100))
+                assert known.tolist() == [[after[f"act.{m.name}"] for m in profile.agents[0].memory]]
