@@ -40,7 +40,7 @@ from codegen.ir import (
 )
 from codegen.memory import memory_faults
 from codegen.paths import illegal_leaves, mask_of
-from codegen.sums import ARITHMETICS, DOUBLE_SUMS, OBSERVED, choose_numbers
+from codegen.sums import ARITHMETICS, DOUBLE_SUMS, MAX_INNER, OBSERVED, choose_numbers
 
 MAX_VIOLATIONS: Final = 20
 MAX_TERMS = 1_000  # of a sum
@@ -363,9 +363,7 @@ def _all_sums(policy: AgentPolicy) -> Found:
         each = tree.sums[int(tree.feature[node]) - n]
         for fault in _sum(each, tree.arithmetic, n):
             yield f"tree[{node}].sum", fault
-        if [place for _, place in each.terms if place != CONSTANT] == [] or (
-            len(each.terms) == 1 and each.terms[0][0] == 1
-        ):
+        if not each.places or (len(each.terms) == 1 and each.terms[0][0] == 1):
             yield f"tree[{node}].sum", "a test of a sum has a feature, and more than one feature alone"
     for node in np.flatnonzero(tree.feature == NO_FEATURE) if tree.vectors else ():
         vector = tree.vectors[int(tree.action[node])]
@@ -383,20 +381,26 @@ def _order(named: np.ndarray, known: Sequence[object], path: str, kind: str) -> 
 
 
 def _sum(each: Sum, arithmetic: str, n_features: int) -> Iterator[str]:
-    places = [place for _, place in each.terms]
-    if not 1 <= len(places) <= MAX_TERMS:
+    parts = [*each.parts()]
+    if not all(part.terms for part in parts) or sum(len(part.terms) for part in parts) > MAX_TERMS:
         yield f"a sum has 1 to {MAX_TERMS} terms"
-    if any(not CONSTANT <= place < n_features for place in places):
-        yield f"features are 0 to {n_features - 1}"
-    if len({*places}) < len(places):
-        yield "a feature, or the constant, stands twice"
-    for weight, place in each.terms:
-        what = "a constant" if place == CONSTANT else "a weight"
-        numbers = choose_numbers(arithmetic) if place == CONSTANT else OBSERVED[arithmetic]
-        if weight == 0 and place != CONSTANT:
-            yield "a weight is 0: leave its term out"
-        elif (fault := _number(weight, numbers)) is not None:
-            yield f"{what} {fault}"
+    if each.depth > MAX_INNER:
+        yield f"more than {MAX_INNER} sums lie in one another"
+    for part in parts:
+        places = [place for _, place in part.terms if not isinstance(place, Sum)]
+        if any(not CONSTANT <= place < n_features for place in places):
+            yield f"features are 0 to {n_features - 1}"
+        if len({*places}) < len(places):
+            yield "a feature, or the constant, stands twice"
+        for weight, place in part.terms:
+            what = "a constant" if place == CONSTANT else "a weight"
+            numbers = choose_numbers(arithmetic) if place == CONSTANT else OBSERVED[arithmetic]
+            if isinstance(place, Sum) and arithmetic == DOUBLE_SUMS and abs(weight) != 1:
+                yield "in double sums an inner sum weighs 1 or -1"
+            if weight == 0 and place != CONSTANT:
+                yield "a weight is 0: leave its term out"
+            elif (fault := _number(weight, numbers)) is not None:
+                yield f"{what} {fault}"
 
 
 def _number(value: float, numbers: str) -> str | None:

@@ -83,16 +83,19 @@ def ensure_plain(profile: PolicyProfile, who: str, *, memory: bool = False) -> P
 
 
 def read_by(tree: Tree, tested: int, n_features: int) -> tuple[tuple[float, int], ...]:
-    """The weights and features, of `n_features`, that a test reads: the one feature, or the terms of its sum."""
+    """The weights and features, of `n_features`, that a test reads: the one feature, or those of its sum multiplied
+    out, 0 for one that cancels.
+    """
     if tested < n_features:
         return ((1.0, tested),)
-    return tuple(term for term in tree.sums[tested - n_features].terms if term[1] != CONSTANT)
+    exact = tree.sums[tested - n_features].expand()
+    return tuple((float(weight), place) for place, weight in exact.items() if place != CONSTANT)
 
 
 def list_operands(policy: AgentPolicy) -> list[str]:
     """Names what tests may compare: the features, and the sums that are tested."""
     names = [feature.name for feature in policy.features]
-    return names + [describe_sum(each.terms, names, DIGITS) for each in policy.tree.sums]
+    return names + [describe_sum(each, names, DIGITS) for each in policy.tree.sums]
 
 
 def compute_operands(policy: AgentPolicy, observation: ir.Floats) -> list[float]:
@@ -129,7 +132,7 @@ def describe_given(policy: AgentPolicy, leaf: int) -> Iterator[str]:
     """What a leaf gives for each output, in words; nothing of an agent that takes actions."""
     names = [feature.name for feature in policy.features]
     for output, each in zip(policy.outputs, _vector(policy, leaf), strict=True):
-        yield f"{output.name} = {describe_sum(each.terms, names, DIGITS)}"
+        yield f"{output.name} = {describe_sum(each, names, DIGITS)}"
 
 
 def describe_decision(policy: AgentPolicy, observation: Any, sign: str = " = ", *, units: bool = True) -> str:
@@ -158,6 +161,10 @@ def size(policy: AgentPolicy) -> int:
     tree, n = policy.tree, len(policy.features)
     tested: list[int] = tree.feature[tree.feature != NO_FEATURE].tolist()
     chosen: list[int] = tree.action[tree.feature == NO_FEATURE].tolist()
-    tests = [1 if each < n else 1 + len(tree.sums[each - n].terms) for each in tested]
-    given = [sum(len(each.terms) for each in vector) for vector in tree.vectors] or [1] * len(policy.actions)
+    tests = [1 if each < n else 1 + _count_weights(tree.sums[each - n]) for each in tested]
+    given = [sum(map(_count_weights, vector)) for vector in tree.vectors] or [1] * len(policy.actions)
     return sum(tests) + sum(given[each] for each in chosen)
+
+
+def _count_weights(each: ir.Sum) -> int:
+    return sum(len(part.terms) for part in each.parts())

@@ -18,18 +18,28 @@ import numpy as np
 from codegen.errors import ProfileError, escape_text, suggestion
 from codegen.floats import FLOAT32, WHOLE, deciding_double, short_hex
 from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, UNSCALED, AgentPolicy, Int64, Sum, Tree
-from codegen.sums import FLOAT32_STEPS
+from codegen.sums import FLOAT32_STEPS, MAX_INNER
 
 SCHEMA_VERSION = 1
 SUMS_VERSION = 2  # of profiles in which any agent has sums or outputs, and none remembers anything
 MEMORY_VERSION = 3  # of profiles in which any agent remembers something, and none observes whole numbers
-WHOLE_VERSION = 4  # of profiles in which any agent observes whole numbers
+WHOLE_VERSION = 4  # of profiles in which any agent observes whole numbers, and no sum weighs another one
+INNER_VERSION = 5  # of profiles in which a sum weighs another one
 Number = float | int | str
-SumJson = list[tuple[float, str | None]]  # [weight, feature], or [constant, null], in the order of the additions
 
 
 class _Strict(msgspec.Struct, forbid_unknown_fields=True):
     pass
+
+
+class TermJson(_Strict, array_like=True):
+    """[weight, feature], [constant, null] or [weight, sum], in the order of the additions."""
+
+    weight: float
+    weighed: "str | list[TermJson] | None"
+
+
+SumJson = list[TermJson]
 
 
 class SplitJson(_Strict):
@@ -227,8 +237,11 @@ def _dump_test(tree: Tree, feature: int, threshold: float, names: Sequence[str],
     return {"feature": names[feature], "threshold": deciding_double(threshold), "float32": short_hex(threshold)}
 
 
-def _dump_sum(each: Sum, names: Sequence[str]) -> list[list[float | str | None]]:
-    return [[float(weight), None if place == CONSTANT else names[place]] for weight, place in each.terms]
+def _dump_sum(each: Sum, names: Sequence[str]) -> list[list[Any]]:
+    def weighed(place: int | Sum) -> Any:
+        return _dump_sum(place, names) if isinstance(place, Sum) else None if place == CONSTANT else names[place]
+
+    return [[float(weight), weighed(place)] for weight, place in each.terms]
 
 
 # --- decoding
@@ -305,13 +318,16 @@ def _row(node: NodeJson, seen: _Reading, path: str) -> tuple[int, float, int, in
     return feature, threshold, *children, NO_ACTION
 
 
-def _sum(given: SumJson, seen: _Reading, path: str) -> Sum:
-    return Sum(
-        tuple(
-            (weight, CONSTANT if name is None else _place(seen.features, name, "feature", path))
-            for weight, name in given
-        )
-    )
+def _sum(given: SumJson, seen: _Reading, path: str, depth: int = 1) -> Sum:
+    if depth > MAX_INNER:
+        raise make_fault(f"{path}: more than {MAX_INNER} sums lie in one another")
+
+    def weighed(name: str | SumJson | None) -> int | Sum:
+        if isinstance(name, list):
+            return _sum(name, seen, path, depth + 1)
+        return CONSTANT if name is None else _place(seen.features, name, "feature", path)
+
+    return Sum(tuple((term.weight, weighed(term.weighed)) for term in given))
 
 
 def _place(known: Mapping[str, int], name: str, kind: str, path: str) -> int:

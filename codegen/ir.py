@@ -104,6 +104,11 @@ class Tree(_Arrays):
     vectors: tuple[tuple[Sum, ...], ...] = field(default=(), kw_only=True)
     gives: str = field(default=FLOAT32, kw_only=True)  #: what outputs are rounded to
 
+    @property
+    def all_sums(self) -> tuple[Sum, ...]:
+        """The sums that are tested, then those that leaves give."""
+        return (*self.sums, *(each for vector in self.vectors for each in vector))
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GrownTree(_Arrays):

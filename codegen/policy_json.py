@@ -24,6 +24,7 @@ from codegen.errors import ProfileError, escape_text
 from codegen.floats import FLOAT32, FLOAT64, WHOLE
 from codegen.form import (
     ADVICE,
+    INNER_VERSION,
     MEMORY_VERSION,
     SCHEMA_VERSION,
     SUMS_VERSION,
@@ -62,6 +63,7 @@ WITH_SUMS = (
     "; a sum of [weight, feature] and [constant, null] is added left to right, beginning with its first term, in the "
     "agent's arithmetic, and its threshold is exact; outputs are clipped to low and high, then rounded to what it gives"
 )
+WITH_INNER = "; [weight, sum] weighs a sum that is computed by itself first"
 WITH_MEMORY = (
     "; features with an initial value are remembered, and have it after a reset; after each decision the leaf's action "
     "updates them, all at once, and acts is the action that is taken; all else is kept, also where no decision is asked"
@@ -84,14 +86,15 @@ def dumps(profile: PolicyProfile) -> str:
     return layout(document | {"content_hash": _hash(document)}) + "\n"
 
 
-def _semantics(numbers: Sequence[str], *, summing: bool, remembering: bool) -> tuple[int, str]:
+def _semantics(numbers: Sequence[str], *, summing: bool, nesting: bool, remembering: bool) -> tuple[int, str]:
     """Returns a profile's schema version and its text on its meaning; `numbers`: what its agents compare; `summing`,
-    `remembering`: whether any does.
+    `nesting` (sums weigh sums), `remembering`: whether any does.
     """
     whole = any(each in WHOLE for each in numbers)
     version = MEMORY_VERSION if remembering else SUMS_VERSION if summing else SCHEMA_VERSION
-    version = WHOLE_VERSION if whole else version
-    added = (WITH_SUMS if summing else "") + (WITH_MEMORY if remembering else "") + (WITH_WHOLE if whole else "")
+    version = INNER_VERSION if nesting else WHOLE_VERSION if whole else version
+    added = (WITH_SUMS if summing else "") + (WITH_INNER if nesting else "")
+    added += (WITH_MEMORY if remembering else "") + (WITH_WHOLE if whole else "")
     return version, (WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS) + added
 
 
@@ -111,6 +114,7 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
     version, semantics = _semantics(
         [policy.whole or policy.numbers for policy in profile.agents],
         summing=any(policy.tree.arithmetic for policy in profile.agents),
+        nesting=any(len([*each.parts()]) > 1 for policy in profile.agents for each in policy.tree.all_sums),
         remembering=any(policy.memory for policy in profile.agents),
     )
     return {
@@ -229,11 +233,18 @@ def decode(raw: ProfileJson, where: str, besides: Besides) -> PolicyProfile:
     version, semantics = _semantics(
         [agent.numbers for agent in raw.agents],
         summing=any(agent.arithmetic for agent in raw.agents),
+        nesting=any(
+            isinstance(term.weighed, list)
+            for agent in raw.agents
+            for node in agent.tree
+            for each in [node.sum or [], *(node.outputs or [])]
+            for term in each
+        ),
         remembering=any(remembered),
     )
     if raw.schema_version != version:
         reads = f"{SCHEMA_VERSION}, {SUMS_VERSION} where an agent has sums or outputs, {MEMORY_VERSION} with memory"
-        reads += f", {WHOLE_VERSION} with whole numbers"
+        reads += f", {WHOLE_VERSION} with whole numbers, {INNER_VERSION} where a sum weighs another"
         detail = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {reads}"
         raise ProfileError(
             "a policy profile with another schema version", detail, "extract it again or install a matching version"

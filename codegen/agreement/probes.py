@@ -408,14 +408,15 @@ def _move_rows(policy: ir.AgentPolicy, node: int, rows: Floats, rng: np.random.G
     """Rows with one of the tested features moved so that the test is at its threshold, and beside."""
     tree, n, threshold = policy.tree, len(policy.features), float(policy.tree.threshold[node])
     tested = int(tree.feature[node])
-    moved = read_by(tree, tested, n)
-    terms = tree.sums[tested - n].terms if tested >= n else moved
+    moved = [(weight, place) for weight, place in read_by(tree, tested, n) if weight]
+    if not moved:
+        return
     weight, place = moved[int(rng.integers(len(moved)))]
-    others = np.zeros(len(rows))
+    others = np.full(len(rows), float(tree.sums[tested - n].expand().get(ir.CONSTANT, 0)) if tested >= n else 0.0)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        for other, where in terms:
+        for other, where in moved:
             if where != place:
-                others += other * (1.0 if where == ir.CONSTANT else rows[:, where].astype(np.float64))
+                others += other * rows[:, where].astype(np.float64)
         at = ((threshold - others) / weight).astype(policy.numbers)
     for side in (-np.inf, np.inf):
         value = at

@@ -49,11 +49,13 @@ def json_answer(policy: Mapping[str, Any], row: Sequence[float]) -> Any:
         return [float(given(_cut_scalar(_add_scalars(terms, seen, number), output))) for terms, output in pairs]
 
 
-def _add_scalars(terms: Sequence[tuple[float, str | None]], seen: Mapping[str, float], number: Any) -> Any:
-    weights, names = zip(*terms, strict=True)
-    values = [
-        number(w) if name is None else number(w) * number(seen[name]) for w, name in zip(weights, names, strict=True)
-    ]
+def _add_scalars(terms: Sequence[tuple[float, Any]], seen: Mapping[str, float], number: Any) -> Any:
+    def weigh(weight: float, what: Any) -> Any:
+        if what is None:
+            return number(weight)
+        return number(weight) * (_add_scalars(what, seen, number) if isinstance(what, list) else number(seen[what]))
+
+    values = [weigh(*term) for term in terms]
     total = values.pop(0)
     while values:
         total = number(total + values.pop(0))
@@ -111,9 +113,18 @@ def _node(node: Mapping[str, str]) -> dict[str, Any]:
     return {**tested, **limit, "left": int(node["data-left"]), "right": int(node["data-right"])}
 
 
-def _sum(text: str) -> list[tuple[float, str | None]]:
-    parts = [each.split(":") for each in text.split(",")]
-    return [(float.fromhex(weight), None if place == "-1" else place) for weight, place in parts]
+def _sum(text: str) -> list[tuple[float, Any]]:
+    terms, rest = list[tuple[float, Any]](), text
+    while rest:
+        weight, _, rest = rest.partition(":")
+        if rest.startswith("("):
+            end = next(at for at in range(len(rest)) if rest[: at + 1].count("(") == rest[: at + 1].count(")"))
+            terms.append((float.fromhex(weight), _sum(rest[1:end])))
+            rest = rest[end + 2 :]
+        else:
+            place, _, rest = rest.partition(",")
+            terms.append((float.fromhex(weight), None if place == "-1" else place))
+    return terms
 
 
 def _number(text: str) -> float | None:

@@ -91,7 +91,7 @@ def origin_of(
     grown = _Grown([Tree(root, read)], lambda leaves: leaves[0], said, where, sums)
     tree = grown.grow()
     inputs = [each.feature for each in grown.splits if each.feature < SUMS]
-    inputs += [place for form in (sums.known if sums else ()) for _, place in form.terms]
+    inputs += [place for form in (sums.known if sums else ()) for place in form.places]
     width = max([said.n_features, *(place + 1 for place in inputs)])
     permits = tuple(leaf.permits for (leaf,) in grown.ends)
     return replace(grown.make_origin(tree, width), permits=permits)
@@ -310,7 +310,7 @@ def _split(node: Mapping[str, Any], names: _Names, sums: Sums, where: str) -> Sp
         return Split(place, "<=", float(split["rhs"]), then, otherwise, nan=False)
     terms, limit = _linear(listed, names, float(split["rhs"]), where)
     if len(terms) == 1 and terms[0][0] == 1:
-        return Split(terms[0][1], "<=", limit, then, otherwise, nan=False)
+        return Split(Affine(terms).places[0], "<=", limit, then, otherwise, nan=False)
     return Split(sums.place(Affine(terms)), "<=", limit, then, otherwise, nan=False)
 
 

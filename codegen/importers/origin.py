@@ -274,7 +274,7 @@ def _ensure_alike(origin: Origin, agent: str) -> None:
     kind = FLOAT32 if origin.arithmetic == FLOAT32_STEPS else FLOAT64
     weights = FLOAT32 if origin.arithmetic == DOUBLE_SUMS else kind
     for each in (*origin.sums, *(one for vector in origin.vectors for one in vector)):
-        for weight, place in each.terms:
+        for weight, place in (term for part in each.parts() for term in part.terms):
             numbers = kind if place == CONSTANT else weights
             if float(np.dtype(numbers).type(weight)) != weight:
                 what = f"{weight!r} stands in a sum of {numbers} numbers, and is none"

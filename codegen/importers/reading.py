@@ -112,7 +112,7 @@ class Origin(Facts):
         """Features up to the last one that a test or a sum names."""
         single = self.grown.feature[self.grown.feature < MEMORY]
         sums = (*self.sums, *(each for vector in self.vectors for each in vector))
-        return 1 + max([int(single.max(initial=-1)), *(place for each in sums for _, place in each.terms)])
+        return 1 + max([int(single.max(initial=-1)), *(place for each in sums for place in each.places)])
 
 
 @dataclass(frozen=True)

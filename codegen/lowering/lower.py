@@ -394,26 +394,26 @@ def _sum_node(
         )
     terms = _terms(tree.sums[place - len(features)], features, tree.arithmetic)
     threshold = float(tree.threshold[node])
-    shown = (
-        f"{describe_sum(tree.sums[place - len(features)].terms, [each.name for each in features])} {holds(threshold)}"
-    )
+    shown = f"{describe_sum(tree.sums[place - len(features)], [each.name for each in features])} {holds(threshold)}"
     return SumNode(node, None, terms, _literal(threshold, tree.arithmetic == FLOAT32_STEPS), shown, None, (), *children)
 
 
 def _terms(each: ir.Sum, features: Sequence[Feature], arithmetic: str) -> tuple[Term, ...]:
-    return tuple(_weighted(weight, place, features, arithmetic == FLOAT32_STEPS) for weight, place in each.terms)
+    return tuple(_weighted(weight, place, features, arithmetic) for weight, place in each.terms)
 
 
-def _weighted(weight: float, place: int, features: Sequence[Feature], single: bool) -> Term:
+def _weighted(weight: float, place: int | ir.Sum, features: Sequence[Feature], arithmetic: str) -> Term:
     sign = "-" if np.signbit(weight) else "+"
-    size = None if abs(weight) == 1 and place != ir.CONSTANT else _literal(abs(weight), single)
+    size = None if abs(weight) == 1 and place != ir.CONSTANT else _literal(abs(weight), arithmetic == FLOAT32_STEPS)
+    if isinstance(place, ir.Sum):
+        return Term(sign, size, None, _terms(place, features, arithmetic))
     return Term(sign, size, None if place == ir.CONSTANT else features[place])
 
 
 def _lower_given(policy: ir.AgentPolicy, output: Output, each: ir.Sum, features: Sequence[Feature]) -> Given:
     tree, spec = policy.tree, policy.outputs[output.index]
-    if any(place != ir.CONSTANT for _, place in each.terms):
-        shown = describe_sum(each.terms, [feature.name for feature in features], SHOWN_DIGITS)
+    if each.places:
+        shown = describe_sum(each, [feature.name for feature in features], SHOWN_DIGITS)
         return Given(output, _terms(each, features, tree.arithmetic), None, shown)
     value = ir.clip_values(
         each.value(np.zeros((1, len(features)), policy.numbers), tree.arithmetic), spec.low, spec.high

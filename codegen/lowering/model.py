@@ -205,11 +205,12 @@ ZERO = {True: Double("0x0p+0f", "0.0"), False: Double("0x0p+0", "0.0")}
 
 @dataclass(frozen=True)
 class Term:
-    """A term of a sum: `size` times the feature, added or subtracted."""
+    """A term of a sum: `size` times the feature or the inner sum, added or subtracted."""
 
     sign: str  # "+" or "-"
     size: Double | None  # without its sign; None: 1
-    feature: Feature | None  # None: the term is its size
+    feature: Feature | None  # None: the term is its size, or weighs a sum
+    inner: tuple["Term", ...] = ()
 
 
 @dataclass(frozen=True)
@@ -251,12 +252,17 @@ class Given:
 
 
 def format_terms(terms: Sequence[Term]) -> str:
-    """A sum in one word: `0x1p-1:3,-0x1p+0:0`; the place of a constant is -1."""
+    """A sum in one word: `0x1p-1:3,-0x1p+0:0`; the place of a constant is -1, that of an inner sum the sum in
+    parentheses.
+    """
+
+    def weighed(term: Term) -> str:
+        if term.inner:
+            return f"({format_terms(term.inner)})"
+        return str(term.feature.index if term.feature else CONSTANT)
+
     parts = ((term, term.size.hex.removesuffix("f") if term.size else "0x1p+0") for term in terms)
-    return ",".join(
-        f"{'-' if term.sign == '-' else ''}{size}:{term.feature.index if term.feature else CONSTANT}"
-        for term, size in parts
-    )
+    return ",".join(f"{'-' if term.sign == '-' else ''}{size}:{weighed(term)}" for term, size in parts)
 
 
 @dataclass(frozen=True)
@@ -600,6 +606,13 @@ class Model:
     def summed(self) -> tuple[Summed, ...]:
         """The trees of the agents that test or give sums."""
         return tuple(agent.summed for agent in self.agents if agent.summed)
+
+    @property
+    def nests(self) -> bool:
+        """True if a sum weighs another one."""
+        nodes = [node for each in self.summed for node in each.nodes]
+        sums = [terms for node in nodes for terms in (node.terms, *(each.terms for each in node.given))]
+        return any(term.inner for terms in sums for term in terms)
 
     @property
     def acting(self) -> bool:

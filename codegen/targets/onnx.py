@@ -16,7 +16,9 @@ one that is 0. `Where` gives 0.0 for a -0.0 in its second place under onnxruntim
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -147,13 +149,26 @@ class Adding:
         self.nodes: list[Any] = []
         self.constants: list[Any] = []
 
+    def widen(self, tree: ir.Tree, seen: str, n_features: int) -> tuple[str, ir.Tree]:
+        """The observations `seen` with the values of inner sums as further columns, and the tree with sums of these."""
+        column: dict[str, int] = {}  # by text, which tells -0.0 from 0.0
+
+        def flatten(each: ir.Sum) -> ir.Sum:
+            return ir.Sum(tuple((weight, column.get(repr(place), place)) for weight, place in each.terms))
+
+        inner = [part for each in tree.all_sums for part in each.parts() if part is not each]
+        for text, part in {repr(part): part for part in sorted(inner, key=attrgetter("depth"))}.items():
+            seen = self.concat_columns(seen, self.emit_sums([flatten(part)], seen))
+            column[text] = n_features + len(column)
+        vectors = tuple(tuple(map(flatten, vector)) for vector in tree.vectors)
+        return seen, replace(tree, sums=tuple(map(flatten, tree.sums)), vectors=vectors)
+
     def emit_sums(self, sums: Sequence[ir.Sum], seen: str) -> str:
         """The name of the values of sums, [N, n_sums], of the observations `seen`."""
         return self._add_terms(_places([list(sums)]), seen, None)
 
-    def emit_outputs(self, policy: ir.AgentPolicy, seen: str, leaf: str, name: str) -> None:
+    def emit_outputs(self, policy: ir.AgentPolicy, tree: ir.Tree, seen: str, leaf: str, name: str) -> None:
         """Emits what the leaf numbered `leaf` [N] gives, cut and rounded, as `name` [N, n_outputs]."""
-        tree = policy.tree
         if any(bound == 0 and np.signbit(bound) for each in policy.outputs for bound in (each.low, each.high)):
             what = f"a bound of {policy.agent} is -0.0, for which onnxruntime's Where gives 0.0"
             raise InputError(what, "--target onnx", "let the bound be 0.0, or leave the target out")
@@ -224,7 +239,9 @@ def _tables(terms: list[list[tuple[float, int]]]) -> tuple[Any, Any]:
 
 
 def _term(each: ir.Sum, place: int) -> tuple[float, int]:
-    return each.terms[place] if place < len(each.terms) else (-0.0, CONSTANT)
+    weight, weighed = each.terms[place] if place < len(each.terms) else (-0.0, CONSTANT)
+    assert not isinstance(weighed, ir.Sum), "inner sums are columns by now"
+    return weight, weighed
 
 
 NEW_OPSETS, NEW_IR = {"": 13, "ai.onnx.ml": 5}, 10  # onnxruntime 1.20 has them
@@ -305,7 +322,8 @@ def _body(onnx: Any, policy: ir.AgentPolicy, *, old: bool) -> _Body:
     tree, adding = policy.tree, Adding(onnx, policy.tree.arithmetic)
     seen = adding.cast(INPUT) if tree.arithmetic == DOUBLE_SUMS else INPUT
     compared = tree.compared if tree.sums else policy.numbers
-    asked = INPUT if not tree.sums else adding.concat_columns(seen, adding.emit_sums(tree.sums, seen))
+    wide, tree = adding.widen(tree, seen, len(policy.features))
+    asked = INPUT if not tree.sums else adding.concat_columns(seen, adding.emit_sums(tree.sums, wide))
     leaf = "vector" if policy.outputs else OUTPUT
     if not old:
         chosen = new(onnx, tree, compared, asked, leaf)
@@ -316,7 +334,7 @@ def _body(onnx: Any, policy: ir.AgentPolicy, *, old: bool) -> _Body:
     nodes = [*adding.nodes, *chosen]
     if policy.outputs:
         before = len(adding.nodes)
-        adding.emit_outputs(policy, seen, leaf, NUMBERS)
+        adding.emit_outputs(policy, tree, wide, leaf, NUMBERS)
         nodes += adding.nodes[before:]
     reshaped = any(node.op_type == "Reshape" for node in chosen)
     flat = [onnx.numpy_helper.from_array(np.array([-1], np.int64), "all_rows")] if reshaped else []

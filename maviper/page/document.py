@@ -130,10 +130,10 @@ def _turning(policy: ir.AgentPolicy, place: int) -> Iterator[float]:
         for each, output in zip(vector, policy.outputs, strict=True):
             tested += [(each, bound) for bound in (output.low, output.high) if bound is not None]
     for each, limit in tested:
-        rest = limit - sum(weight for weight, at in each.terms if at == CONSTANT)
-        for weight, at in each.terms:
-            if at == place and abs(rest) < BOUNDED * abs(weight):
-                yield rest / weight
+        exact = each.expand()
+        rest, weight = Fraction(limit) - exact.get(CONSTANT, 0), exact.get(place, Fraction(0))
+        if abs(rest) < BOUNDED * abs(weight):
+            yield float(rest / weight)
 
 
 def bound_sliders(policy: ir.AgentPolicy, seen: Floats | None = None) -> list[tuple[float, float]]:
@@ -186,7 +186,11 @@ def tree_data(policy: ir.AgentPolicy) -> dict[str, Any]:
 
 
 def _sum(each: Sum, names: Sequence[str]) -> dict[str, Any]:
-    return {"terms": [list(term) for term in each.terms], "words": describe_sum(each.terms, names, DIGITS)}
+    return {"terms": _terms(each), "words": describe_sum(each, names, DIGITS)}
+
+
+def _terms(each: Sum) -> list[list[Any]]:
+    return [[weight, _terms(place) if isinstance(place, Sum) else place] for weight, place in each.terms]
 
 
 def outputs_data(policy: ir.AgentPolicy, ranges: Sequence[tuple[float, float]]) -> list[dict[str, Any]]:
@@ -213,8 +217,8 @@ def _span(policy: ir.AgentPolicy, place: int, ranges: Sequence[tuple[float, floa
 
 def _bound_sum(each: Sum, ranges: Sequence[tuple[float, float]]) -> tuple[float, float]:
     ends = [
-        (weight, weight) if place == CONSTANT else sorted(weight * end for end in ranges[place])
-        for weight, place in each.terms
+        [float(weight)] * 2 if place == CONSTANT else sorted(float(weight) * end for end in ranges[place])
+        for place, weight in each.expand().items()
     ]
     return sum(low for low, _ in ends), sum(high for _, high in ends)
 

@@ -62,11 +62,11 @@ class Cell:
 def affine(each: ir.Sum, n_features: int) -> tuple[Float64, float]:
     """The weights [n_features] and the constant of a sum."""
     weights, constant = np.zeros(n_features), 0.0
-    for weight, place in each.terms:
+    for place, weight in each.expand().items():
         if place == CONSTANT:
-            constant += weight
+            constant += float(weight)
         else:
-            weights[place] += weight
+            weights[place] += float(weight)
     return weights, constant
 
 

@@ -803,7 +803,8 @@
 
   /** The features that tests, sums and outputs of a tree read. */
   function places({ feature, sums = [], vectors = [] }) {
-    return [...feature, ...[...sums, ...vectors.flat()].flatMap(({ terms }) => terms.map(([, place]) => place))];
+    const read = (terms) => terms.flatMap(([, place]) => (Array.isArray(place) ? read(place) : [place]));
+    return [...feature, ...[...sums, ...vectors.flat()].flatMap(({ terms }) => read(terms))];
   }
 
   /** The shortest text that an agent reads as just this number: what a field says is what decides. */

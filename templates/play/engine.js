@@ -121,10 +121,11 @@ const Engine = (() => {
     });
   }
 
-  /** A sum of weighted features, from left to right in the tree's arithmetic; -1 is the place of a constant. */
+  /** A sum of weighted features and sums, from left to right in the tree's arithmetic; -1: the place of a constant. */
   function added(terms, seen, arithmetic) {
     const round = arithmetic === "float32 steps" ? Math.fround : same;
-    const term = ([weight, place]) => (place < 0 ? weight : round(weight * seen[place]));
+    const value = (place) => (Array.isArray(place) ? added(place, seen, arithmetic) : seen[place]);
+    const term = ([weight, place]) => (place === -1 ? weight : round(weight * value(place)));
     let found = term(terms[0]);
     for (let i = 1; i < terms.length; i++) found = round(found + term(terms[i]));
     return found;
@@ -174,7 +175,8 @@ const Engine = (() => {
     const found = [0, 0, 0];
     for (const [weight, place] of terms) {
       const axis = axes.indexOf(place);
-      if (axis >= 0) found[axis] += weight;
+      if (Array.isArray(place)) affine(place, seen, axes).forEach((each, k) => (found[k] += weight * each));
+      else if (axis >= 0) found[axis] += weight;
       else found[2] += place < 0 ? weight : weight * seen[place];
     }
     return found;

@@ -60,7 +60,7 @@ def world(outputs=0, actions=("left", "stay", "right"), more=""):
 
 def tree(seed, arithmetic, outputs, gives=None, bounded=True):
     """A random tree whose numbers are of a size at which roundings have bounds."""
-    return tamed(summed.policy(seed, arithmetic, outputs=outputs, gives=gives, bounded=bounded))
+    return tamed(summed.policy(seed, arithmetic, outputs=outputs, gives=gives, bounded=bounded, inner=0.3))
 
 
 def tamed(drawn):
@@ -69,7 +69,9 @@ def tamed(drawn):
     """
 
     def tame(each):
-        return Sum(tuple((weight if 2.0**-20 < abs(weight) < 2.0**20 else 0.5, place) for weight, place in each.terms))
+        if not isinstance(each, Sum):
+            return each
+        return Sum(tuple((w if 2.0**-20 < abs(w) < 2.0**20 else 0.5, tame(place)) for w, place in each.terms))
 
     made, n = drawn.tree, len(drawn.features)
     sums, vectors = tuple(map(tame, made.sums)), tuple(tuple(map(tame, each)) for each in made.vectors)

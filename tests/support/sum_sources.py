@@ -34,7 +34,22 @@ class Writer:
             return f"{read} * {self.number()}"
         return f"{read} / {self.suffix('2.0')}" if form == 2 else read
 
-    def total(self, least=1):
+    def total(self, least=1, inner=0.3):
+        """A sum of terms, some with parentheses: `inner` of them, and fewer within."""
+        text = self.plain(least)
+        if self.rng.random() >= inner:
+            return text
+        other = f"({self.total(1, inner / 2)})"
+        return [
+            f"{self.number()} * ({text})",
+            f"-({text})",
+            f"({text}) / {self.suffix('2.0')}",
+            f"{text} {self.rng.choice(['+', '-'])} {other}",
+            f"{other} - {text.lstrip('-')}",
+            f"{text} {self.rng.choice(['+', '-'])} {self.positive()} * {other}",
+        ][int(self.rng.integers(6))]
+
+    def plain(self, least):
         count = int(self.rng.integers(least, 4))
         places = self.rng.permutation(N)[:count].tolist()
         text = self.term(places[0])

@@ -20,14 +20,20 @@ def number(value, numbers):
     return near if near == 0 or abs(near) >= float(np.finfo(numbers).tiny) else 1.0
 
 
-def a_sum(rng, n_features, arithmetic, *, test):
-    """A sum of features with weights of every size; most of them differences or short sums."""
+def a_sum(rng, n_features, arithmetic, *, test, inner=0.0):
+    """A sum of features with weights of every size; most of them differences or short sums, `inner`: some of these
+    with a sum in them.
+    """
     numbers = OBSERVED[arithmetic]
     count = int(rng.integers(2, 4)) if test else int(rng.integers(0, 4))
     places = [int(place) for place in rng.permutation(n_features)[:count]]
     weights = [1.0, -1.0] if rng.random() < 0.5 else [float(rng.choice(EXTREME)) for _ in places]
     weights = (weights + [float(rng.normal()) for _ in places])[:count]
     terms = [(number(weight, numbers), place) for weight, place in zip(weights, places, strict=True)]
+    if inner and terms and rng.random() < inner:
+        weight = rng.choice([1.0, -1.0] if arithmetic == DOUBLE_SUMS else [1.0, -1.0, 2.5, -0.3])
+        part = a_sum(rng, n_features, arithmetic, test=True, inner=inner / 2)
+        terms.insert(int(rng.integers(len(terms) + 1)), (number(weight, numbers), part))
     if not terms or rng.random() < 0.4:
         value = float(rng.choice([0.0, -0.0, 0.25, -1.0, float(rng.normal())]))
         terms.insert(int(rng.integers(len(terms) + 1)), (number(value, choose_numbers(arithmetic)), ir.CONSTANT))
@@ -35,8 +41,9 @@ def a_sum(rng, n_features, arithmetic, *, test):
 
 
 class _Growing:
-    def __init__(self, rng, n_features, arithmetic, outputs, levels):
+    def __init__(self, rng, n_features, arithmetic, outputs, levels, inner):
         self.rng, self.n, self.arithmetic, self.outputs, self.levels = rng, n_features, arithmetic, outputs, levels
+        self.inner = inner
         self.rows, self.sums, self.vectors = [], [], []
 
     def node(self, level=0):
@@ -44,7 +51,8 @@ class _Growing:
         self.rows.append(None)
         if level == self.levels or (level > 1 and rng.random() < 0.2):
             if self.outputs:
-                vector = tuple(a_sum(rng, self.n, self.arithmetic, test=False) for _ in range(self.outputs))
+                given = {"test": False, "inner": self.inner}
+                vector = tuple(a_sum(rng, self.n, self.arithmetic, **given) for _ in range(self.outputs))
                 action = self._place(self.vectors, vector)
             else:
                 action = int(rng.integers(3))
@@ -54,7 +62,7 @@ class _Growing:
         if rng.random() < 0.3:
             feature, threshold = int(rng.integers(self.n)), number(drawn, OBSERVED[self.arithmetic])
         else:
-            made = a_sum(rng, self.n, self.arithmetic, test=True)
+            made = a_sum(rng, self.n, self.arithmetic, test=True, inner=self.inner)
             feature = self.n + self._place(self.sums, made)
             threshold = number(drawn, choose_numbers(self.arithmetic))
         left = self.node(level + 1)
@@ -71,10 +79,14 @@ class _Growing:
         return keys.index(repr(each))
 
 
-def policy(seed, arithmetic, *, outputs=0, gives=None, levels=4, n_features=5, bounded=True, agent="agent_0"):
-    """An agent with a random tree of sums; `outputs`: how many numbers it gives (0: it takes one of three actions)."""
+def policy(
+    seed, arithmetic, *, outputs=0, gives=None, levels=4, n_features=5, bounded=True, agent="agent_0", inner=0.0
+):
+    """An agent with a random tree of sums; `outputs`: how many numbers it gives (0: it takes one of three actions);
+    `inner`: how many of its sums weigh another one.
+    """
     rng = np.random.default_rng(seed)
-    growing = _Growing(rng, n_features, arithmetic, outputs, levels)
+    growing = _Growing(rng, n_features, arithmetic, outputs, levels, inner)
     growing.node()
     gives = gives or choose_numbers(arithmetic)
     tree = ir.Tree(
@@ -99,17 +111,16 @@ def profile(*policies):
     return ir.PolicyProfile(world, tuple(policies), ir.Provenance("random", "none", 0, "", "tests"))
 
 
-def every(seed, levels=4):
+def every(seed, levels=4, inner=0.0):
     """A profile of each kind, by its name: both kinds of leaves in every arithmetic, and what is rounded at the end."""
-    found = {}
+    found, given = {}, {"levels": levels, "inner": inner}
     for place, arithmetic in enumerate(ARITHMETICS):
-        given = {"levels": levels}
         found[f"actions, {arithmetic}"] = profile(policy(seed + place, arithmetic, **given))
         found[f"outputs, {arithmetic}"] = profile(policy(seed + place, arithmetic, outputs=3, **given))
         found[f"no bounds, {arithmetic}"] = profile(policy(seed + place, arithmetic, outputs=2, bounded=False, **given))
-    rounded = policy(seed, DOUBLE_SUMS, outputs=2, gives="float32", levels=levels)
+    rounded = policy(seed, DOUBLE_SUMS, outputs=2, gives="float32", **given)
     found["double sums given as float32"] = profile(rounded)
-    both = policy(seed, FLOAT64_SUMS, levels=levels, agent="agent_1")
+    both = policy(seed, FLOAT64_SUMS, **given, agent="agent_1")
     found["agents of two kinds"] = profile(rounded, both)
     return found
 
@@ -151,7 +162,8 @@ def exact_value(each, x, arithmetic):
     numbers = choose_numbers(arithmetic)
     total = None
     for weight, place in each.terms:
-        term = weight if place == ir.CONSTANT else _times(weight, x[place], numbers)
+        seen = exact_value(place, x, arithmetic) if isinstance(place, Sum) else x[place]
+        term = weight if place == ir.CONSTANT else _times(weight, seen, numbers)
         total = term if total is None else _added(total, term, numbers)
     return total
 

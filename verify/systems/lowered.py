@@ -106,14 +106,25 @@ class Errors:
 
     def of(self, each: Sum) -> Fraction:
         """Of a sum: of its features, its products and its additions, in their order."""
-        total = error = Fraction(0)  # the largest absolute value, roundings included; the error
+        total, error = self._bound(each)
+        if total > LARGEST:
+            raise InputError("a sum may be too large to bound its roundings", "", ADVICE)
+        return error
+
+    def _bound(self, each: Sum) -> tuple[Fraction, Fraction]:
+        """Returns the largest absolute value of a sum, roundings included, and its error."""
+        total = error = Fraction(0)
         for count, (weight, place) in enumerate(each.terms):
             factor = abs(Fraction(weight))
             if place == CONSTANT:
                 size, off = factor, Fraction(0)
             else:
-                off = factor * self.bound_feature(place)
-                size = factor * (self._sizes[place] or 1) + off
+                if isinstance(place, Sum):
+                    size, off = self._bound(place)
+                else:
+                    off = self.bound_feature(place)
+                    size = (self._sizes[place] or 1) + off
+                size, off = factor * size, factor * off
                 if not self._exact_products and factor != 1:
                     rounding = _rounding(self._added, size)
                     size, off = size + rounding, off + rounding
@@ -121,9 +132,7 @@ class Errors:
             if count:
                 rounding = self._added[0] * total
                 total, error = total + rounding, error + rounding
-        if total > LARGEST:
-            raise InputError("a sum may be too large to bound its roundings", "", ADVICE)
-        return error
+        return total, error
 
     def bound_output(self, largest: Fraction) -> Fraction:
         """Of the last rounding of a number."""
@@ -210,7 +219,7 @@ class _Reading:
             value = Number(Fraction(float(np.dtype(self._tree.gives).type(number))))
             return lambda: self._output(node, output + 1, {**settings, key: value}, f"{name}{more}")
 
-        if all(place == CONSTANT for _, place in given.terms):
+        if not given.places:
             return ends(self._constant(vector, output), "")()
         form = self._value(output, given)
         low, high = self._reach(form)
@@ -297,15 +306,15 @@ class _Reading:
     def _form(self, each: Sum) -> Affine:
         """The exact value of a sum."""
         form = Affine()
-        for weight, place in each.terms:
+        for place, weight in each.expand().items():
             if place == CONSTANT:
-                form = form.plus(Affine((), Fraction(weight)))
+                form = form.plus(Affine((), weight))
                 continue
             if self._stated[place].measure is not Measure.VALUE:
                 raise self._make_feature_error(
                     place, f"is {self._stated[place].measure.value}(..), and stands in a sum"
                 )
-            form = form.plus(self._stated[place].form, Fraction(weight))
+            form = form.plus(self._stated[place].form, weight)
         return form
 
     def _make_feature_error(self, place: int, what: str) -> InputError:

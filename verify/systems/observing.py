@@ -130,7 +130,7 @@ def _roundings(system: System, acting: Acting, state: State) -> dict[str, Fracti
     roundings: dict[str, Fraction] = {}
     for each in acting.roundings:
         chosen = each.sums[0 if each.output is None else vector]
-        if each.output is not None and all(place == CONSTANT for _, place in chosen.terms):
+        if each.output is not None and not chosen.places:
             roundings[each.variable] = each.bound
             continue
         exact = _exact(real, chosen, system.features[real.agent], state)
@@ -143,7 +143,7 @@ def _roundings(system: System, acting: Acting, state: State) -> dict[str, Fracti
 def _rounding(real: AgentPolicy, rounded: Rounded, chosen: ir.Sum, row: np.ndarray, exact: Fraction) -> Fraction:
     """By how much a sum is above its exact value; or what its last rounding adds."""
     if len(chosen.terms) == 1 and chosen.terms[0][0] == 1 and rounded.output is None:
-        return Fraction(float(row[0, chosen.terms[0][1]])) - exact  # a feature
+        return Fraction(float(row[0, chosen.places[0]])) - exact  # a feature
     value = chosen.value(row, real.tree.arithmetic)
     if not rounded.given:
         return Fraction(float(value[0])) - exact
@@ -156,8 +156,8 @@ def _rounding(real: AgentPolicy, rounded: Rounded, chosen: ir.Sum, row: np.ndarr
 def _exact(real: AgentPolicy, each: ir.Sum, features: Mapping[str, Feature], state: State) -> Fraction:
     """The exact value of a sum in a state."""
     total = Fraction(0)
-    for weight, place in each.terms:
-        total += Fraction(weight) * (1 if place == CONSTANT else features[real.features[place].name].form.at(state))
+    for place, weight in each.expand().items():
+        total += weight * (1 if place == CONSTANT else features[real.features[place].name].form.at(state))
     return total
 
 

@@ -52,7 +52,7 @@ from codegen.importers.symbolic.feature import (
 )
 from codegen.importers.symbolic.paths import Growth
 from codegen.ir import CONSTANT
-from codegen.sums import DOUBLE_SUMS
+from codegen.sums import DOUBLE_SUMS, Sum
 
 Operators = Mapping[str, Callable[[Any, Any], Any]]
 COMPUTE: Operators = {"+": operator.add, "-": operator.sub, "*": operator.mul}
@@ -95,8 +95,7 @@ class Arithmetic:
 
     def _holds(self, feature: Feature, sign: str, number: Any) -> bool:
         paths, place = self._ensure_paths(), feature.place
-        terms = self.sums.known[place - SUMS].terms if place >= SUMS else ((1.0, place),)
-        self.used |= {each for _, each in terms if each != CONSTANT}
+        self.used |= {*(self.sums.known[place - SUMS].places if place >= SUMS else [place])}
         if number != number:
             return sign == "!="
         # a double, since NumPy would make a float of Python's number
@@ -422,7 +421,7 @@ class Arithmetic:
         if self.numbers == FLOAT64:  # floats that are given as they are lie among the doubles
             both = [Feature(each.place) if [step.key for step in each.steps] == [GIVEN] else each for each in both]
             kind = kind if any(each.steps for each in both) else DOUBLE
-        return Symbol(self._add_features("-", both[0], both[1], kind), kind)
+        return Symbol(self._add_features("<", both[0], both[1], kind), kind)
 
     def _add_whole(self, sign: str, one: Symbol, other: Symbol) -> Feature:
         """A sum or difference of whole numbers, which floats have exactly."""
@@ -430,17 +429,15 @@ class Arithmetic:
         plain = [Feature(each.feature.place, each.feature.steps[1:]) for each in (one, other)]
         total = self._add_features(sign, plain[0], plain[1], FLOAT if single else DOUBLE)
         most = 2**16 if single else 2**32  # of an input: `Kind.fits_float32`
-        terms = self.sums.known[total.place - SUMS].terms
-        sizes = [abs(weight) * (1 if place == CONSTANT else most) for weight, place in terms]
-        if sum(sizes) > (2**24 if single else 2**53):
+        if _largest(self.sums.known[total.place - SUMS].terms, most) > (2**24 if single else 2**53):
             raise self.make_error("a sum of whole numbers may be no float", TEST_ADVICE)
         return total
 
     def _add_features(self, sign: str, one: Feature, other: Feature, kind: Kind) -> Feature:
         self._compute_in(kind)
-        total = self.sums.add_features(one, other, minus=sign == "-")
+        total = self.sums.add_features(one, other, sign)
         if total is None:
-            raise self.make_error("two sums are joined whose roundings have no order", IN_ORDER)
+            raise self.make_error("what is added or compared is no sum", IN_ORDER)
         self._ensure_weights(self.sums.known[total.place - SUMS])
         return total
 
@@ -457,7 +454,7 @@ class Arithmetic:
             given = each.feature if isinstance(each, Symbol) else each.value
             forms.append(self.sums.represent(given, self.make_error))
             self._ensure_weights(forms[-1])
-        self.used |= {place for each in forms for _, place in each.terms if place != CONSTANT}
+        self.used |= {place for each in forms for place in each.places}
         return Given(forms)
 
     def _compute_in(self, kind: Kind) -> None:
@@ -472,19 +469,39 @@ class Arithmetic:
 
     def _ensure_weights(self, form: Affine) -> None:
         """InputError for products of a float and a double that is none, which no profile has."""
-        for weight, place in form.terms if self.sums.arithmetic == DOUBLE_SUMS else ():
-            if place != CONSTANT and float(np.float32(weight)) != weight:
-                what = f"a float is multiplied with {weight!r}, which is no float"
-                raise self.make_error(what, "write it as a float, such as 0.1f, or let the observation be double")
+        for part in Sum(form.terms).parts() if self.sums.arithmetic == DOUBLE_SUMS else ():
+            for weight, place in part.terms:
+                if isinstance(place, Sum) and abs(weight) != 1:
+                    what = "a sum of floats is multiplied in double"
+                    raise self.make_error(what, "compute in float throughout, or let the observation be double")
+                if place != CONSTANT and float(np.float32(weight)) != weight:
+                    what = f"a float is multiplied with {weight!r}, which is no float"
+                    raise self.make_error(what, "write it as a float, such as 0.1f, or let the observation be double")
 
     def _ensure_one_rounding(self, form: Affine) -> None:
         """InputError for products that a compiler may join with the sum behind them; those of floats in double are
         exact, so that nothing is to be joined.
         """
-        if not self.contracts or len(form.terms) < 2 or self.sums.arithmetic == DOUBLE_SUMS:
+        if not self.contracts or self.sums.arithmetic == DOUBLE_SUMS:
             return
-        if any(abs(weight) != 1 and place != CONSTANT for weight, place in form.terms):
+        parts = [part for part in Sum(form.terms).parts() if len(part.terms) > 1]
+        if any(_is_product(*term) for part in parts for term in part.terms):
             raise self.make_error(ROUNDINGS, CONTRACTED)
+
+
+def _is_product(weight: float, place: int | Sum) -> bool:
+    """Returns True if the last operation of a term is a product, which may be joined with what is added to it."""
+    if isinstance(place, Sum) and abs(weight) == 1 and len(place.terms) == 1:
+        return _is_product(*place.terms[0])
+    return abs(weight) != 1 and place != CONSTANT
+
+
+def _largest(terms: features.Terms, most: int) -> float:
+    """Bounds the absolute value of a sum, and of what is computed on the way. `most`: that of an input."""
+    sizes = [_largest(place.terms, most) if isinstance(place, Sum) else most for _, place in terms]
+    return sum(
+        abs(weight) * (1 if place == CONSTANT else size) for (weight, place), size in zip(terms, sizes, strict=True)
+    )
 
 
 # --- steps

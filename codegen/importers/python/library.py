@@ -332,10 +332,10 @@ def _join_features(m: Any, kind: type[ast.operator], left: Feature, right: Featu
     if kind not in (ast.Add, ast.Sub):
         word = {ast.Mult: "product", ast.Div: "quotient"}.get(kind, "combination")
         raise Refused(f"the {word} of two features is computed", SEVERAL.format(word))
-    joined = m.sums.add_features(left, right, minus=kind is ast.Sub)
+    joined = m.sums.add_features(left, right, "-" if kind is ast.Sub else "+")
     if joined is None:
         cut = any(step.form and step.form[0] in CUTTING for each in (left, right) for step in each.steps)
-        raise Refused("two sums are joined whose roundings have no order", IN_ORDER + CUT_BEFORE if cut else IN_ORDER)
+        raise Refused("what is added is no sum", IN_ORDER + CUT_BEFORE if cut else IN_ORDER)
     m.sums.line = m.sums.line or m.line
     return joined
 
@@ -461,7 +461,7 @@ def _two_compared(m: Any, sign: str, left: Feature, right: Feature) -> Any:
     if m.counts(left) and m.counts(right):
         return compare_values(m, sign, left, m.whole(right))
     left, right = _unfold(m, left), _unfold(m, right)
-    difference = m.sums.add_features(left, right, minus=True)
+    difference = m.sums.add_features(left, right, "<")
     if difference is None and left.place == right.place:
         advice = "solve it for the feature, and compare that with one number"
         raise Refused("two numbers that are computed of one feature are compared", advice)

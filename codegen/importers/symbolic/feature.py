@@ -8,14 +8,13 @@ Assumes: each step never falls, never rises, falls below 0 and rises from there 
   every float, also infinite ones, and gives NaN for NaN only. One arithmetic for all sums, that of the numbers that the
   program compares.
 Does not: follow a program, or know a language: steps and comparisons compute with the scalars that a front end chose.
-  It reorders no roundings: a sum of two sums, a sum that is scaled, or a feature twice have no place.
+  It reorders no roundings: a sum that is added to another one, or scaled, stays a sum by itself in it.
 
 Additions of, products with and quotients by finite numbers that are not 0, minima, maxima, conversions and roundings
 are such steps, in any precision. They may be constant on stretches and overflow: what is found is exact nevertheless.
 What is returned may end with minima and maxima by numbers: they are the bounds of an output.
 
-Addition commutes exactly, and so does a sign with products and sums, but for the sign of a zero: a negated sum keeps
-its value and not that. Such a sum may be tested, and is no output.
+Addition commutes exactly, and so does a sign with a product; a sum keeps the sign before it.
 """
 
 import math
@@ -34,7 +33,7 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import SUMS
 from codegen.ir import CONSTANT, Floats
 from codegen.numbers import nearest_double
-from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, Sum
 
 SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
@@ -261,12 +260,12 @@ def _last(low: int, high: int, holds: Callable[[int], Any]) -> int:
 
 # --- sums
 
-Terms = tuple[tuple[float, int], ...]
+Terms = tuple[tuple[float, int | Sum], ...]
 Bounds = tuple[float | None, float | None]
 Columns: TypeAlias = "Sequence[Floats] | Mapping[int, Floats]"  # of inputs, by their places
 # forms of steps: (name, number or both, whether a zero keeps its sign at a bound of 0)
 CUTTING = ("min", "max", "clip")
-IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
+IN_ORDER = "add, subtract, and multiply with numbers only: y = c + w0 * x[0] + w1 * (x[1] - x[2])"
 CUT_BEFORE = "; a number that is cut first: y = low if x < low else high if x > high else x"
 NO_SUM = "what is returned is no sum of weighted features"
 
@@ -286,29 +285,39 @@ class Cut:
 
 
 class Affine(NamedTuple):
-    """Terms (weight, place of the input), in the order of the additions."""
+    """Terms (weight, place of the input or a sum), in the order of the additions."""
 
     terms: Terms
-    signed: bool = True  # whether its zeros have the signs of the program's
     cut: Cut | None = None  # of what is returned
 
     @property
-    def alone(self) -> bool:
-        """True if it is a number."""
-        return all(place == CONSTANT for _, place in self.terms)
+    def places(self) -> list[int]:
+        """The inputs that it reads; none where it is a number."""
+        return Sum(self.terms).places
 
-    def negate(self) -> "Affine":
-        """With all signs turned."""
-        return Affine(tuple((-weight, place) for weight, place in self.terms), self.signed and len(self.terms) == 1)
+    def within(self, factor: float = 1.0) -> "Affine":
+        """A single term, which weighs the form."""
+        return Affine(((factor, Sum(self.terms)),))
 
-    def plus(self, other: "Affine") -> "Affine | None":
-        """The sum, exactly; None where both are sums of several, or have something in common."""
-        if {place for _, place in self.terms} & {place for _, place in other.terms}:
-            return None
-        first, last = (other, self) if len(other.terms) > 1 else (self, other)
-        if len(last.terms) > 1:
-            return None
-        return Affine(first.terms + last.terms, self.signed and other.signed)
+    def scale(self, factor: float) -> "Affine":
+        """The product with a number, exactly."""
+        weight, place = self.terms[0]
+        single = len(self.terms) == 1 and (abs(weight) == 1 or factor == -1)
+        return Affine(((factor * weight, place),)) if single else self.within(factor)
+
+    def plus(self, other: "Affine") -> "Affine":
+        """The sum, exactly: from left to right, or with an inner sum where the program computes one by itself."""
+        first, last = (other, self) if len(self.terms) == 1 < len(other.terms) else (self, other)
+        last = last if len(last.terms) == 1 else last.within()
+        twice = last.terms[0][1] in [place for _, place in first.terms if not isinstance(place, Sum)]
+        first = first.within() if twice else first
+        return Affine(first.terms + last.terms)
+
+    def minus(self, other: "Affine") -> "Affine":
+        """The difference, exactly but for the sign of a zero, which no comparison tells: with the fewest inner sums."""
+        if len(self.terms) > 1:
+            return self.plus(other.scale(-1.0))
+        return self.plus(Affine(tuple((-weight, place) for weight, place in other.terms)))
 
 
 @dataclass
@@ -388,7 +397,8 @@ class Sums:
             if len(values) < len(ends):
                 raise make_error(f"what is returned is cut by numbers that are not {self.numbers}", IN_ORDER)
             if 0 in values and not keeps:
-                raise make_error("what is returned is cut at 0, and the sign of the zero there is not known", IN_ORDER)
+                advice = "let the number come last: max(min(u, 1.0), 0.0), or 0.0 if u < 0.0 else u"
+                raise make_error("what is returned is cut at 0, and the sign of the zero there is not known", advice)
             for most, value in zip((False, True) if name == "clip" else (name == "min",), values, strict=True):
                 cut = min if most else max
                 low, high = cut(low, value), cut(high, value)
@@ -402,25 +412,25 @@ class Sums:
         if form[0] in ("*", "/"):
             return self._scale_form(affine, value if form[0] == "*" else _reciprocal(value))
         added = Affine(((-value if form[0] == "-" else value, CONSTANT),))
-        return (affine.negate() if form[0] == "c-" else affine).plus(added)
+        return (affine.scale(-1.0) if form[0] == "c-" else affine).plus(added)
 
     def _scale_form(self, affine: Affine, factor: float | None) -> Affine | None:
-        """A product: of one input, or of a sum and a sign."""
-        if factor in (1.0, -1.0):
-            return affine if factor == 1 else affine.negate()
-        if factor is None or len(affine.terms) != 1 or affine.alone:
-            return None
-        weight, place = affine.terms[0]
-        vanishes = abs(factor) < float(np.finfo(self.numbers).tiny)  # zero, or subnormal
-        return None if vanishes or abs(weight) != 1 else Affine(((factor * weight, place),))
+        """A product of a form and a number; None for those that are zero or subnormal."""
+        if factor == 1:
+            return affine
+        vanishes = factor is None or not affine.places or abs(factor) < float(np.finfo(self.numbers).tiny)
+        return None if factor is None or vanishes else affine.scale(factor)
 
-    def add_features(self, left: Feature, right: Feature, *, minus: bool) -> Feature | None:
-        """The sum or difference of two features as a feature; None where it has no form."""
+    def add_features(self, left: Feature, right: Feature, sign: str) -> Feature | None:
+        """The sum ("+") or difference ("-") of two features as a feature, or one with the sign of the difference ("<");
+        None where it has no form.
+        """
         one, other = self.of(left), self.of(right)
         if one is None or other is None:
             return None
-        form = one.plus(other.negate() if minus else other)
-        return None if form is None else Feature(self.place(form))
+        if sign == "<":
+            return Feature(self.place(one.minus(other)))
+        return Feature(self.place(one.plus(other.scale(-1.0) if sign == "-" else other)))
 
     def place(self, affine: Affine) -> int:
         """The place of a sum."""
@@ -445,9 +455,12 @@ def sum_terms(terms: Terms, columns: Columns, numbers: str) -> Floats:
     total: Any = None
     with np.errstate(all="ignore"):
         for weight, place in terms:
-            each = np.full(count, weight, kind) if place == CONSTANT else columns[place].astype(kind)
-            if place != CONSTANT and weight != 1:
-                each = -each if weight == -1 else each * kind(weight)
+            if place == CONSTANT:
+                each: Any = np.full(count, weight, kind)
+            else:
+                seen = sum_terms(place.terms, columns, numbers) if isinstance(place, Sum) else columns[place]
+                each = seen.astype(kind)
+                each = each if weight == 1 else -each if weight == -1 else each * kind(weight)
             total = each if total is None else total + each
     return np.asarray(total, dtype=np.float64)
 

@@ -35,7 +35,7 @@ from codegen.importers.symbolic.feature import (
     turns_of,
 )
 from codegen.importers.symbolic.feature import place as place_of
-from codegen.ir import CONSTANT, MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree, Sum
+from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree, Sum
 from codegen.sums import FLOAT32_STEPS, FLOAT64_SUMS
 
 MAX_NODES = 1 << 19
@@ -330,7 +330,7 @@ def _origin_of_memory(
     if any(isinstance(each, Given) for each in labels):
         what = "numbers that depend on features are given, and something is remembered"
         raise InputError(what, where, "give what is remembered as a feature")
-    if any(place < len(said.memory) for form in (sums.known if sums else ()) for _, place in form.terms):
+    if any(place < len(said.memory) for form in (sums.known if sums else ()) for place in form.places):
         what = "what is remembered is compared with a feature, or stands in a sum"
         raise InputError(what, where, "compare it with numbers")
     plain = origin_of_tree(replace(grown, action=grown.action * 0), labels, said, where, sums)
@@ -348,9 +348,6 @@ def _vectors_of(values: Sequence[Any], where: str, sums: Sums | None) -> list[Gi
     if len(lengths) > 1:
         what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
         raise InputError(what, where, "return the same numbers on every path")
-    if not all(each.signed for one in vectors for each in one.vector):
-        what = "a negated sum is returned, whose zero has another sign than its terms"
-        raise InputError(what, where, "turn the signs of its terms instead")
     return vectors
 
 
@@ -367,9 +364,9 @@ def _bounds(vectors: Sequence[Sequence[Affine]], where: str) -> tuple[Bounds, ..
     """Returns the bounds that cut each output; () where none do. InputError where one is cut in some branches only."""
     bounds: list[Bounds] = []
     for forms in zip(*vectors, strict=True):
-        known = {(None, None) if each.cut is None else each.cut.bounds for each in forms if each.cut or not each.alone}
+        known = {(None, None) if each.cut is None else each.cut.bounds for each in forms if each.cut or each.places}
         low, high = known.pop() if known else (None, None)
-        fixed = [each.terms[0][0] for each in forms if each.alone and each.cut is None]
+        fixed = [each.terms[0][0] for each in forms if not each.places and each.cut is None]
         if known or any((low is not None and each < low) or (high is not None and each > high) for each in fixed):
             what = "a number is cut to bounds on some paths, and elsewhere to others or to none"
             raise InputError(what, where, "cut it in the same way on every path, or test the sum: if u > 2: return 2")
@@ -446,7 +443,7 @@ def renumber(origin: Origin, features: Sequence[int], actions: Sequence[int]) ->
     )
 
     def place(each: Sum) -> Sum:
-        return Sum(tuple((weight, CONSTANT if at == CONSTANT else int(columns[at])) for weight, at in each.terms))
+        return Sum(tuple((weight, place(at) if isinstance(at, Sum) else int(columns[at])) for weight, at in each.terms))
 
     vectors = tuple(tuple(map(place, vector)) for vector in origin.vectors)
     return replace(origin, grown=grown, sums=tuple(map(place, origin.sums)), vectors=vectors)
@@ -461,9 +458,9 @@ def rounds(origin: Origin) -> bool:
         asked = origin.grown.threshold[origin.grown.feature == SUMS + place].tolist()
         if len(each.terms) > 2 or not _plain(each) or not {*asked} <= zero:
             return True
-    given = [each for vector in origin.vectors for each in vector if any(place != CONSTANT for _, place in each.terms)]
+    given = [each for vector in origin.vectors for each in vector if each.places]
     return any(len(each.terms) > 1 or not _plain(each) for each in given)
 
 
 def _plain(each: Sum) -> bool:
-    return all(abs(weight) == 1 and place != CONSTANT for weight, place in each.terms)
+    return all(abs(weight) == 1 and place in each.places for weight, place in each.terms)

@@ -16,8 +16,8 @@ from maviper.compilation.compile import compile_profile
 from tests.support import machines, summed, summed_c
 from tests.support.tiers import first_of
 
-KINDS = summed.every(1, levels=3)
-SMALL = summed.every(2, levels=2)
+KINDS = summed.every(1, levels=3, inner=0.3)
+SMALL = summed.every(2, levels=2, inner=0.3)
 FEW = {kind: SMALL[kind] for kind in SMALL if kind.startswith("outputs") or kind == "agents of two kinds"}
 RANDOM = 300
 FUSING = [

@@ -151,3 +151,53 @@ def test_an_agent_that_gives_numbers_takes_no_action_in_formulas(formula, place,
     with pytest.raises(InputError, match="cart gives numbers, and takes no action") as error:
         maviper.verify_system(load(place / "cart.json", sums=True), world)
     assert f"column {formula.index('acts') + 1}" in str(error.value) and "out(cart).push" in str(error.value)
+
+
+LAW = """#pragma STDC FP_CONTRACT OFF
+float thrust(float z, float vz)
+{
+    const float kp = 2.5f, kd = 1.2f, ff = 0.4f, target = 1.0f;
+    if (z < 0.05f) return 0.0f;
+    float u = ff + kp * (target - z) - kd * vz;
+    if (u > 1.0f) u = 1.0f;
+    if (u < 0.0f) u = 0.0f;
+    return u;
+}
+"""
+HOVER = """name = "hover"
+steps = 60
+dt = "0.1 s"
+[variables]
+z = { unit = "m", range = [-1, 3] }
+vz = { unit = "m/s", range = [-3, 3] }
+[agents.thrust.features]
+z = "z"
+vz = "vz"
+[agents.thrust.outputs]
+u = "1"
+[start]
+box = { z = [0.4, 0.6], vz = [0, 0] }
+[dynamics.next]
+z = "z + dt*vz"
+vz = "vz + dt*(10[m/s^2]*thrust.u - 5[m/s^2])"
+[[property]]
+name = "stays_in"
+region = { box = { z = [0, 2] } }
+[[property]]
+name = "stays_in"
+region = { box = { z = [0, 0.8] } }
+"""
+
+
+def test_the_law_that_flies_is_proved(tmp_path):
+    """A sum within a sum, as people write control laws: its roundings are those of its own order."""
+    (tmp_path / "law.c").write_text(LAW)
+    (tmp_path / "hover.toml").write_text(HOVER)
+    assert main.run(["import", str(tmp_path / "law.c"), "--outputs", "u", "-o", str(tmp_path / "law.json")]) == 0
+    asked = ["verify", str(tmp_path / "law.json"), "--system", str(tmp_path / "hover.toml")]
+    assert main.run([*asked, "-o", str(tmp_path / "out")]) == 1
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert [result["verdict"] for result in report["results"]] == ["PROVED", "VIOLATED"]
+    assert check_file(tmp_path / "out" / "certificate-1-stays_in.json")
+    (found,) = (tmp_path / "out").glob("counterexample-*.json")
+    assert replay(found, load(tmp_path / "law.json", sums=True)).violated

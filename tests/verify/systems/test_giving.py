@@ -100,6 +100,16 @@ def test_bounds_that_forget_a_rounding_are_found_out(part, monkeypatch):
             alike(tree(seed, FLOAT32_STEPS if part == "bound_feature" else DOUBLE_SUMS, 2, "float32"), seed)
 
 
+@pytest.mark.parametrize("arithmetic", [DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS])
+def test_a_bound_holds_what_inner_sums_round(arithmetic):
+    policy = tree(1, arithmetic, 1)
+    errors = giving.Errors(policy, {place: Fraction(3) for place in range(len(policy.features))})
+    inner = ir.Sum(((0.5, 0), (-2.0, 1), (1.0, ir.CONSTANT)))
+    for weight in (1.0, -1.0) if arithmetic == DOUBLE_SUMS else (1.0, -1.0, 1024.0, 0.25):
+        whole = errors.of(ir.Sum(((weight, inner), (3.0, 2))))
+        assert whole > abs(Fraction(weight)) * errors.of(inner) + errors.of(ir.Sum(((3.0, 2),)))
+
+
 def test_sums_that_cannot_be_bounded_are_refused():
     policy = tree(1, FLOAT64_SUMS, 1)
     text = world(1).replace('x0 = "p - 2*q"', 'x0 = "sign(p)"').replace('x1 = "0.1*r + 0.3"', 'x1 = "sign(q)"')

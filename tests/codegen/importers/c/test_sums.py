@@ -95,6 +95,15 @@ def test_products_of_floats_in_double_are_exact_so_that_nothing_can_be_joined():
     with pytest.raises(InputError, match="rounded once or twice"):
         taken("int act(const double *x) { return 0.1 * x[0] + x[1] > 1.0; }\n")
     assert taken("int act(const double *x) { return 0.1 * x[0] > x[1]; }\n").tree.sums
+    assert taken("double act(const double *x) { return 0.3 * (x[0] - x[1]); }\n").outputs
+    for joined in (
+        "0.4 + 2.5 * (x[1] - x[0])",
+        "x[1] + -(0.1 * x[0])",
+        "x[0] + 0.1 * x[0]",
+        "-(0.3 * (x[0] - 1)) - x[1]",
+    ):
+        with pytest.raises(InputError, match="rounded once or twice"):
+            taken(f"double act(const double *x) {{ return {joined}; }}\n")
 
 
 def test_sums_of_two_types_are_refused():

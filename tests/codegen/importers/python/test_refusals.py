@@ -24,11 +24,10 @@ class T(str, Enum):
     GO = "go"
 """
 REFUSED = [
-    (ACT + "    if x[0] < x[0] + x[1]:\n        return 1\n    return 0\n", 2, "two features are compared: x[0] < x[0]"),
+    (ACT + "    if x[0] < max(x[1], 1):\n        return 1\n    return 0\n", 2, "two features are compared: x[0] < max"),
     (ACT + "    if x[0] + x[1] < 1:\n        return 1\n    return 0\n", 2, "sums of features are computed"),
-    (ACT + "    if x[0] + x[1] + x[0] < 1:\n        return 1\n    return 0\n", 2, "whose roundings have no order"),
-    (ACT + "    if (x[0] - x[1]) - (x[2] - x[3]) < 1:\n        return 1\n    return 0\n", 2, "two sums are joined"),
-    (ACT + "    return [(x[0] - x[1]) * 0.3, 1]\n", 2, "no sum of weighted features"),
+    (ACT + "    if max(x[0], 1) + x[1] < 1:\n        return 1\n    return 0\n", 2, "what is added is no sum"),
+    (ACT + "    return [(x[0] - x[1]) / 0.3, 1]\n", 2, "no sum of weighted features"),
     (ACT + "    if x[0] * x[1] < 1:\n        return 1\n    return 0\n", 2, "the product of two features"),
     (ACT + "    e = x[0] - x[1]\n    if e < 1:\n        return 1\n    return 0\n", 2, "sums of features are computed"),
     (ACT + "    if 1 / x[0] < 1:\n        return 1\n    return 0\n", 2, "a number is divided by a feature"),
@@ -46,7 +45,7 @@ REFUSED = [
     (ACT + "    x[0] = 1\n    return 0\n", 2, "x[0] is set"),
     (ACT + "    b = [v + (1 if v > 0 else -1) for v in x]\n    return int(b[0] > 1)\n", 2, "how many features there"),
     (ACT + "    return 1 if [1.0, 2.0] @ x > 0 else 0\n", 2, "a product of arrays is computed, which NumPy adds in"),
-    (ACT + "    return 1 if x[0] * 0.5 - 1 > 0.2 - x[0] * 0.25 else 0\n", 2, "that are computed of one feature"),
+    (ACT + "    return 1 if x[0] / 3 - 1 > 0.2 - x[0] * 0.25 else 0\n", 2, "that are computed of one feature"),
     (ACT + "    return 1 if int(x[0]) % 2 else 0\n", 2, "mod of a feature is asked"),
     (NUMPY + "    return 1 if np.abs(int(x[0])) + 1 > 5 else 0\n", 3, "a whole number, as int() or"),
     (NUMPY + "    return 1 if np.clip(round(x[0]), 0, 9) * 2 > 5 else 0\n", 3, "is given to NumPy"),
