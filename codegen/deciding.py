@@ -95,7 +95,7 @@ def read_by(tree: Tree, tested: int, n_features: int) -> tuple[tuple[float, int]
 def list_operands(policy: AgentPolicy) -> list[str]:
     """Names what tests may compare: the features, and the sums that are tested."""
     names = [feature.name for feature in policy.features]
-    return names + [describe_sum(each, names, DIGITS) for each in policy.tree.sums]
+    return names + [describe_sum(each.terms, names, DIGITS) for each in policy.tree.sums]
 
 
 def compute_operands(policy: AgentPolicy, observation: ir.Floats) -> list[float]:
@@ -132,7 +132,7 @@ def describe_given(policy: AgentPolicy, leaf: int) -> Iterator[str]:
     """What a leaf gives for each output, in words; nothing of an agent that takes actions."""
     names = [feature.name for feature in policy.features]
     for output, each in zip(policy.outputs, _vector(policy, leaf), strict=True):
-        yield f"{output.name} = {describe_sum(each, names, DIGITS)}"
+        yield f"{output.name} = {describe_sum(each.terms, names, DIGITS)}"
 
 
 def describe_decision(policy: AgentPolicy, observation: Any, sign: str = " = ", *, units: bool = True) -> str:

@@ -13,12 +13,9 @@ below, which in a few digits would read as `<= 19.5`.
 import math
 import struct
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 from codegen.errors import escape_letter
-
-if TYPE_CHECKING:
-    from codegen.sums import Sum  # which loads numpy, and that slowly
 
 PLURALS = {"box": "boxes", "branch": "branches", "leaf": "leaves"}  # of nouns that take no s
 TINY = 2.0**-126  # the least float32 that is not subnormal
@@ -88,15 +85,17 @@ def _next_single(threshold: float) -> float | None:
     return float(struct.unpack("<f", struct.pack("<i", bits + (1 if threshold > 0 else -1)))[0])
 
 
-def describe_sum(each: "Sum", names: Sequence[str], digits: int = 6) -> str:
-    """A sum as people read it: `0.5 x - y + 1`, `2 (x - 1) + y`."""
+def describe_sum(terms: Sequence[tuple[float, Any]], names: Sequence[str], digits: int = 6) -> str:
+    """A sum as people read it: `0.5 x - y + 1`, `2 (x - 1) + y`. `terms`: weights with places of names, or with sums;
+    below 0: the weight alone.
+    """
 
-    def named(place: "int | Sum") -> str | None:
+    def named(place: Any) -> str | None:
         if not isinstance(place, int):
-            return f"({describe_sum(place, names, digits)})"
+            return f"({describe_sum(place.terms, names, digits)})"
         return names[place] if place >= 0 else None
 
-    parts = [_describe_term(weight, named(place), digits) for weight, place in each.terms]
+    parts = [_describe_term(weight, named(place), digits) for weight, place in terms]
     text = " ".join(f"{sign} {size}" for sign, size in parts)
     return text.removeprefix("+ ").replace("- ", "-", 1) if text.startswith("- ") else text.removeprefix("+ ")
 

@@ -394,7 +394,9 @@ def _sum_node(
         )
     terms = _terms(tree.sums[place - len(features)], features, tree.arithmetic)
     threshold = float(tree.threshold[node])
-    shown = f"{describe_sum(tree.sums[place - len(features)], [each.name for each in features])} {holds(threshold)}"
+    shown = (
+        f"{describe_sum(tree.sums[place - len(features)].terms, [each.name for each in features])} {holds(threshold)}"
+    )
     return SumNode(node, None, terms, _literal(threshold, tree.arithmetic == FLOAT32_STEPS), shown, None, (), *children)
 
 
@@ -413,7 +415,7 @@ def _weighted(weight: float, place: int | ir.Sum, features: Sequence[Feature], a
 def _lower_given(policy: ir.AgentPolicy, output: Output, each: ir.Sum, features: Sequence[Feature]) -> Given:
     tree, spec = policy.tree, policy.outputs[output.index]
     if each.places:
-        shown = describe_sum(each, [feature.name for feature in features], SHOWN_DIGITS)
+        shown = describe_sum(each.terms, [feature.name for feature in features], SHOWN_DIGITS)
         return Given(output, _terms(each, features, tree.arithmetic), None, shown)
     value = ir.clip_values(
         each.value(np.zeros((1, len(features)), policy.numbers), tree.arithmetic), spec.low, spec.high

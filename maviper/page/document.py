@@ -186,7 +186,7 @@ def tree_data(policy: ir.AgentPolicy) -> dict[str, Any]:
 
 
 def _sum(each: Sum, names: Sequence[str]) -> dict[str, Any]:
-    return {"terms": _terms(each), "words": describe_sum(each, names, DIGITS)}
+    return {"terms": _terms(each), "words": describe_sum(each.terms, names, DIGITS)}
 
 
 def _terms(each: Sum) -> list[list[Any]]:

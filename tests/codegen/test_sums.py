@@ -81,9 +81,9 @@ def test_who_gives_numbers_takes_no_action():
 
 def test_words():
     names = ["a", "b"]
-    assert describe_sum(Sum(((1.0, 0), (-0.5, 1), (2.0, ir.CONSTANT))), names) == "a - 0.5 b + 2"
-    assert describe_sum(Sum(((-1.0, 0),)), names) == "-a" and describe_sum(Sum(((-0.0, ir.CONSTANT),)), names) == "-0"
-    assert describe_sum(Sum(((2.5, Sum(((1.0, ir.CONSTANT), (-1.0, 0)))), (-0.5, 1))), names) == "2.5 (1 - a) - 0.5 b"
+    assert describe_sum(((1.0, 0), (-0.5, 1), (2.0, ir.CONSTANT)), names) == "a - 0.5 b + 2"
+    assert describe_sum(((-1.0, 0),), names) == "-a" and describe_sum(((-0.0, ir.CONSTANT),), names) == "-0"
+    assert describe_sum(((2.5, Sum(((1.0, ir.CONSTANT), (-1.0, 0)))), (-0.5, 1)), names) == "2.5 (1 - a) - 0.5 b"
 
 
 # --- the JSON form
