@@ -1,5 +1,6 @@
 """Signals of cities: what is proved about them for ever, beside a search of our own through all that can happen."""
 
+import ctypes
 import json
 import random
 import subprocess
@@ -10,6 +11,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import maviper
@@ -279,3 +281,43 @@ def test_sumo_shows_the_wait_of_a_tree_without_a_clock_and_its_end_with_one(tmp_
     written = traffic.read_text()
     assert MOST_RED / 2 < max(waits(PROOFS / "cologne3.json").values()) <= MOST_RED
     assert traffic.read_text() == written  # since no traffic keeps anybody waiting there
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+def test_the_monitor_of_the_claim_never_speaks_of_its_tree_and_tells_of_one_whose_clocks_stand_still(tmp_path):
+    world, certificate = WORLDS / "cologne3-signal_0.toml", PROOFS / "cologne3-signal_0-2.json"
+    (tmp_path / "world.toml").write_bytes(world.read_bytes())
+    (tmp_path / "proof.json").write_bytes(certificate.read_bytes())
+    whole, plant = maviper.load(PROOFS / "cologne3.json"), Plant("cologne3-signal_0")
+    own = replace(whole, agents=(policy := whole["signal_0"],))
+    maviper.compile(own, targets=("monitor",), certificate=tmp_path / "proof.json").write(tmp_path)
+    (tmp_path / "m.c").write_text(
+        '#include "imported_monitor.h"\nstatic imported_monitor m;\n'
+        "int ask(const double *w, int first) { if (first) imported_monitor_start(&m);\n"
+        "imported_monitor_renew_all(&m); return imported_monitor_step(&m, w, 1.0) == IMPORTED_M_OK; }\n"
+    )
+    command = ["cc", "-std=c99", "-O1", "-shared", "-fPIC", tmp_path / "m.c", "-o", tmp_path / "m.so"]
+    subprocess.run(command, check=True)
+    ask = ctypes.CDLL(str(tmp_path / "m.so")).ask
+
+    def last_red(told, counts, steps=100):
+        """Steps of red of phase 2 once the monitor speaks; None: it does not. `told`: whether the tree sees clocks."""
+        on, green, ended, red = 0, 0, LEAST_GREEN // STEP, [0] * len(plant.actions)
+        for step in range(steps):
+            now = counts()
+            state = [on, green, ended, *red, *now]
+            if not ask((ctypes.c_double * len(state))(*state), not step):
+                return red[2]
+            seen = [*(k == on for k in range(len(red))), STEP * green, *(told * STEP * each for each in red), *now]
+            action = int(policy.act([np.array(seen, np.float32)])[0]) if green >= LEAST_GREEN // STEP else on
+            name = policy.actions[action].name if green >= LEAST_GREEN // STEP else f"green_{on}"
+            after = int(name.removeprefix("green_"))
+            green, ended = (min(green + 1, 48), ended) if after == on else (0, green)
+            on, red = after, [0 if k == after else each + 1 for k, each in enumerate(red)]
+        return None
+
+    chance = random.Random(0)
+    assert last_red(True, lambda: [chance.randint(0, int(room)) for room in plant.rooms.values()]) is None
+    assert last_red(True, lambda: [9] * len(plant.rooms)) is None
+    assert 12 < last_red(False, lambda: [9] * len(plant.rooms)) <= MOST_RED // STEP
