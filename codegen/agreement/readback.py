@@ -53,7 +53,7 @@ def _add_scalars(terms: Sequence[tuple[float, Any]], seen: Mapping[str, float], 
     def weigh(weight: float, what: Any) -> Any:
         if what is None:
             return number(weight)
-        return number(weight) * (_add_scalars(what, seen, number) if isinstance(what, list) else number(seen[what]))
+        return number(weight) * (number(seen[what]) if isinstance(what, str) else _add_scalars(what, seen, number))
 
     values = [weigh(*term) for term in terms]
     total = values.pop(0)

@@ -282,7 +282,7 @@ def _read_back(
 def _check_block(text: str, policy: ir.AgentPolicy) -> Iterator[Agreement]:
     """Compares the steps of a function block that remembers, also where it is reset first, with the reference."""
     asked = ask_sequences(policy)
-    rows = np.concatenate([asked.rows[:, : -asked.known.shape[1]], asked.known], axis=1)
+    rows: Any = np.concatenate([asked.rows[:, : -asked.known.shape[1]], asked.known], axis=1)
     begun = np.broadcast_to(initial_memory(policy), asked.known.shape)
     for name, known in (("st machine", asked.known), ("st reset", begun)):
         expected = expected_answers(policy, asked._replace(known=known))

@@ -299,12 +299,12 @@ def _threshold(condition: c_ast.BinaryOp) -> np.floating:
     threshold = number(condition.right)
     if condition.op == "<=":
         return threshold
-    if condition.op != "<" or threshold != 0:
+    if condition.op != "<" or bool(threshold):
         raise ValueError(f"compared by {condition.op} with {threshold}")
     return threshold.dtype.type(below_zero(threshold.dtype.name))
 
 
-def number(item: Any) -> np.floating:
+def number(item: Any) -> Any:
     """A constant of float or double, or a whole number, with its sign."""
     if isinstance(item, c_ast.UnaryOp) and item.op == "-":
         return -number(item.expr)

@@ -194,8 +194,8 @@ def _shift_memory(
     """
     own = {f"{p.agent}.{each.name}": (each.low, each.high) for p in profile.agents for each in p.memory}
     offset = np.array([own.get(one.name, (0.0, 0.0))[0] for one in measured])
-    for name, _ in (measured[column] for one in sums for column, _ in one.terms if offset[column]):
-        what = f"a region compares {name} with other variables, and that is not counted from 0"
+    for shifting in (measured[column] for one in sums for column, _ in one.terms if offset[column]):
+        what = f"a region compares {shifting.name} with other variables, and that is not counted from 0"
         raise InputError(what, where, "leave it out of the regions; then verify again")
     column = np.concatenate([offset, np.zeros(len(sums))])
     shifted = tuple(tuple(Boxes(part.low + column, part.high + column) for part in parts) for parts in steps)

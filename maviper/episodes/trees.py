@@ -62,10 +62,9 @@ def reopen_tree(policy: ir.AgentPolicy) -> GrownTree:
     n_features = len(policy.features)
     tests = np.zeros((len(tree.sums), n_features + 1))
     given = np.zeros((len(tree.vectors), len(policy.outputs), n_features + 1))
-    sums = [*tree.sums, *(each for vector in tree.vectors for each in vector)]
-    for row, each in zip([*tests, *given.reshape(-1, n_features + 1)], sums, strict=True):
-        for weight, feature in each.terms:
-            row[feature] = weight  # CONSTANT is the last place
+    for row, each in zip([*tests, *given.reshape(-1, n_features + 1)], tree.all_sums, strict=True):
+        for feature, weight in each.expand().items():
+            row[feature] = float(weight)  # CONSTANT is the last place
     grown = SummedTree(*arrays, tests[:, :-1].astype(np.float32), given)
     again = deploy_tree(grown)
     if (again.sums, again.vectors, again.arithmetic) != (tree.sums, tree.vectors, tree.arithmetic):

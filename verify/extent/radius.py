@@ -25,6 +25,7 @@ from itertools import count
 import numpy as np
 
 from codegen import ir
+from codegen.errors import InputError
 from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, Float64, Floats, Sum, Tree
 from codegen.numbers import at_most, neighbour
 from codegen.sums import CONSTANT, clip_values
@@ -175,12 +176,27 @@ def _double(exact: Fraction, towards: int) -> float:
 
 
 def _corners(each: Sum, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """The observations of a box at which a sum is least and most."""
+    """The observations of a box at which a sum is least and most, as each of its operations rises or falls in what it
+    reads. InputError for a feature in which some rise and others fall.
+    """
+    directions = {*_directions(each)}
+    if len(directions) > len(each.places):
+        what = "a feature stands in a sum twice, with and against its sign"
+        raise InputError(what, "", "multiply the sum out in the source")
     least, most = low.copy(), high.copy()
-    for weight, place in each.terms:
-        if place != CONSTANT and weight < 0:
+    for place, rises in directions:
+        if not rises:
             least[place], most[place] = high[place], low[place]
     return least, most
+
+
+def _directions(each: Sum, *, rises: bool = True) -> Iterator[tuple[int, bool]]:
+    """Yields each feature with whether what reads it rises in it."""
+    for weight, place in each.terms:
+        if isinstance(place, Sum):
+            yield from _directions(place, rises=rises == (weight > 0))
+        elif place != CONSTANT:
+            yield place, rises == (weight > 0)
 
 
 def _leaves(tree: ir.Tree, first: Float64, last: Float64) -> Iterator[Box]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
+from codegen.errors import InputError
 from codegen.floats import FLOAT32
 from codegen.sums import ARITHMETICS, DOUBLE_SUMS
 from tests.support import summed
@@ -32,9 +33,10 @@ def drawn(seed, at, error, count=300):
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
-@pytest.mark.parametrize("seed", range(4))
-def test_no_observation_within_the_errors_changes_an_output_by_more(seed, arithmetic):
-    policy = summed.policy(seed, arithmetic, outputs=2, levels=3, n_features=3)
+@pytest.mark.parametrize(("seed", "inner"), [*product(range(4), [0.0]), (205, 0.3), (217, 0.3)])
+def test_no_observation_within_the_errors_changes_an_output_by_more(seed, inner, arithmetic):
+    levels = 2 if inner else 3
+    policy = summed.policy(seed, arithmetic, outputs=2, levels=levels, n_features=3, inner=inner)
     rng = np.random.default_rng(seed)
     for _ in range(4):
         at, error = rng.normal(0, 1, 3), float(rng.choice([0.0, 1e-9, 0.125, 2.0]))
@@ -45,6 +47,15 @@ def test_no_observation_within_the_errors_changes_an_output_by_more(seed, arithm
             seen = given(policy, drawn(seed, at, error))[:, place]
             assert ends.least <= seen.min() and seen.max() <= ends.most
             assert np.abs(seen - value).max() <= ends.change and ends.change_seen <= ends.change
+
+
+def test_a_feature_that_raises_a_sum_and_lowers_it_is_refused():
+    """The least of (a + b) - 0.5 a among floats lies in no corner that is known."""
+    policy = stump(2.0, 0.0)
+    twice = ir.Sum(((1.0, ir.Sum(((1.0, 0), (1.0, 1)))), (-0.5, 0)))
+    policy = replace(policy, tree=replace(policy.tree, vectors=((twice,), policy.tree.vectors[1])))
+    with pytest.raises(InputError, match="with and against its sign"):
+        ends_of(policy, [0.0, 0.0], [Fraction(1)] * 2)
 
 
 def stump(weight, threshold, numbers=FLOAT32):
