@@ -61,7 +61,7 @@ BITS: Operators = {"&": lambda a, b: a & b, "|": lambda a, b: a | b, "^": lambda
 NEGATE = Step("negated", operator.neg, FALLING, form=("*", -1))
 TEST_ADVICE = "compare one feature, or a sum of features, with a number"
 ROUNDINGS = "a product and a sum may be rounded once or twice, as the compiler likes"
-CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
+CONTRACTED = "say #pragma STDC FP_CONTRACT OFF, and build with -ffp-contract=off, since gcc ignores the pragma"
 OF_ENUM = "an enum {} a negative number, which compilers read differently"
 RANGE_ADVICE = "give the parameter a type that it fits, such as int16_t, or test its range first"
 FLOAT_ADVICE = "return where it is too large or too small: if (!(x > -1000 && x < 1000)) return 0;"
