@@ -208,9 +208,9 @@ def difference(threshold, numbers="float64"):
     return profile(ir.AgentPolicy("agent_0", "team", made.features, made.actions, tree))
 
 
-def together(seed, levels=3):
+def together(seed, levels=3, inner=0.0):
     """One profile with an agent of each kind, so that each compiler is asked once; a team that gives and acts."""
     found = []
-    for kind in every(seed, levels).values():
+    for kind in every(seed, levels, inner).values():
         found += [replace(each, agent=f"agent_{len(found) + place}") for place, each in enumerate(kind.agents)]
     return profile(*found)
