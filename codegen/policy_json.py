@@ -114,7 +114,7 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
     version, semantics = _semantics(
         [policy.whole or policy.numbers for policy in profile.agents],
         summing=any(policy.tree.arithmetic for policy in profile.agents),
-        nesting=any(len([*each.parts()]) > 1 for policy in profile.agents for each in policy.tree.all_sums),
+        nesting=any(each.depth > 1 for policy in profile.agents for each in policy.tree.all_sums),
         remembering=any(policy.memory for policy in profile.agents),
     )
     return {

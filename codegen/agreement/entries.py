@@ -94,7 +94,8 @@ class Asked:
         by_agent: dict[str, Float64] = {}
         for policy in self.profile.agents:
             rng = np.random.default_rng(SEED)
-            by_agent[policy.agent] = probes.in_type(probes.telling_doubles(policy, rng), policy).astype(np.float64)
+            rows = probes.in_type(probes.telling_doubles(policy, rng), policy)
+            by_agent[policy.agent] = rows.astype(np.float64, copy=False)
         return by_agent
 
     @cached_property
