@@ -34,6 +34,7 @@ def main() -> NoReturn:
             sys.stderr.flush()
         os._exit(code)
     exits.end_output()
+    gc.freeze()  # or the interpreter, as it ends, looks for circles in all that there is: a seventh of a command
     sys.exit(code)
 
 
