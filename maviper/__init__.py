@@ -212,6 +212,7 @@ def train(
 
 
 @process.defaults
+@process.one_thread
 @options.spell_out(options.ExtractOptions)
 def extract(
     expert: str | Path | Callable[..., Any],
@@ -260,6 +261,7 @@ def extract(
 
 
 @process.defaults
+@process.one_thread
 @options.spell_out(options.EvaluateOptions)
 def evaluate(
     subject: TeamOrFile | Callable[..., Any], *, progress: Progress = False, **asked: Unpack[options.EvaluateOptions]
@@ -287,6 +289,7 @@ def evaluate(
 
 
 @process.defaults
+@process.one_thread
 @options.spell_out(options.ExploitOptions)
 def exploit(
     subject: TeamOrFile | Callable[..., Any],
@@ -617,6 +620,7 @@ def verify_system(
 
 
 @process.defaults
+@process.one_thread
 @options.spell_out(options.CompareOptions)
 def compare(
     expert: str | Path | Callable[..., Any],

@@ -45,20 +45,30 @@ class Tally(threading.local):
     episodes: int = 0
     seconds: float = 0.0
     batches: int = 0
+    squares: float = 0.0  # of the batches' episodes, added up
+    products: float = 0.0  # of their episodes and seconds
+    starting: float = 0.0  # seconds in which the next batch started
     on_played: Callable[[], None] = lambda: None  # told after each batch
 
     def add(self, episodes: int, seconds: float) -> None:
         """Counts a batch."""
+        seconds, self.starting = seconds + self.starting, 0.0
         self.episodes, self.seconds = self.episodes + episodes, self.seconds + seconds
+        self.squares, self.products = self.squares + episodes**2, self.products + episodes * seconds
         self.batches += 1
         self.on_played()
 
     def expect(self, world: World, *counts: int) -> float:
         """Seconds that so many further episodes of each kind will take, by those that were played."""
+        pace = self.seconds / max(1, self.episodes)
         if world.games is not None:
-            return self.seconds / max(1, self.episodes) * sum(counts)
-        # our games are played many at once, which takes little longer than a few
-        return self.seconds / max(1, self.batches) * sum(math.ceil(count / TOGETHER) for count in counts)
+            return pace * sum(counts)
+        # our games are played many at once: a batch takes some time, and each of its episodes a little more
+        spread, tilt = self.squares - self.episodes * (mean := self.episodes / max(1, self.batches)), 0.0
+        if spread > 0:  # batches of several sizes
+            tilt = min(max(0.0, (self.products - self.seconds * mean) / spread), pace)
+        batches = sum(math.ceil(count / TOGETHER) for count in counts)
+        return batches * (self.seconds - tilt * self.episodes) / max(1, self.batches) + tilt * sum(counts)
 
 
 TALLY = Tally()
@@ -193,7 +203,7 @@ def start_games(world: World, seeds: Sequence[int] | Int) -> Any:
     """The start states from `seeds`; what that takes, long in some environments, is part of their episodes' time."""
     began = time.monotonic()
     states = world.start_from_seeds(seeds)
-    TALLY.seconds += time.monotonic() - began
+    TALLY.starting += time.monotonic() - began
     return states
 
 

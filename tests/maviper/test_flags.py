@@ -1,4 +1,6 @@
-"""Whatever a process has NumPy do at an underflow or a NaN (emlearn has it raise), every verb answers as ever."""
+"""Whatever a process has NumPy do at an underflow or a NaN (emlearn has it raise), every verb answers as ever; and
+threads of linear algebra are as many as before.
+"""
 
 from pathlib import Path
 
@@ -7,10 +9,11 @@ import pytest
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.tree import DecisionTreeClassifier
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import maviper
 from codegen.policy_json import dumps
-from codegen.process import defaults
+from codegen.process import defaults, one_thread
 from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.sources import parse_source
 from tests.support.small import small_profile
@@ -47,6 +50,22 @@ def test_flags_are_those_of_the_process_again_also_after_an_error(raising):
     with pytest.raises(ValueError):
         defaults(failing)()
     assert set(np.geterr().values()) == {"raise"}
+
+
+def count_threads():
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+
+def test_linear_algebra_has_one_thread_in_a_call():
+    @one_thread
+    def failing():
+        assert count_threads() == {1}
+        raise ValueError
+
+    with threadpool_limits(2, "blas"):
+        with pytest.raises(ValueError):
+            failing()
+        assert count_threads() == {2}
 
 
 def test_trees_of_others_come_in(raising, fitted, tmp_path):

@@ -64,6 +64,18 @@ def tally(monkeypatch):
     return fresh
 
 
+def test_a_batch_of_our_games_takes_some_time_and_each_of_its_episodes_more():
+    ours, tally = SimpleNamespace(games=None), play.Tally()
+    assert tally.expect(ours, 1_000) == 0
+    tally.add(50, 1.5)
+    assert tally.expect(ours, 1_000) == 1.5
+    tally.starting = 0.5
+    tally.add(150, 2.0)
+    assert tally.expect(ours, 2_500, 10) == pytest.approx(4 + 25.1)
+    tally.add(1, 0.0)
+    assert 0 < tally.expect(ours, 1) < tally.expect(ours, 1_000)
+
+
 def step(done, part=WHOLE):
     return Progress(EXTRACTING, done, 4, 0.5, 0.5, {}, None, 3, part=part)
 
