@@ -25,6 +25,7 @@ KINDS = {
         "compiling",
         "embedding",
         "plc",
+        "firmware",
         "flight",
         "flows",
         "systems",

@@ -318,11 +318,12 @@ def place(tmp_path, monkeypatch):
 
 
 def steps(text):
-    """What a page has its reader do, in order: ("file", name, text), ("python", program) or ("run", line, output).
+    """What a page has its reader do, in order: ("file", name, text), ("change", name, diff), ("python", program) or
+    ("run", line, output).
 
     A block belongs to the file that the line before it names last, if that ends with a colon. Other blocks of Python
-    are programs. Of indented lines, those that begin with a program are commands; the line before may say what one
-    prints.
+    are programs. Of indented lines, those that begin with a program are commands, and so is what a workflow runs; the
+    line before may say what one prints.
     """
     fence, block, before = None, [], ""
     for line in text.splitlines():
@@ -330,9 +331,11 @@ def steps(text):
             fence, block = line[3:], []
         elif line.startswith("```"):
             if named := re.search(r"`([\w.]+\.\w+)`[^`]*:$", before):
-                yield "file", named[1], "\n".join([*block, ""])
+                yield "change" if fence == "diff" else "file", named[1], "\n".join([*block, ""])
             elif fence == "python":
                 yield "python", "\n".join(block)
+            elif fence == "yaml":
+                yield from (("run", line.partition("run: ")[2], "") for line in block if "run: maviper " in line)
             fence, before = None, ""
         elif fence is not None:
             block.append(line)
@@ -398,6 +401,11 @@ def test_everything_on_a_page_runs_in_its_order(name, place, monkeypatch, capsys
                 monkeypatch.delitem(sys.modules, Path(file).stem, raising=False)
                 if name == "team" and file.endswith(".py"):  # the first part of one program
                     exec(compile(text, f"{name}.md", "exec"), known)
+            case "change", file, change:
+                old, new = ("".join(re.findall(rf"^\{sign}(.*\n)", change, flags=re.M)) for sign in "-+")
+                assert files[file].count(old) == 1
+                files[file] = files[file].replace(old, new)
+                (place / file).write_text(files[file])
             case "python", program:
                 capsys.readouterr()
                 exec(compile(program, f"{name}.md", "exec"), known)

@@ -4,7 +4,6 @@ import ctypes
 import json
 import math
 import platform
-import re
 import subprocess
 
 import numpy as np
@@ -17,7 +16,7 @@ from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch
 from codegen.targets import emit, rendered
 from codegen.world import RegionSpec
-from maviper import load, manual
+from maviper import load
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.compilation.run import compile_and_prove, split_targets
 from tests.benchmarks import monitor as benchmark
@@ -205,26 +204,6 @@ def test_the_header_of_another_profile_does_not_compile(tmp_path):
     header.write_text(header.read_text().replace(watched.model.names.guard, "ANOTHER_H"))
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode != 0 and "of another profile" in done.stderr
-
-
-@pytest.mark.compile
-def test_the_program_of_the_manual_loses_its_sensor_and_falls_back(tmp_path):
-    page = manual.page("flight")
-    code, printed = page.partition("```c\n")[2].split("```\n", 1)
-    profile = load(FOLDER / "profile.json")  # of the demo, which the page begins with
-    found = load_proof(FOLDER / PROVED.name, profile)
-    model = lower(profile)
-    watched = watch(profile, model, found.region, found.certificate, found.claim)
-    for name, text in {**emit(profile, ["c"]), **rendered.emit_monitors(watched, ["c"]), "flight.c": code}.items():
-        (tmp_path / name).write_text(text)
-    flags = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"]
-    done = subprocess.run([*find_compiler(), *flags, "flight.c", "-o", "flight"], cwd=tmp_path, check=False)
-    assert done.returncode == 0
-    said = subprocess.run([str(tmp_path / "flight")], capture_output=True, text=True, check=True).stdout
-    lines = [line.removeprefix("    ") for line in printed.splitlines() if re.match(r" {4}[ 1]\d \w", line)]
-    assert said.splitlines() == lines
-    assert [line.split()[1] for line in lines] == ["OK"] * 9 + ["INVALID"] * 3
-    assert all(line.endswith(" 0 0") for line in lines[9:])  # both stay where they are
 
 
 @pytest.mark.compile
