@@ -7,7 +7,6 @@ Does not: import a library of tables.
 
 import csv
 import io
-import warnings
 from collections.abc import Mapping
 from dataclasses import fields
 from html import escape
@@ -59,15 +58,6 @@ class Shown:
         more = f"<p>and {len(rows) - DRAWN} more rows</p>" if len(rows) > DRAWN else ""
         first = escape(self.told[0])
         return f"<p>{first}</p><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
-
-
-class CalledRows(list[dict[str, Any]]):
-    """Rows that used to be asked for by a call, and still are for one release."""
-
-    def __call__(self) -> "CalledRows":
-        """The rows themselves."""
-        warnings.warn("`rows` is no method any more: write `.rows`", DeprecationWarning, stacklevel=2)
-        return self
 
 
 def as_csv(rows: list[dict[str, Any]]) -> str:

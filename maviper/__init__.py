@@ -78,7 +78,6 @@ __all__ = [
     "verify",
     "verify_file",
     "verify_system",
-    "version",
 ]
 
 
@@ -98,21 +97,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted([*__all__, *LATER, *MODULES])
-
-
-def version() -> str:
-    """Returns the version of the package, as its attribute has it, which is to be used instead:
-
-        print(maviper.__version__)
-
-    The function goes with the next release.
-    """
-    import warnings
-
-    from maviper.files.profiles import version as installed
-
-    warnings.warn("maviper.version() goes with the next release: use maviper.__version__", DeprecationWarning, 2)
-    return installed()
 
 
 def _team(given: TeamOrFile) -> Team:

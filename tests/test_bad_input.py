@@ -188,20 +188,33 @@ def test_files_that_are_not_text(document, place, option, source):
     assert code in ANSWERS if (option, source) == ("--region", b"") else code == ExitCode.INPUT
 
 
+PARAMETERS = {
+    "team": ["", "adversaries", "defenders\n", "x"],
+    "margin": ["", "nan", "inf", "-1", "1e999", "1/0", "2/-3", "9" * 5000, "0x1"],
+    "radius": ["", "nan", "-0.5", "1_000", "1/3"],
+    "kappa": ["", "1"],
+    "eps": ["", "0", "nan", "1/100"],
+    "landmarks": ["", ",", "landmark_0", "landmark_0,landmark_0"],
+    "of": ["", "aligned", "steady"],
+}
 OPTIONS = {
-    "--property": ["", "distinct_targets ", "own_target", "é"],
-    "--team": ["", "adversaries", "defenders\n", "x"],
-    "--margin": ["", "nan", "inf", "-1", "1e999", "1/0", "2/-3", "9" * 5000, "0x1"],
-    "--radius": ["", "nan", "-0.5", "1_000", "1/3"],
-    "--solver-units": ["", "0", "-1", "1", "2.5", "9" * 30],
+    "--claim": ["", "distinct_targets ", "own_target", "é"],
+    "--set": ["", *(f"solver_units={each}" for each in ("", "0", "-1", "1", "2.5", "9" * 30)), "semantics=Real"],
     "--claims": ["", ".", "no/such", "profile.json"],
-    "--kappa": ["", "1"],
-    "--eps": ["", "0", "nan", "1/100"],
-    "--landmarks": ["", ",", "landmark_0", "landmark_0,landmark_0"],
-    "--of": ["", "aligned", "steady"],
-    "--semantics": ["", "Real", "real"],
     "--region": ["", "/", "..", "\x00" if os.name == "nt" else "no/such", "start "],
 }
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize(
+    ("parameter", "value"), [(parameter, value) for parameter, values in PARAMETERS.items() for value in values]
+)
+def test_parameters_of_claims(document, place, parameter, value):
+    (place / "profile.json").write_text(json.dumps(document))
+    for claim in ("distinct_targets", "aligned", "steady", "own_target"):
+        for written in (json.dumps(value), value):
+            stated = f"{claim}({parameter}={written})"
+            assert run("-q", "verify", place / "profile.json", "--claim", stated) in ANSWERS
 
 
 @pytest.mark.solver
@@ -266,22 +279,23 @@ def test_ctrl_c_while_a_property_is_decided(document, place):
     assert "error: interrupted" in err and "Traceback" not in err
 
 
-LOOP_OPTIONS = {
-    "--steps": ["", "-1", "0", "2.5", "1001", "9" * 30],
-    "--max-zones": ["", "0", "1", "-1", "9" * 30],
-    "--radius": ["nan", "-1", "0", "9" * 30],
-    "--landmarks": ["", ",", "landmark_0", "landmark_0,landmark_0", "nowhere,landmark_1", " landmark_1 , landmark_0"],
+LOOP_PARAMETERS = {
+    "steps": ["", "-1", "0", "2.5", "1001", "9" * 30],
+    "zones": ["", "0", "1", "-1", "9" * 30],
+    "radius": ["nan", "-1", "0", "9" * 30],
+    "landmarks": ["", ",", "landmark_0", "landmark_0,landmark_0", "nowhere,landmark_1", " landmark_1 , landmark_0"],
 }
 
 
 @pytest.mark.parametrize("name", ["reaches", "covers"])
 @pytest.mark.parametrize(
-    ("option", "value"), [(option, value) for option, values in LOOP_OPTIONS.items() for value in values]
+    ("parameter", "value"), [(parameter, value) for parameter, values in LOOP_PARAMETERS.items() for value in values]
 )
-def test_options_of_claims_about_episodes(document, place, name, option, value):
+def test_parameters_of_claims_about_episodes(document, place, name, parameter, value):
     (place / "profile.json").write_text(json.dumps(document))
-    usual = [] if option == "--steps" else ["--steps", "4"]
-    assert run("-q", "verify", place / "profile.json", "--property", name, *usual, option, value) in ANSWERS
+    stated = {"steps": 4, parameter: value}
+    asked = f"{name}({', '.join(f'{key}={json.dumps(each)}' for key, each in stated.items())})"
+    assert run("-q", "verify", place / "profile.json", "--claim", asked) in ANSWERS
 
 
 EXTRACT = [

@@ -110,7 +110,7 @@ def test_names_of_files(tmp_path, capsys):
         ("verify", PROFILE, "-o", tmp_path / name), ("show", tmp_path / "none" / name), ("replay", profile), (name,),
         ("guide", name), ("show", profile, f"--{name}"), ("worlds", "show", name), ("repair", profile, "-o", out),
         ("extract", name, "-o", out / "x.json"), ("extract", "physical-deception", "-o", profile),
-        ("verify", PROFILE, "--claim", name), ("verify", PROFILE, "--team", name),
+        ("verify", PROFILE, "--claim", name), ("verify", PROFILE, "--claim", f"distinct_targets(team={name})"),
         ("compile", PROFILE, "--target", name),
     ):  # fmt: skip
         assert shown(capsys, out, *command) == 2, command

@@ -33,7 +33,7 @@ def test_changed_certificates_of_each_form_are_refused(form, tmp_path, capsys):
         text.replace("-certificate-", "-certificate-9"),
     ):
         (tmp_path / "certificate.json").write_text(wrong)
-        world = ["--world", str(folder / "world.toml")] if (folder / "world.toml").exists() else []
+        world = ["--system", str(folder / "world.toml")] if (folder / "world.toml").exists() else []
         given = ["check", str(tmp_path / "certificate.json"), "--profile", str(folder / "profile.json"), *world]
         assert main.run(given) == 2
         assert "error: " in capsys.readouterr().err

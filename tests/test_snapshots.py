@@ -48,7 +48,6 @@ ERRORS = [
     ["compile", "profile.json", "--prefix", "2fast", "-o", "out"],
     ["compile", "profile.json", "-o", "profile.json/out"],
     ["compile", "profile.json", "--target", "json", "--prove", "-o", "out"],
-    ["compile", "profile.json", "--prove", "--solver-units", "0", "-o", "out"],
     ["verify", "profile.json", "--claim", "distinct_target"],
     ["verify", "profile.json", "--claim", "distinct_targets(team=defender)"],
     ["verify", "profile.json", "--claim", "distinct_targets(margin=much)"],

@@ -88,7 +88,7 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
     ensure_floats(ensure_plain(profile, "a contract in ACSL"), "a contract in ACSL")
     if model.style not in (NESTED, ORDERED):
         what = f"contracts are for the styles {NESTED} and {ORDERED}, not for {model.style}"
-        raise InputError(what, "--contracts", f"use --style {NESTED}, or leave it out")
+        raise InputError(what, "contracts", f"use --style {NESTED}, or leave it out")
     functions = [
         Contract(
             agent.names.act,

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 TEXT, SVG, HTML = "text", "svg", "html"
 USUAL = {TEXT: "rules.txt", SVG: "trees.svg", HTML: "play.html"}  # names of the files
-WORLD = option("--world", default=None, metavar="WORLD", help="Your own world, to record an episode: gymnasium:ID, ...")
 
 
 def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
@@ -53,7 +52,6 @@ def _print_schema(context: click.Context, _parameter: click.Parameter, asked: bo
 )
 @option("--obs", default=None, metavar="NUMBERS", help="Explain one decision of --agent: numbers, or NAME=NUMBER,...")
 @option("--state", default=None, metavar="NAME=VALUE,...", help="Explain what the agents do in a world state.")
-@WORLD
 @option(
     "--schema",
     is_flag=True,
@@ -70,7 +68,6 @@ def show(
     form: str,
     obs: str | None,
     state: str | None,
-    world: str | None,
     output: Path | None,
 ) -> int:
     """Show the trees of PROFILE as rules, SVG, or a page that plays.
@@ -88,14 +85,12 @@ def show(
     if output is None and form == HTML:
         output = _name_page(profile)
     if output is not None:
-        runs.target(runs.ensure_other(output, _list_given(profile, world)), USUAL[form])
+        runs.target(runs.ensure_other(output, [profile]), USUAL[form])
     if form == HTML and output is not None:
         if (agent, obs, state) != (None, None, None):
             raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
-        console.give({"wrote": str(_write(loaded, output, console, world))})
+        console.give({"wrote": str(_write(loaded, output, console))})
         return ExitCode.DONE
-    if world is not None:
-        raise InputError("only a page records an episode of a world", "--world", "add --format html, or leave it out")
     if form == SVG and (obs, state) != (None, None):
         raise InputError("a picture shows no single decision", "--format svg", "leave --obs and --state out")
     one = obs is not None or state is not None
@@ -109,7 +104,7 @@ def show(
 
 @click.command(cls=Verb, example="maviper play demo/profile.json")
 @PROFILE
-@WORLD
+@option("--world", default=None, metavar="WORLD", help="Your own world, to record an episode: gymnasium:ID, ...")
 @option("--certificate", type=PATH, default=None, help="Show its claim first, and what a monitor of its proof says.")
 @option("-o", "--output", type=PATH, default=None, help="The page (default: NAME.play.html beside NAME.json).")
 def play(console: "Console", profile: Path, world: str | None, certificate: Path | None, output: Path | None) -> int:
@@ -148,7 +143,11 @@ def _name_page(profile: Path) -> Path:
 
 
 def _write(
-    profile: "PolicyProfile", file: Path, console: "Console", world: str | None, certificate: Path | None = None
+    profile: "PolicyProfile",
+    file: Path,
+    console: "Console",
+    world: str | None = None,
+    certificate: Path | None = None,
 ) -> Path:
     from maviper.evaluation.players import playing
     from maviper.files import runs
@@ -164,8 +163,8 @@ def _write(
     return written
 
 
-def _list_given(profile: Path, world: str | None, certificate: Path | None = None) -> list[Path]:
-    """The files that a page or a picture is made from."""
+def _list_given(profile: Path, world: str | None, certificate: Path | None) -> list[Path]:
+    """The files that a page is made from."""
     stated = [] if world is None else [Path(world.removeprefix("system:"))]
     return [profile, *stated, *([] if certificate is None else [certificate])]
 

@@ -18,6 +18,7 @@ from codegen.wording import format_count
 from maviper.cli.options import PATH, PROFILE, SETTING, FolderPath, Verb, names, option, options_of, output
 from maviper.options import CompileOptions, ExtractOptions, ImportOptions, TrainOptions
 from maviper.options.extraction import SETTINGS
+from maviper.options.table import table_of
 from maviper.options.verbs import IMPORTED, TARGETS, WRITTEN
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 
 CONTRACTS = "contracts"  # a target beside those of code
+SAID_OTHERWISE = (CONTRACTS, "solver_units")  # by the target, and by --effort
+CODE_OPTIONS = tuple(name for name in table_of(CompileOptions) if name not in SAID_OTHERWISE)
 
 
 @click.command(
@@ -250,7 +253,7 @@ def edit(console: "Console", profile: Path, changes: tuple[str, ...], output: Pa
     section=WRITTEN,
     help="Any of c, contracts, python, json, javascript, rust, smt, svg, st, onnx, onnx-old, jax, torch, monitor.",
 )
-@options_of(CompileOptions)
+@options_of(CompileOptions, *CODE_OPTIONS)
 @output("The folder for the code.")
 def compile_verb(
     console: "Console", profile: Path, targets: tuple[str, ...], output: Path, **options: Unpack[CompileOptions]

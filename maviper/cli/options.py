@@ -1,7 +1,7 @@
 """What the commands share: how they read and show themselves, and options that several of them have.
 
-Does: click's classes with a help that is read at one glance: groups of commands, sections of options, examples, renamed
-  options; suggests the closest command for a wrong one; readers of options' values, the console of a call.
+Does: click's classes with a help that is read at one glance: groups of commands, sections of options, examples;
+  suggests the closest command for a wrong one; readers of options' values, the console of a call.
 Assumes: the group has put its flags into the context; the first sentence of a command's help fits on one line beside
   its name; a test checks it.
 Does not: know any command, or import anything heavy before a command needs it.
@@ -18,7 +18,6 @@ from typing import Any, cast
 import click
 
 from codegen.errors import InputError, escape_text, steers, suggestion
-from maviper.cli.olds import renamed, rewrite_claims, rewrite_command
 from maviper.options.table import Option as Table
 from maviper.options.table import split_setting, table_of
 from maviper.options.verbs import QUESTION
@@ -30,12 +29,6 @@ MAX_COLUMN = 30  # of names beside their texts; a longer name stands on a line o
 GENERAL = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose", "--verbose": "verbose", "--json": "json"}
 
 
-def say_new(context: click.Context, old: str, new: str) -> None:
-    """The line of an old word."""
-    if not (context.obj and context.obj["quiet"]):
-        click.echo(f"{old} is now {new}", err=True)
-
-
 class Option(click.Option):
     """An option that stands under the heading `section` in the help of its command."""
 
@@ -45,17 +38,14 @@ class Option(click.Option):
 
 
 class Verb(click.Command):
-    """A command with an example and sections of options. An option of before that it still reads is hidden, and so are
-    `settings`, which are given by --set.
-    """
+    """A command with an example and sections of options. `settings` are options that are hidden and given by --set."""
 
     def __init__(self, *names: Any, example: str = "", settings: Sequence[str] = (), **more: Any) -> None:
         # of each command, not of the group: click keeps the help option of whoever asks first, with or without a parent
         super().__init__(*names, **{"context_settings": {"help_option_names": ["-h", "--help"]}, **more})
         self.example, self.settings = example, {name: f"--{name.replace('_', '-')}" for name in settings}
-        self.renamed = {flag: f"--set {name}=..." for name, flag in self.settings.items()} | renamed(str(self.name))
         for parameter in self.params:
-            if isinstance(parameter, click.Option) and not self.renamed.keys().isdisjoint(parameter.opts):
+            if isinstance(parameter, click.Option) and parameter.name in self.settings:
                 parameter.hidden = True
 
     @property
@@ -65,8 +55,8 @@ class Verb(click.Command):
         return " ".join(paragraph.split()).split(". ")[0].split(": ")[0].rstrip(".")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As click's, with the old names of options, each of which is answered by the new words in a line. A word that
-        holds what nobody sees, such as the end of a line, is refused: errors, reports and commands show it.
+        """As click's. A word that holds what nobody sees, such as the end of a line, is refused: errors, reports and
+        commands show it.
         """
         for word in args:
             if steers(word):
@@ -77,11 +67,7 @@ class Verb(click.Command):
             said |= {GENERAL[word]: True for word in args[:end] if word in GENERAL}
             args = [word for word in args[:end] if word not in GENERAL] + args[end:]
             end = args.index("--") if "--" in args else len(args)
-        for word in args[:end]:
-            if (old := word.partition("=")[0]) in self.renamed:
-                say_new(ctx, old, self.renamed[old])
-        today = map(self._today, rewrite_claims(args[:end], str(self.name)))
-        return super().parse_args(ctx, [*self._spread_settings(ctx, today), *args[end:]])
+        return super().parse_args(ctx, [*self._spread_settings(ctx, args[:end]), *args[end:]])
 
     def invoke(self, ctx: click.Context) -> Any:
         """Runs the command with its console."""
@@ -112,12 +98,6 @@ class Verb(click.Command):
             usual = "the algorithm's" if one.default in (None, "") else one.default
             told = "" if "(default" in (one.help or "") else f" (default: {usual})"
             click.echo(f"{name:<20}{one.metavar or one.type.name.upper()}\n    {one.help}{told}")
-
-    def _today(self, word: str) -> str:
-        name, separator, value = word.partition("=")
-        new = self.renamed.get(name, name)
-        known = any(name in parameter.opts for parameter in self.params)
-        return word if known or " " in new else f"{new}{separator}{value}"
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options under their headings, in the order in which headings first appear; rarer ones are last."""
@@ -152,9 +132,7 @@ class Verbs(Verb, click.Group):
         self.chapters = dict(chapters or {})
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """As click's, with the words of today for older ones, and a suggestion."""
-        if ctx.parent is None:
-            args = rewrite_command(args, lambda old, new: say_new(ctx, old, new))
+        """As click's, with a suggestion."""
         if args and self.get_command(ctx, args[0]) is None and not args[0].startswith("-"):
             ctx.fail(f"unknown command '{escape_text(args[0])}'; {suggestion(args[0], self.list_commands(ctx))}")
         return super().resolve_command(ctx, args)

@@ -65,7 +65,7 @@ def ensure_askable(targets: Sequence[str], budget: int | None) -> None:
     if not {"c", "python"} & set(targets):
         raise InputError("there is nothing to prove", "--prove", "it needs the target c or python")
     if budget is not None and budget < 1:
-        raise InputError(f"the solver units must be positive, not {budget}", "--solver-units", "leave it out")
+        raise InputError(f"the solver units must be positive, not {budget}", "solver_units", "leave it out")
 
 
 def prove(build: Build, budget: int | None = None, effort: str = "normal") -> Proofs:

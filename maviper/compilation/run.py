@@ -112,7 +112,8 @@ def _load_proof(certificate: Path | None, noise: Number | None, profile: ir.Poli
 def _ensure_contracts(targets: tuple[str, ...], proved: bool) -> None:
     """InputError where there is no C to have a contract, MissingToolError where what proves them is not there."""
     if "c" not in targets:
-        raise InputError("contracts are of the C, and the target c is not asked for", "--contracts", "add --target c")
+        what = "contracts are of the C, and the target c is not asked for"
+        raise InputError(what, "--target", "write --target c,contracts")
     if proved:
         from maviper.compilation import proofs
 

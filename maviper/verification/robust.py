@@ -23,7 +23,7 @@ from codegen.deciding import ensure_floats, ensure_plain
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.profiles import ensure
-from codegen.rows import CalledRows, Shown
+from codegen.rows import Shown
 from codegen.wording import format_count
 from maviper.files import runs
 from verify.certificates.games import to_json
@@ -99,11 +99,11 @@ class Changes(Shown):
             for number, row in enumerate(self.ends, 1)
             for output, each in zip(self.policy.outputs, row, strict=True)
         ]
-        return CalledRows(
+        return [
             {"row": number, "output": name, "value": _finite(each.value), "least": _finite(each.least)}
             | {"most": _finite(each.most), "change": _finite(each.change), "exact": each.exact}
             for number, name, each in named
-        )
+        ]
 
     def document(self) -> dict[str, Any]:
         """The table, the errors, and observations that give the least and the most that was seen, as plain data."""
@@ -217,7 +217,7 @@ class Radii(Shown):
     def rows(self) -> list[dict[str, Any]]:
         """The table as plain data; the radius is null where nothing leads to another action."""
         names, action = [one.name for one in self.policy.actions], self.policy.tree.action
-        rows = CalledRows()
+        rows = list[dict[str, Any]]()
         for number, one in enumerate(self.radii, 1):
             other = ("", None) if one.distance is None else (names[int(action[one.other])], one.other)
             size = one.largest if math.isfinite(one.largest) else None

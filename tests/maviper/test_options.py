@@ -14,6 +14,7 @@ import maviper
 from codegen.errors import InputError
 from maviper import claims
 from maviper.cli import main
+from maviper.cli.make import SAID_OTHERWISE
 from maviper.extraction import run as extraction
 from maviper.extraction import settings
 from maviper.extraction.settings import PRESETS, SELECTIONS, SPLITS, Settings, part_settings
@@ -79,7 +80,7 @@ WHOLE = {"break_on_hyphens": False, "break_long_words": False}
 
 
 def table_of_command(name):
-    apart = WITHIN_A_CLAIM if name in ("verify", "repair") else ()
+    apart = WITHIN_A_CLAIM if name in ("verify", "repair") else SAID_OTHERWISE if name == "compile" else ()
     return {key: option for key, option in table_of(TABLES[name]).items() if key not in apart}
 
 

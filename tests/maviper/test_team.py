@@ -332,5 +332,3 @@ def test_the_package_says_what_it_has():
     assert maviper.__version__ == "0.3.0"
     assert {"Team", "answers", "claims", "errors", "profiles", "load"} <= set(dir(maviper))
     assert not {"TYPE_CHECKING", "flags", "siblings", "annotations", "importing"} & set(dir(maviper))
-    with pytest.warns(DeprecationWarning, match="__version__"):
-        assert maviper.version() == maviper.__version__

@@ -1,5 +1,6 @@
 """Profiles without meanings, and an account of their claims by enumeration of all cells, in numpy alone."""
 
+import json
 from fractions import Fraction
 from itertools import pairwise, product
 
@@ -106,3 +107,10 @@ def gap(value, low, high):
     if low < value < high:
         return Fraction(0), False
     return (Fraction(low) - value, True) if value <= low else (value - Fraction(high), True)
+
+
+def robust(profile, observations, *options, **parameters):
+    """The words that ask `robust` of a profile over a file of observations."""
+    said = {"observations": str(observations), **parameters}
+    stated = ", ".join(f"{name}={json.dumps(value)}" for name, value in said.items())
+    return ["verify", str(profile), "--claim", f"robust({stated})", *map(str, options)]

@@ -35,8 +35,8 @@ def test_help_states_the_exit_codes(capsys):
         (["repair", "{profile}", "-o", "Fixed.JSON"], "-o names a folder here"),
         (["compile", "{profile}", "--prefix", "9", "-o", "{out}"], "not a usable prefix"),
         (["verify", "{profile}", "--region", "nowhere.toml"], "cannot read the file"),
-        (["verify", "{profile}", "--margin", "-1"], "margin must be between 0 and"),
-        (["verify", "{profile}", "--steps", "3"], "distinct_targets has no parameter steps"),
+        (["verify", "{profile}", "--claim", "distinct_targets(margin=-1)"], "margin must be between 0 and"),
+        (["verify", "{profile}", "--claim", "distinct_targets(steps=3)"], "distinct_targets has no parameter steps"),
         (["verify", "{profile}", "--claim", "reaches(steps=-1)"], "steps must be between"),
         (["verify", "{profile}", "--claim", "reaches(margin=1/40)"], "reaches has no parameter margin"),
         (["verify", "{profile}", "--claim", "reaches(landmarks=[landmark_2])"], "unknown landmark"),
@@ -191,7 +191,7 @@ def test_worlds_list_and_show(capsys):
 
 
 def test_schema_is_json(capsys):
-    code, out, _ = run(capsys, "schema")
+    code, out, _ = run(capsys, "show", "x", "--schema")
     assert code == 0 and json.loads(out)["$schema"].startswith("https://json-schema.org")
 
 
@@ -258,7 +258,8 @@ def test_the_repeating_command_is_quoted(capsys, profile, tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my profile.json").write_text(policy_json.dumps(profile))
     (tmp_path / "start").write_text("default = [-0.1, 0.1]")
-    _, out, _ = run(capsys, "-q", "verify", "my profile.json", "--region", "./start", "--margin", "1/40", "--json")
+    asked = ("--region", "./start", "--claim", "distinct_targets(margin=1/40)", "--json")
+    _, out, _ = run(capsys, "-q", "verify", "my profile.json", *asked)
     first = json.loads(out)["results"][0]
     _, out, _ = run(capsys, "-q", *shlex.split(first["command"])[1:], "--json")
     assert json.loads(out)["results"][0] == first and first["region"]["box"]["agent_0.x"] == ["-0.1", "0.1"]

@@ -21,8 +21,8 @@ from tests.support.teams import team, towards
 from tests.support.tiers import first_of
 
 PROVED = Path(__file__).parents[3] / "generated" / "proved_defenders" / "profile.json"
-VERIFY = ["verify", "--property", "alive_leaves", PROVED]
-QUICK = ["--iterations", "2", "--rollouts", "4", "--refinement", "0", "--max-depth", "2"]
+VERIFY = ["verify", "--claim", "alive_leaves", PROVED]
+QUICK = ["--iterations", "2", "--rollouts", "4", "--refinement-episodes", "0", "--max-depth", "2"]
 QUICK += ["--set", "selection_episodes=4"]
 
 

@@ -1,7 +1,6 @@
 """Help: one whole line a command, headings for options, an example that parses; options that had another name."""
 
 import shlex
-from pathlib import Path
 
 import click
 import pytest
@@ -9,7 +8,6 @@ import pytest
 from codegen.errors import ExitCode
 from maviper import manual
 from maviper.cli import main
-from maviper.cli.olds import rewrite_command
 from maviper.cli.options import Verb, Verbs
 from maviper.options.extraction import SETTINGS
 
@@ -77,59 +75,6 @@ def test_long_helps_have_headings(name, capsys):
     assert len(sections) > 2 - (name == "evaluate") and all(f"\n{section}:\n" in text for section in sections)
 
 
-FILE = ["p.json"]
-OLD = [  # what is written of old, and what the command is asked
-    ("verify", [*FILE, "--max-zones", "7"], {"max_zones": 7}),
-    ("verify", [*FILE, "--world=w.toml"], {"world": Path("w.toml")}),
-    ("verify", [*FILE, "--properties", "c.toml"], {"file": Path("c.toml")}),
-    ("verify", [*FILE, "--semantics", "real"], {"semantics": "real"}),
-    (
-        "verify",
-        [*FILE, "--property", "reaches", "--property", "alive_leaves", "--steps=7", "--landmarks", "a,b"],
-        {"claims": ('reaches(steps=7, landmarks=["a", "b"])', "alive_leaves")},
-    ),
-    ("verify", [*FILE, "--claim", "own_target", "--radius", "1/40"], {"claims": ('own_target(radius="1/40")',)}),
-    ("verify", [*FILE, "--team", "defenders"], {"claims": ('distinct_targets(team="defenders")',)}),
-    ("repair", [*FILE, "-o", "x", "--property", "no_double"], {"claim": "no_double"}),
-    ("repair", [*FILE, "-o", "x", "--radius", "0.2"], {"claim": 'distinct_targets(radius="0.2")'}),
-    ("diff", ["a", "b", "--max-nodes", "7"], {"max_nodes": 7}),
-    ("extract", ["e", "-o", "x", "--patience", "7"], {"patience": 7}),
-    ("extract", ["e", "-o", "x", "--budget", "7"], {"max_episodes": 7}),
-    ("extract", ["e", "-o", "x", "--refinement", "0"], {"refinement_episodes": 0}),
-]
-
-
-@pytest.mark.parametrize(("name", "words", "asked"), OLD)
-def test_old_names_of_options_are_read_and_said(capsys, name, words, asked):
-    command = main.cli.commands[name]
-    context = command.make_context(name, list(words))
-    assert {key: context.params[key] for key in asked} == asked
-    flags = [word.partition("=")[0] for word in words]
-    old = [flag for flag in flags if flag in command.renamed]
-    assert old and capsys.readouterr().err == "".join(f"{flag} is now {command.renamed[flag]}\n" for flag in old)
-    assert not any(f" {flag} " in help_of((name,), capsys) for flag in old)
-
-
-COMMAND_LINES = [
-    ("properties list", "verify --list"),
-    ("properties new w -o f", "verify --new w -o f"),
-    ("schema", "show --schema"),
-    ("exploit p.json good --episodes 4", "evaluate p.json --exploit good --episodes 4"),
-    (
-        "robust p.json o.csv --least 1/40 --certify -o f",
-        """verify p.json --claim 'robust(observations="o.csv", least="1/40", certify="true")' -o f""",
-    ),
-]
-
-
-@pytest.mark.parametrize(("old", "new"), COMMAND_LINES)
-def test_old_commands_are_those_of_today(old, new):
-    told = []
-    assert rewrite_command(old.split(), lambda *each: told.append(each)) == shlex.split(new)
-    assert len(told) == 1 and old.startswith(told[0][0])
-    assert rewrite_command(shlex.split(new), pytest.fail) == shlex.split(new)
-
-
 def test_there_are_few_options():
     every_option = [each for command in visible() for each in command.params if isinstance(each, click.Option)]
     assert sum(not each.hidden for each in every_option) <= 120
@@ -142,33 +87,12 @@ def visible():
             yield command
 
 
-def test_an_old_command_works_with_a_word(capsys):
-    assert main.run(["properties", "list"]) == ExitCode.DONE
-    said = capsys.readouterr()
-    assert said.err == "properties list is now verify --list\n"
-    assert main.run(["verify", "--list"]) == ExitCode.DONE
-    assert capsys.readouterr() == (said.out, "")
-
-
 def test_general_flags_stand_before_or_after_a_command(capsys):
     for words in (["--json", "verify", "--list"], ["verify", "--json", "--list"], ["verify", "--list", "--json"]):
         assert main.run(words) == ExitCode.DONE
         assert capsys.readouterr().out.startswith("{")
     assert main.run(["guide", "--json"]) == ExitCode.DONE
     assert capsys.readouterr().out.startswith("{")
-
-
-def test_quiet_keeps_the_new_name_back(capsys):
-    assert main.run(["-q", "verify", "none.json", "--property", "7"]) == ExitCode.INPUT
-    assert "is now" not in capsys.readouterr().err
-    assert main.run(["verify", "none.json", "--property", "7"]) == ExitCode.INPUT
-    assert capsys.readouterr().err.startswith('--property is now --claim "NAME"\n')
-
-
-def test_a_word_that_is_no_option_keeps_its_name(capsys):
-    with pytest.raises(click.UsageError):
-        main.cli.commands["verify"].make_context("verify", ["p.json", "--", "--property"])
-    assert "is now" not in capsys.readouterr().err
 
 
 def test_settings_are_listed_read_and_refused(capsys):

@@ -87,7 +87,7 @@ def test_every_result_is_json_alone(asked, place, monkeypatch, capsys):
         "verify cart.json --system cart.toml --json --verdict-only",
         "verify a.json --observations --claim alive_leaves --json",
         "diff a.json b.json --json",
-        "robust a.json seen.csv --json",
+        "verify a.json --claim robust(observations=seen.csv) --json",
     ],
 )
 def test_standard_output_is_json_alone(asked, place):

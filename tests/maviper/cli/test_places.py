@@ -1,6 +1,7 @@
 """Where results go is judged before the work: every command that writes, and every way in which its place is wrong."""
 
 import importlib.util
+import re
 import shutil
 from pathlib import Path
 
@@ -26,7 +27,7 @@ FOLDERS = {  # command -> its work, its arguments, and files that another may ha
     "extract": ("maviper.extraction.run._find", "physical-deception", ("profile.json",)),
     "repair": ("maviper.verification.repair.repair_profile", "game.json", ("repair.json", "profile.json")),
     "reproduce": ("maviper.reproduction.run.make_cells", "--quick", ("report.html", "cells.csv", "figures")),
-    "robust": ("maviper.verification.robust.robust", "cart.json rows.csv", ("radii.csv",)),
+    "verify --claim": ("maviper.verification.robust.robust", "robust(observations=rows.csv) cart.json", ("radii.csv",)),
     "train": ("maviper.experts.training.train.train", "physical-deception", ("expert.safetensors", "config.json")),
     "verify": ("maviper.verification.run.verify_questions", "cart.json --claims claim", ("report.json",)),
 }
@@ -56,11 +57,10 @@ GIVEN = (  # command lines; the file in `out` is given, and its content that of 
     ("repair", "out/profile.json:game.json -o out"),
     ("repair", "out/report.html:game.json -o out"),
     ("repair", "game.json --region out/report.txt:region -o out"),
-    ("robust", "cart.json out/radii.csv:rows.csv -o out"),
-    ("robust", "out/certificate-1-robust.json:cart.json rows.csv --certify -o out"),
+    ("verify --claim", "robust(observations=out/radii.csv:rows.csv) cart.json -o out"),
+    ("verify --claim", "robust(observations=rows.csv,certify=true) out/certificate-1-robust.json:cart.json -o out"),
     ("show", "out/game.json:game.json -o out/game.json"),
     ("show --format html", "out/game.json:game.json -o out/game.json"),
-    ("show --format html", "game.json --world system:out/world.toml:region -o out/world.toml"),
     ("verify", "out/report.html:cart.json --claims claim -o out"),
     ("verify", "out/certificate-1-formula.json:cart.json --claims claim -o out"),
     ("verify", "cart.json --claims out/play.html:claim -o out"),
@@ -105,7 +105,7 @@ def commands_of(group, before=""):
 
 def test_all_commands_that_write_are_asked():
     writing = {name for name, command in commands_of(main.cli) if any(each.name == "output" for each in command.params)}
-    assert writing == {*FOLDERS, *(name.partition(" --")[0] for name in FILES)} - {"robust"}
+    assert writing == {*FOLDERS, *(name.partition(" --")[0] for name in FILES)} - {"verify --claim"}
 
 
 def fill(place, kind):
@@ -147,15 +147,11 @@ def test_a_file_of_somebody_else(place, command, name, monkeypatch):
 @pytest.mark.parametrize(("command", "line"), GIVEN)
 def test_a_file_that_was_given(place, command, line, monkeypatch, capsys):
     forbid(command, monkeypatch)
-    words = []
-    for word in line.split():
-        path, _, source = word.rpartition(":")
-        if source and (place / source).is_file() and path:
-            shutil.copy(place / source, place / path.removeprefix("system:"))
-            word = path
-        words.append(word)
+    for path, source in re.findall(r"(out/[\w.-]+):([\w.]+)", line):
+        shutil.copy(place / source, place / path)
+        line = line.replace(f":{source}", "")
     before = {path: path.read_bytes() for path in (place / "out").iterdir()}
-    assert before and run(f"{command} {' '.join(words)}") == ExitCode.INPUT
+    assert before and run(f"{command} {line}") == ExitCode.INPUT
     assert {path: path.read_bytes() for path in (place / "out").iterdir()} == before
     told = capsys.readouterr().err
     assert any(words in told for words in ("written over the input", "would overwrite the file", "be overwritten by"))
@@ -169,9 +165,9 @@ def test_what_stays_as_it_is_may_be_given(place, monkeypatch):
         "diff out/profile.json out/against.json -o out",
         "compile out/watched.json --target json --prefix watched -o out",
         "compile out/watched.json --target c --pass merge --prefix watched -o out",
-        "robust out/certificate-1-robust.json out/changes.csv -o out",
+        "verify --claim robust(observations=out/changes.csv) out/certificate-1-robust.json -o out",
     ):
-        command = line.split()[0]
+        command = next(each for each in sorted(FOLDERS, reverse=True) if line.startswith(each))
         for name in ("profile.json", "against.json", "watched.json", "certificate-1-robust.json"):
             shutil.copy(place / "cart.json", place / "out" / name)
         shutil.copy(place / "claim", place / "out" / "claim")
@@ -198,5 +194,5 @@ def test_what_the_manual_says_is_replaced(place):
 def test_networks_that_cannot_be_trained_are_known_before_a_tree_is_refined(place, monkeypatch):
     """Since torch is missing, or a file is in the way of their folder."""
     monkeypatch.setattr(exploiting, "refine_responder", lambda *_: pytest.fail("the work began"))
-    code = run("exploit game.json defenders --networks", fill(place, "a file above"))
+    code = run("evaluate game.json --exploit defenders --networks", fill(place, "a file above"))
     assert code == (ExitCode.MISSING if importlib.util.find_spec("torch") is None else ExitCode.INPUT)

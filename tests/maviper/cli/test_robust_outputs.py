@@ -3,12 +3,14 @@
 import csv
 import json
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
 import maviper
 from codegen.policy_json import dumps
 from tests.support import summed
+from tests.support.observations import robust
 from tests.support.verifying import run
 
 CART = "def cart(x, v):\n    if x < -0.5:\n        return 2.0\n    return -1.0 * x - 0.25 * v\n"
@@ -26,7 +28,7 @@ def place(tmp_path, monkeypatch):
 
 
 def test_the_table_is_printed(place, capsys):
-    code, out, err = run(capsys, "robust", "cart.json", "seen.csv", "--error", "0.01")
+    code, out, err = run(capsys, *robust("cart.json", "seen.csv", error="0.01"))
     first, second = csv.DictReader(out.splitlines())
     assert code == 0 and (first["row"], first["output"], first["exact"]) == ("1", "push", "yes")
     assert float(first["change"]) == pytest.approx(0.0125) and second["most"] == "2.0"
@@ -34,13 +36,13 @@ def test_the_table_is_printed(place, capsys):
 
 
 def test_features_may_err_apart_and_a_limit_is_checked(place, capsys):
-    asked = ["robust", "cart.json", "seen.csv", "--error", "v = 1/10", "--json"]
-    code, out, _ = run(capsys, *asked, "--most", "0.0251")
+    asked = partial(robust, "cart.json", "seen.csv", "--json", error="v = 1/10")
+    code, out, _ = run(capsys, *asked(most="0.0251"))
     document = json.loads(out)
     assert code == 0 and document["errors"] == {"x": "0", "v": "0.1"}
     assert document["largest"] == pytest.approx(0.025)
     assert document["changes"][1]["lowest"] == pytest.approx([-0.499, 0.2])
-    assert run(capsys, *asked, "--most", "0.0249")[0] == 1
+    assert run(capsys, *asked(most="0.0249"))[0] == 1
 
 
 SUMS = """
@@ -56,44 +58,44 @@ def test_a_bound_alone_breaks_no_limit(place, capsys):
     (place / "cart.py").write_text(SUMS)
     (place / "cart.json").write_text(dumps(maviper.from_file("cart.py", arrays="float64", output_names=("push",))))
     (place / "seen.csv").write_text("x,v\n0.5,0.25\n")
-    near = ["robust", "cart.json", "seen.csv", "--error", "0.625", "--most", "2"]
+    near = robust("cart.json", "seen.csv", error="0.625", most="2")
     assert run(capsys, *near)[0] == 0
-    far = ["robust", "cart.json", "seen.csv", "--error", "0.9"]  # 1.55 is reached where x + v is 0.75 alone
-    code, out, err = run(capsys, *far, "--most", "2")
+    far = partial(robust, "cart.json", "seen.csv", error="0.9")  # 1.55 is reached where x + v is 0.75 alone
+    code, out, err = run(capsys, *far(most="2"))
     assert code == 3 and out.splitlines()[1] == "1,push,0.0,0.0,5.0,5.0,no" and "some are bounds" in err
-    assert run(capsys, *far, "--most", "0.5")[0] == 1 and run(capsys, *far, "--most", "5")[0] == 0
+    assert run(capsys, *far(most="0.5"))[0] == 1 and run(capsys, *far(most="5"))[0] == 0
 
 
 def test_a_run_replaces_its_table(place, capsys):
     for error in ("0.1", "0.2"):
-        assert run(capsys, "robust", "cart.json", "seen.csv", "--error", error, "-o", "out")[0] == 0
+        assert run(capsys, *robust("cart.json", "seen.csv", "-o", "out", error=error))[0] == 0
     assert [path.name for path in (place / "out").iterdir()] == ["changes.csv"]
     assert (place / "out" / "changes.csv").read_text().startswith("row,output,value,least,most,change,exact\n1,push,")
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("parameters", "said"),
     [
-        ([], "write --error 0.01, or --error x=0.01"),
-        (["--error", "y=0.1"], "unknown feature 'y'"),
-        (["--error", "x=0.1,x=0.2"], "x is given twice"),
-        (["--error", "-0.1"], "the error of x is below 0"),
-        (["--error", "v=much"], "not a number"),
-        (["--error", "0.1", "--certify"], "leave it out; `maviper verify` proves"),
-        (["--error", "0.1", "--least", "1"], "write most=NUMBER"),
-        (["--error", "0.1", "--most", "-1"], "so this cannot hold"),
+        ({}, "write --error 0.01, or --error x=0.01"),
+        ({"error": "y=0.1"}, "unknown feature 'y'"),
+        ({"error": "x=0.1,x=0.2"}, "x is given twice"),
+        ({"error": "-0.1"}, "the error of x is below 0"),
+        ({"error": "v=much"}, "not a number"),
+        ({"error": "0.1", "certify": True}, "leave it out; `maviper verify` proves"),
+        ({"error": "0.1", "least": "1"}, "write most=NUMBER"),
+        ({"error": "0.1", "most": "-1"}, "so this cannot hold"),
     ],
 )
-def test_what_is_refused(place, options, said, capsys):
-    code, _, err = run(capsys, "robust", "cart.json", "seen.csv", *options)
+def test_what_is_refused(place, parameters, said, capsys):
+    code, _, err = run(capsys, *robust("cart.json", "seen.csv", **parameters))
     assert code == 2 and said in err
 
 
-@pytest.mark.parametrize("options", [["--error", "0.1"], ["--most", "0.1"]])
-def test_agents_that_act_take_no_errors(place, options, capsys):
+@pytest.mark.parametrize("parameters", [{"error": "0.1"}, {"most": "0.1"}])
+def test_agents_that_act_take_no_errors(place, parameters, capsys):
     (place / "cart.py").write_text("def cart(x, v):\n    return 1 if x < 0 else 0\n")
     (place / "cart.json").write_text(dumps(maviper.from_file("cart.py")))
-    code, _, err = run(capsys, "robust", "cart.json", "seen.csv", *options)
+    code, _, err = run(capsys, *robust("cart.json", "seen.csv", **parameters))
     assert code == 2 and "gives numbers" in err.replace("give numbers", "gives numbers")
 
 

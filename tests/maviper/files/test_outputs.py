@@ -1,5 +1,6 @@
 """An output folder holds the files of one run: what an earlier run of the verb left there goes, a user's files stay."""
 
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from codegen.errors import ExitCode, InputError
 from maviper.cli import main
 from maviper.files import outputs
 from tests.support.far import far
-from tests.support.observations import blind
+from tests.support.observations import blind, robust
 from tests.support.teams import tree
 
 ROOT = Path(__file__).parents[3]
@@ -135,9 +136,9 @@ def test_a_comparison_leaves_no_certificate_of_before(place):
 def test_radii_leave_no_certificate_of_before(place):
     out = place / "out"
     (place / "seen.csv").write_text("angle\n-0.5\n0.75\n")
-    asked = ["robust", place / "early.json", place / "seen.csv", "-o", out]
-    assert run(*asked, "--certify") == 0 and "certificate-2-robust.json" in names(out)
-    assert run(*asked) == 0 and not {name for name in names(out) if name.endswith("robust.json")}
+    asked = partial(robust, place / "early.json", place / "seen.csv", "-o", out)
+    assert run(*asked(certify=True)) == 0 and "certificate-2-robust.json" in names(out)
+    assert run(*asked()) == 0 and not {name for name in names(out) if name.endswith("robust.json")}
 
 
 @pytest.mark.usefixtures("few_observations")
@@ -219,17 +220,17 @@ def test_a_file_that_a_run_was_given_is_neither_written_over_nor_removed(place, 
     out, claim = place / "out", place / "claim"
     rows, early = "angle\n0.1\n", (place / "early.json").read_text()
     (out / "seen").write_text(rows)
-    assert run("robust", place / "early.json", out / "seen", "-o", out) == 0
+    assert run(*robust(place / "early.json", out / "seen", "-o", out)) == 0
     for name, text, words in (
-        ("certificate-1-robust.json", early, ["robust", "GIVEN", out / "seen", "--certify"]),
-        ("certificate-1-robust.json", rows, ["robust", place / "early.json", "GIVEN", "--certify"]),
-        ("certificate-2-robust.json", early, ["robust", "GIVEN", out / "seen"]),
-        ("certificate-2-robust.json", rows, ["robust", place / "early.json", "GIVEN"]),
+        ("certificate-1-robust.json", early, robust("GIVEN", out / "seen", certify=True)),
+        ("certificate-1-robust.json", rows, robust(place / "early.json", "GIVEN", certify=True)),
+        ("certificate-2-robust.json", early, robust("GIVEN", out / "seen")),
+        ("certificate-2-robust.json", rows, robust(place / "early.json", "GIVEN")),
         ("report.html", early, ["verify", "GIVEN", "--claims", claim]),
         ("play.html", CLAIM.format(0.25), ["verify", place / "early.json", "--claims", "GIVEN"]),
     ):
         (out / name).write_text(text)
-        code = run(*[out / name if word == "GIVEN" else word for word in words], "-o", out)
+        code = run(*[str(word).replace("GIVEN", str(out / name)) for word in words], "-o", out)
         assert (out / name).read_text() == text, name
         assert (code == ExitCode.INPUT) == ("would overwrite the file given" in capsys.readouterr().err), name
         assert code == (0 if "-2-" in name else ExitCode.INPUT), name

@@ -31,7 +31,7 @@ def answered(tmp_path_factory):
     folder = tmp_path_factory.mktemp("curves")
     (folder / "claims.toml").write_text(CLAIMS)
     profile, world = WORLDS / "pendulum.json", WORLDS / "pendulum.toml"
-    options = ["--world", str(world), "--claims", str(folder / "claims.toml"), "-o", str(folder / "out")]
+    options = ["--system", str(world), "--claims", str(folder / "claims.toml"), "-o", str(folder / "out")]
     return command(["verify", str(profile), *options]), folder / "out"
 
 

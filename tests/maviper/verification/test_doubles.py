@@ -12,6 +12,7 @@ from maviper.page.document import Contents
 from maviper.page.page import FILE, page
 from tests.maviper.page.browsers import in_node
 from tests.support.games import NAMES, doubled, random_profile
+from tests.support.observations import robust
 
 pytestmark = pytest.mark.solver
 CART = """
@@ -60,7 +61,7 @@ def test_verdicts_and_certificates(place, capsys):
 
 
 def test_the_radius_is_exact_among_doubles(place):
-    assert main.run(["robust", "cart.json", "seen.csv", "--certify", "-o", "radii"]) == 0
+    assert main.run(robust("cart.json", "seen.csv", "-o", "radii", certify=True)) == 0
     (row,) = csv.DictReader((place / "radii" / "radii.csv").read_text().splitlines())
     assert 0 < float(row["radius"]) < ABOVE - 0.1 == 2.0**-56
 

@@ -73,11 +73,11 @@ def test_a_copy_observes_what_it_copies(place, tmp_path, capsys):
     world = tmp_path / "world.toml"
     source = (tmp_path / "out" / "world.toml").read_text() + claims.read_text()
     world.write_text(source)
-    assert run([*asked, "--world", str(world)]) == 1
+    assert run([*asked, "--system", str(world)]) == 1
     of_cart, of_copy = source.split("[agents.cart_off.features]")
     world.write_text("[agents.cart_off.features]".join((of_cart, of_copy.replace('v = "v"', 'v = "v + 1"', 1))))
     capsys.readouterr()
-    assert run([*asked, "--world", str(world)]) == 2
+    assert run([*asked, "--system", str(world)]) == 2
     assert "cart_off does not observe v as cart does" in capsys.readouterr().err
 
 

@@ -62,7 +62,10 @@ def test_a_team_that_is_proved_is_written_as_it_is(tmp_path, capsys):
 def test_no_repair_exits_with_3_and_writes_nothing(before, tmp_path, capsys):
     out = tmp_path / "out"
     still = team(before, tree(STAY), tree(STAY))
-    assert main.run(["repair", str(written(tmp_path, still)), "--radius", "0", "-o", str(out)]) == 3
+    assert (
+        main.run(["repair", str(written(tmp_path, still)), "--claim", "distinct_targets(radius=0)", "-o", str(out)])
+        == 3
+    )
     assert "no guard keeps agent_" in capsys.readouterr().err and not out.exists()
 
 
@@ -90,7 +93,7 @@ def test_a_world_that_cannot_be_played_is_repaired_without_measures(before, tmp_
     asked = [
         "repair",
         str(written(tmp_path, strange)),
-        "--property",
+        "--claim",
         "own_target",
         "--region",
         str(region),

@@ -1,4 +1,4 @@
-"""The claim `robust`, and the command of that name: the table, its certificates, and files that are no observations."""
+"""The claim `robust`: the table, its certificates, and files that are no observations."""
 
 import csv
 import json
@@ -10,7 +10,7 @@ import maviper
 from codegen import policy_json
 from codegen.errors import ExitCode
 from maviper.cli import main
-from tests.support.observations import blind
+from tests.support.observations import blind, robust
 from tests.support.teams import tree
 
 pytestmark = pytest.mark.solver
@@ -27,7 +27,7 @@ def place(tmp_path):
 
 
 def test_the_table_is_printed(place, capsys):
-    assert main.run(["robust", str(place / "profile.json"), str(place / "seen.csv")]) == 0
+    assert main.run(robust(place / "profile.json", place / "seen.csv")) == 0
     said = capsys.readouterr()
     rows = list(csv.DictReader(said.out.splitlines()))
     assert [(row["row"], row["action"], row["other_action"]) for row in rows] == [
@@ -37,17 +37,6 @@ def test_the_table_is_printed(place, capsys):
     for row, tie in zip(rows, ties, strict=True):
         assert float(row["radius"]) == pytest.approx(tie, rel=1e-9)
     assert "least 0.25, median 0.499999" in said.err  # 0.5 - 2^-25
-
-
-def test_the_claim_and_the_command_say_the_same(place, capsys):
-    profile, seen = str(place / "profile.json"), str(place / "seen.csv")
-    claim = f"robust(observations='{seen}', agent=cart, least=0.251, certify=true)"
-    assert main.run(["verify", profile, "--claim", claim, "--json"]) == ExitCode.VIOLATED
-    said = capsys.readouterr().out
-    asked = ["robust", profile, seen, "--agent", "cart", "--least", "0.251", "--certify", "--json"]
-    assert main.run(asked) == ExitCode.VIOLATED
-    old = capsys.readouterr()
-    assert json.loads(said) == json.loads(old.out) and old.err.startswith("robust is now verify PROFILE --claim")
 
 
 @pytest.mark.parametrize(
@@ -67,19 +56,18 @@ def test_a_claim_of_robustness_that_cannot_be_asked_is_told(place, capsys, claim
 
 def test_a_radius_is_never_said_to_be_more_than_it_is(place, capsys):
     (place / "seen.csv").write_text("spin,angle\n0,0.76\n")
-    asked = ["robust", str(place / "profile.json"), str(place / "seen.csv")]
-    assert main.run([*asked, "--least", "0.51"]) == 1
+    assert main.run(robust(place / "profile.json", place / "seen.csv", least="0.51")) == 1
     assert "least 0.509999," in capsys.readouterr().err
 
 
 def test_a_table_may_begin_with_the_mark_of_a_spreadsheet(place):
     (place / "seen.csv").write_bytes(b"\xef\xbb\xbfspin,angle\n0,0\n")
-    assert main.run(["robust", str(place / "profile.json"), str(place / "seen.csv")]) == 0
+    assert main.run(robust(place / "profile.json", place / "seen.csv")) == 0
 
 
 def test_radii_are_proved_and_checked(place, capsys):
-    arguments = ["robust", str(place / "profile.json"), str(place / "seen.csv"), "--certify", "-o", str(place / "out")]
-    assert main.run(arguments) == 0
+    given = (place / "profile.json", place / "seen.csv")
+    assert main.run(robust(*given, "-o", place / "out", certify=True)) == 0
     assert sorted(path.name for path in (place / "out").iterdir()) == [
         *(f"certificate-{row}-robust.json" for row in (1, 2, 3)), "radii.csv",
     ]  # fmt: skip
@@ -90,24 +78,24 @@ def test_radii_are_proved_and_checked(place, capsys):
 
 
 def test_a_radius_below_the_least_one_exits_with_1(place, capsys):
-    arguments = ["robust", str(place / "profile.json"), str(place / "seen.csv"), "--json"]
-    assert main.run([*arguments, "--least", "0.2"]) == 0
-    assert main.run([*arguments, "--least", "0.3"]) == 1
+    given = (place / "profile.json", place / "seen.csv", "--json")
+    assert main.run(robust(*given, least="0.2")) == 0
+    assert main.run(robust(*given, least="0.3")) == 1
     assert json.loads(capsys.readouterr().out.split("}\n{")[0] + "}")["agent"] == "cart"
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "parameters", "said"),
     [
-        (["--least", "0"], "no radius is below 0, so this cannot fail"),
-        (["--least", "-1/2"], "no radius is below -1/2"),
-        (["-o", ""], "-o names no folder"),
+        ([], {"least": "0"}, "no radius is below 0, so this cannot fail"),
+        ([], {"least": "-1/2"}, "no radius is below -1/2"),
+        (["-o", ""], {}, "-o names no folder"),
     ],
 )
-def test_bounds_and_places_that_say_nothing_are_refused(place, options, said, capsys):
+def test_bounds_and_places_that_say_nothing_are_refused(place, options, parameters, said, capsys):
     """Every radius is at least 0; without a name, results would lie in whatever folder one is in."""
     before = sorted(place.iterdir())
-    assert main.run(["robust", str(place / "profile.json"), str(place / "seen.csv"), *options]) == ExitCode.INPUT
+    assert main.run(robust(place / "profile.json", place / "seen.csv", *options, **parameters)) == ExitCode.INPUT
     assert said in capsys.readouterr().err and sorted(place.iterdir()) == before
 
 
@@ -145,14 +133,14 @@ def test_one_action_has_no_radius(place):
 )
 def test_files_that_are_no_observations(place, text, said, capsys):
     (place / "seen.csv").write_text(text)
-    assert main.run(["robust", str(place / "profile.json"), str(place / "seen.csv")]) == 2
+    assert main.run(robust(place / "profile.json", place / "seen.csv")) == 2
     assert said in capsys.readouterr().err
 
 
 def test_of_several_agents_one_is_named(place, capsys):
     two = blind({"a": CART, "b": CART}, {"a": NAMES, "b": NAMES})
     (place / "profile.json").write_text(policy_json.dumps(two))
-    arguments = ["robust", str(place / "profile.json"), str(place / "seen.csv")]
-    assert main.run(arguments) == 2 and "several agents" in capsys.readouterr().err
-    assert main.run([*arguments, "--agent", "c"]) == 2 and "unknown agent" in capsys.readouterr().err
-    assert main.run([*arguments, "--agent", "b", "--certify"]) == 0
+    given = (place / "profile.json", place / "seen.csv")
+    assert main.run(robust(*given)) == 2 and "several agents" in capsys.readouterr().err
+    assert main.run(robust(*given, agent="c")) == 2 and "unknown agent" in capsys.readouterr().err
+    assert main.run(robust(*given, agent="b", certify=True)) == 0

@@ -58,7 +58,7 @@ def test_verdicts_files_checks_and_replays(cart, capsys):
     assert command(replay) == ExitCode.VIOLATED
     assert "not the one" not in capsys.readouterr().err
     (cart / "other.toml").write_text((CART + PROPERTIES).replace("range = [-5, 5]", "range = [-6, 6]"))
-    assert command([*replay, "--world", str(cart / "other.toml")]) == ExitCode.VIOLATED
+    assert command([*replay, "--system", str(cart / "other.toml")]) == ExitCode.VIOLATED
     assert "the world file is not the one" in capsys.readouterr().err
     still = policy("cart", ["ahead"], ["stay", "left", "right"], 0)
     (cart / "still.json").write_text(profile(still))

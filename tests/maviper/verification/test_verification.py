@@ -116,8 +116,10 @@ def test_the_list_of_properties(capsys):
 
 @pytest.mark.solver
 def test_options_reach_the_properties_that_read_them(capsys, place):
-    old = ("--property", "own_target", "--landmarks", "landmark_1,landmark_0", "--property", "no_double")
-    code, out, _ = run(capsys, "-q", "verify", "roles.json", *old, "--team", "defenders", "--margin", "1/40", "--json")
+    stated = "team=defenders, margin=1/40"
+    claims = (f'own_target({stated}, landmarks=["landmark_1", "landmark_0"])', f"no_double({stated})")
+    asked = [word for claim in claims for word in ("--claim", claim)]
+    code, out, _ = run(capsys, "-q", "verify", "roles.json", *asked, "--json")
     own, double = results(out)
     assert code == ExitCode.VIOLATED and own["verdict"] == "VIOLATED"
     assert own["parameters"] == {"margin": "0.025", "radius": "0.1", "landmarks": "landmark_1, landmark_0"}
@@ -244,7 +246,7 @@ def test_a_property_file_with_both_kinds_of_claims(capsys, place):
         (["--claim", "cover"], "did you mean 'covers'"),
         (["--claim", "reaches(landmarks=[landmark_0])"], "(landmarks=[landmark_0]): landmarks"),
         (["--claim", "steady(of=reaches)"], "unknown claim 'reaches'"),
-        (["--kappa", "1"], "distinct_targets has no parameter kappa"),
+        (["--claim", "distinct_targets(kappa=1)"], "distinct_targets has no parameter kappa"),
         (["--claim", "no_double(radius=1)"], "parameter radius"),
         (["--claim", "own_target(landmarks=[landmark_0])"], "different landmark"),
         (["--claim", "own_target(landmarks=[landmark_0,landmrk_1])"], "did you mean 'landmark_1'"),

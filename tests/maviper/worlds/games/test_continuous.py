@@ -111,7 +111,9 @@ def test_a_profile_is_evaluated_and_compiled_by_its_own_world(profile, tmp_path,
     assert "0 differ" in captured.out + captured.err and "episodes driven by c" in captured.out + captured.err
 
 
-@pytest.mark.parametrize("command", [["verify"], ["exploit", "defenders"], ["extract", "physical-deception"]])
+@pytest.mark.parametrize(
+    "command", [["verify"], ["evaluate", "--exploit", "defenders"], ["extract", "physical-deception"]]
+)
 def test_commands_that_need_numbered_actions_refuse_it(profile, tmp_path, capsys, command):
     place = tmp_path / "trees.json"
     place.write_text(policy_json.dumps(profile))
