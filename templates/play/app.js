@@ -521,7 +521,7 @@
   /** A name in lines of at most so many units, broken behind its words where it can be; the rest is on its title. */
   function wrapped(name, room, most) {
     const lines = [""];
-    for (const part of name.match(/[^_ .-]*[_ .-]*/g).filter(Boolean)) {
+    for (const part of name.match(/(?:[^_ .-]|\.(?=\d))*(?:[_ -]|\.(?!\d))*/g).filter(Boolean)) {
       if (lines[lines.length - 1] && !fits(lines[lines.length - 1] + part, room)) lines.push("");
       lines[lines.length - 1] += part;
     }
