@@ -7,9 +7,13 @@ Does not: hold any text of a target language.
 """
 
 import re
+import zlib
+from collections.abc import Mapping, MutableMapping
 from fractions import Fraction
 from functools import cache
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from types import CodeType
 from typing import TYPE_CHECKING, Any
 
 from codegen.errors import escape_text
@@ -18,19 +22,50 @@ from codegen.numbers import smt_literal
 from codegen.wording import format_count, visible
 
 if TYPE_CHECKING:
-    from jinja2 import Environment
+    from jinja2 import Environment, Template
 
 MAX_SHOWN = 12  # characters of a number that is shown as it is
+PACKAGE = Path(__file__).parent.parent
+
+
+class _Compiled(SourceFileLoader):
+    """A template that is compiled as Python's modules are: once, into __pycache__ where that can be written, until its
+    file changes, or Jinja, or what templates are read with.
+    """
+
+    def __init__(self, environment: "Environment", name: str, path: Path) -> None:
+        super().__init__(name, str(path))
+        self._environment = environment
+
+    def path_stats(self, path: str) -> Mapping[str, Any]:
+        """The size of the file and, for its time, a number that all of it changes."""
+        from jinja2 import __version__
+
+        times = [each.stat().st_mtime_ns for each in (Path(path), Path(__file__), *sorted(PACKAGE.glob("*.py")))]
+        return {**super().path_stats(path), "mtime": zlib.crc32(f"{__version__} {times}".encode())}
+
+    def source_to_code(self, data: Any, path: Any, **_: Any) -> CodeType:
+        """The template as a program."""
+        return self._environment.compile(data.decode(), self.name, str(path))
 
 
 @cache
 def _environment() -> "Environment":
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from jinja2 import BaseLoader, Environment, StrictUndefined
 
-    here = Path(__file__).parent.parent
-    folder = here / "templates"  # in a wheel; a checkout has them beside the packages
+    folder = PACKAGE / "templates"  # in a wheel; a checkout has them beside the packages
+    folder = folder if folder.is_dir() else PACKAGE.parent / "templates"
+
+    class Loader(BaseLoader):
+        def load(
+            self, environment: Environment, name: str, globals: MutableMapping[str, Any] | None = None
+        ) -> "Template":
+            code = _Compiled(environment, name, folder / name).get_code(name)
+            assert code is not None, "each template is a file"
+            return environment.template_class.from_code(environment, code, globals or {})
+
     environment = Environment(
-        loader=FileSystemLoader(folder if folder.is_dir() else here.parent / "templates"),
+        loader=Loader(),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
