@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 from jinja2 import Environment, nodes
 
+from codegen.lowering.render import _Compiled
+
 TEMPLATES = Path(__file__).parent.parent / "templates"
 ARITHMETIC = (nodes.Add, nodes.Sub, nodes.Mul, nodes.Div, nodes.FloorDiv, nodes.Mod, nodes.Pow)
 COMPUTING = {"abs", "float", "int", "round", "sum"}  # filters that do
@@ -35,3 +37,16 @@ def test_a_template_computes_nothing(path):
 )
 def test_arithmetic_is_found(text):
     assert computed(text)
+
+
+def test_a_template_is_compiled_again_where_it_changed(tmp_path):
+    path, environment = tmp_path / "one.txt.j2", Environment()
+
+    def shown():
+        code = _Compiled(environment, path.name, path).get_code(path.name)
+        return environment.template_class.from_code(environment, code, {}).render(word="now")
+
+    path.write_text("once {{ word }}")
+    assert shown() == shown() == "once now"
+    path.write_text("then {{ word }}")  # as long as before, and a moment later
+    assert shown() == "then now"
