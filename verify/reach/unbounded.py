@@ -477,6 +477,7 @@ class InvariantSearch:
         for policy in profile.agents:
             known = system.features[policy.agent]
             self._tests += [{name for name, _ in known[each.name].form.terms} for each in policy.features]
+        self._remembered = [{f"{policy.agent}.{each.name}" for each in policy.memory} for policy in profile.agents]
         self._cells = CellSearch(profile, system, claim, most)
         self._by_regions, self.walking = 0, Spending(most)
         self.left: LeftError | None = None
@@ -582,6 +583,7 @@ class InvariantSearch:
             closed = close_names(self.system, closed, self._tests if joined else ())
             # a rounding that is tested with them alone is one cell more, and without it the test would be open
             closed = closed.union(*(test for test in self._tests if test - self._anew <= closed and test & closed))
+            closed = closed.union(*(kept for kept in self._remembered if kept & closed))  # one action sets all of it
         return closed
 
 

@@ -149,18 +149,58 @@ pulse = "act.keep*pulse + act.more"
 name = "always"
 region = { box = { pulse = [-0.5, 1] } }
 """
-PLANTS = {
-    "debounce": (SWITCHED, ["PROVED", "VIOLATED", "PROVED", "VIOLATED"]),
-    "watchdog": (SILENT, ["PROVED"]),
+QUEUING = """name = "crossing"
+steps = 300
+[variables]
+queue = { range = [-10, 100] }
+[agents.act.features]
+queue = "queue"
+[agents.act.actions]
+RED = { served = 0 }
+GREEN = { served = 1 }
+YELLOW = { served = 0 }
+[start]
+box = { queue = [0, 5] }
+[[dynamics.piece]]
+when = "queue > 1"
+next = { queue = "queue + 0.25 - act.served" }
+[[dynamics.piece]]
+when = "otherwise"
+next = { queue = "0.5*queue + 0.5" }
+[dynamics.error]
+queue = [-0.125, 0.125]
+[[claim]]
+name = "always"
+region = { box = { queue = [-1, 20] } }
+[[claim]]
+name = "always"
+region = { box = { queue = [-1, 10] } }
+"""
+
+
+def change_queue(queue, taken):
+    return (queue + 1) / 2 if queue <= 1 else queue + Fraction(1, 4) - (taken == 1)
+
+
+PLANTS = {  # the world, verdicts, the number that moves, what is observed of it, its next value but for the error
+    "debounce": (
+        SWITCHED,
+        ["PROVED", "VIOLATED", "PROVED", "VIOLATED"],
+        ("t", lambda t: t - 20, lambda t, taken: t + Fraction(-1 if taken else 1, 100), 0),
+    ),
+    "watchdog": (SILENT, ["PROVED"], None),
+    "light": (QUEUING, ["PROVED", "VIOLATED"], ("queue", lambda queue: queue, change_queue, Fraction(1, 8))),
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PLANTS)
-def test_a_plant_stays_in_bounds_that_follow_from_a_timer_alone(name, tmp_path):
-    """A switch after 50 calls lets a room drift by half a degree; a watchdog trips in time, after 1,000 calls."""
+def test_a_plant_stays_in_bounds_that_follow_from_timers_alone(name, tmp_path):
+    """A switch after 50 calls lets a room drift by half a degree; a watchdog trips in time, after 1,000 calls; a light
+    with two timers keeps a queue short.
+    """
     profile = profile_of(from_c(SOURCES[name].encode(), "act.c", Said(run=False)), Names())
-    text, verdicts = PLANTS[name]
+    text, verdicts, plant = PLANTS[name]
     (tmp_path / "world.toml").write_text(text)
     verified = maviper.verify_system(profile, tmp_path / "world.toml")
     assert [str(each.verdict) for each in verified.results] == verdicts
@@ -169,10 +209,11 @@ def test_a_plant_stays_in_bounds_that_follow_from_a_timer_alone(name, tmp_path):
         if each.evidence.certificate is not None:
             assert accept(each.evidence.certificate, played, statement.system) > 0
         else:  # the C is called again, from the start of the counterexample
-            states = each.evidence.counterexample.states
-            known = np.array([[int(states[0][f"act.{m.name}"]) for m in profile.agents[0].memory]])
-            assert known.tolist() == [[m.initial for m in profile.agents[0].memory]]
+            moving, observe, change, error = plant
+            (policy,), states = profile.agents, each.evidence.counterexample.states
+            known = np.array([[int(states[0][f"act.{m.name}"] + int(m.low)) for m in policy.memory]])
+            assert known.tolist() == [[m.initial for m in policy.memory]]
             for before, after in itertools.pairwise(states):
-                taken, known = step_memory(profile.agents[0], known, [[float(before["t"] - 20)]])
-                assert after["t"] == before["t"] + (Fraction(-1, 100) if taken[0] else Fraction(1, 100))
-                assert known.tolist() == [[after[f"act.{m.name}"] for m in profile.agents[0].memory]]
+                taken, known = step_memory(policy, known, [[float(observe(before[moving]))]])
+                assert abs(after[moving] - change(before[moving], taken[0])) <= error
+                assert known.tolist() == [[after[f"act.{m.name}"] + int(m.low) for m in policy.memory]]
