@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import product
 from math import factorial, prod
-from typing import ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -128,6 +128,7 @@ class Question(Generic[About]):
     region: Region
     semantics: str = MACHINE
     budgets: Budgets = Budgets()
+    since: tuple[Any, ...] = ()  # of a stated system: earlier proofs, of which what still holds is used
 
     @property
     def profile(self) -> PolicyProfile:

@@ -16,7 +16,7 @@ from verify.reports.report import as_lines, telling_of
 from verify.reports.telling import NOWHERE, WEAK
 from verify.result import AnyResult, Verdict
 
-CAVEATS = (NOWHERE, WEAK, "no certificate", "not replayed")  # in lines that say what a verdict is not
+CAVEATS = (NOWHERE, WEAK, "no certificate", "not replayed", "proved again")  # in lines on what a verdict rests on
 EXAMPLE = "counterexample: "  # begins the line of a report that says who does what
 OBSERVED = ("at ", "if agents observe ")  # begin lines of a counterexample over observations
 

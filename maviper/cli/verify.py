@@ -126,6 +126,7 @@ def _of_the_world(claim: str, parameter: str) -> str:
 )
 @options_of(QuestionOptions)
 @options_of(LimitOptions, "where", "effort", "jobs")
+@options_of(SystemOptions, "since")
 @option(
     "--max-seconds",
     type=click.FloatRange(0, min_open=True),

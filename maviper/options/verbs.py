@@ -62,7 +62,7 @@ class LimitOptions(TypedDict, total=False):
     ]
 
 
-VERIFY_SETTINGS = ("max_cells", "solver_units", "max_zones", "max_boxes", "semantics")  # given by --set
+VERIFY_SETTINGS = ("max_cells", "solver_units", "max_zones", "max_boxes", "semantics", "smt")  # given by --set
 
 
 class VerifyOptions(TeamOptions, QuestionOptions, Parameters, LimitOptions, total=False):
@@ -81,6 +81,10 @@ class SystemOptions(TypedDict, total=False):
     ]
     effort: Effort
     jobs: Jobs
+    since: Annotated[
+        str | Path | None,
+        Option(None, EXTENT, "Keep what still holds of a certificate, or of those in a folder.", "PATH", needs="world"),
+    ]
     max_boxes: Annotated[
         Count, Option(None, BUDGETS, "Boxes of a claim about a system, about a million a second (default: 60000000).")
     ]

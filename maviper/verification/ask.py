@@ -118,6 +118,7 @@ class VerifyOptions:
     world: Path | None = None  # a world file: claims are about the system that it states
     run_reference: bool = False  # also run user code that the file names
     max_boxes: int | None = None
+    since: Path | None = None  # a certificate, or a folder of some: what still holds of them is kept
     jobs: Jobs = 1  # claims at the same time
 
     @classmethod

@@ -27,7 +27,7 @@ from maviper.files import runs
 from maviper.verification import games, worlds
 from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims, resolve_region
 from maviper.verification.files.places import repeat_options
-from maviper.verification.files.systems import CLAIM_FILE, counterexample_document
+from maviper.verification.files.systems import CLAIM_FILE, counterexample_document, read_earlier
 from maviper.verification.procedures import Procedure
 from maviper.verification.reference import find_by_rules, measure_reference, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays, leave_stated
@@ -256,7 +256,12 @@ class StatedWorld:
     @cached_property
     def _questions(self) -> list[Question[SystemClaim]]:
         subject, budgets = ClosedLoop(self.profile, self.statement.system), self.options.budgets(None)
-        return [Question(subject, claim, UNBOUNDED, MACHINE, budgets) for claim in self.claims]
+        since, name = self.options.since, self.statement.system.name
+        earlier = {} if since is None else read_earlier(since, name, self.claims)
+        return [
+            Question(subject, claim, UNBOUNDED, MACHINE, budgets, earlier.get(number, ()))
+            for number, claim in enumerate(self.claims)
+        ]
 
     # --- the real agents, as they compute
 

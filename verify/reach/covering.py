@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import chain
 from math import floor, log2
 from typing import NamedTuple
 
@@ -21,7 +22,8 @@ import numpy as np
 
 from codegen.ir import Float64, PolicyProfile
 from verify.certificates.proofs import encode_numbers
-from verify.checker.covers.boxes import BoxList, Parts, StartBox, halves, unit_of
+from verify.checker.certificate import numbers
+from verify.checker.covers.boxes import BoxList, Parts, StartBox, halves, unit_of, widths_of
 from verify.checker.covers.images import BoxMotion
 from verify.checker.covers.sweep import BoxSweep, FormSweep, Swept
 from verify.checker.reading import RejectedError
@@ -120,6 +122,17 @@ class Search:
             yield from self._by_cuts(SECOND, self._forms)
             yield from self._by_cuts(SECOND, self._boxes)
         yield self._report_open(PLAYED[2])
+
+    def holds(self, cover: Cover) -> bool:
+        """Returns True where a cover shows the claim with so few boxes that it is worth a try. RejectedError for cuts
+        of another start; BudgetSpentError.
+        """
+        sweep = self._forms if cover.sets == "forms" else self._boxes
+        if self._start is None or sweep is None:
+            return False
+        widths = {self._names.index(name): width for name, width in widths_of(cover.cells).items()}
+        parts = chain.from_iterable(sweep.parts.cut(list(numbers(cover.cuts))))
+        return not self._sweep(sweep, [*parts], SECOND, widths).open.any()
 
     def _report_open(self, played: int) -> OpenParts:
         """Returns the parts left open; where the checker refused a cover, no part is open, so all may be."""

@@ -184,6 +184,14 @@ class SymbolicSearch:
         finally:
             count_spent()
 
+    def prove_again(self, part: FollowedPart) -> FollowedPart:
+        """A part with another proof. RejectedError where there is none; BudgetSpentError."""
+        for merging, *allowed in STAGES:
+            with suppress(ReachBudgetError, _OpenError):
+                unproved = FollowedPart(part.followed, part.shows, (), b"")
+                return self._prove_part(unproved, self._stop, merging, Allowed(*allowed))
+        raise RejectedError("a part of the claim is not shown")
+
     def _stop(self, branch: Branch, stated: bool) -> None:
         raise _OpenError
 

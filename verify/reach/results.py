@@ -91,6 +91,7 @@ class ReachOutcome:
     states: int = 0  # symbolic states that were visited
     programs: int = 0  # linear programs that were solved
     boxes: int = 0  # that were tried, over all steps and attempts
+    reused: str = ""  # how much of an earlier proof holds as it was
 
 
 def about_nothing(claim: SystemClaim, verdict: Verdict) -> ReachOutcome:

@@ -13,6 +13,7 @@ Does not: look for counterexamples but along cells that grew, or for regions, or
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -29,7 +30,7 @@ from verify.certificates.proofs import encode_numbers
 from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import BoxList, Parts, StartBox, together
 from verify.checker.covers.images import BoxMotion
-from verify.checker.covers.invariants import FollowedMotion, InvariantSweep, RegionSweep, names_of
+from verify.checker.covers.invariants import FollowedMotion, InvariantSweep, RegionSweep, names_of, read_cells
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import WHOLE, Invariant, InvariantPart, InvariantRegion
 from verify.checker.systems.reading import Branch, sides_of
@@ -87,6 +88,7 @@ SHARE = 16  # the part of the budget that these may take
 ATTEMPT = 500  # boxes that take as long as all else of a list that is tried
 TIMES, JOINED = (0, 6, 12), 6  # how often the start is cut on the way to a later step; the power of joined cells there
 Cell = tuple[int, ...]
+NO_CELLS = frozenset[Cell]()
 
 
 class Approach(NamedTuple):
@@ -164,6 +166,11 @@ class CellSearch:
                         continue
         return None
 
+    def grow(self, part: InvariantPart) -> InvariantPart:
+        """An invariant that grows from the cells of another one. LeftError, RejectedError."""
+        known = _cells(read_cells(numbers(part.cells), len(part.widths)))
+        return self._close_cells(part.widths, part.steps, Approach(part.cuts, part.joined), known)
+
     def approaches(self, names: Sequence[str]) -> list[Approach]:
         """Ways to the claim's first step: the start is cut more often; boxes are joined."""
         wide = [name for name in names if self._starting[name] > 0]
@@ -183,8 +190,12 @@ class CellSearch:
             widths[name] = Fraction(2) ** (2 + floor(log2(max(map(abs, ranges[name])) or 1)))
         return {name: Fraction(1 if name in modes else width) for name, width in widths.items()}
 
-    def _close_cells(self, widths: Mapping[str, Fraction], steps: int, approach: Approach) -> InvariantPart:
-        """Cells that nothing leaves for more than some steps. LeftError, RejectedError."""
+    def _close_cells(
+        self, widths: Mapping[str, Fraction], steps: int, approach: Approach, begun: AbstractSet[Cell] = NO_CELLS
+    ) -> InvariantPart:
+        """Cells that nothing leaves for more than some steps, those that were `begun` with among them. LeftError,
+        RejectedError.
+        """
         floats = {name: float(width) for name, width in widths.items()}
         with np.errstate(all="ignore"):
             sweep = self._sweep(floats)
@@ -194,6 +205,7 @@ class CellSearch:
             before, came = self.spent, dict[Cell, Cell]()
             if not known:  # the claim speaks of no episode for so long, so there is nothing to hold
                 raise RejectedError("no state at the first step is spoken of")
+            known = fresh = known | begun
             while fresh:
                 cells = np.array(sorted(fresh), dtype=np.int64)
                 if self.spent - before > MAX_TRIED or self.spent > self.most:

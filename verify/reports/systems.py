@@ -304,7 +304,15 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     return (
         document
         | _modes(result.question.subject, document)
-        | {key: said for key, said in (("replay", evidence.environment), ("rounding", evidence.rounding)) if said}
+        | {
+            key: said
+            for key, said in (
+                ("replay", evidence.environment),
+                ("rounding", evidence.rounding),
+                ("reused", evidence.reused),
+            )
+            if said
+        }
     )
 
 
@@ -347,6 +355,7 @@ def lines(told: Mapping[str, Any]) -> list[str]:
         proof = told["certificate"]
         visited = format_count(told["symbolic_states"], "symbolic state")
         written.append(f"{sets(told) or visited}, {format_count(proof['bytes'], 'byte')} of proof")
+        written += [told["reused"]] if "reused" in told else []
         if told["shuffled_leaves"] and not told["shuffled_leaves"].startswith("0 of "):
             written.append(_say_shuffled(told))
     return written

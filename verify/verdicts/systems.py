@@ -20,10 +20,12 @@ import numpy as np
 from codegen.ir import Float64, Int64, PolicyProfile
 from codegen.lowering.render import brief
 from codegen.numbers import nearest_double
+from verify.checker.systems.proofs import Walks
 from verify.flows import decide as flows
 from verify.question import Question
 from verify.reach import decide as reach
 from verify.reach.play import Planes, Play, Starts, random_starts, value
+from verify.reach.renewal import renew
 from verify.reach.results import ReachOutcome, SystemCounterexample
 from verify.result import SETTLED, Control, Cost, Evidence, Opinion, Result, Verdict
 from verify.solver import unrolled
@@ -186,6 +188,7 @@ class SystemEvidence(Evidence):
     rounding: str = ""  #: where a counterexample exists only by rounding: from which bound on the claim is proved
     programs: int = 0  #: linear programs that were solved
     boxes: int = 0  #: boxes that were tried
+    reused: str = ""  #: how much of an earlier proof holds as it was, where one was given
 
 
 SystemResult = Result[SystemClaim, SystemEvidence]
@@ -211,14 +214,15 @@ def verify_system(
     if broken is not None:
         outcome = replace(outcome, verdict=Verdict.VIOLATED, reason="", counterexample=broken, open=None, helps=())
     settled = beside and outcome.verdict in SETTLED
-    by_boxes = not outcome.states and outcome.certificate is not None
+    certificate = outcome.certificate
+    by_boxes = not outcome.states and certificate is not None and not isinstance(certificate.proof, Walks)
     own = Opinion(ENGINE, outcome.verdict, outcome.states, UNIT)
     own = Opinion(BOXES, outcome.verdict, outcome.boxes, BOXES) if by_boxes else own
     own = Opinion(FLOWS, outcome.verdict, outcome.boxes, SETS) if flowing else own
     evidence = SystemEvidence(
         control=_ask_controls(question) if settled else Control(),
         opinions=(own, _agreeing(question, outcome.verdict)) if settled and not flowing else (own,),
-        certificate=outcome.certificate,
+        certificate=certificate,
         branches=outcome.branches,
         counterexample=outcome.counterexample,
         approach=_find_approach(question, outcome) if beside else None,
@@ -226,6 +230,7 @@ def verify_system(
         helps=outcome.helps,
         programs=outcome.programs,
         boxes=outcome.boxes,
+        reused=outcome.reused,
     )
     cost = Cost(outcome.states, question.budgets.max_boxes // STATE, UNIT)
     return Result(question, outcome.verdict, outcome.reason, evidence, cost)
@@ -239,7 +244,7 @@ def _ask_controls(question: Question[SystemClaim]) -> Control:
 
 
 def _decide(question: Question[SystemClaim]) -> ReachOutcome:
-    return flows.decide(question) if is_flow(question) else reach.decide(question)
+    return renew(question, flows.decide if is_flow(question) else reach.decide)
 
 
 def _find_approach(question: Question[SystemClaim], outcome: ReachOutcome) -> ClosestApproach | None:

@@ -36,7 +36,7 @@ from verify.certificates.systems import claim_document
 from verify.checker.certificate import MAX_BYTES, Bytes
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves
-from verify.checker.systems.proofs import Cover, FlowSets, SystemClaimJson, read_claim
+from verify.checker.systems.proofs import Cover, FlowSets, SystemClaimJson, SystemProof, from_json, read_claim
 from verify.exact import read_number
 from verify.flows.episodes import FlowCourse
 from verify.flows.episodes import replay_course as flow_replayed
@@ -54,6 +54,7 @@ from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.observing import as_played
 from verify.systems.properties import claims_in, claims_of, name_inputs
 from verify.systems.statement import Statement
+from verify.toml_places import parse
 
 STEP = 2**14  # bytes of proof; a second or less
 
@@ -142,6 +143,31 @@ def check_certificate(
         0 if isinstance(certificate.proof, Cover | FlowSets) else count_bytes(certificate.proof),
         unit,
     )
+
+
+def read_earlier(since: Path, world: str, claims: Sequence[SystemClaim]) -> dict[int, tuple[SystemProof, ...]]:
+    """The proofs of a certificate, or of those in a folder, by the place of the claim that each is of: one of that kind
+    and label, whatever its numbers. InputError for files that are none, and for another world or claim.
+    """
+    files = sorted(since.glob("certificate-*.json")) if since.is_dir() else [since]
+    if not files:
+        raise InputError("the folder holds no certificate", str(since), "name one, or the folder of a `verify -o`")
+    beside = files[0].parent / WORLD_FILE
+    text = runs.read(beside, MAX_WORLD_BYTES).decode(errors="replace") if beside.exists() else ""
+    before = parse(text, str(beside), "not a readable world file", ADVICE)[0].get("name", "system") if text else world
+    if before != world:
+        what = f"the certificate is about {escape_text(str(before))}, and the world file is {world}"
+        raise InputError(what, str(files[0]), "name a certificate of this world")
+    made = [from_json(runs.read_unpacked(file, MAX_BYTES), str(file)) for file in files]
+    found = {
+        place: tuple(one.proof for one in made if (one.claim.name, one.claim.label) == (claim.name, claim.label))
+        for place, claim in enumerate(claims)
+    }
+    if not any(found.values()):
+        asked = ", ".join(dict.fromkeys(each.shown for each in claims))
+        what = f"the certificate is about {name_claim(made[0].claim)}, and this is not asked"
+        raise InputError(what, str(files[0]), f"asked are: {asked}")
+    return found
 
 
 def _left_sides(claim: SystemClaim, stated: Sequence[SystemClaim]) -> str:

@@ -339,13 +339,13 @@ def check_certificate(
     count, shown = 0, list[frozenset[int]]()
     for number, part in enumerate(proof.parts):
         seen = None if watch is None else partial(watch, number)
-        sets, shows = _check_part(part, certificate.claim, profile, system, seen)
+        sets, shows = check_part(part, certificate.claim, profile, system, seen)
         count, shown = count + sets, [*shown, shows]
     ensure_shown(certificate.claim, shown)
     return count
 
 
-def _check_part(
+def check_part(
     part: InvariantPart,
     claim: SystemClaim,
     profile: PolicyProfile,

@@ -359,7 +359,7 @@ def check_certificate(certificate: SystemCertificate, proof: Walks, profile: Pol
     _ensure_all_shown(certificate.claim, proof, system)
     closed = 0
     for number, part in enumerate(proof.parts):
-        _ensure_closed(system, part)
+        ensure_closed(system, part)
         try:
             closed += close_branches(profile, system, certificate.claim, part, part.proof)
         except RejectedError as error:
@@ -484,7 +484,7 @@ def _ensure_all_shown(claim: SystemClaim, proof: Walks, system: System) -> None:
         raise RejectedError(f"no part shows that the claim is not broken in the ways {sorted(missing)}")
 
 
-def _ensure_closed(system: System, part: FollowedPart) -> None:
+def ensure_closed(system: System, part: FollowedPart) -> None:
     """RejectedError where a variable that is followed depends on one that is not."""
     depends = depends_on(system)
     for name in part.followed:
