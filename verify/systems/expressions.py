@@ -8,7 +8,7 @@ Does not: read text (parsing.py) or enclose what is not affine (enclosures.py).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -175,21 +175,30 @@ def total(expressions: list[Expression]) -> Expression:
 
 def substitute(expression: Expression, values: Mapping[str, Expression]) -> Expression:
     """The expression with others in place of names."""
+    if isinstance(expression, Name):
+        return values.get(expression.name, expression)
+    return _change_parts(expression, lambda part: substitute(part, values))
+
+
+def replace_part(expression: Expression, old: Expression, new: Expression) -> Expression:
+    """The expression with another one in place of a part, wherever it stands."""
+    return new if expression == old else _change_parts(expression, lambda part: replace_part(part, old, new))
+
+
+def _change_parts(expression: Expression, change: Callable[[Expression], Expression]) -> Expression:
     match expression:
-        case Name(name):
-            return values.get(name, expression)
-        case Number() | Pi():
+        case Name() | Number() | Pi():
             return expression
         case Sum(left, right):
-            return Sum(substitute(left, values), substitute(right, values))
+            return Sum(change(left), change(right))
         case Product(left, right):
-            return Product(substitute(left, values), substitute(right, values))
+            return Product(change(left), change(right))
         case Quotient(left, right):
-            return Quotient(substitute(left, values), substitute(right, values))
+            return Quotient(change(left), change(right))
         case Power(base, exponent):
-            return Power(substitute(base, values), exponent)
+            return Power(change(base), exponent)
         case Call(function, argument, bounds):
-            return Call(function, substitute(argument, values), bounds)
+            return Call(function, change(argument), bounds)
 
 
 @lru_cache(maxsize=1 << 12)  # rules by cases repeat the same few

@@ -23,7 +23,7 @@ from verify.systems.expressions import Call, Expression, Number, affine
 from verify.systems.flows import Keeping, flow_of
 from verify.systems.lowered import Acting
 from verify.systems.motion import Around, StepReader
-from verify.systems.parsing import Names, feature_of, half_spaces
+from verify.systems.parsing import Names, feature_of, half_spaces, input_of, is_mode
 from verify.systems.statement import Agent, Rule, Statement, set_modes
 from verify.systems.system import Box, Feature, Flow, HalfSpace, Measure, Polytope, System, Variable, box_of, is_empty
 from verify.systems.values import (
@@ -99,7 +99,7 @@ def state_world(document: Mapping[str, object], where: Place) -> Statement:
                 raise InputError(what, where / "reference", "remove the reference; worlds check integrates the flow")
             flow, late = flow_of(moved, around, features, place)
         else:
-            rules = tuple(StepReader(around).read(moved, place))
+            rules, agents = StepReader(around).read(moved, place)
     start = _start(table(document, "start", where), variables, names, where / "start", clock)
     called, reference, state = (text(document.get(key, ""), where / key) for key in ("name", "reference", "state"))
     if reference:
@@ -394,6 +394,9 @@ def _settings(
     settings: dict[str, Expression] = {}
     for key, value in given.items():
         place, name = where / key, f"{agent}.{as_name(key, where)}"
+        if value in names.modes.get(key, ()):
+            settings[input_of(agent, key)] = Number(Fraction(_number_of(value, key, names, place)))
+            continue
         setting = as_typed(value, names, place)
         if setting.value != ZERO or setting.unit is not None:
             unit = PURE if setting.unit is None else setting.unit
@@ -406,8 +409,8 @@ def _settings(
 
 def _whole(actions: Mapping[str, Mapping[str, Expression]]) -> dict[str, Mapping[str, Expression]]:
     """The actions with 0 for every input that one of them leaves out."""
-    inputs = dict.fromkeys(name for values in actions.values() for name in values)
-    return {action: {name: values.get(name, ZERO) for name in inputs} for action, values in actions.items()}
+    inputs = dict.fromkeys(name for values in actions.values() for name in values if not is_mode(name))
+    return {action: {**dict.fromkeys(inputs, ZERO), **values} for action, values in actions.items()}
 
 
 # --- features

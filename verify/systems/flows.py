@@ -16,9 +16,10 @@ from fractions import Fraction
 from codegen.errors import InputError
 from verify.claims.region_files import is_list, is_table
 from verify.language.units import Unit, times, unit_of
+from verify.systems.cases import CaseRegion
 from verify.systems.expressions import Call, Expression, Name, Number, affine, parts
 from verify.systems.expressions import names as names_in
-from verify.systems.motion import Around, CaseRegion, MotionReader, ensure_few
+from verify.systems.motion import Around, MotionReader, ensure_few
 from verify.systems.parsing import Choices, Names, fitting
 from verify.systems.statement import Agent, set_modes
 from verify.systems.system import Affine, Feature, Flow, FlowCase, HalfSpace, Interval, Polytope, Variable

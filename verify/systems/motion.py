@@ -13,28 +13,35 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import combinations, product
-from typing import NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.wording import format_count
-from verify.decimals import plain
 from verify.language.units import Unit, times
+from verify.systems.cases import OTHERWISE, CaseRegion, Conditions, Part, case_regions, split_regions
 from verify.systems.expressions import (
+    ZERO,
+    Call,
     Expression,
     Name,
     Number,
+    Product,
     Sum,
+    affine,
+    names,
     of_affine,
+    parts,
+    replace_part,
+    total,
 )
 from verify.systems.parsing import (
+    CASE,
     Choices,
     ChosenMotion,
     Names,
     conditions,
     fitting,
+    input_of,
     mode_of,
-    outside,
 )
 from verify.systems.statement import Agent, Effect, Rule, set_modes
 from verify.systems.system import (
@@ -42,12 +49,8 @@ from verify.systems.system import (
     Box,
     HalfSpace,
     Interval,
-    Polytope,
     Variable,
-    box_of,
     find_gap,
-    is_empty,
-    narrow,
     overlapping,
 )
 from verify.systems.values import (
@@ -67,17 +70,7 @@ from verify.systems.values import (
 from verify.toml_places import Place
 
 NAMED = ("next", "error", "cuts", "flow")  # tables with an entry for each of some variables
-MAX_CUTS, MAX_RULES, MAX_LET = 1_000, 1_000, 100
-OTHERWISE = "otherwise"
-MAX_REGIONS = 4_096  # of all cases
-NARROW = "write bounds with < on one side and >= on the other"
-
-
-class CaseRegion(NamedTuple):
-    """States of a case: a box that bounds all that some case tests, and what the box does not say."""
-
-    where: Box
-    when: Polytope
+MAX_CUTS, MAX_RULES, MAX_LET, MAX_CLIPS = 1_000, 1_000, 100, 4
 
 
 @dataclass(frozen=True)
@@ -107,7 +100,7 @@ class MotionReader:
         self.all_units = {one.name: self.names.known[one.name] for one in around.variables}
         self.units = {name: unit for name, unit in self.all_units.items() if name not in around.counters}
         self.bounded = self.units  # what a box of a piece may name
-        self._actions = {agent.name: tuple(agent.actions) for agent in around.agents}
+        self.tested = self.all_units  # ... and its conditions
 
     def pieces(
         self, given: Mapping[str, object], where: Place
@@ -142,12 +135,16 @@ class MotionReader:
         texts = [text(each["when"], place / "when") for each, place in zip(tables, places, strict=True)]
         if texts.count(OTHERWISE) > 1:
             raise InputError(f"several cases are {OTHERWISE!r}", where, "keep one of them")
-        of_states = Names(self.all_units, self.names.meant, self.names.modes)
+        of_states = Names(self.tested, self.names.meant, self.names.modes)
         stated = [
             None if each == OTHERWISE else conditions(each, of_states, place / "when")
             for each, place in zip(texts, places, strict=True)
         ]
-        return case_regions(stated, self.around.variables, where / "piece")
+        return self.regions_of(stated, where / "piece")
+
+    def regions_of(self, stated: Conditions, where: Place) -> list[list[CaseRegion]]:
+        """The regions of each case."""
+        return case_regions(stated, self.around.variables, where)
 
     def _box(self, given: Mapping[str, object], where: Place) -> Box:
         """The box of a piece."""
@@ -183,7 +180,11 @@ class MotionReader:
     def read_next(self, name: str, value: object, known: Names, where: Place) -> Expression:
         """The next value of a variable, which may be a mode."""
         if name in known.modes:
-            return mode_of(text(value, where), name, known, self._actions, where)
+            unsaid = {
+                agent.name: [action for action, sets in agent.actions.items() if input_of(agent.name, name) not in sets]
+                for agent in self.around.agents
+            }
+            return mode_of(text(value, where), name, known, unsaid, where)
         return fitting(as_typed(value, known, where), self.units[name], where)
 
     def read_errors(
@@ -239,23 +240,123 @@ class StepReader(MotionReader):
 
     moves = ("next", "let", "A", "B", "c", "error", "cuts")
 
-    def read(self, given: Mapping[str, object], where: Place) -> list[Rule]:
-        """The rules of a file: of each piece one for each of its regions and for each value of each choice."""
+    def __init__(self, around: Around) -> None:
+        super().__init__(around)
+        self._acting = [agent for agent in around.agents if not agent.outputs]
+        inputs = {name for agent in self._acting for name in agent.inputs} & self.names.known.keys()
+        self.tested = {**self.all_units, **{name: self.names.known[name] for name in inputs}}
+        self._parts: list[tuple[Agent, Part]] = []  # of cases that an agent's action chooses between
+        self._inputs: dict[tuple[str, frozenset[str]], str] = {}  # by agent and the actions that set one to 1
+
+    def read(self, given: Mapping[str, object], where: Place) -> tuple[tuple[Rule, ...], tuple[Agent, ...]]:
+        """The rules of a file: of each piece one for each of its regions and for each value of each choice. The agents
+        say which cases their actions take, too.
+        """
         only(given, (*self.moves, "piece"), where)
         rules: list[Rule] = []
-        setters = set_modes(self.around.agents, self.around.variables)
+        cases: list[list[Rule]] = []
         for stated, regions, place in self.pieces(given, where):
             moves = self._moves(stated, place)
             error, cuts = self.read_errors(stated, self.units, self.names, place), self._cuts(stated, place)
-            anywhere = [
-                Rule({}, {**move, **self.around.counted}, effect, error, cuts, (), words, place, following)
-                for following, move, effect, words in moves
-            ]
-            anywhere = [each.of_actions(setters) for each in anywhere]
-            own = [replace(each, where=box, when=when) for box, when in regions for each in anywhere]
+            cases.append(
+                [
+                    Rule({}, {**move, **self.around.counted}, effect, error, cuts, (), words, place, following)
+                    for following, move, effect, words in moves
+                ]
+            )
+            own = [replace(each, where=box, when=when) for box, when in regions for each in cases[-1]]
             ensure_few(own, place)
             rules += own
+        rules += [self._join(agent, part, cases, where) for agent, part in self._parts]
+        rules = [each for rule in rules for each in self._split_clips(rule)]
+        ensure_few(rules, where)
+        agents = tuple(map(self._with_cases, self.around.agents))
+        setters = set_modes(agents, self.around.variables)
+        return tuple(each.of_actions(setters) for each in rules), agents
+
+    # --- cases that actions choose between
+
+    def regions_of(self, stated: Conditions, where: Place) -> list[list[CaseRegion]]:
+        """The regions of each case; where conditions name what an agent sets, they are parts, which several cases
+        share.
+        """
+        named = {name for each in stated for region in each or () for half in region for name, _ in half.form.terms}
+        acting = [agent for agent in self._acting if agent.inputs & named]
+        if not acting:
+            return super().regions_of(stated, where)
+        if len(acting) > 1:
+            what = f"cases name what {' and '.join(each.name for each in acting)} set"
+            raise InputError(what, where, "cases depend on the action of one agent")
+        parts = split_regions(CaseRegion({}, ()), stated, acting[0], self.around.variables, where)
+        for number in range(len(stated)):
+            if not any(number in part.taken.values() for part in parts):
+                raise InputError(f"case {number + 1} holds no state of the ranges", where / number, "remove it")
+        self._parts = [(acting[0], part) for part in parts if len({*part.taken.values()}) > 1]
+        return [[part.region for part in parts if {*part.taken.values()} == {number}] for number in range(len(stated))]
+
+    def _join(self, agent: Agent, part: Part, cases: Sequence[Sequence[Rule]], where: Place) -> Rule:
+        """The rule of a part in which actions take several cases. InputError where it would depend on more."""
+        taken = sorted({*part.taken.values()})
+        first, place = cases[taken[0]][0], where / "piece" / taken[-1]
+        if any(
+            len(cases[each]) > 1 or not cases[each][0].next or cases[each][0].error != first.error for each in taken
+        ):
+            what = "an action chooses between cases with choices, matrices or other errors"
+            raise InputError(what, place, "write cases by next, with one error and no choice(..)")
+        joined = {
+            name: self._take(agent, part.taken, {each: cases[each][0].next[name] for each in taken})
+            for name in first.next
+        }
+        stated = [cases[each][0].cuts for each in taken]
+        cuts = {name: max(each.get(name, 1) for each in stated) for name in {name for each in stated for name in each}}
+        return replace(first, where=part.region.where, when=part.region.when, next=joined, cuts=cuts)
+
+    def _take(self, agent: Agent, taken: Mapping[str, int], values: Mapping[int, Expression]) -> Expression:
+        """The value of the case that an action takes: a sum over cases, each times an input that is 1 or 0."""
+        first, *others = values.values()
+        if all(each == first for each in others):
+            return first
+        terms: list[Expression] = []
+        for number, value in values.items():
+            key = agent.name, frozenset(action for action, each in taken.items() if each == number)
+            name = self._inputs.setdefault(key, f"{agent.name}{CASE}{len(self._inputs) + 1}")
+            terms.append(Product(Name(name), value))
+        return total(terms)
+
+    def _with_cases(self, agent: Agent) -> Agent:
+        """The agent, whose actions say which cases they take."""
+        own = {name: ones for (owner, ones), name in self._inputs.items() if owner == agent.name}
+        taking = {
+            action: {name: Number(Fraction(action in ones)) for name, ones in own.items()} for action in agent.actions
+        }
+        return replace(agent, actions={key: {**values, **taking[key]} for key, values in agent.actions.items()})
+
+    def _split_clips(self, rule: Rule) -> list[Rule]:
+        """The rules of the parts in which what an action sets is at an end of a clip, or between its ends."""
+        clips = {call: agent for each in rule.next.values() for call, agent in self._find_clips(each)}
+        if not clips or len(clips) > MAX_CLIPS:  # more are left to enclosures
+            return [rule]
+        call, agent = next(iter(clips.items()))
+        form, (low, high) = affine(call.argument) or Affine(), call.bounds or (ZERO, ZERO)
+        below, above = form.plus(Affine((), -low)), Affine((), high).plus(form, Fraction(-1))
+        inside = HalfSpace(Affine().plus(below, Fraction(-1))), HalfSpace(Affine().plus(above, Fraction(-1)))
+        ends = [[(HalfSpace(below, True),)], [inside], [(HalfSpace(above, True),)]]
+        values = {0: Number(low), 1: call.argument, 2: Number(high)}
+        rules: list[Rule] = []
+        for part in split_regions(CaseRegion(rule.where, rule.when), ends, agent, self.around.variables, rule.place):
+            cut = self._take(agent, part.taken, {each: values[each] for each in sorted({*part.taken.values()})})
+            following = {name: replace_part(each, call, cut) for name, each in rule.next.items()}
+            rules += self._split_clips(replace(rule, where=part.region.where, when=part.region.when, next=following))
         return rules
+
+    def _find_clips(self, expression: Expression) -> Iterator[tuple[Call, Agent]]:
+        """The clips of sums of variables and of what one agent's action sets, inner ones first."""
+        for part in parts(expression):
+            yield from self._find_clips(part)
+        if isinstance(expression, Call) and expression.bounds and affine(expression.argument) is not None:
+            acting = [agent for agent in self._acting if agent.inputs & names(expression.argument)]
+            if len(acting) == 1:
+                yield expression, acting[0]
 
     def _moves(
         self, given: Mapping[str, object], place: Place
@@ -336,123 +437,3 @@ class StepReader(MotionReader):
                 added = self._vector(vector, where / agent / action)
                 gains[agent, action] = {name: of_affine(Affine.of({}, value)) for name, value in added.items() if value}
         return gains
-
-
-def case_regions(
-    conditions: Sequence[Sequence[Polytope] | None], variables: Sequence[Variable], where: Place
-) -> list[list[CaseRegion]]:
-    """The regions of each case; None: whatever the others leave. InputError where cases overlap or leave a gap."""
-    named = {name for each in conditions for region in each or () for half in region for name, _ in half.form.terms}
-    tested = [one for one in variables if one.name in named]
-    ranges = {one.name: one.range for one in tested}
-    modes = {one.name: len(one.modes) for one in tested if one.modes}
-    regions = [[_tight(each, modes) for each in given or ()] for given in conditions]
-    last = next((number for number, given in enumerate(conditions) if given is None), None)
-    others: list[Polytope] = []
-    met: list[set[Polytope]] = [set() for _ in regions]  # of each case the polytopes that hold some state
-    for fixed in _combinations(modes):
-        whole = _with(box_of(ranges), fixed)
-        kept = [{each: _restrict_region(each, fixed, whole) for each in given} for given in regions]
-        held = [[part for part in given.values() if part is not None] for given in kept]
-        for seen, given in zip(met, kept, strict=True):
-            seen |= {each for each, part in given.items() if part is not None}
-        _ensure_apart(held, where)
-        for left in _subtract_regions(whole, [each for given in held for each in given]):
-            if last is None:
-                what = f"cases leave a gap: {_states(left, ranges, fixed, variables)}"
-                raise InputError(what, where, f'add a case, or one with when = "{OTHERWISE}"')
-            others.append((*left, *box_of({name: (value, value) for name, value in fixed.items()})))
-            if len(others) > MAX_REGIONS:
-                raise InputError(f"more than {MAX_REGIONS} cases", where, "test less")
-    regions = [[each for each in given if each in seen] for given, seen in zip(regions, met, strict=True)]
-    if last is not None:
-        regions[last] = others
-    for number, given in enumerate(regions):
-        if not given:
-            raise InputError(f"case {number + 1} holds no state of the ranges", where / number, "remove it")
-    return [[_region(each, ranges) for each in given] for given in regions]
-
-
-def _combinations(modes: Mapping[str, int]) -> Iterator[dict[str, Fraction]]:
-    for values in product(*map(range, modes.values())):
-        yield dict(zip(modes, map(Fraction, values), strict=True))
-
-
-def _tight(region: Polytope, modes: Mapping[str, int]) -> Polytope:
-    """A polytope whose bounds of single modes are whole numbers."""
-    halves: list[HalfSpace] = []
-    for half in region:
-        match half.form.terms:
-            case ((name, factor),) if name in modes:
-                end = -half.form.constant / factor
-                whole = Fraction(end.__floor__() if factor > 0 else end.__ceil__())
-                if half.strict and whole == end:
-                    whole += -1 if factor > 0 else 1
-                sign = Fraction(1 if factor > 0 else -1)
-                halves.append(HalfSpace(Affine.of({name: sign}, -sign * whole)))
-            case _:
-                halves.append(half)
-    return tuple(halves)
-
-
-def _with(region: Polytope, fixed: Mapping[str, Fraction]) -> Polytope:
-    """A polytope with modes at values, in the other variables."""
-    halves: list[HalfSpace] = []
-    for half in region:
-        terms = {name: factor for name, factor in half.form.terms if name not in fixed}
-        added = sum((factor * fixed[name] for name, factor in half.form.terms if name in fixed), Fraction(0))
-        halves.append(HalfSpace(Affine.of(terms, half.form.constant + added), half.strict))
-    return tuple(half for half in dict.fromkeys(halves) if half.form.terms or not half.holds({}))
-
-
-def _restrict_region(region: Polytope, fixed: Mapping[str, Fraction], whole: Polytope) -> Polytope | None:
-    """A region with modes at values; None where it has no state then."""
-    restricted = _with(region, fixed)
-    return None if is_empty((*restricted, *whole)) else restricted
-
-
-def _ensure_apart(held: Sequence[Sequence[Polytope]], where: Place) -> None:
-    for (i, one), (j, other) in combinations(enumerate(held), 2):
-        if any(is_empty((*a, *b)) is not True for a, b in product(one, other)):
-            raise InputError(f"cases {i + 1} and {j + 1} overlap", where / j, NARROW)
-
-
-def _subtract_regions(whole: Polytope, held: Sequence[Polytope]) -> list[Polytope]:
-    """Polytopes that hold what is in none of some regions."""
-    open_ = [whole]
-    for region in held:
-        parts: list[Polytope] = []
-        for each in open_:
-            for number, half in enumerate(region):
-                ((opposite,),) = outside([(half,)])
-                part = (*each, *region[:number], opposite)
-                if not is_empty(part):
-                    parts.append(tuple(dict.fromkeys(part)))
-        open_ = parts
-    return open_
-
-
-def _region(region: Polytope, ranges: Mapping[str, Interval]) -> CaseRegion:
-    """A polytope as a box and the rest."""
-    box, rest = dict(ranges), list[HalfSpace]()
-    for half in region:
-        if len(half.form.terms) == 1:
-            ((name, factor),) = half.form.terms
-            inner = narrow(box[name], factor, -half.form.constant / factor)
-            box[name] = inner if inner[0] <= inner[1] else box[name]
-            if half.strict or inner[0] > inner[1]:
-                rest.append(half)
-        else:
-            rest.append(half)
-    return CaseRegion(box, tuple(dict.fromkeys(rest)))
-
-
-def _states(
-    region: Polytope, ranges: Mapping[str, Interval], fixed: Mapping[str, Fraction], variables: Sequence[Variable]
-) -> str:
-    """States in words."""
-    names = {one.name: one.modes for one in variables}
-    told = [f"{name} = {names[name][int(value)]}" for name, value in fixed.items()]
-    box = _region(region, ranges).where
-    told += [f"{name} in [{plain(low)}, {plain(high)}]" for name, (low, high) in box.items() if name not in fixed]
-    return ", ".join(told)

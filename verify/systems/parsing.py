@@ -72,6 +72,7 @@ EXTREMES = ("abs", "max", "min")  # written as clips, which every reading knows
 PI = "pi"
 ABOVE, BELOW = (Fraction(0), Fraction(LARGEST)), (-Fraction(LARGEST), Fraction(0))  # clips to one side of 0
 EQUALS = "equals"
+AS, CASE = ".acts as ", ".case "  # in names that no text can write
 CHOICE = "choice"
 MAX_CHOICE = 64  # values of one choice
 MAX_WAYS = 256  # to choose in one rule
@@ -475,7 +476,12 @@ OF_MODES = "write one of its modes, its name to keep it, acts(AGENT), or choice(
 
 def input_of(agent: str, variable: str) -> str:
     """The name of the input by which an agent's action is a mode of a variable. No text can write it."""
-    return f"{agent}.acts as {variable}"
+    return f"{agent}{AS}{variable}"
+
+
+def is_mode(name: str) -> bool:
+    """Returns True if an input says which mode an action is."""
+    return AS in name
 
 
 def mode_of(text: str, variable: str, names: Names, actions: Actions, where: Place) -> Expression:

@@ -7,15 +7,26 @@ Does not: read files or play.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from codegen.errors import InputError
 from verify.language.units import Unit
-from verify.systems.expressions import Expression, Number, affine, names, of_affine, substitute, terms, total
+from verify.systems.expressions import (
+    Expression,
+    Name,
+    Number,
+    Product,
+    affine,
+    names,
+    of_affine,
+    substitute,
+    terms,
+    total,
+)
 from verify.systems.lowered import Acting
-from verify.systems.parsing import Names, input_of
+from verify.systems.parsing import CASE, Names, input_of
 from verify.systems.system import Box, Interval, Polytope, System, Variable
 from verify.toml_places import Place
 
@@ -71,11 +82,22 @@ class Rule:
             for agent in agents:
                 for action, values in agent.actions.items():
                     if acted.get(agent.name):
-                        added = substitute(total(acted[agent.name]), values)
+                        added = substitute(total([*_taken(acted[agent.name], values)]), values)
                         effect.setdefault((agent.name, action), {})[name] = added
         return replace(
             self, move={**move, **{n: each for n, each in self.move.items() if n not in move}}, effect=effect
         )
+
+
+def _taken(acted: Sequence[Expression], values: Mapping[str, Expression]) -> Iterator[Expression]:
+    """The terms that hold where an action sets inputs: of cases that it chooses between, the one that it takes."""
+    for term in acted:
+        match term:
+            case Product(Name(name), then) if CASE in name:
+                if values[name] == Number(Fraction(1)):
+                    yield then
+            case _:
+                yield term
 
 
 def _share_terms(
@@ -101,15 +123,17 @@ def _share_terms(
 
 
 def set_modes(agents: Sequence[Agent], variables: Sequence[Variable]) -> list[Agent]:
-    """The agents, whose actions set each mode of their name too."""
+    """The agents, whose actions set each mode of their name too, where they say of none which one they set."""
     modes = [each for each in variables if each.modes]
     setters: list[Agent] = []
     for agent in agents:
-        own = [each for each in modes if all(action in each.modes for action in agent.actions)]
-        actions = {
-            action: {**values, **{input_of(agent.name, m.name): Number(Fraction(m.modes.index(action))) for m in own}}
-            for action, values in agent.actions.items()
-        }
+        actions = dict(agent.actions)
+        for mode in modes:
+            name = input_of(agent.name, mode.name)
+            if all(name in values or action in mode.modes for action, values in agent.actions.items()):
+                for action in agent.actions.keys() & {*mode.modes}:
+                    own = {name: Number(Fraction(mode.modes.index(action)))}
+                    actions[action] = {**own, **actions[action]}
         setters.append(replace(agent, actions=actions))
     return setters
 
