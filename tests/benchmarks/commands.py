@@ -63,7 +63,7 @@ def pairs_in(folder):
 
 def measured(command, peer, rounds, shown):
     """The ratio of their median CPU seconds."""
-    times = interleave_commands({"ours": command, "peer": peer}, rounds)
+    times = interleave_commands({"ours": command, "peer": peer}, rounds, (0, 1))
     ours, theirs = (statistics.median(times[name]) for name in ("ours", "peer"))
     if shown:
         print(f"{' '.join(map(str, command[2:]))}: {ours:.3f} s, {' '.join(map(str, peer[1:]))}: {theirs:.3f} s")

@@ -68,12 +68,18 @@ def interleave(
     return times
 
 
-def interleave_commands(commands: Mapping[str, Iterable[object]], rounds: int) -> dict[str, list[float]]:
-    """The seconds of CPU of each command in each round, in turns, after one round that is not counted."""
+def interleave_commands(
+    commands: Mapping[str, Iterable[object]], rounds: int, codes: tuple[int, ...] = (0,)
+) -> dict[str, list[float]]:
+    """The seconds of CPU of each command in each round, in turns, after one round that is not counted. `codes`: how
+    they may end.
+    """
     times = {name: list[float]() for name in commands}
     for order in turns(list(commands), rounds + 1):
         for name in order:
-            times[name].append(spent_by(*commands[name]).seconds)
+            ended = spent_by(*commands[name])
+            assert ended.code in codes, f"{name} failed"
+            times[name].append(ended.seconds)
     return {name: each[1:] for name, each in times.items()}
 
 

@@ -2,17 +2,13 @@
 
     python -m tests.benchmarks.extraction [--full] [--json]
 
-Whole protocol: every iteration of the paper's 100 x 50 rollouts, selection over all iterates on 100 episodes each, with
-the default preset and without its refinement, which is ours (its seconds stand beside). By default a tenth of it (10
-iterations, named so); --full runs all of it, on deception, navigation (depth 6) and predator-prey. Then exact against
-histogram splits on the same data, interleaved; then time per agent, sample and non-constant feature over N in
+Whole protocol: every iteration of the paper's 100 x 50 rollouts and selection over all iterates, without the default's
+refinement, which is ours (its seconds stand beside). By default a tenth of it; --full runs all of it. Then exact
+against histogram splits on the same data, interleaved; then time per agent, sample and non-constant feature over N in
 navigation, with the scripted expert and measured Q, and whole commands beside fifty lines of numpy and scikit-learn
-(navigation_direct.py). --sizes: these alone. --growth: joint growth alone, by every threshold, by histograms and by
-scikit-learn's fits of the same points, in turns.
+(navigation_direct.py). --sizes: these alone. --growth: joint growth alone, beside scikit-learn's fits of the points.
 """
 
-import resource
-import subprocess
 import sys
 import tempfile
 import time
@@ -30,19 +26,11 @@ LINES = Path(__file__).with_name("navigation_direct.py")
 
 
 def one_run(name, depth, iterations, refinement=0):
-    """Seconds of a run in a process of its own."""
-    chosen = {"max_depth": depth, "iterations": iterations, "patience": 1000, "refinement": refinement}
-    code = (
-        "import os; os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')\n"
-        "from maviper.experts import network\n"
-        "from maviper.extraction.algorithms import extract\n"
-        "from maviper.extraction.settings import Settings\n"
-        f"expert, world = network.load({name!r})\n"
-        f"extract(world, expert, Settings.of({chosen}))\n"
-    )
-    started = time.perf_counter()
-    subprocess.run([sys.executable, "-c", code], check=True)
-    return time.perf_counter() - started
+    """How a run ended."""
+    chosen = {"iterations": iterations, "patience": 1000, "refinement": refinement}
+    words = [word for each in chosen.items() for word in ("--set", "{}={}".format(*each))]
+    with tempfile.TemporaryDirectory() as folder:
+        return spent("extract", name, "--max-depth", depth, *words, "-o", f"{folder}/run.json")
 
 
 def growth(rounds, episodes=1_000, depth=4):
@@ -108,27 +96,22 @@ def main() -> None:
     parser.add_argument("--sizes", action="store_true")
     parser.add_argument("--growth", action="store_true")
     options = parser.parse_args()
-    if options.sizes:
-        figures = sizes()
-    elif options.growth:
-        figures = joint_growth(3)
-    else:
-        figures = [*protocols(options.full), *sizes()]
-    tell(figures, options.json)
+    asked = [(options.sizes, sizes), (options.growth, partial(joint_growth, 3))]
+    parts = [part for wanted, part in asked if wanted] or [partial(protocols, options.full), sizes]
+    tell([each for part in parts for each in part()], options.json)
 
 
 def protocols(full):
     """The figures of whole protocols, or of a tenth of them, and of growth alone."""
-    figures = []
-    for name, depth, reach, stretch in GAMES:
-        iterations = 100 if full else 10
-        targets = (reach, stretch) if full else (None, None)
-        figures.append(
-            figure(f"{name}, depth {depth}, {iterations} iterations, s", one_run(name, depth, iterations), *targets)
-        )
-    refined = one_run("physical-deception", 4, 1, REFINEMENT) - one_run("physical-deception", 4, 1)
-    figures.append(figure(f"the default's refinement by {REFINEMENT:,} episodes per team, deception, s", refined))
-    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20
+    figures, iterations = [], 100 if full else 10
+    runs = {game: one_run(game, depth, iterations) for game, depth, *_ in GAMES}
+    for game, depth, *targets in GAMES:
+        name = f"{game}, depth {depth}, {iterations} iterations, CPU s"
+        figures.append(figure(name, runs[game].seconds, *targets * full))
+    refined, unrefined = (one_run("physical-deception", 4, 1, spend).seconds for spend in (REFINEMENT, 0))
+    name = f"the default's refinement by {REFINEMENT:,} episodes per team, deception, CPU s"
+    figures.append(figure(name, refined - unrefined))
+    peak = max(run.megabytes for run in runs.values()) / 1024
     figures.append(figure("peak memory of these runs, GB", peak, 1.5, 0.5))
     return [*figures, *joint_growth(5 if full else 2)]
 

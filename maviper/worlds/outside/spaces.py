@@ -291,16 +291,18 @@ def taking(choices: spaces.Space) -> Callable[[Any], Any]:
 
 
 def random_actions(all_choices: Sequence[spaces.Space], rng: np.random.Generator, steps: int) -> list[list[Any]]:
-    """Actions of all agents, step by step: numbers of actions, or rows of numbers."""
+    """Actions of all agents, step by step: numbers of actions, or rows of numbers, in float32 as trees give them."""
     if not any(map(width, all_choices)):
         sizes = [cast("spaces.Discrete", choices).n for choices in all_choices]
         return rng.integers(sizes, size=(steps, len(sizes))).tolist()
     drawn = rng.random((steps, len(all_choices), max(map(width, all_choices))))
-    ends = [np.array(bounds_of(choices)).T for choices in all_choices]
-    return [
-        [(low + part[: len(low)] * (high - low)).tolist() for (low, high), part in zip(ends, row, strict=True)]
-        for row in drawn
-    ]
+    actions: list[list[Any]] = [[] for _ in range(steps)]
+    for place, choices in enumerate(all_choices):
+        low, high = np.array(bounds_of(choices)).T
+        numbers = (low + drawn[:, place, : len(low)] * (high - low)).astype(np.float32)
+        for acted, own in zip(actions, numbers.tolist(), strict=True):
+            acted.append(own)
+    return actions
 
 
 def refuse_numbers(text: str) -> InputError:
