@@ -163,7 +163,11 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
         if policy is None:
             policy = self[str(agent) if str(agent) in self else legal_names([str(agent)], "agent")[0]]
         read = getattr(self._env, "read", None)
-        row = _flatten(policy, seen) if read is None else np.ravel(read(agent, seen, info))
+        try:
+            row = _flatten(policy, seen) if read is None else np.ravel(read(agent, seen, info))
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+            what = f"what {policy.agent} is said to observe cannot be read: {type(error).__name__}: {error}"
+            raise InputError(what[:300], self.world.name, GIVE) from None
         width = len(policy.features) - len(policy.memory)
         if row.size != width:
             what = f"{policy.agent} observes {format_count(width, 'number')}, and {row.size} are given"

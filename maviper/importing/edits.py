@@ -48,7 +48,7 @@ def change_threshold(profile: PolicyProfile, policy: AgentPolicy, node: int, val
     if tree.feature[node] == ir.NO_FEATURE:
         splits = ", ".join(map(str, list(ir.splits(tree))[:20]))
         raise InputError(f"node {node} is a leaf, which tests nothing", where, f"splits are {splits or 'none'}")
-    if not isinstance(value, Real) or not abs(value) <= np.finfo(tree.compared).max:
+    if not isinstance(value, Real) or not abs(value) <= float(np.finfo(tree.compared).max):
         raise InputError(f"{value!r} is no finite {tree.compared}", where, "give a number")
     rounded = at_most(value, tree.compared)
     thresholds = tree.threshold.copy()

@@ -150,7 +150,11 @@ def _find_experts(given: Sequence[Any], options: Request) -> tuple[list[Known], 
         expert, world = source.read()
         worlds.setdefault(world.name, world)
         label = Path(source.text).name or source.text
-        known = expert.hash if expert.hash and not is_named_by_user(world.name) else fingerprint(expert, world)
+        hashed = bool(expert.hash) and not is_named_by_user(world.name)
+        known = expert.hash if hashed else fingerprint(expert, world)
+        if not hashed and known in found and found[known].source.text != text:
+            what = f"{label} acts as {found[known].label} does in the first {FIRST} held-out episodes"
+            raise InputError(what, "--experts", "leave one of the two out")
         found.setdefault(known, Known(label, world.name, replace(source, world=world.name), known))
     if len(worlds) > 1:
         advice = "compare experts of one world, or say it with --world"

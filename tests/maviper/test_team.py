@@ -139,6 +139,8 @@ def test_a_team_that_nobody_gave_a_world_acts_by_its_own_file(tmp_path):
         alone.act({"b 1": np.zeros(3)})
     with pytest.raises(InputError, match="observes a dictionary"):
         alone.act({"b 1": {"x": 1}})
+    with pytest.raises(InputError, match="b_1 is said to observe cannot be read: ValueError"):
+        alone.act({"b 1": [[1], [1, 2]]})
     with pytest.raises(InputError, match="observations of 2 agents are a list"):
         alone.act([0.0, 0.0])
     with pytest.raises(InputError, match=r'add world="tests.maviper.test_team:counted"'):
@@ -270,6 +272,7 @@ def test_errors_of_python_speak_python(profile):
         (lambda: maviper.compile(5, "c"), "int is no team"),
         (lambda: maviper.compile(profile, "C"), "unknown target 'C'"),
         (lambda: maviper.Team.of(profile).with_threshold("agent_0", 0, "0.3"), "'0.3' is no finite float32"),
+        (lambda: maviper.Team.of(profile).with_threshold("agent_0", 0, 1e300), "1e\\+300 is no finite float32"),
         (lambda: maviper.Team.of(profile).with_threshold("agent_0", "0", 0.3), "has no node '0'"),
     ):
         with pytest.raises(InputError, match=words) as error:

@@ -286,6 +286,14 @@ def test_an_expert_of_ones_own_without_a_file(tmp_path, monkeypatch):
     assert len(list(tmp_path.rglob(CELL_FILE))) == 2 * len(cells)
 
 
+def test_experts_that_act_alike_are_not_told_apart():
+    def act(agent, observations):
+        return doorway.act(agent, observations)
+
+    with pytest.raises(InputError, match=r":act acts as .*:act does in the first 4 held-out episodes"):
+        maviper.compare(doorway.act, experts=[act], world=doorway.make)
+
+
 def test_two_jobs_play_an_environment_of_ones_own(monkeypatch):
     """Copies in processes of their own within a process of joblib's; trees are those of one job."""
     monkeypatch.setattr(compare, "OUTSIDE", 5)

@@ -11,7 +11,7 @@ from maviper.episodes.play import Policies, rollout
 from maviper.evaluation.crossplay import Uniform
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
-from maviper.worlds.outside.spaces import taking
+from maviper.worlds.outside.spaces import random_actions, taking
 from maviper.worlds.seeds import fold_seed
 
 PENDULUM, TUGS = "gymnasium:Pendulum-v1", "tests.support.steering:tugs"
@@ -61,6 +61,13 @@ def test_environments_take_arrays_of_their_own_shape_within_bounds():
     taken = taking(box)([2.0, 0.5, -3.0, 0.0, 7.0])
     assert taken.dtype == np.float64 and taken.tolist() == [[1.0, 0.5], [-1.0, 0.0]]
     assert taking(gymnasium.spaces.Discrete(3))(2.0) == 2
+
+
+def test_an_environment_is_checked_with_numbers_that_trees_can_give():
+    box = gymnasium.spaces.Box(0, 0.1, (2,), np.float64)
+    drawn = np.array(random_actions([box, gymnasium.spaces.Box(-1, 3, (2,))], np.random.default_rng(0), 50))
+    assert drawn.shape == (50, 2, 2) and (drawn == drawn.astype(np.float32)).all()
+    assert (drawn[:, 0] <= np.float32(0.1)).all() and (drawn[:, 1] >= -1).all() and drawn[:, 1].max() > 2
 
 
 def test_commands_show_and_check_them(capsys):
