@@ -1,7 +1,7 @@
 """Keeps the finished extractions of a reproduction that is not whole yet, so that another machine can go on with it.
 
-    python -m tests.benchmarks.kept pack FOLDER generated/reproduction/paper/maddpg.kept.xz
-    python -m tests.benchmarks.kept unpack generated/reproduction/paper/maddpg.kept.xz FOLDER
+    python -m tests.benchmarks.kept pack FOLDER generated/reproduction/paper/mappo.kept.xz
+    python -m tests.benchmarks.kept unpack generated/reproduction/paper/mappo.kept.xz FOLDER
 
 Of each extraction its trees, its facts and the hash of its episodes are packed. To unpack plays these episodes again,
 which takes a second a cell, compares the hash, and writes the cell; where the hash is another one the cell is left out,

@@ -1,7 +1,7 @@
 """Records a finished reproduction in generated/reproduction/: report, claims, table, and how it was made.
 
     maviper reproduce --experts maddpg --jobs 2 -o FOLDER
-    python -m tests.benchmarks.record FOLDER generated/reproduction/maddpg -- --experts maddpg
+    python -m tests.benchmarks.record FOLDER generated/reproduction/paper/maddpg -- --experts maddpg
 
 Copies report.html, summary.txt, claims.json and recompute.py as the command wrote them; the page has every figure. What
 recompute.py needs besides is packed into cells.json.xz, in the form of compact.py: what the episodes of each cell come

@@ -23,7 +23,7 @@ from tests.support.tiers import first_of
 ROOT = Path(__file__).parents[3]
 RECORDS = ROOT / "generated" / "reproduction"
 REPORT = (RECORDS / "README.md").read_text()
-COMMITTED = sorted(RECORDS.glob("*/claims.json"))
+COMMITTED = sorted(RECORDS.rglob("claims.json"))
 WITH_SCRIPTS = [path.with_name("recompute.py") for path in COMMITTED]
 
 
@@ -121,7 +121,7 @@ def test_committed_records_are_whole(path):
 @pytest.mark.parametrize("path", COMMITTED, ids=lambda path: path.parent.name)
 def test_summaries_say_what_the_claims_of_a_record_say(path):
     lines = path.with_name("summary.txt").read_text(encoding="utf-8").splitlines()
-    for each in claims(path.parent.name):
+    for each in json.loads(path.read_text())["claims"]:
         notes = "; ".join(text for text in (each["reason"], *each["notes"]) if text)
         assert report.summarise_claim(each["verdict"], each["main"], each["id"], notes or each["says"]) in lines
 
@@ -129,23 +129,26 @@ def test_summaries_say_what_the_claims_of_a_record_say(path):
 # --- what the README says of them
 
 
-def claims(name):
-    return json.loads((RECORDS / name / "claims.json").read_text())["claims"]
-
-
-def test_the_readme_has_the_levels_of_the_record():
+def test_the_readme_has_the_levels_of_the_records():
     """What experts and trees reach, in the units of the measures."""
     said = re.sub(r" +\|", " |", " ".join((ROOT / "README.md").read_text().split()))
-    tables = (RECORDS / "published" / "tables.txt").read_text()
+    tables, figures = ((RECORDS / name).read_text() for name in ("published/tables.txt", "paper/figures.txt"))
+    levels = {}
     for game, label, row in (
-        ("physical-deception maddpg", "defenders success r=0.316", "deception, MADDPG | success"),
         ("cooperative-navigation mappo", "agents D", "navigation, MAPPO | distance left (lower)"),
         ("physical-deception mappo", "defenders success r=0.316", "deception, MAPPO | success"),
-        ("cooperative-navigation maddpg", "agents D", "navigation, MADDPG | distance left (lower)"),
     ):
         found = rf"(\S+) of (\S+)  {game} 10 seeds paper {{}} depth 4: {label}\n"
         ours, theirs = (re.search(found.format(name), tables) for name in ("maviper-every-round", "iviper"))
-        shown = (f"{float(number):.2f}".removeprefix("0") for number in (ours[2], theirs[1], ours[1]))
+        levels[row] = (ours[2], theirs[1], ours[1])
+    for team, row in (
+        ("defenders", "deception, MADDPG | success"),
+        ("navigation", "navigation, MADDPG | distance left (lower)"),
+    ):
+        found = re.search(rf"  {team}, MADDPG: (\S+) / (\S+) / .*, expert (\S+)\n", figures)
+        levels[row] = (found[3], found[2], found[1])
+    for row, numbers in levels.items():
+        shown = (f"{float(number):.2f}".removeprefix("0") for number in numbers)
         assert f"| {' | '.join((row, *shown))} |" in said
 
 

@@ -98,7 +98,7 @@ def test_later_claims_change_no_word_on_those_of_before():
     assert known.more == hashlib.sha256(register.MORE.read_bytes()).hexdigest()
     assert all(claim.family.startswith(register.FURTHER) and not claim.main for claim in later)
     assert not {claim.family for claim in first} & {claim.family for claim in later}
-    records = sorted((register.FILE.parents[2] / "generated" / "reproduction").glob("*/claims.json"))
+    records = sorted((register.FILE.parents[2] / "generated" / "reproduction").rglob("claims.json"))
     assert {json.loads(each.read_text())["register"] for each in records} == {known.sha256}
 
 

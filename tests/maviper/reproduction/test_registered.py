@@ -41,9 +41,10 @@ def test_tables_are_what_the_cells_say(folder):
     assert found.stdout.decode() == (RECORDS / folder / "tables.txt").read_text()
 
 
-def test_figures_are_what_the_cells_say():
-    found = subprocess.run([sys.executable, RECORDS / "published" / "figures.py"], capture_output=True, check=True)
-    assert found.stdout.decode() == (RECORDS / "published" / "figures.txt").read_text()
+@pytest.mark.parametrize("folder", ["paper", "published"])
+def test_figures_are_what_the_cells_say(folder):
+    found = subprocess.run([sys.executable, RECORDS / folder / "figures.py"], capture_output=True, check=True)
+    assert found.stdout.decode() == (RECORDS / folder / "figures.txt").read_text()
 
 
 def test_records_have_one_script():
