@@ -51,7 +51,7 @@ def measure() -> dict[str, int]:
     """The sizes of the house."""
     tests = sorted((ROOT / "tests").rglob("*.py"))
     benchmarks = [path for path in tests if "benchmarks" in path.parts]
-    pages = [path for path in (ROOT / "templates").rglob("*") if path.is_file()]
+    pages = [path for path in (ROOT / "templates").rglob("*") if path.is_file() and "__pycache__" not in path.parts]
     docstrings = [text for path in MODULES for text in docstrings_of(path)]
     manual = (ROOT / "maviper" / "manual").glob("*.md")
     commands = [command for chapter in cli.chapters.values() for command in walk(chapter)]

@@ -126,6 +126,8 @@ class Said:
     outputs: tuple[str, ...] = ()  # names of the numbers that are returned to be given; (): labels are returned
     run: bool = True  # whether source code may be run, in a process of its own, to be compared
     prefer: tuple[str, ...] = ()  # labels, the most wanted first, where a leaf permits several
+    reads: tuple[str, ...] = ()  # functions whose calls are features: firmware that reads sensors
+    acts: tuple[str, ...] = ()  # functions whose calls are actions, one a decision
     beside: Callable[[str], bytes | None] = lambda _: None  # the content of a file that lies beside the source
 
 
@@ -185,6 +187,9 @@ def read(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
             raise InputError(f"the file is {what}", where, advice)
     for kind in KINDS:
         if where.lower().endswith(kind.endings) and (kind.says is None or kind.says.search(content)):
+            if (said.reads or said.acts) and kind.function != "from_c":
+                what = f"calls are named, as {(*said.reads, *said.acts)[0]}(), and the file is {kind.called}"
+                raise InputError(what, where, "name calls of if/else C; of other files, features and actions")
             reader = getattr(import_module(f"codegen.importers.{kind.module}"), kind.function)
             origins = _call(reader, *(content, where, said)[: kind.takes])
             return {AGENT: origins} if isinstance(origins, Origin) else origins

@@ -5,7 +5,7 @@ Assumes: `codegen.importers` recognises, reads and replays them; games.py makes 
 Does not: import games where none is named. It writes nothing.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -25,7 +25,8 @@ def import_trees(
 ) -> PolicyProfile:
     """The profile of the trees in a file, or in a file for each agent. InputError for what is not understood."""
     asked = make_request(ImportOptions, options)
-    plain = tuple(each for each in asked.feature_names or () if "=" not in each)
+    (features, reads), (actions, acts) = map(_take_calls, (asked.feature_names, asked.action_names))
+    plain = tuple(each for each in features or () if "=" not in each)
     outputs = tuple(asked.output_names or ())
     if outputs and (asked.scores or asked.action_names):
         raise InputError("numbers are given, and no action is taken", "--outputs", "leave --scores and --actions out")
@@ -36,8 +37,10 @@ def import_trees(
         outputs=outputs,
         run=asked.run,
         prefer=tuple(asked.prefer or ()),
+        reads=reads,
+        acts=acts,
     )
-    names = Names(asked.feature_names, asked.action_names, asked.name, asked.output_names)
+    names = Names(features, actions, asked.name, asked.output_names)
     if file is not None and agents is None:
         origins = _read(file, said)
     elif file is not None or not agents:
@@ -49,8 +52,17 @@ def import_trees(
 
         world = games.find_game(asked.name)
         if world is not None:
-            return games.tie_trees(origins, world, games.Spoken(asked.feature_names, asked.action_names))
+            return games.tie_trees(origins, world, games.Spoken(features, actions))
     return profile_of(origins, names, asked.numbers)
+
+
+def _take_calls(names: Iterable[str] | None) -> tuple[list[str] | None, tuple[str, ...]]:
+    """Names without the `()` of those that are calls, and the functions that these call."""
+    if names is None:
+        return None, ()
+    given = list(names)
+    called = [each.rpartition("=")[2].removesuffix("()") for each in given if each.endswith("()")]
+    return [each.removesuffix("()") for each in given], tuple(called)
 
 
 def _read(path: Path, said: Said) -> dict[str, Origin]:

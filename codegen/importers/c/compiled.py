@@ -67,6 +67,8 @@ class Asked:
     answers: tuple[Place, ...]
     kept: tuple[Place, ...] = ()
     resets: tuple[tuple[str, bool], ...] = ()
+    reads: tuple[str, ...] = ()  # functions whose calls are features, and those whose calls are actions
+    acts: tuple[str, ...] = ()
 
 
 def ask_compiler(
@@ -347,6 +349,7 @@ def _list_lines(text: str, bodies: dict[str, str]) -> Iterator[tuple[str, str]]:
 
 BEFORE = "maviper_"
 OURS = "maviper_x_"  # before the names of parameters, and of none: what is returned
+ACT = "maviper_act"  # the name of the one action that was called; "?" of several
 SLACK = 16  # items of an array behind the last one that is a feature
 HEADERS = ("assert", "float", "limits", "math", "stdbool", "stddef", "stdint", "stdio", "stdlib", "string")
 WIDE, CHAR = "wide", "char"
@@ -390,7 +393,9 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     outside = [each for each in nodes if not isinstance(each, c_ast.FuncDef)]
     held = {each.name for each in outside if isinstance(each, c_ast.Decl) and not isinstance(each.type, c_ast.FuncDecl)}
     enumerators = {part.name for each in outside for part in walk(each) if isinstance(part, c_ast.Enumerator)}
-    own = {name: BEFORE + "own_" + name for name in sorted({*functions, *typedefs, *held, *enumerators} - {None})}
+    called = {name for each in asked for name in (*each.reads, *each.acts)}
+    own = {*functions, *typedefs, *held, *enumerators, *called} - {None}
+    own = {name: BEFORE + "own_" + name for name in sorted(own)}
     own |= {name: f"({value})" for name, value in names.items()}
     parts = [*(f"#include <{each}.h>" for each in dict.fromkeys((*headers, *HEADERS))), BEGIN]
     named = c_ast.Decl | c_ast.Typedef | c_ast.Enumerator
@@ -401,7 +406,11 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     for node in nodes:
         split = _split_function(node) if isinstance(node, c_ast.FuncDef) else [node]
         parts += [generator.visit(each) + ("" if isinstance(each, c_ast.FuncDef) else ";") for each in split]
-    parts += [DOOR, *(_door(at, each, functions[each.name], typedefs) for at, each in enumerate(asked))]
+    parts += [
+        *_write_stubs(parsed, asked[0]),
+        DOOR,
+        *(_door(at, each, functions[each.name], typedefs) for at, each in enumerate(asked)),
+    ]
     doors = ", ".join(f"{BEFORE}door_{at}" for at in range(len(asked)))
     parts.append(f"int (*{BEFORE}doors[])(const double *, int) = {{{doors}}};")
     known = {*names, *enumerators, *(each.name for each in outside if _is_scalar(each))}
@@ -414,6 +423,19 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
         (literals if plain else numbers)[generator.visit(each)] = None
     parts.append(NUMBERS % (", ".join(literals) or "0", " ".join(f"{BEFORE}number({each});" for each in numbers)))
     return "\n".join(parts)
+
+
+def _write_stubs(parsed: Any, asked: Asked) -> Iterator[str]:
+    """Functions in place of those that read sensors, which give a feature, and of those that act, which say so."""
+    generator = c_generator.CGenerator()
+    if asked.acts:
+        yield f'static const char *{ACT} = "";'
+    for each in parsed.ext:
+        if isinstance(each, c_ast.Decl) and each.name in asked.reads:
+            yield f"static {_declare(deepcopy(each.type.type), each.name)};"
+            yield f"{generator.visit(each)} {{ return {OURS}{each.name}; }}"
+        elif isinstance(each, c_ast.Decl) and each.name in asked.acts:
+            yield f'{generator.visit(each)} {{ {ACT} = *{ACT} ? "?" : "{each.name}"; }}'
 
 
 def _choose_nodes(parsed: Any, wanted: set[str]) -> list[Any]:
@@ -529,7 +551,7 @@ def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
         lines.append(f"static {_storage(each, most + 1 + SLACK, typedefs, pointers)};")
         if all(place.base != each.name for place in asked.kept):
             lines.append(f"__builtin_memset(&{OURS}{each.name}, maviper_row & 1, sizeof {OURS}{each.name});")
-    own = {each.name for each in given}
+    own = {each.name for each in given} | {*asked.reads}
     inputs = [_place(each, pointers, own) for each in asked.features]
     lines.append("if (!maviper_in) {")
     lines += [f"maviper_say(maviper_kind({each}));" for each in inputs]
@@ -547,6 +569,7 @@ def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
         pointers |= {""} if isinstance(result, c_ast.PtrDecl) else set()
         call = f"{_declare(result, '')} = {call}"
     told = [_place(each, pointers, own) for each in (*asked.answers, *asked.kept)]
+    lines += [f'{ACT} = "";'] if asked.acts else []
     lines += [f"{call};", *(f"maviper_give({each});" for each in told), "return 1;"]
     body = "\n".join(lines)
     return f"static int {BEFORE}door_{at}(const double *maviper_in, int maviper_row) {{\n{body}\n}}"

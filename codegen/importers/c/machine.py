@@ -45,6 +45,7 @@ MAX_SHOWN, MAX_LENGTH = 60, 1 << 20
 PLAIN_TEXT = re.compile(r'"(?:[ -\[\]-~]|\\["\\])*"')  # of ASCII; adjacent ones are one for the parser
 COUNTING = ("++", "--", "p++", "p--")
 CALL_ADVICE = "a decision may depend on the observation alone; give what the call answers as a feature"
+DONE = kinds.Place(-1)  # where a path keeps the actions that were called
 Open: TypeAlias = "tuple[Any, Open] | None"  # statements that follow: the first, and the others; None ends a scope
 
 
@@ -112,6 +113,8 @@ class Machine:
 
     paths: Growth | None = None
     inputs: Inputs | None = None
+    reads: Mapping[str, Any] = {}  # functions whose calls are features, and those whose calls are actions
+    acts: Mapping[str, Any] = {}
 
     def __init__(self, where: str, names: Mapping[str, int], *, contracts: bool) -> None:
         self.where, self.line, self.text_file = where, 0, ""
@@ -478,6 +481,12 @@ class Machine:
     def _funccall(self, node: Any) -> Value:
         given = [] if node.args is None else list(node.args.exprs)
         name = node.name.name if isinstance(node.name, c_ast.ID) else ""
+        if name in self.reads and self.inputs is not None:
+            return self.inputs.value(Object(kinds.Place(name), self.inputs.parameters[name]))
+        if name in self.acts:
+            done = self.memory.get(DONE, ())
+            self.memory[DONE] = (*done, name)  # type: ignore[misc] - what was done, which nothing loads
+            return None
         if name in self.functions and not self.find_name(name):
             return self._call_function(self.functions[name], [self.value(each) for each in given])
         if name in LIBRARY and not self.find_name(name):

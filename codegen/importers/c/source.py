@@ -21,7 +21,8 @@ from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, escape_text
 from codegen.importers.c.arithmetic import PRINTING
-from codegen.importers.c.compiled import Asked, ask_compiler
+from codegen.importers.c.calls import ENTRIES, find_calls, list_callers
+from codegen.importers.c.compiled import ACT, Asked, ask_compiler
 from codegen.importers.c.kinds import (
     STANDARD,
     Inputs,
@@ -36,7 +37,7 @@ from codegen.importers.c.kinds import (
     Type,
     Value,
 )
-from codegen.importers.c.machine import ADVICE, Machine, collect_assigned, is_const, items_of, parameters_of, walk
+from codegen.importers.c.machine import ADVICE, DONE, Machine, collect_assigned, is_const, items_of, parameters_of, walk
 from codegen.importers.c.memory import hoist_statics, list_parts, list_setters
 from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.reading import MEMORY, NOTHING, Kept, Origin, Remembered, Said
@@ -54,7 +55,6 @@ KEYWORDS = frozenset(
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while _Bool""".split()  # noqa: SIM905
 )
 DECLARING = c_ast.Decl | c_ast.Typedef | c_ast.Enumerator
-ENTRIES = frozenset(("main", "setup", "loop"))
 
 
 def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
@@ -72,10 +72,10 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
                 what = f"{escape_text(each.name)} is declared, and a macro of the file, too"
                 raise InputError(what, f"{where}, line {each.coord.line}", "give each a name")
         _check_cases(parsed, where)
+        find_calls(parsed, said.reads, where, acting=False)
+        find_calls(parsed, said.acts, where, acting=True)
         hoisted = hoist_statics(parsed)
-        origins = {
-            name: _origin(name, parsed, text, where, said, hoisted) for name in _deciding(parsed, where, said.wanted)
-        }
+        origins = {name: _origin(name, parsed, text, where, said, hoisted) for name in _deciding(parsed, where, said)}
         return ask_compiler(origins, parsed, text, where, said)
     except ParseError as error:
         at = re.match(r"(.*?):(\d+):\d+: (.*)", str(error), re.DOTALL)
@@ -105,11 +105,13 @@ def _unknown_types(text: str) -> list[str]:
 # --- functions that decide
 
 
-def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
+def _deciding(parsed: Any, where: str, said: Said) -> list[str]:
     """The functions that no other one calls, that no table holds, and that are given something to decide about."""
     functions = {each.decl.name: each for each in parsed.ext if isinstance(each, c_ast.FuncDef)}
-    if wanted in functions:
-        return [wanted]
+    if said.wanted in functions:
+        return [said.wanted]
+    if said.acts and (callers := list_callers(functions, said.acts)):
+        return callers
     deciding = [name for name in functions if name not in ENTRIES and _answers(name, functions)]
     deciding = [name for name in deciding if not _only_resets(name, functions)] or deciding
     if not deciding:
@@ -192,7 +194,7 @@ class _Follower(Machine):
     with what a function calls its own.
     """
 
-    def __init__(self, name: str, parsed: Any, text: Expanded, where: str, kept: Mapping[str, str]) -> None:
+    def __init__(self, name: str, parsed: Any, text: Expanded, where: str, kept: Mapping[str, str], said: Said) -> None:
         super().__init__(f"{where}, function {name}", text.names, contracts=text.contracts)
         self.limits = dict[str, None]()  # which observations it takes, where not all, in words
         self.answers = list[Place]()
@@ -218,6 +220,11 @@ class _Follower(Machine):
                 raise self.make_error("only functions, types and constants may stand outside functions", ADVICE)
         self.function = self.functions[name]
         parameters = {each.name: self.parameter(each) for each in parameters_of(self.function)}
+        self.reads, self.acts = (dict.fromkeys(each) for each in (said.reads, said.acts))
+        for each in self.reads:
+            if each in parameters or not isinstance(self.results[each], Kind):
+                raise self.make_error(f"{escape_text(each)} is no feature", "read a number, of a name of its own")
+        parameters |= {each: self.results[each] for each in self.reads}
         begun, self.resets = self._find_kept(parameters, kept)
         self.inputs = self.observed = Inputs(parameters, self.make_error, tuple(begun))
         self.numbers = self.arithmetic.numbers = self.observed.numbers
@@ -341,6 +348,8 @@ class _Follower(Machine):
     def _label(self, returned: Any) -> Any:
         """The answer of a path."""
         results = self.observed.results(self.memory)
+        if self.acts:
+            return self._label_act(results or returned is not None)
         if results and returned is not None:
             what = "an action is returned, and another one is written to a parameter"
             raise self.make_error(what, "do one of both; return void where an answer is written")
@@ -357,6 +366,15 @@ class _Follower(Machine):
         value = self.together([self.load(each) for each in whole.parts()] if whole else [target])
         letter = _words_of(self.function.decl.type.type) == ["char"] and isinstance(value, int) and 32 < value < 127
         return chr(value) if letter else value
+
+    def _label_act(self, returned: Any) -> str:
+        """The one action that a path calls."""
+        done: Any = self.memory.get(DONE, ())
+        if len(done) != 1 or returned:
+            told = "something is returned or written, too" if len(done) == 1 else " and ".join(done) or "none"
+            raise self.make_error(f"some path does not call one action: {told}", "call exactly one on every path")
+        self.answers = [Place(ACT)]
+        return done[0]
 
 
 def _places(of: Object) -> list[Place]:
@@ -376,12 +394,12 @@ def _origin(
 ) -> tuple[Origin, Asked]:
     kept = dict[str, str]()
     while True:
-        machine = _Follower(name, parsed, text, where, kept)
+        machine = _Follower(name, parsed, text, where, kept, said)
         memories, waiting = machine.memories, [machine]
 
         def follow() -> tuple[Origin, Asked]:
             nonlocal machine
-            machine = waiting.pop() if waiting else _Follower(name, parsed, text, where, kept)  # noqa: B023 - called here
+            machine = waiting.pop() if waiting else _Follower(name, parsed, text, where, kept, said)  # noqa: B023 - called here
             machine.memories = memories  # noqa: B023
             return _follow(machine, text, said)
 
@@ -431,5 +449,11 @@ def _follow(machine: _Follower, text: Expanded, said: Said) -> tuple[Origin, Ask
     kept = tuple(machine.observed.kept)
     resets = tuple((each.decl.name, bool(parameters_of(each))) for each in machine.resets)
     return origin, Asked(
-        machine.function.decl.name, (*machine.observed.order, *kept), tuple(machine.answers), kept, resets
+        machine.function.decl.name,
+        (*machine.observed.order, *kept),
+        tuple(machine.answers),
+        kept,
+        resets,
+        said.reads,
+        said.acts,
     )
