@@ -42,7 +42,8 @@ def test_every_target_has_its_golden_file(golden):
     files = {name: text for name, text in files.items() if not name.endswith(".py")}
     files |= {f"walk_{name}": text for name, text in emit(profile, ["c"], style="walk").items()}
     files |= {f"ordered_{name}": text for name, text in emit(profile, ["c"], style="ordered").items()}
-    files |= vectors.files(build(profile, TARGETS), TARGETS)
+    made = vectors.files(build(profile, TARGETS), TARGETS)
+    files |= {name: text for name, text in made.items() if not name.endswith("_vectors.h")}  # the same, once more
     named = {"c": asked[1], "python": asked[len(profile.agents) + 1]}
     files |= {f"physical_deception_{each.agent}.{kind}.smt2": each.text for kind, each in named.items()}
     golden(FOLDER, files)

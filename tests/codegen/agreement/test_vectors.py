@@ -9,7 +9,9 @@ import pytest
 
 from codegen import ir
 from codegen.agreement import vectors
-from codegen.agreement.compiled import build
+from codegen.agreement.compiled import STRICT, build, find_compiler
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import Said, read
 from codegen.lowering.lower import lower
 
 RUNS = {
@@ -34,7 +36,7 @@ def ran(target, folder):
 def test_the_shipped_test_passes_and_notices_a_wrong_threshold(target, style, profile, tmp_path):
     made = build(profile, [target], style=style)
     files = {**made.files, **vectors.files(made, [target])}
-    assert len(files) == 3
+    assert len(files) == 3 + (target == "c")
     for name, text in files.items():
         (tmp_path / name).write_text(text)
     good = ran(target, tmp_path)
@@ -50,6 +52,41 @@ def test_the_shipped_test_passes_and_notices_a_wrong_threshold(target, style, pr
     (tmp_path / source).write_text(files[source].replace(*wrong))
     bad = ran(target, tmp_path)
     assert style == "ordered" or (bad.returncode == 1 and not bad.stdout.endswith(" 0 wrong\n"))
+
+
+ARRAYS = """#include "{0}.h"
+#include "{0}_vectors.h"
+#include <string.h>
+int main(void) {{
+    int wrong = 0;
+    {1}
+    return wrong;
+}}
+"""
+EACH = """for (unsigned i = 0; i < sizeof {0}_answers / sizeof *{0}_answers; i++) {{
+        {1} x[sizeof *{0}_vectors / sizeof **{0}_vectors];
+        memcpy(x, {0}_vectors[i], sizeof x);
+        wrong |= sizeof x != sizeof *{0}_vectors || {0}_act(x) != {0}_answers[i];
+    }}"""
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize(("numbers", "style"), [("float32", "auto"), ("float32", "ordered"), ("int16", "auto")])
+def test_arrays_of_vectors_have_the_same_answers_and_notice_a_wrong_threshold(numbers, style, profile, tmp_path):
+    if numbers == "int16":
+        text = b"def a(x):\n    return 1 if x > 3 else 2 if x > -70 else 0\n"
+        profile = profile_of(read(text, "a.py", Said(run=False)), Names(), numbers)
+    made = build(profile, ["c"], style=style)
+    texts = {**made.files, **vectors.files(made, ["c"])}
+    each = [EACH.format(f"{made.model.prefix}_{agent.lower}", agent.kind) for agent in made.model.agents]
+    texts["main.c"] = ARRAYS.format(made.model.prefix, "\n    ".join(each))
+    header = f"{made.model.prefix}.h"
+    for wrong in (False, True):
+        texts[header] = texts[header].replace("<=", "<").replace(">=", ">") if wrong else texts[header]
+        for name, text in texts.items():
+            (tmp_path / name).write_text(text)
+        subprocess.run([*find_compiler(), *STRICT, "main.c", "-o", "main"], cwd=tmp_path, check=not wrong)
+        assert subprocess.run(["./main"], cwd=tmp_path, check=False).returncode == wrong
 
 
 def test_vectors_are_the_references_answers(profile):
