@@ -199,7 +199,7 @@ TREES = [
 WALK = [
     fault(branch_proofs, "_parts", "of a union the first", BROKEN, changed(lambda parts: parts[:1])),
     fault(branch_proofs, "ways", "a claim is broken in one way", FORGED, of(1)),
-    fault(branch_proofs, "_ensure_closed", "what a variable depends on is not followed", FORGED, of(None)),
+    fault(branch_proofs, "ensure_closed", "what a variable depends on is not followed", FORGED, of(None)),
     fault(branch_proofs, "_is_state", "any state shows that a claim is about some", FORGED, of(True)),
     fault(branch_proofs, "_ensure_all_shown", "ways are not asked for", FORGED, of(None)),
     fault(Proof, "ensure_read", "a proof may go on", FORGED, of(None)),
