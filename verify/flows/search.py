@@ -32,6 +32,7 @@ STRAIGHT = ((12, 1), (12, 4), (12, 16), (12, 50))
 FIRST = 20_000  # sets for cuts of the start at first, and for cells of one width; four times as many in each round
 MANY = FEW_SETS  # sets of a part at each step, beyond which it is cut and not followed further
 ASIDE = 0.125  # how much the width of a variable counts on which no decision depends
+WIDER = 64.0  # times are cells of levels in a variable that moves nothing of what the claim bounds
 CELLS = tuple(range(2, 7))  # into how many parts, as powers of two, what episodes range over is cut
 JOINS = 6  # samples, at every so many of which sets are joined by levels; or at the first one only
 NEARLY = 2 / 3  # of the boxes of a level: where so many were shown, the next one may take all sets that are left
@@ -76,6 +77,10 @@ class PlanSearch:
         self._most, self._steps = most, max(claim.steps, 1)
         self._tested = _find_tested(profile, system)
         deciding = _moving(self._tested, system)
+        bounded = {name for region in claim.regions for half in region for name, _ in half.form.terms}
+        self._apart = set(self._names) - _moving(
+            bounded, system
+        )  # what the claim hangs on by decisions alone, if at all
         kept = system.flow.kept  # what starts as another variable is cut with it
         weights = {name: 1.0 if name in deciding else ASIDE for name in self._names} | dict.fromkeys(kept, 0.0)
         self._weights = np.array([weights[name] for name in self._names])
@@ -149,6 +154,9 @@ class PlanSearch:
     def _levels(self, cells: Sequence[dict[int, float]], how: tuple[int, int]) -> Iterator[LevelSweep]:
         """Sweeps by levels, which begin with the widest cells of all variables."""
         widest = max(cells, key=lambda widths: (len(widths), *widths.values()), default=dict[int, float]())
+        widest = {
+            column: width * (WIDER if self._names[column] in self._apart else 1) for column, width in widest.items()
+        }
         for every in (JOINS, self.sweep.last) if 0 < len(widest) <= LEVELLED and self.sweep.last > JOINS else ():
             yield LevelSweep(self.sweep, Plan((0,), *how, widest, every, 1))
 
@@ -291,10 +299,10 @@ def _find_tested(profile: PolicyProfile, system: System) -> set[str]:
     return tested | {name for case in system.flow.cases for half in case.when for name, _ in half.form.terms}
 
 
-def _moving(tested: set[str], system: System) -> set[str]:
-    """The variables on which decisions depend: those that are tested, and those that move them."""
+def _moving(some: set[str], system: System) -> set[str]:
+    """Some variables, such as those that are tested, and all that move them."""
     assert system.flow is not None
-    moving, before = set(tested), -1
+    moving, before = set(some), -1
     while len(moving) > before:
         before = len(moving)
         for name in tuple(moving):
