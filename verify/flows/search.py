@@ -37,6 +37,7 @@ CELLS = tuple(range(2, 7))  # into how many parts, as powers of two, what episod
 JOINS = 6  # samples, at every so many of which sets are joined by levels; or at the first one only
 NEARLY = 2 / 3  # of the boxes of a level: where so many were shown, the next one may take all sets that are left
 MAX_LEVELS, LEVELLED = 10, 5  # of cells, and variables that are cut by them
+LEVELLED_FROM = 2  # the place of the first level's cells: wider ones seldom show anything, and a few sets take as long
 MAX_POWER = 18  # of 2: cells of a list that could be followed, if a set ranged over all of them
 MAX_DEPTH = 20  # of cuts of the start
 NARROW = 1e-200
@@ -143,19 +144,21 @@ class PlanSearch:
             open_ = self._find_open([trying.cutting.whole], plan, min(allowed, self._left))
             if open_ == []:
                 yield self._name_widths(plan)
-            if open_ is not None:
-                assert trying.cells is not None
-                trying.cells.remove(widths)
+            if open_ is None:  # narrower cells take more sets
+                return
+            assert trying.cells is not None
+            trying.cells.remove(widths)
 
     def _name_widths(self, plan: Plan, levels: int = 0) -> FlowSets:
         widths = {self._names[column]: Fraction(width) for column, width in plan.widths.items()}
         return FlowSets(plan.order, plan.steps, widths, WHOLE, plan.every, levels)
 
     def _levels(self, cells: Sequence[dict[int, float]], how: tuple[int, int]) -> Iterator[LevelSweep]:
-        """Sweeps by levels, which begin with the widest cells of all variables."""
-        widest = max(cells, key=lambda widths: (len(widths), *widths.values()), default=dict[int, float]())
+        """Sweeps by levels, which begin with wide cells of all variables."""
+        full = [widths for widths in cells if len(widths) == max(map(len, cells))]
+        first = full[min(LEVELLED_FROM, len(full) - 1)] if full else {}
         widest = {
-            column: width * (WIDER if self._names[column] in self._apart else 1) for column, width in widest.items()
+            column: width * (WIDER if self._names[column] in self._apart else 1) for column, width in first.items()
         }
         for every in (JOINS, self.sweep.last) if 0 < len(widest) <= LEVELLED and self.sweep.last > JOINS else ():
             yield LevelSweep(self.sweep, Plan((0,), *how, widest, every, 1))
