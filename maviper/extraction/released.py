@@ -36,7 +36,7 @@ from maviper.episodes.trees import agent_policies, among
 from maviper.experts.expert import AS_GIVEN, Expert, labels
 from maviper.extraction.dataset import Dataset, Met, collect
 from maviper.extraction.extraction import Extraction, counts_of
-from maviper.extraction.growth.joint import cart
+from maviper.extraction.growth.exact import cart
 from maviper.extraction.growth.weights import in_play
 from maviper.extraction.journal import Arrays
 from maviper.extraction.selection import Selection

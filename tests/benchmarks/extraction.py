@@ -41,8 +41,8 @@ def growth(rounds, episodes=1_000, depth=4):
     from maviper.experts import network
     from maviper.experts.expert import labels
     from maviper.extraction.dataset import Dataset
+    from maviper.extraction.growth.exact import cart
     from maviper.extraction.growth.growing import Growth
-    from maviper.extraction.growth.joint import cart
     from maviper.extraction.settings import Settings
 
     expert, world = network.load("physical-deception")

@@ -1,6 +1,7 @@
 """Teams of trees grown from arrays, without a world."""
 
-from maviper.extraction.growth.joint import CartTree, grow_jointly
+from maviper.extraction.growth.exact import CartTree
+from maviper.extraction.growth.joint import grow_jointly
 
 
 def train_joint_trees(observations, labels, counts, n_actions, max_depth, seeds, least_right=None, alive=None):

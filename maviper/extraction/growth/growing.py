@@ -20,7 +20,8 @@ from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, FeatureSpec,
 from codegen.paths import LEGAL, Mask
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.best_first import KINDS, BestFirstTree, Leaves, gini, grow_tree, testing
-from maviper.extraction.growth.joint import Bins, CartTree, Codes, Growing, HistogramTree, grow_jointly, grow_shared
+from maviper.extraction.growth.exact import CartTree
+from maviper.extraction.growth.joint import Bins, Codes, Growing, HistogramTree, grow_jointly, grow_shared
 from maviper.extraction.growth.sums import Labels, Numbers, optimise_tests
 from maviper.extraction.settings import DIFFERENCES, EXACT, SUMS, Settings
 from maviper.worlds import World

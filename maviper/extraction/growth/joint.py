@@ -2,11 +2,10 @@
 """Joint tree growing: the trees of a team grow level by level and predict one another (paper, TrainJointTrees).
 
 Does: Build (vote filter, best split) and Predict (projected trees), both over all points of a level at once; searches
-  splits by scikit-learn's CART, or by histograms: all open leaves of a tree, and all its projected trees, in one
-  vectorised pass per level.
+  splits by histograms: all open leaves of a tree, and all its projected trees, in one vectorised pass per level.
 Assumes: data sets as multiplicities of shared points; for histograms few classes, and class counts that are whole
   numbers, together below 2^26, so that sums of them and of their squares are exact in any order.
-Does not: choose data or judge trees; try every threshold by histograms. A feature with more than BINS distinct values
+Does not: choose data or judge trees; try every threshold (exact.py). A feature with more than BINS distinct values
   is cut at BINS - 1 of them, spread evenly over its values by rank; with fewer, every midpoint is a candidate, and
   splits are CART's.
 
@@ -19,103 +18,13 @@ leaves.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
 from maviper.worlds.world import Int
-
-
-class CartTree:
-    """One agent's tree while it grows, every threshold tried. Nodes are numbered as they are made: level by level."""
-
-    def __init__(self, obs: Float32, labels: Int, counts: Int, n_actions: int, max_depth: int, seed: int) -> None:
-        """`obs`: [n, n_features]; `labels`: [n]; `counts`: [n], how often the agent's data set holds each point;
-        `seed`: for ties between features.
-        """
-        self.obs, self.labels, self.counts = obs, labels, counts
-        self.n_actions, self.max_depth, self.seed = n_actions, max_depth, seed
-        self.feature: list[int] = []
-        self.threshold: list[float] = []
-        self.children: list[tuple[int, int]] = []
-        self.action: list[int] = []
-        self.place = np.zeros(len(obs), dtype=np.int64)  # the leaf that each point is in
-        self.open = [self._leaf(np.flatnonzero(counts))]  # leaves of the current level that may still split
-        self.level = 0
-        self._right: Bool | None = None  # cached until the tree grows
-
-    def _leaf(self, rows: Int) -> int:
-        self.feature.append(NO_FEATURE)
-        self.threshold.append(0.0)
-        self.children.append((NO_CHILD, NO_CHILD))
-        self.action.append(self._majority(rows))
-        return len(self.feature) - 1
-
-    def _majority(self, rows: Int) -> int:
-        return int(np.argmax(np.bincount(self.labels[rows], self.counts[rows], self.n_actions)))
-
-    def _fit(self, rows: Int, max_depth: int) -> Any:
-        return cart(self.obs[rows], self.labels[rows], self.counts[rows], max_depth, self.seed)
-
-    def check_predictions(self) -> Bool:
-        """Predict for all points: does the projected final tree act as the expert does? [n]"""
-        if self._right is None:
-            predicted = np.array(self.action)[self.place]
-            remaining = self.max_depth - self.level
-            for leaf in self.open if remaining else ():
-                here = np.flatnonzero(self.place == leaf)
-                own = here[self.counts[here] > 0]
-                if here.size and own.size:
-                    predicted[here] = self._fit(own, remaining).predict(self.obs[here])
-            self._right = np.equal(predicted, self.labels)
-        return self._right
-
-    def build(self, keep: Bool) -> None:
-        """Grows one level: splits every open leaf on its kept points. `keep`: [n]."""
-        grown: list[int] = []
-        for leaf in self.open:
-            here = np.flatnonzero(self.place == leaf)
-            own = here[self.counts[here] > 0]
-            kept = own[keep[own]]
-            rows = kept if kept.size else own
-            if rows.size:
-                grown += self._split(leaf, here, rows)
-        self.open = grown
-        self.level += 1
-        self._right = None
-
-    def _split(self, leaf: int, here: Int, rows: Int) -> list[int]:
-        """Splits a leaf where that lowers the impurity of `rows`; returns the new leaves."""
-        self.action[leaf] = self._majority(rows)
-        stump = self._fit(rows, 1).tree_
-        if stump.node_count == 1:
-            return []
-        feature, threshold = int(stump.feature[0]), np.float64(stump.threshold[0])
-        # float32 against float64, as scikit-learn compares; numpy would round a Python float to float32 first
-        goes_left = self.obs[:, feature] <= threshold
-        children = (self._leaf(rows[goes_left[rows]]), self._leaf(rows[~goes_left[rows]]))
-        self.feature[leaf], self.threshold[leaf], self.children[leaf] = feature, float(threshold), children
-        self.place[here] = np.where(goes_left[here], *children)
-        return list(children)
-
-    def tree(self) -> GrownTree:
-        """The tree grown so far."""
-        return build_tree(self.feature, self.threshold, self.children, self.action)
-
-
-def cart(obs: Float32, labels: Int, counts: Int, max_depth: int, seed: int) -> Any:
-    """scikit-learn's tree of the points `obs` [n, n_features], each `counts` times. That arguments are what they are
-    declared to be it looks up at each fit, which takes longer than a fit to a few points.
-    """
-    from sklearn import config_context
-    from sklearn.tree import DecisionTreeClassifier
-
-    obs = np.ascontiguousarray(obs, dtype=np.float32)
-    tree = DecisionTreeClassifier(max_depth=max_depth, random_state=seed)
-    with config_context(skip_parameter_validation=True):
-        return tree.fit(obs, labels, sample_weight=counts, check_input=not bool(np.isfinite(obs).all()))
 
 
 class Growing(Protocol):

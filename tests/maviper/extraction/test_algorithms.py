@@ -15,10 +15,10 @@ from maviper.extraction import baselines, released
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.extraction import Running
+from maviper.extraction.growth.exact import CartTree
 from maviper.extraction.growth.joint import (
     BINS,
     Bins,
-    CartTree,
     HistogramTree,
     best_splits,
     grow_jointly,

@@ -4,7 +4,7 @@ import functools
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from itertools import pairwise, product
 from types import SimpleNamespace
 from typing import Any
@@ -29,7 +29,8 @@ from maviper.experts.scripted import Scripted, build_script
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import resample
 from maviper.extraction.extraction import Extraction, Running, joint_ratio
-from maviper.extraction.growth import joint
+from maviper.extraction.growth import exact
+from maviper.extraction.growth.exact import CartTree
 from maviper.extraction.growth.weights import maviper_weights
 from maviper.extraction.journal import Underway
 from maviper.extraction.selection import Selection, explain_stop
@@ -230,10 +231,44 @@ def test_deployed_trees_decide_as_scikit_learn_on_all_boundaries(world, depth):
 def test_the_numpy_trap_is_avoided():
     """A float32 column compared with a Python float is compared in float32; growth must compare in float64."""
     obs = np.array([[0.1], [0.2], [0.1], [0.2]], dtype=np.float32)
-    member = joint.CartTree(obs, np.array([0, 1, 0, 1]), np.ones(4, dtype=int), 2, 1, 0)
+    member = CartTree(obs, np.array([0, 1, 0, 1]), np.ones(4, dtype=int), 2, 1, 0)
     member.build(np.ones(4, dtype=bool))
     tree = member.tree()
     assert tree.action[ir.apply(tree, obs)].tolist() == [0, 1, 0, 1]
+
+
+def columns_of_all_kinds(rng, n):
+    """Observations [n, 1 to 6]: of few values, constant, nearly alike, and such as cut points as another one does."""
+    columns = rng.normal(size=(n, int(rng.integers(1, 7))))
+    for place, kind in enumerate(rng.integers(6, size=columns.shape[1])):
+        before, own = columns[:, place - 1], columns[:, place]
+        kinds = [np.round(own * 2) / 2, np.full(n, 0.5), 0.25 + np.round(own * 3) * 4e-8, before * 2, -before, own]
+        columns[:, place] = kinds[kind]
+    return columns.astype(np.float32)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_splits_that_are_searched_at_once_are_those_of_scikit_learn(seed, monkeypatch):
+    """Teams whose leaves are all large enough, and those whose leaves are all too small, for which CART is asked."""
+    rng = np.random.default_rng(seed)
+    n, n_actions, depth, members = (int(rng.integers(*ends)) for ends in ((5, 600), (2, 6), (1, 6), (1, 4)))
+    team = [columns_of_all_kinds(rng, n) for _ in range(members)]
+    rules = [(obs[:, 0] > 0) + 2 * (obs[:, -1] > 0.3) + (rng.random(n) < 0.1) for obs in team]
+    wanted, counts = np.stack(rules, axis=1) % n_actions, [rng.multinomial(n, np.full(n, 1 / n)) for _ in team]
+    grown, asked, cart = [], [], exact.cart
+
+    def ask(*given):
+        asked.append(given)
+        return cart(*given)
+
+    monkeypatch.setattr(exact, "cart", ask)
+    for few in (0, n + 1):
+        monkeypatch.setattr(exact, "FEW", few)
+        grown.append(train_joint_trees(team, wanted, counts, [n_actions] * members, depth, range(members)))
+        asked.append(None)
+    assert asked.index(None) < len(asked) - asked.index(None)  # CART was asked less
+    for one, other in zip(*grown, strict=True):
+        assert all(np.array_equal(*parts) for parts in zip(astuple(one), astuple(other), strict=True))
 
 
 def test_same_seed_same_bytes_other_seed_other_trees(world, expert, profile):
