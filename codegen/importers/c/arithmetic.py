@@ -96,8 +96,6 @@ class Arithmetic:
     def _holds(self, feature: Feature, sign: str, number: Any) -> bool:
         paths, place = self._ensure_paths(), feature.place
         self.used |= {*(self.sums.known[place - SUMS].places if place >= SUMS else [place])}
-        if number != number:
-            return sign == "!="
         # a double, since NumPy would make a float of Python's number
         test = features.Test(feature, sign, number if isinstance(number, int) else np.float64(number))
         return paths.holds(test)
@@ -260,6 +258,8 @@ class Arithmetic:
             one, other, sign = other, one, features.TURNED[sign]
         assert isinstance(one, Symbol) and isinstance(other, Number)
         feature, number = one.feature, other.value
+        if number != number:
+            return Number(int(sign == "!="), INT)
         return Condition(lambda: self._holds(feature, sign, number))
 
     def _floating(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:

@@ -11,10 +11,10 @@ Does not: compute (arithmetic.py), choose functions (source.py), call what the f
 # pyright: basic
 # pycparser's nodes have no declared attributes
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import PurePath
-from typing import Any, TypeAlias
+from typing import Any
 
 from pycparser import c_ast, c_generator
 
@@ -37,7 +37,8 @@ from codegen.importers.c.kinds import (
 )
 from codegen.importers.symbolic.feature import SIGNS
 from codegen.importers.symbolic.memory import RemembersError
-from codegen.importers.symbolic.paths import MAX_CALLS, STATE_ADVICE, Growth
+from codegen.importers.symbolic.paths import MAX_CALLS, STATE_ADVICE
+from codegen.importers.symbolic.statements import End, Executor, Open, Scope, link_statements
 
 ADVICE = "give functions of ifs, comparisons with numbers, and returns"
 KEPT = "the {} keeps what earlier decisions set"
@@ -46,7 +47,6 @@ PLAIN_TEXT = re.compile(r'"(?:[ -\[\]-~]|\\["\\])*"')  # of ASCII; adjacent ones
 COUNTING = ("++", "--", "p++", "p--")
 CALL_ADVICE = "a decision may depend on the observation alone; give what the call answers as a feature"
 DONE = kinds.Place(-1)  # where a path keeps the actions that were called
-Open: TypeAlias = "tuple[Any, Open] | None"  # statements that follow: the first, and the others; None ends a scope
 
 
 def text_of(node: Any) -> str:
@@ -101,17 +101,10 @@ def parameters_of(node: Any) -> list[Any]:
     return [each for each in given if isinstance(each, c_ast.Decl) and each.name]
 
 
-class _Jump(Exception):
-    """A `break`, `continue` or `return`."""
-
-    def __init__(self, kind: str, value: Any = None) -> None:
-        self.kind, self.value = kind, value
-
-
-class Machine:
+class Machine(Executor):
     """The names of a file and those of the function that is followed, what they hold on one path, and what they do."""
 
-    paths: Growth | None = None
+    BRANCHES = c_ast.If | c_ast.Compound
     inputs: Inputs | None = None
     reads: Mapping[str, Any] = {}  # functions whose calls are features, and those whose calls are actions
     acts: Mapping[str, Any] = {}
@@ -121,7 +114,7 @@ class Machine:
         self.types: dict[str, Type] = dict(kinds.STANDARD)  # typedefs, and `struct` and `enum` with their tags
         self.functions: dict[str, Any] = {}
         self.results: dict[str, Type] = {}  # of functions that are declared
-        self.scopes: list[dict[str, Object | Number]] = [{name: Number(of, INT, name) for name, of in names.items()}]
+        self.scope = self.file = Scope({name: Number(of, INT, name) for name, of in names.items()})  # the present one
         self.constants: dict[kinds.Place, Value] = {}  # what the file's own variables hold
         self.memory = self.constants  # what was set on this path
         self.fixed: dict[str | int, str] = {}  # why a variable must not be set
@@ -152,14 +145,7 @@ class Machine:
 
     def find_name(self, name: str) -> Object | Number | None:
         """Returns what a name stands for; None: nothing."""
-        return next((scope[name] for scope in reversed(self.scopes) if name in scope), CONSTANTS.get(name))
-
-    def _bind(self, name: str, of: Object | Number) -> None:
-        """Gives a name something in the innermost scope. A scope within a function is never changed: states have it."""
-        if len(self.scopes) == 1:
-            self.scopes[0][name] = of
-        else:
-            self.scopes[-1] = self.scopes[-1] | {name: of}
+        return next((each.names[name] for each in self.scope if name in each.names), CONSTANTS.get(name))
 
     # --- types
 
@@ -204,7 +190,7 @@ class Machine:
             if not INT.holds(last):
                 raise self.make_error(f"the enumerator {escape_text(each.name)} is no int")
             lowest = min(lowest, last)
-            self._bind(each.name, Number(last, INT, each.name))
+            self.scope.names[each.name] = Number(last, INT, each.name)
         kind, name = INT if lowest < 0 else kinds.ENUM, f"enum {node.name}"
         if node.name and node.values is not None:
             self.types[name] = kind
@@ -223,7 +209,7 @@ class Machine:
             target = self.find_name(node.name)
             if target is None:
                 raise self.make_error(f"the name {escape_text(node.name)} is not known", "define it in the file")
-            if node.name in self.changing and self.scopes[0].get(node.name) is target:
+            if node.name in self.changing and self.file.names.get(node.name) is target:
                 if isinstance(target, Object) and target.place.base == node.name:
                     return target  # which is remembered, and an input
                 self.at(node)
@@ -549,20 +535,19 @@ class Machine:
             self.results.setdefault(node.name, type_)
             return
         self.at(node)
-        shown, outside = escape_text(node.name), len(self.scopes) == 1
+        shown, outside = escape_text(node.name), self.scope is self.file
         if "extern" in node.storage or "volatile" in getattr(node.type, "quals", ()):
             raise self.make_error(f"the variable {shown} is set elsewhere", STATE_ADVICE)
         if "static" in node.storage and not outside and node.name in self.changing and not is_const(node):
             raise self.make_error(KEPT.format(f"static variable {shown}"), STATE_ADVICE)
-        if outside and node.init is None and node.name in self.scopes[0]:
+        if outside and node.init is None and node.name in self.file.names:
             return  # as it was declared before
         held = "static" in node.storage or outside
         fixed = f"the variable {shown} is kept or constant" if held or is_const(node) else ""
         if node.init is not None:
-            self._bind(node.name, self.initialize_object(type_, node.init, fixed))
+            self.scope.names[node.name] = self.initialize_object(type_, node.init, fixed)
             return
-        target = self.new_object(type_)
-        self._bind(node.name, target)
+        target = self.scope.names[node.name] = self.new_object(type_)
         if held:
             self.zero_object(target)
             self.fixed[target.place.base] = fixed
@@ -576,50 +561,40 @@ class Machine:
 
     _pragma = _staticassert = _emptystatement
 
-    def _compound(self, node: Any) -> None:
-        self._follow_open((node, None))
-
-    _if = _compound
-
-    def _break(self, node: Any) -> None:
-        raise _Jump(type(node).__name__.lower())
+    def _break(self, node: Any) -> End:
+        return End(type(node).__name__.lower())
 
     _continue = _break
 
     def _goto(self, node: Any) -> None:
         raise self.make_error("goto is not read", "return in each branch, or put what follows into a function")
 
-    def _return(self, node: Any) -> None:
-        raise _Jump("return", None if node.expr is None else self.value(node.expr))
+    def _return(self, node: Any) -> End:
+        return End("return", None if node.expr is None else self.value(node.expr))
 
-    def _for(self, node: Any) -> None:
-        self.scopes.append({})
+    def _for(self, node: Any) -> End | None:
+        self.scope = Scope({}, self.scope)
         if node.init is not None:
             self.value(node.init)
-        self._loop(node.cond, node.next, node.stmt)
-        self.scopes.pop()
+        return self._loop(node)
 
-    def _while(self, node: Any) -> None:
-        self._loop(node.cond, None, node.stmt, first=isinstance(node, c_ast.DoWhile))
+    def _loop(self, node: Any) -> End | None:
+        scope = self.scope
 
-    _dowhile = _while
+        def turns() -> Iterator[None]:
+            first = isinstance(node, c_ast.DoWhile)
+            while first or node.cond is None or self.truth(node.cond):
+                first = False
+                yield
+                self.scope = scope
+                if isinstance(node, c_ast.For) and node.next is not None:
+                    self.value(node.next)
 
-    def _loop(self, condition: Any, after: Any, body: Any, *, first: bool = False) -> None:
-        depth = len(self.scopes)
-        while first or condition is None or self.truth(condition):
-            first = False
-            try:
-                self.value(body)
-            except _Jump as jump:
-                del self.scopes[depth:]
-                if jump.kind == "break":
-                    break
-                if jump.kind != "continue":
-                    raise
-            if after is not None:
-                self.value(after)
+        return self.repeat(turns(), [node.stmt], scope)
 
-    def _switch(self, node: Any) -> None:
+    _while = _dowhile = _loop
+
+    def _switch(self, node: Any) -> End | None:
         chosen = self.arithmetic.plain(self.value(node.cond))
         items = items_of(node)
         start = next((at for at, each in enumerate(items) if self._is_case(chosen, each)), None)
@@ -628,13 +603,8 @@ class Machine:
         flat = list[Any]()
         for each in items[start:]:
             flat += (each.stmts or []) if isinstance(each, c_ast.Case | c_ast.Default) else [each]
-        depth = len(self.scopes)
-        try:
-            self._follow_open((c_ast.Compound(flat), None))
-        except _Jump as jump:
-            if jump.kind != "break":
-                raise
-            del self.scopes[depth:]
+        end = self.block(flat, Scope({}, self.scope))
+        return None if end is not None and end.kind == "break" else end
 
     def _is_case(self, chosen: Value, node: Any) -> bool:
         if not isinstance(node, c_ast.Case):
@@ -656,72 +626,51 @@ class Machine:
         for each, value in zip(parameters, given, strict=True):
             frame[each.name] = self.new_object(self.parameter(each))
             self.store(frame[each.name], value)
-        return self.run(node, frame)
+        return self.answer(node, link_statements([node.body], Scope(frame, self.file)))
 
     def parameter(self, node: Any) -> Type:
         """The type of a parameter; an array is handed over as a pointer."""
         type_ = self.type_of(node.type)
         return Pointer(type_) if isinstance(type_, Many) else type_
 
-    def run(self, node: Any, frame: dict[str, Any], state: Any = None) -> Value:
-        """Runs a function on these variables. `state`: the statements that follow, and the scopes within."""
-        outer, self.scopes = self.scopes, [self.scopes[0], frame]
-        self.depth += 1
-        result, value = self.type_of(node.decl.type), None
-        try:
-            if state is None:
-                self.value(node.body)
-            else:
-                self.scopes += state[1]
-                self._follow_open(state[0], marks=True)
-        except _Jump as jump:
-            if jump.kind != "return":
-                raise self.make_error(f"a {jump.kind} leads nowhere") from None
-            value = jump.value
-        self.depth -= 1
-        self.scopes = outer
+    def answer(self, node: Any, open_: Open, *, marks: bool = False) -> Value:
+        """What a function of the file returns behind these statements. `marks`: whether it is the one that decides."""
+        outer, self.depth = self.scope, self.depth + 1
+        result, end = self.type_of(node.decl.type), self.follow(open_, marks=marks)
+        self.scope, self.depth = outer, self.depth - 1
+        if end is not None and end.kind != "return":
+            raise self.make_error(f"a {end.kind} leads nowhere")
         if result == kinds.VOID:
             return None
-        if value is None:
+        if end is None or end.value is None:
             self.at(node.decl)
             raise self.make_error(
                 f"{escape_text(node.decl.name)} ends without a return on some path", "return on every path"
             )
-        return self.cast(value, result)
+        return self.cast(end.value, result)
 
-    def _follow_open(self, open_: Open, *, marks: bool = False) -> None:
-        """Follows statements. `marks`: those of the function that decides, whose path can go on from each `if`, with
-        the variables as they are there.
-        """
-        while open_ is not None:
-            node, open_ = open_
-            if node is None:
-                self.scopes.pop()
-            elif isinstance(node, c_ast.Compound):
-                self.scopes.append({})
-                open_ = (None, open_)
-                for each in reversed(node.block_items or []):
-                    open_ = (each, open_)
-            elif isinstance(node, c_ast.If):
-                paths = self.paths if marks else None
-                if paths is not None:
-                    paths.mark(self._state((node, open_)))
-                self.at(node)
-                compared = isinstance(node.cond, c_ast.BinaryOp) and node.cond.op in SIGNS
-                value = self.value(node.cond) if compared else None
-                once = isinstance(value, kinds.Condition) and paths is not None and not paths.asked
-                self.at(node.cond)
-                holds = self.truth(node.cond) if value is None else self.arithmetic.truth(value)
-                sides = [open_ if each is None else (each, open_) for each in (node.iftrue, node.iffalse)]
-                open_, other = sides if holds else sides[::-1]
-                if once and paths is not None:  # whose other answer is the other side
-                    paths.branch(self._state(other))
-            else:
-                self.value(node)
+    def run(self, node: Any, scope: Scope) -> End | None:
+        """Runs a statement."""
+        self.scope = scope
+        end = self.value(node)
+        return end if type(end) is End else None
 
-    def _state(self, open_: Open) -> Any:
-        """The state from which a path can go on: statements, and the variables as they are."""
-        return open_, dict(self.memory), self.scopes[1:]
+    def branch(self, node: Any, scope: Scope, rest: Open) -> tuple[Sequence[Open], bool]:
+        """The side that an `if` goes to and the other one, and whether a single test decides that; a block is one."""
+        if isinstance(node, c_ast.Compound):
+            return (link_statements(node.block_items or [], Scope({}, scope), rest), None), False
+        self.scope = scope
+        self.at(node)
+        compared = isinstance(node.cond, c_ast.BinaryOp) and node.cond.op in SIGNS
+        value = self.value(node.cond) if compared else None
+        self.at(node.cond)
+        holds = self.truth(node.cond) if value is None else self.arithmetic.truth(value)
+        sides = [rest if each is None else (each, scope, rest) for each in (node.iftrue, node.iffalse)]
+        return sides if holds else sides[::-1], isinstance(value, kinds.Condition)
+
+    def keep(self, open_: Open) -> Any:
+        """The state from which a path can go on: statements, and what variables hold."""
+        return open_, dict(self.memory)
 
     # --- answers
 

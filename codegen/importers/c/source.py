@@ -44,6 +44,7 @@ from codegen.importers.reading import MEMORY, NOTHING, Kept, Origin, Remembered,
 from codegen.importers.symbolic.feature import Feature
 from codegen.importers.symbolic.memory import FINITE, RESETS, Memories, Memory, RemembersError, follow_ranges
 from codegen.importers.symbolic.paths import OUTSIDE, STATE_ADVICE, Described, Growth, origin_of
+from codegen.importers.symbolic.statements import Scope, link_statements
 from codegen.ir import Update
 from codegen.memory import MAX_VALUE
 
@@ -251,12 +252,12 @@ class _Follower(Machine):
                 target = given.target if isinstance(given, Reference) else given
                 parts = dict.fromkeys(list_parts(target, self.function.decl.name, self.functions))
             else:
-                before = self.scopes[0][name]
+                before = self.file.names[name]
                 if not isinstance(before, Object):  # a static variable of a block that hides it
                     raise self.make_error(f"the static variable {escape_text(name)} hides another name", "rename it")
                 target = Object(Place(name), before.type)
                 parts = dict(zip(target.parts(), map(self.constants.get, _places(before)), strict=True))
-                self.scopes[0][name] = target
+                self.file.names[name] = target
             for part, value in parts.items():
                 if not isinstance(part.type, Kind) or part.type.floating:
                     what = f"what is remembered is no whole number: {escape_text(_call_part(part.place, kept))}"
@@ -272,7 +273,7 @@ class _Follower(Machine):
             for target in frame.values():
                 pointed = next(name for name in kept if name in self.observed.parameters)
                 self.memory[target.place] = self.observed.given(pointed)
-            self.run(each, dict(frame))
+            self.answer(each, link_statements([each.body], Scope(frame, self.file)))
             found, self.memory = self.memory, self.constants
             begun = {place: (kind, found.get(place, value)) for place, (kind, value) in begun.items()}
         known = list[Memory]()
@@ -320,12 +321,12 @@ class _Follower(Machine):
         except InputError:
             if node.name is None:
                 raise
-            self.scopes[0].pop(node.name, None)
+            self.file.names.pop(node.name, None)
 
     def path(self, paths: Growth, state: Any) -> Any:
         """Returns the function's answer on one path."""
         self.paths = self.arithmetic.paths = paths
-        self.depth, self.scopes = 0, self.scopes[:1]
+        self.depth, self.scope = 0, self.file
         try:
             if state is None:
                 self.memory, frame = {}, {}
@@ -334,11 +335,11 @@ class _Follower(Machine):
                     frame[name] = given if isinstance(given, Object) else self.new_object(type_)
                     if isinstance(given, Reference):
                         self.memory[frame[name].place] = given
-                returned = self.run(self.function, frame, ((self.function.body, None), []))
+                open_ = link_statements([self.function.body], Scope(frame, self.file))
             else:
-                open_, memory, (frame, *scopes) = state
+                open_, memory = state
                 self.memory = dict(memory)
-                returned = self.run(self.function, frame, (open_, scopes))
+            returned = self.answer(self.function, open_, marks=True)
         except Outside as outside:
             self.limits[str(outside)] = None
             return OUTSIDE

@@ -19,7 +19,7 @@ import ast
 import enum
 import math
 import operator
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial, reduce
 from inspect import Signature
@@ -44,6 +44,7 @@ from codegen.importers.symbolic.feature import (
     at_most,
 )
 from codegen.importers.symbolic.paths import Described
+from codegen.importers.symbolic.statements import Scope
 
 MAX_ITEMS = 1 << 16  # of a list, a text or a dictionary
 TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
@@ -99,27 +100,6 @@ class Array(list[Any]):
 
 class Stream(list[Any]):
     """The items of an iterator. It is used where it is made: by a loop, or as the argument of what takes it apart."""
-
-
-@dataclass
-class Scope:
-    """Names and what they stand for, in a function, a class or the file; what cannot be read, for its error."""
-
-    names: dict[str, Any]
-    parent: "Scope | None" = None
-    local: frozenset[str] = frozenset()  # names that the function assigns somewhere
-    of_class: bool = False  # whose names its functions do not see
-
-    def __iter__(self) -> "Iterator[Scope]":
-        scope: Scope | None = self
-        while scope is not None:
-            yield scope
-            scope = scope.parent
-
-    @property
-    def outer(self) -> "Scope":
-        """The scope that a function, a lambda or a comprehension that stands here sees."""
-        return self.parent if self.of_class and self.parent else self
 
 
 @dataclass(eq=False)

@@ -16,10 +16,10 @@ import ast
 import copy
 import enum
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import Parameter, Signature
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +45,6 @@ from codegen.importers.python.library import (
     Module,
     Part,
     Refused,
-    Scope,
     Stream,
     binary,
     compare_values,
@@ -56,7 +55,8 @@ from codegen.importers.python.library import (
 from codegen.importers.reading import FLOATS
 from codegen.importers.symbolic.feature import Feature, Step, Sums, Test, is_whole
 from codegen.importers.symbolic.memory import MAX_MEMBERS, RemembersError
-from codegen.importers.symbolic.paths import MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE, Growth
+from codegen.importers.symbolic.paths import MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE
+from codegen.importers.symbolic.statements import End, Executor, Open, Scope, link_statements
 
 MAX_SHOWN = 60
 MAX_INDEX = 256  # values of a whole number that is used as an index
@@ -79,13 +79,6 @@ METHODS: Mapping[type, tuple[str, ...]] = {
 GIVEN = (np.float64, np.ndarray, dict)  # what an observation may be, whose own attributes are no features
 PLAIN = ("object", "typing.Protocol", "typing.NamedTuple", "typing.TypedDict")
 SETTINGS = ("frozen", "slots", "eq", "order", "repr", "unsafe_hash")  # of a dataclass, which decide nothing
-
-
-class End(NamedTuple):
-    """A `break`, `continue` or `return`; the value of a return."""
-
-    kind: str
-    value: Any = None
 
 
 COUNTED = Step("whole number", lambda v: int(v) if math.isfinite(v) else v)
@@ -113,10 +106,10 @@ class Slot:
         return len(self.values) - 1
 
 
-class Machine:
+class Machine(Executor):
     """The state of a reader: of the file itself while `paths` is None, then of one path of a function."""
 
-    paths: Growth | None = None
+    BRANCHES = ast.If
     line = depth = steps = 0
     finite = False  # whether something is computed that Python refuses for infinite numbers
     numpy = False  # whether the file uses functions of NumPy, whose conditions are no numbers
@@ -625,34 +618,21 @@ class Machine:
         self.count()
         return self.eval_stream(node, scope)
 
-    def block(self, nodes: Sequence[ast.stmt], scope: Scope) -> End | None:
-        """Runs statements; how they end, if not by going on."""
-        return self.follow(link_statements(nodes, None), scope, marks=False)
+    def branch(self, node: ast.If, scope: Scope, rest: Open) -> tuple[Sequence[Open], bool]:
+        """The side that an `if` goes to and the other one, and whether a single test decides that."""
+        self.line = node.lineno
+        self.count()
+        test = self.eval(node.test, scope) if isinstance(node.test, ast.Compare) else None
+        holds = self.eval_condition(node.test, scope) if test is None else self.truth(test)
+        sides = [link_statements(each, scope, rest) for each in (node.body, node.orelse)]
+        return sides if holds else sides[::-1], isinstance(test, Test)
 
-    def follow(self, rest: Any, scope: Scope, *, marks: bool) -> End | None:
-        """Runs statements, long ladders without going deeper. `marks`: whether a path may go on in between."""
-        while rest is not None:
-            node, after = rest
-            if marks and self.paths is not None:
-                self.paths.mark((rest, dict(scope.names)))
-            if not isinstance(node, ast.If):
-                end = self.run(node, scope)
-                if end is not None:
-                    return end
-                rest = after
-                continue
-            self.line = node.lineno
-            self.count()
-            test = self.eval(node.test, scope) if isinstance(node.test, ast.Compare) else None
-            holds = self.eval_condition(node.test, scope) if test is None else self.truth(test)
-            rest = link_statements(node.body if holds else node.orelse, after)
-            if marks and self.paths is not None and isinstance(test, Test):  # whose other answer is the other branch
-                other = link_statements(node.orelse if holds else node.body, after)
-                self.paths.branch((other, dict(scope.names)))
-        return None
+    def keep(self, open_: Open) -> Any:
+        """The state from which a path can go on: statements, and the names of their function."""
+        return open_, open_ and dict(open_[1].names)
 
     def _read_If(self, node: ast.If, scope: Scope) -> End | None:
-        return self.follow((node, None), scope, marks=False)
+        return self.block([node], scope)
 
     def _read_Return(self, node: ast.Return, scope: Scope) -> End:
         value = None if node.value is None else self.eval(node.value, scope)
@@ -722,29 +702,29 @@ class Machine:
             raise Refused(f"{text_of(target)} is set", "give it a name")
 
     def _read_For(self, node: ast.For, scope: Scope) -> End | None:
-        for each in self.items(self.eval_stream(node.iter, scope)):
-            self.count()
-            self.assign(node.target, each, scope)
-            end = self.block(node.body, scope)
-            if end is not None and end.kind != "continue":
-                return end if end.kind == "return" else None
-        return self.block(node.orelse, scope)
+        def turns() -> Iterator[None]:
+            for each in self.items(self.eval_stream(node.iter, scope)):
+                self.count()
+                yield self.assign(node.target, each, scope)
+
+        return self.repeat(turns(), node.body, scope, node.orelse)
 
     def _read_While(self, node: ast.While, scope: Scope) -> End | None:
-        for _ in range(MAX_TURNS):
+        def turns() -> Iterator[None]:
+            for _ in range(MAX_TURNS):
+                self.line = node.lineno
+                try:
+                    more = self.eval_condition(node.test, scope)
+                except InputError as error:
+                    what = f"a loop goes on until a feature says otherwise: {error.what}"
+                    raise Refused(what, "give the loop an end: for k in range(5)") from None
+                if not more:
+                    return
+                yield
             self.line = node.lineno
-            try:
-                more = self.eval_condition(node.test, scope)
-            except InputError as error:
-                what = f"a loop goes on until a feature says otherwise: {error.what}"
-                raise Refused(what, "give the loop an end: for k in range(5)") from None
-            if not more:
-                return self.block(node.orelse, scope)
-            end = self.block(node.body, scope)
-            if end is not None and end.kind != "continue":
-                return end if end.kind == "return" else None
-        self.line = node.lineno
-        raise Refused("a loop does not end", "loop over literals")
+            raise Refused("a loop does not end", "loop over literals")
+
+        return self.repeat(turns(), node.body, scope, node.orelse)
 
     def _read_Break(self, node: ast.AST, scope: Scope) -> End:
         return End(type(node).__name__.lower())
@@ -898,13 +878,6 @@ def _make_enum(name: str, bases: Sequence[Any], members: Mapping[str, Any]) -> A
 
 
 # --- nodes
-
-
-def link_statements(nodes: Sequence[ast.stmt], rest: Any) -> Any:
-    """Statements before what is still to be done, as pairs."""
-    for node in reversed(nodes):
-        rest = (node, rest)
-    return rest
 
 
 def text_of(node: ast.AST) -> str:

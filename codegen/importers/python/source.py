@@ -40,7 +40,6 @@ from codegen.importers.python.library import (
     Instance,
     Part,
     Refused,
-    Scope,
     words_of,
 )
 from codegen.importers.python.machine import (
@@ -50,7 +49,6 @@ from codegen.importers.python.machine import (
     Machine,
     Slot,
     bind_arguments,
-    link_statements,
     text_of,
     walk_nodes,
 )
@@ -59,6 +57,7 @@ from codegen.importers.running.asking import PYTHON, Called, ensure_gated, run_s
 from codegen.importers.symbolic.feature import IN_ORDER, NO_SUM, Affine, Feature, Given, Sums
 from codegen.importers.symbolic.memory import MAX_MEMBERS, RESETS, Memories, Memory, RemembersError
 from codegen.importers.symbolic.paths import STATE_ADVICE, Described, Growth, Value, origin_of, rounds
+from codegen.importers.symbolic.statements import Scope, link_statements
 from codegen.memory import MAX_VALUE
 from codegen.process import silence_warnings
 
@@ -388,10 +387,13 @@ class _Follower:
             body = function.node.body
             if isinstance(body, ast.expr):  # of a lambda
                 body = [ast.copy_location(ast.Return(body), body)]
-            state = link_statements(body, None), bind_arguments(function.signature, self.first, named)
-        rest, names = state
+            scope = Scope(bind_arguments(function.signature, self.first, named), function.scope, function.local)
+            state = m.keep(link_statements(body, scope))
+        open_, names = state
         try:
-            end = m.follow(rest, Scope(dict(names), function.scope, function.local), marks=self.simple)
+            if open_ is not None:
+                open_[1].names = dict(names)
+            end = m.follow(open_, marks=self.simple)
             label = self._label(end.value if end else None)
             if not m.slots:
                 return label

@@ -94,11 +94,6 @@ class Growth:
             action = NO_ACTION if value is OUTSIDE else self.values.setdefault(value, len(self.values))
             self._add_node([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, action])
 
-    @property
-    def asked(self) -> bool:
-        """True if a test was open since the last mark."""
-        return bool(self._given)
-
     def mark(self, state: Any) -> None:
         """The program could go on from this state, which nothing changes any more."""
         if len(self._given) >= len(self._answers):
