@@ -82,7 +82,6 @@ class Arithmetic:
         self.used = set[int]()  # inputs that a test has looked at
         self.sums, self.finite = Sums(""), False  # finite: whether two features are compared
         self._tables = dict[str, Step]()
-        self.speculating = False  # whether what is evaluated may turn out not to be reached
 
     # --- truth
 
@@ -366,8 +365,6 @@ class Arithmetic:
             return symbol
         if not kind.signed:
             raise self.make_error(f"a number from {least} to {most} wraps around in {kind}", RANGE_ADVICE)
-        if self.speculating:
-            raise self.make_error("a number may overflow", RANGE_ADVICE)
         if not (self._holds(feature, ">=", kind.low) and self._holds(feature, "<=", kind.high)):
             raise Outside("numbers that do not overflow")
         return symbol

@@ -1,9 +1,9 @@
 """The second reading of C, by the C compiler itself: what was accepted is written again, built three times, and asked.
 
 Does: compares the tokens of the compiler's preprocessor with those of pcpp; writes the parts of a syntax tree that
-  functions need by pycparser's own generator, large functions in several; builds that without optimisation, with it,
-  and with traps for what C leaves undefined, or once where functions only compare with constants; asks all builds about
-  rows, and hands their common answers to the replay.
+  functions need by pycparser's own generator; builds that without optimisation, with it, and with traps for what C
+  leaves undefined, or once where functions only compare with constants; asks all builds about rows, and hands their
+  common answers to the replay.
 Assumes: a C compiler; where there is none, nothing is compared, and the profile says so. What is compiled was accepted
   by the reader: it calls nothing outside the file but functions of numbers.
 Does not: share anything with the reader but the syntax tree. It runs in a scratch folder, with limits.
@@ -38,9 +38,10 @@ from codegen.agreement.compiled import find_compiler
 from codegen.agreement.programs import run
 from codegen.errors import InputError, MissingToolError, escape_text
 from codegen.importers.c.kinds import Place
-from codegen.importers.c.machine import list_targets, walk
+from codegen.importers.c.machine import only_compares, walk
 from codegen.importers.c.text import MORE, PREDEFINED, Expanded, parse_number
 from codegen.importers.reading import Answers, Origin, Running, Said
+from codegen.importers.running import asking
 from codegen.ir import Floats
 
 TRAPPING = "UBSan"
@@ -103,21 +104,22 @@ def _run_builds(origin: Origin, name: str, compiled: "Compiled", *, scores: bool
         if origin.takes is not None and "overflow" not in origin.given:  # where assertions alone rule observations out
             compiled.ensure_failing(name, rows[~taken & ~np.isnan(rows).any(axis=1)])
         taken &= (rows[:, letters] >= 0).all(axis=1)  # a char may have a sign, or none
-        answers, places = compiled.answers(name, rows[taken]), {label: at for at, label in enumerate(origin.labels)}
-        count = len(origin.memory)
+        told, labels = compiled.answers(name, rows[taken]), {label: at for at, label in enumerate(origin.labels)}
+        distinct, count = {id(each): each for each in told}, len(origin.memory)  # equal ones of Python may differ: -0.0
 
-        def place_answer(answer: Sequence[Answer]) -> Any:
-            """Returns the numbers of an answer, or the place of its label, with the memory after it."""
+        def read_answer(answer: Sequence[Answer]) -> Any:
+            """Returns the numbers of an answer, or the place of its label, with the memory after it; None: neither."""
             if origin.vectors:
                 return answer
-            label = places.get(_label(answer[: len(answer) - count], scores=scores), -1)
-            return [label, *(ord(n) if isinstance(n, str) else n for n in answer[-count:])] if count else label
+            label = labels.get(_label(answer[: len(answer) - count], scores=scores))
+            kept = (ord(n) if isinstance(n, str) else n for n in answer[len(answer) - count :])
+            return (label, *kept) if count and label is not None else label
 
-        shape = (len(origin.vectors[0]),) if origin.vectors else (1 + count,) if count else ()
-        told = np.zeros((len(rows), *shape), np.float64 if origin.vectors else np.int64 if count else np.int32)
-        told[taken] = np.array([*map(place_answer, answers)], told.dtype).reshape(len(answers), *shape)
-        words = dict(zip(np.flatnonzero(taken).tolist(), answers, strict=True))
-        return Answers(told, taken, np.ones(len(rows), np.bool_), lambda place: _word(words[place]))
+        answers = [asking.Answer(None, "", asking.PRECONDITION)]  # to what the reader leaves out
+        answers += [asking.Answer(read_answer(each), _word(each)) for each in distinct.values()]
+        places, place_of = np.zeros(len(rows), int), {each: at for at, each in enumerate(distinct, 1)}
+        places[taken] = [place_of[id(each)] for each in told]
+        return asking.combine_answers(answers, places, origin)
 
     yield Running(compiled.numbers, ask_rows, ["int8" if each == CHAR else each for each in types])
 
@@ -404,8 +406,7 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     parts += [f"#undef {name}" for name in sorted({*declared, *own})]  # also those within functions: MAX_INPUT
     parts += [f"#define {name} {means}" for name, means in own.items()]
     for node in nodes:
-        split = _split_function(node) if isinstance(node, c_ast.FuncDef) else [node]
-        parts += [generator.visit(each) + ("" if isinstance(each, c_ast.FuncDef) else ";") for each in split]
+        parts.append(generator.visit(node) + ("" if isinstance(node, c_ast.FuncDef) else ";"))
     parts += [
         *_write_stubs(parsed, asked[0]),
         DOOR,
@@ -462,8 +463,6 @@ def _defines(decl: Any) -> bool:
 
 
 COMPUTED = c_ast.Constant | c_ast.UnaryOp | c_ast.BinaryOp | c_ast.Cast
-COMPARING = c_ast.Compound | c_ast.If | c_ast.ID | c_ast.Constant | c_ast.StructRef
-LOGIC = ("<", "<=", ">", ">=", "==", "!=", "&&", "||", "!")
 
 
 def _is_scalar(node: Any) -> bool:
@@ -487,55 +486,9 @@ def _computes(node: Any) -> bool:
     if not isinstance(node, c_ast.FuncDef):
         return False
     given = {each.name for each in (node.decl.type.args.params if node.decl.type.args else ())}
-    for each in walk(node.body):
-        plain = isinstance(each, COMPARING)
-        if isinstance(each, c_ast.BinaryOp | c_ast.UnaryOp):
-            plain = each.op in LOGIC or (each.op == "-" and isinstance(getattr(each, "expr", None), c_ast.Constant))
-        elif isinstance(each, c_ast.ArrayRef):
-            plain = isinstance(each.subscript, c_ast.Constant)
-        elif isinstance(each, c_ast.Return):  # which converts a parameter to another type
-            plain = (
-                isinstance(each.expr, c_ast.Constant | c_ast.UnaryOp) or getattr(each.expr, "name", None) not in given
-            )
-        if not plain:
-            return True
-    return False
-
-
-LARGE = 1_000  # statements of a part
-
-
-def _split_function(node: Any) -> list[Any]:
-    """A function, behind parts that it calls: a compiler takes long over thousands of ifs in one. A part is an `if`
-    that returns on every path. A function that sets or declares something stays whole.
-    """
-    given, parts = node.decl.type.args.params if node.decl.type.args else [], list[Any]()
-    acting = list_targets(node.body) or any(isinstance(each, c_ast.Decl) for each in walk(node.body))
-    if not all(isinstance(each, c_ast.Decl) and each.name for each in given) or _defines(node.decl) or acting:
-        return [node]
-
-    def split(each: Any) -> tuple[Any, int, bool]:
-        """The statement, how many are left in it, and whether it returns on every path."""
-        if isinstance(each, c_ast.Compound) and each.block_items:
-            items, counts, ends = zip(*map(split, each.block_items), strict=True)
-            return c_ast.Compound([*items]), sum(counts), ends[-1]
-        if not isinstance(each, c_ast.If) or each.iffalse is None:
-            return each, 1, isinstance(each, c_ast.Return) and each.expr is not None
-        sides, counts, ends = zip(split(each.iftrue), split(each.iffalse), strict=True)
-        whole, count, returns = c_ast.If(each.cond, *sides), 1 + sum(counts), all(ends)
-        if not returns or count < LARGE:
-            return whole, count, returns
-        name, decl = f"{BEFORE}part_{len(parts)}", deepcopy(node.decl)
-        decl.storage, decl.funcspec, inner = ["static"], ["__attribute__((noinline))"], decl.type
-        while not isinstance(inner, c_ast.TypeDecl):
-            inner = inner.type
-        inner.declname = name
-        parts.append(c_ast.FuncDef(decl, None, c_ast.Compound([whole])))
-        call = c_ast.FuncCall(c_ast.ID(name), c_ast.ExprList([c_ast.ID(each.name) for each in given]))
-        return c_ast.Compound([c_ast.Return(call)]), 1, True
-
-    body, _, _ = split(node.body)
-    return [*parts, c_ast.FuncDef(node.decl, None, body)] if parts else [node]
+    returned = [each.expr for each in walk(node.body) if isinstance(each, c_ast.Return)]
+    converted = any(getattr(each, "name", None) in given for each in returned)  # a parameter, to another type
+    return converted or not only_compares(node.body, c_ast.Compound, c_ast.If, c_ast.Return)
 
 
 def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:

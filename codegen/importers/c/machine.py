@@ -44,6 +44,7 @@ ADVICE = "give functions of ifs, comparisons with numbers, and returns"
 KEPT = "the {} keeps what earlier decisions set"
 MAX_SHOWN, MAX_LENGTH = 60, 1 << 20
 PLAIN_TEXT = re.compile(r'"(?:[ -\[\]-~]|\\["\\])*"')  # of ASCII; adjacent ones are one for the parser
+LOGIC = (*SIGNS, "&&", "||", "!")
 COUNTING = ("++", "--", "p++", "p--")
 CALL_ADVICE = "a decision may depend on the observation alone; give what the call answers as a feature"
 DONE = kinds.Place(-1)  # where a path keeps the actions that were called
@@ -93,6 +94,21 @@ def is_const(node: Any) -> bool:
     while isinstance(node, c_ast.Decl | c_ast.ArrayDecl | c_ast.Typename):
         node = node.type
     return "const" in getattr(node, "quals", ())
+
+
+def only_compares(node: Any, *others: type[Any]) -> bool:
+    """Returns True if a node compares variables and their parts with one another and with constants, and does nothing
+    else. `others`: kinds of nodes that may stand in it.
+    """
+    for each in walk(node):
+        plain = isinstance(each, (c_ast.ID, c_ast.Constant, c_ast.StructRef, *others))
+        if isinstance(each, c_ast.BinaryOp | c_ast.UnaryOp):
+            plain = each.op in LOGIC or (each.op == "-" and isinstance(getattr(each, "expr", None), c_ast.Constant))
+        elif isinstance(each, c_ast.ArrayRef):
+            plain = isinstance(each.subscript, c_ast.Constant)
+        if not plain:
+            return False
+    return True
 
 
 def parameters_of(node: Any) -> list[Any]:
@@ -425,27 +441,12 @@ class Machine(Executor):
         raise self.make_error(f"pointers or texts are computed with: {text_of(node)}", TEST_ADVICE)
 
     def _both(self, node: Any) -> Value:
-        """`&&` and `||` as a value: asked where it decides, if the second part does nothing and can be read."""
-        every, left = node.op == "&&", self.value(node.left)
-        if isinstance(left, Number):
-            if bool(left.value) != every:
-                return Number(int(not every), INT)
-            return self.arithmetic.unary("!", self.arithmetic.unary("!", self.value(node.right)))
-        acts = any(
-            isinstance(each, c_ast.Assignment | c_ast.FuncCall | c_ast.TernaryOp) or getattr(each, "op", "") in COUNTING
-            for each in walk(node.right)
-        )
-        outer, self.arithmetic.speculating = self.arithmetic.speculating, True
-        try:
-            right = None if acts else self.value(node.right)
-        except InputError:  # what the first part rules out
-            right = None
-        finally:
-            self.arithmetic.speculating = outer
-        truth = self.arithmetic.truth
-        if right is not None:
-            return kinds.Condition(lambda: truth(right) if truth(left) == every else not every)
-        return Number(int(self.truth(node.right) if truth(left) == every else not every), INT)
+        """`&&` and `||` as a value: asked where it decides, if looking at the second part cannot fail."""
+        every, truth = node.op == "&&", self.arithmetic.truth
+        if not only_compares(node.right):
+            return Number(int(self.truth(node)), INT)
+        left, right = self.value(node.left), self.value(node.right)
+        return kinds.Condition(lambda: truth(right) if truth(left) == every else not every)
 
     def _ternaryop(self, node: Any) -> Value:
         value = self.value(node.iftrue if self.truth(node.cond) else node.iffalse)

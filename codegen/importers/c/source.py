@@ -40,9 +40,9 @@ from codegen.importers.c.kinds import (
 from codegen.importers.c.machine import ADVICE, DONE, Machine, collect_assigned, is_const, items_of, parameters_of, walk
 from codegen.importers.c.memory import hoist_statics, list_parts, list_setters
 from codegen.importers.c.text import Expanded, expand_source
-from codegen.importers.reading import MEMORY, NOTHING, Kept, Origin, Remembered, Said
+from codegen.importers.reading import NOTHING, Kept, Origin, Said
 from codegen.importers.symbolic.feature import Feature
-from codegen.importers.symbolic.memory import FINITE, RESETS, Memories, Memory, RemembersError, follow_ranges
+from codegen.importers.symbolic.memory import FINITE, RESETS, Memories, Memory, RemembersError
 from codegen.importers.symbolic.paths import OUTSIDE, STATE_ADVICE, Described, Growth, origin_of
 from codegen.importers.symbolic.statements import Scope, link_statements
 from codegen.ir import Update
@@ -393,39 +393,30 @@ def _call_part(place: Place, kept: Mapping[str, str]) -> str:
 def _origin(
     name: str, parsed: Any, text: Expanded, where: str, said: Said, hoisted: Mapping[str, str]
 ) -> tuple[Origin, Asked]:
-    kept = dict[str, str]()
-    while True:
+    kept, memories = dict[str, str](), None
+    while True:  # again, where a path leaves the ranges of what is remembered, or remembers more
         machine = _Follower(name, parsed, text, where, kept, said)
-        memories, waiting = machine.memories, [machine]
-
-        def follow() -> tuple[Origin, Asked]:
-            nonlocal machine
-            machine = waiting.pop() if waiting else _Follower(name, parsed, text, where, kept, said)  # noqa: B023 - called here
-            machine.memories = memories  # noqa: B023
-            return _follow(machine, text, said)
-
+        memories = machine.memories = memories or machine.memories
         try:
-            origin, asked = follow_ranges(memories, follow)
+            followed = _follow(machine, text, said)
         except RemembersError as found:
-            remembered = str(found)
+            remembered, memories = str(found), None
             if remembered in kept:
                 what = f"{escape_text(kept[remembered])} is read and written: what it held decides"
                 raise machine.make_error(what, STATE_ADVICE) from None
             called = hoisted.get(remembered, remembered)
             kept[remembered] = remembered if called in kept.values() else called
-            continue
-        except InputError:  # where a path that reads a struct comes before one that sets it
+        except InputError as error:  # where a path that reads a struct comes before one that sets it
             name_read = machine.find_read_and_set(kept)
             if not name_read:
-                raise
-            kept[name_read] = name_read
-            continue
-        return origin, asked
+                raise memories.explain_error(error) from None
+            kept[name_read], memories = name_read, None
+        else:
+            if not memories.widen():
+                return followed
 
 
 def _follow(machine: _Follower, text: Expanded, said: Said) -> tuple[Origin, Asked]:
-    ranges = [(each.low, each.high) for each in machine.memories.known]
-
     def describe_program() -> Described:
         used_places, features, count = machine.observed.features(machine.arithmetic.used)
         whole = machine.observed.whole()
@@ -434,7 +425,7 @@ def _follow(machine: _Follower, text: Expanded, said: Said) -> tuple[Origin, Ask
             kind=KIND,
             given="; ".join((f"{'whole numbers' if whole else machine.numbers}, as it declares", *machine.limits)),
             whole=whole,
-            places=[*range(MEMORY, MEMORY + len(ranges)), *used_places],
+            places=used_places,
             features=features,
             n_features=count,
             n_read=max(used_places, default=-1) + 1,
@@ -442,10 +433,10 @@ def _follow(machine: _Follower, text: Expanded, said: Said) -> tuple[Origin, Ask
             notes=(*notes, *machine.notes),
             scores=said.scores,
             finite=machine.arithmetic.finite,
-            memory=tuple(Remembered(each.name, each.low, each.high, each.initial) for each in machine.memories.known),
         )
 
-    origin = origin_of(machine.path, machine.where, describe_program, machine.numbers, machine.arithmetic.sums, ranges)
+    memory = machine.memories.list_ranges()
+    origin = origin_of(machine.path, machine.where, describe_program, machine.numbers, machine.arithmetic.sums, memory)
     origin = replace(origin, nan=origin.nan and all(kind.floating for kind in machine.observed.kinds()))
     kept = tuple(machine.observed.kept)
     resets = tuple((each.decl.name, bool(parameters_of(each))) for each in machine.resets)

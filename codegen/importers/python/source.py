@@ -52,7 +52,7 @@ from codegen.importers.python.machine import (
     text_of,
     walk_nodes,
 )
-from codegen.importers.reading import FLOATS, MAX_FEATURES, MEMORY, NOTHING, Kept, Origin, Remembered, Said
+from codegen.importers.reading import FLOATS, MAX_FEATURES, NOTHING, Kept, Origin, Said
 from codegen.importers.running.asking import PYTHON, Called, ensure_gated, run_source
 from codegen.importers.symbolic.feature import IN_ORDER, NO_SUM, Affine, Feature, Given, Sums
 from codegen.importers.symbolic.memory import MAX_MEMBERS, RESETS, Memories, Memory, RemembersError
@@ -280,7 +280,7 @@ def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -
         m.inputs.width = width
         try:
             origin = origin_of(
-                follower.run, m.where, follower.describe_program, m.kind or FLOAT64, m.sums, kept.list_ranges()
+                follower.run, m.where, follower.describe_program, m.kind or FLOAT64, m.sums, kept.memories.list_ranges()
             )
             if kept.memories.widen():
                 continue
@@ -306,10 +306,6 @@ class _Kept:
     names: list[str] = field(default_factory=list[str])
     slots: dict[str, Slot] = field(default_factory=dict[str, Slot])
     memories: Memories = field(default_factory=lambda: Memories((), ""))
-
-    def list_ranges(self) -> list[tuple[int, int]]:
-        """Least and most of each."""
-        return [(each.low, each.high) for each in self.memories.known]
 
     def begin(self, follower: "_Follower", file: File) -> None:
         """Starts again with what the object holds now. InputError for what other functions set, too."""
@@ -493,8 +489,7 @@ class _Follower:
         )
         described = m.inputs.describe_inputs(plain)
         self.shapes = m.inputs.shape_parameters(described)
-        memory = tuple(Remembered(each.name, each.low, each.high, each.initial) for each in self.kept.memories.known)
-        return replace(described, places=[*range(MEMORY, MEMORY + len(memory)), *described.places], memory=memory)
+        return described
 
     def collect_called(self) -> set[ast.AST]:
         """The methods that the decision may call, itself among them."""

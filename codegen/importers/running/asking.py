@@ -110,7 +110,7 @@ def _exchange(process: Any, called: Called, content: bytes) -> Any:
 
 
 @dataclass(frozen=True)
-class _Answer:
+class Answer:
     """An answer: the place of its label or its numbers; None: neither. `text`: as a person reads it."""
 
     value: int | tuple[float, ...] | None
@@ -119,7 +119,7 @@ class _Answer:
     member: str = ""  # of an Enum
 
 
-def _read_answer(said: Any, called: Called, origin: Origin) -> _Answer:
+def _read_answer(said: Any, called: Called, origin: Origin) -> Answer:
     """An answer of the process, as this origin's."""
     if called.kept and isinstance(said, list):
         inner = _read_answer(said[0], replace(called, kept=()), origin)
@@ -127,29 +127,29 @@ def _read_answer(said: Any, called: Called, origin: Origin) -> _Answer:
         return replace(inner, value=(inner.value, *said[1:]) if known else None, text=f"{inner.text}, then {said[1:]}")
     if isinstance(said, dict) and "raised" in said:
         text = f"raises {said['raised']}: {escape_text(said['said'])}"
-        return _Answer(None, text[:200], said["raised"])
+        return Answer(None, text[:200], said["raised"])
     if isinstance(said, dict) and "strange" in said:
-        return _Answer(None, f"an object of the type {escape_text(said['strange'])}")
+        return Answer(None, f"an object of the type {escape_text(said['strange'])}")
     while isinstance(said, list) and len(said) == 1 and not isinstance(said[0], str):
         said = said[0]  # a list of one number is that number
     member = said["member"] if isinstance(said, dict) else ""
     text = escape_text(repr(member or said))[:200]
     if isinstance(said, dict):
         if origin.vectors:
-            return _Answer(None, text)
+            return Answer(None, text)
         said = said["value"] if isinstance(said["value"], int | float | str) else member
     if origin.vectors:
         parts = said if isinstance(said, list) else [said]
         plain = len(parts) == len(origin.vectors[0]) and all(type(each) in (int, float, bool) for each in parts)
-        return _Answer(tuple(map(float, parts)) if plain else None, text)
+        return Answer(tuple(map(float, parts)) if plain else None, text)
     if isinstance(said, list):
         plain = all(type(each) in (int, float, bool) for each in said) and len(said) == len(origin.labels)
-        return _Answer(said.index(max(said)) if plain and called.scores else None, text)
+        return Answer(said.index(max(said)) if plain and called.scores else None, text)
     places = {label: place for place, label in enumerate(origin.labels)}
-    return _Answer(None if said is None else places.get(said), text, member=member)
+    return Answer(None if said is None else places.get(said), text, member=member)
 
 
-def _join_forms(called: Called, said: Sequence[tuple[list[_Answer], Any]], rows: Floats, origin: Origin) -> Answers:
+def _join_forms(called: Called, said: Sequence[tuple[list[Answer], Any]], rows: Floats, origin: Origin) -> Answers:
     """The answers of all forms in which the source takes observations: lists of floats, arrays. DisagreementError where
     two are answered differently.
     """
@@ -167,15 +167,16 @@ def _join_forms(called: Called, said: Sequence[tuple[list[_Answer], Any]], rows:
             )
             numbers = ", ".join(map(repr, rows[place].tolist()[:20]))
             raise DisagreementError(what, f"{called.where}: [{numbers}]", FORM_ADVICE)
-    told = _combine_answers(answers, places, origin)
+    told = combine_answers(answers, places, origin)
     return told if len(taken) == len(said) else replace(told, given=FORMS[called.forms[first]])
 
 
-def _differs(one: _Answer, other: _Answer) -> bool:
+def _differs(one: Answer, other: Answer) -> bool:
     return repr(one.value) != repr(other.value) or (one.value is None and one.text != other.text)
 
 
-def _combine_answers(answers: Sequence[_Answer], places: Any, origin: Origin) -> Answers:
+def combine_answers(answers: Sequence[Answer], places: Any, origin: Origin) -> Answers:
+    """The answers of an origin's source, of which `places` has one for each row."""
     texts, members = [each.text for each in answers], dict[Any, str]()
     alike = [each.value is not None and members.setdefault(each.value, each.member) == each.member for each in answers]
     asked = np.array([each.raised != PRECONDITION for each in answers], bool)[places]

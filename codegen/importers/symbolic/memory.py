@@ -8,11 +8,12 @@ Does not: know a language, or read what a memory begins with.
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 from codegen.errors import InputError
+from codegen.importers.reading import Remembered
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.paths import Growth
 from codegen.ir import Update
@@ -24,7 +25,6 @@ FINITE = "stop it at a constant, such as if (n < 100) n++, and set it to whole n
 # functions that make it as it begins
 RESETS = re.compile(r"(?:\w*_)?(?:init|reset|clear)(?:_\w*)?|(?:init|reset)[A-Z]\w*|\w*(?:Init|Reset)(?:[A-Z_]\w*)?")
 MAX_MEMBERS = 63  # the last place of values that are listed
-Followed = TypeVar("Followed")
 
 
 class RemembersError(RuntimeError):
@@ -60,6 +60,17 @@ class Memories:
         if len(known) > MAX_MEMORIES:
             what = f"{len(known)} numbers are remembered, of at most {MAX_MEMORIES}"
             raise InputError(what, where, "give some of them as features")
+
+    def list_ranges(self) -> tuple[Remembered, ...]:
+        """What is known of each now."""
+        return tuple(Remembered(each.name, each.low, each.high, each.initial) for each in self.known)
+
+    def explain_error(self, error: InputError) -> InputError:
+        """The error, which may come of a range that has grown."""
+        for each in [one for one in self.known if one.steps][:1]:
+            what = f"{each.name} is counted without an end, or where it is used: {error.what}"
+            return InputError(what, error.where, FINITE)
+        return error
 
     def settle(self, paths: Growth, after: Sequence[Feature | int | None]) -> tuple[Update, ...]:
         """What a path makes of each: a number, a feature that is computed of itself, or None where nothing sets it."""
@@ -121,21 +132,6 @@ class Memories:
         if changed and self._runs >= MAX_RUNS:
             raise InputError("what is remembered takes too many values", self._where, FINITE)
         return changed
-
-
-def follow_ranges(memories: Memories, follow: Callable[[], Followed]) -> Followed:
-    """Returns what `follow` does once the ranges hold all that the program makes of memory."""
-    while True:
-        try:
-            followed = follow()
-        except InputError as error:
-            wide = [each.name for each in memories.known if each.steps]
-            if not wide:
-                raise
-            what = f"{wide[0]} is counted without an end, or where it is used: {error.what}"
-            raise InputError(what, error.where, FINITE) from None
-        if not memories.widen():
-            return followed
 
 
 def _added(value: Feature) -> int | None:

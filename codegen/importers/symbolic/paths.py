@@ -19,7 +19,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.reading import MEMORY, SUMS, Facts, Kept, Origin
+from codegen.importers.reading import MEMORY, SUMS, Facts, Kept, Origin, Remembered
 from codegen.importers.symbolic.feature import (
     LAST,
     Affine,
@@ -272,23 +272,26 @@ def origin_of(
     describe: Callable[[], Described],
     numbers: str = FLOAT64,
     sums: Sums | None = None,
-    ranges: Sequence[tuple[int, int]] = (),
+    memory: Sequence[Remembered] = (),
 ) -> Origin:
-    """The origin of a program that compares `numbers`. `describe` is asked after the program was followed; `ranges`: of
+    """The origin of a program that compares `numbers`. `describe` is asked after the program was followed; `memory`:
     what it remembers, the first inputs.
 
     InputError for everything that the front end refuses, and for values of several kinds.
     """
-    growth = Growth(where, numbers, sums, ranges)
+    growth = Growth(where, numbers, sums, [(each.low, each.high) for each in memory])
     with np.errstate(all="ignore"):
         growth.follow(run)
     grown = growth.tree()
-    said = replace(describe(), numbers=numbers, nan=growth.nan and not growth.outside)
+    said = describe()
+    places = [*range(MEMORY, MEMORY + len(memory)), *said.places]
+    nan = growth.nan and not growth.outside
+    said = replace(said, places=places, memory=tuple(memory), numbers=numbers, nan=nan)
     origin = origin_of_tree(grown, list(growth.values), said, where, sums)
     if not growth.outside:
         return origin
     columns = np.array(said.places, dtype=np.int64)
-    columns[columns >= MEMORY] -= MEMORY + len(ranges)  # which stand last
+    columns[columns >= MEMORY] -= MEMORY + len(memory)  # which stand last
 
     def takes(rows: Floats) -> Bool:
         return growth.is_inside([*rows[:, columns].T.astype(np.float64)])

@@ -83,6 +83,8 @@ class Executor:
     def repeat(self, turns: Iterable[None], body: Sequence[Any], scope: Scope, after: Sequence[Any] = ()) -> End | None:
         """Follows a loop, whose turns prepare themselves. `after`: what follows where nothing breaks it."""
         for _ in turns:
+            if self.paths is not None:
+                self.paths.step()
             end = self.block(body, scope)
             if end is not None and end.kind != "continue":
                 return end if end.kind == "return" else None
