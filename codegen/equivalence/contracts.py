@@ -1,22 +1,24 @@
 """Contracts in ACSL: what the C of a profile must return, for Frama-C to prove beside the header as it is.
 
-Does: writes PREFIX_contracts.c: for each leaf, the tests on its path and its action, from the profile's trees; where
-  code does not say `<= threshold`, the axioms that it needs, and PREFIX_axioms.smt2, which asks a solver for each.
+Does: writes PREFIX_contracts.c: for each leaf, the tests on its path and its action, from the profile's trees, and what
+  becomes of what is remembered; where code does not say `<= threshold`, or says it of a whole number that it made a
+  float, what a proof needs of floats, and PREFIX_axioms.smt2, which asks a solver for each.
 Assumes: a checked profile, and a model of it, from which only names and the style are taken.
 Does not: run anything (maviper/compilation/proofs.py), or look at the lowered trees.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from math import floor
 
 import numpy as np
 
 from codegen import ir
-from codegen.deciding import ensure_floats, ensure_plain
+from codegen.deciding import ensure_forgets, ensure_plain
 from codegen.errors import InputError
 from codegen.floats import below_zero, short_hex
 from codegen.lowering.lower import NESTED, ORDERED
-from codegen.lowering.model import Model
+from codegen.lowering.model import Agent, Machine, Model
 from codegen.lowering.render import render
 
 KINDS = {"float32": "float", "float64": "double"}  # the type of C, and the end of ACSL's predicates
@@ -32,11 +34,12 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Leaf:
-    """A line of the table: observations that pass all `tests` get `action`."""
+    """A line of the table: observations that pass all `tests` get `action`, and memory becomes what `after` says."""
 
     id: int
     tests: tuple[str, ...]
     action: int
+    after: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,19 @@ class Contract:
 
 
 @dataclass(frozen=True)
+class Remembering:
+    """The promises of the functions that reset a state and take a step; `facts`: what floats of whole numbers are."""
+
+    init: str
+    step: str
+    state: str  # the type
+    kind: str
+    machine: Machine
+    facts: tuple[str, ...]
+    leaves: tuple[Leaf, ...]
+
+
+@dataclass(frozen=True)
 class Axiom:
     """A fact of IEEE 754 that a proof uses: two ways to ask of x whether it is at most some number."""
 
@@ -66,6 +82,7 @@ class Axiom:
     given: str  # what holds of x; "": nothing
     width: int  # bits of x
     smt: tuple[str, str]  # `compared` and `at_most` in SMT-LIB, of x with the bits b
+    ends: tuple[int, int] | None = None  # between which b is a whole number, of which x is made; None: it is x's bits
 
 
 @dataclass(frozen=True)
@@ -82,55 +99,133 @@ class Contracts:
 
 
 def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
-    """The contracts of every agent's `..._act`. InputError for other styles than two, whose loops or bits have no
-    axioms, and for sums, whose rounding WP's floats leave open.
+    """The contracts of every agent's `..._act`, and of the functions of its memory. InputError for other styles than
+    two, whose loops or bits have no axioms, for memory in one of these, and for sums, whose rounding WP's floats leave
+    open.
     """
-    ensure_floats(ensure_plain(profile, "a contract in ACSL"), "a contract in ACSL")
+    ensure_plain(profile, "a contract in ACSL", memory=True)
     if model.style not in (NESTED, ORDERED):
         what = f"contracts are for the styles {NESTED} and {ORDERED}, not for {model.style}"
         raise InputError(what, "contracts", f"use --style {NESTED}, or leave it out")
+    if model.style == ORDERED:
+        ensure_forgets(profile, f"a contract of the style {ORDERED}")
     functions = [
         Contract(
             agent.names.act,
-            KINDS[policy.numbers],
+            _kind_of(policy),
             len(policy.features),
             tuple(np.unique(policy.tree.feature[policy.tree.feature != ir.NO_FEATURE]).tolist()),
-            table_of(policy.tree),
+            table_of(policy),
         )
         for policy, agent in zip(profile.agents, model.agents, strict=True)
     ]
     ordered = model.style == ORDERED
     axioms = _bits_axioms(profile, model.names.bits) if ordered else _below_zero(profile)
-    source, questions = f"{model.prefix}_contracts.c", f"{model.prefix}_axioms.smt2" if axioms else ""
-    names = tuple(each.name for each in functions)
-    command = frama_c(source, names)
-    values = {"model": model, "ordered": ordered, "axioms": axioms, "functions": functions}
+    pairs = [pair for pair in zip(profile.agents, model.agents, strict=True) if pair[0].memory]
+    facts = {agent.name: _remembered_floats(policy, agent) for policy, agent in pairs}
+    machines = [_remembering(*pair, facts[pair[1].name]) for pair in pairs]
+    asked = [*axioms, *(fact for some in facts.values() for fact in some)]
+    source, questions = f"{model.prefix}_contracts.c", f"{model.prefix}_axioms.smt2" if asked else ""
+    names = tuple(each.name for each in functions) + tuple(name for each in machines for name in (each.init, each.step))
+    command = frama_c(source, names, max((each.machine.observed + 1 for each in machines), default=0))
+    values = {"model": model, "ordered": ordered, "axioms": axioms, "functions": functions, "machines": machines}
     files = {source: render("c/contracts.c.j2", command=" ".join(command), **values)}
     if questions:
-        files[questions] = render("smt/axioms.smt2.j2", model=model, axioms=axioms, formats=FORMATS)
+        values = {"model": model, "axioms": asked, "formats": FORMATS, "whole": _smt_whole}
+        files[questions] = render("smt/axioms.smt2.j2", **values)
     leaves = sum(len(each.leaves) for each in functions)
-    return Contracts(files, source, questions, names, leaves, len(axioms), command)
+    return Contracts(files, source, questions, names, leaves, len(asked), command)
 
 
-def frama_c(source: str, functions: Iterable[str]) -> tuple[str, ...]:
-    """The command that proves the contracts of a file. Floats are IEEE 754's, with NaN and infinities."""
-    return ("frama-c", *OPTIONS, "-wp-fct", ",".join(functions), source)
+def frama_c(source: str, functions: Iterable[str], turns: int = 0) -> tuple[str, ...]:
+    """The command that proves the contracts of a file. Floats are IEEE 754's, with NaN and infinities. `turns`: of the
+    loops that it unrolls.
+    """
+    unrolled = ("-ulevel", str(turns)) if turns else ()
+    return ("frama-c", *OPTIONS, *unrolled, "-wp-fct", ",".join(functions), source)
 
 
-def table_of(tree: ir.Tree) -> tuple[Leaf, ...]:
+def _kind_of(policy: ir.AgentPolicy) -> str:
+    """The type of what it observes in C."""
+    return f"{policy.whole}_t" if policy.whole else KINDS[policy.numbers]
+
+
+def _is_at_most(place: int, kind: str, threshold: float, left: bool) -> str:
+    """The test of a feature in ACSL, and how it ends."""
+    if kind not in KINDS.values():
+        return f"x[{place}] {'<=' if left else '>'} {floor(threshold)}"
+    return f"{'' if left else '!'}\\le_{kind}(x[{place}], ({kind}){short_hex(threshold)})"
+
+
+def table_of(policy: ir.AgentPolicy, ask: Callable[[int, str, float, bool], str] = _is_at_most) -> tuple[Leaf, ...]:
     """The leaves from left to right, each with the tests on its path, from the tree's arrays."""
-    leaves: list[Leaf] = []
+    tree, kind, leaves = policy.tree, _kind_of(policy), list[Leaf]()
     waiting: list[tuple[int, tuple[str, ...]]] = [(ir.ROOT, ())]
     while waiting:
         node, tests = waiting.pop()
         if tree.feature[node] == ir.NO_FEATURE:
             leaves.append(Leaf(node, tests, int(tree.action[node])))
             continue
-        kind, threshold = KINDS[tree.numbers], short_hex(float(tree.threshold[node]))
-        passed = f"\\le_{kind}(x[{tree.feature[node]}], ({kind}){threshold})"
-        waiting.append((int(tree.right[node]), (*tests, f"!{passed}")))
-        waiting.append((int(tree.left[node]), (*tests, passed)))
+        asked = int(tree.feature[node]), kind, float(tree.threshold[node])
+        waiting.append((int(tree.right[node]), (*tests, ask(*asked, False))))
+        waiting.append((int(tree.left[node]), (*tests, ask(*asked, True))))
     return tuple(leaves)
+
+
+def _remembering(policy: ir.AgentPolicy, agent: Agent, facts: Iterable[Axiom]) -> Remembering:
+    """The promises of the functions of an agent's memory: what is remembered is asked as a whole number."""
+    assert agent.machine is not None
+    names = [each.name for each in agent.machine.memory]
+    known = {each.name: name for each, name in zip(policy.memory, names, strict=True)}
+
+    def ask(place: int, kind: str, threshold: float, left: bool) -> str:
+        if place < len(policy.features) - len(names):
+            return _is_at_most(place, kind, threshold, left)
+        name = known[policy.features[place].name]
+        return f"state->{name} {'<=' if left else '>'} {floor(threshold)}"
+
+    def find_after(action: int) -> tuple[str, ...]:
+        changed = {known[each.memory]: each for each in policy.actions[action].updates}
+        return tuple(_say_after(name, changed.get(name)) for name in names)
+
+    leaves = tuple(
+        Leaf(leaf.id, leaf.tests, policy.taken[leaf.action], find_after(leaf.action)) for leaf in table_of(policy, ask)
+    )
+    told = tuple(f"{fact.compared} <==> {fact.at_most}" for fact in facts)
+    named = agent.names
+    return Remembering(named.init, named.step, named.state, _kind_of(policy), agent.machine, told, leaves)
+
+
+def _say_after(name: str, update: ir.Update | None) -> str:
+    """What a memory is after a step, in ACSL."""
+    if update is not None and not update.adds:
+        return f"state->{name} == {update.value}"
+    return f"state->{name} == \\old(state->{name})" + ("" if update is None else f" + {update.value}")
+
+
+def _remembered_floats(policy: ir.AgentPolicy, agent: Agent) -> list[Axiom]:
+    """For each memory of an agent that compares floats, and each number that it is compared with, that it is at most
+    this as a float where it is as a whole number.
+    """
+    assert agent.machine is not None
+    if policy.whole:
+        return []
+    kind, width, facts = KINDS[policy.numbers], np.dtype(policy.numbers).itemsize * 8, list[Axiom]()
+    first, tested = len(policy.features) - len(policy.memory), policy.tree.feature
+    for place, each in enumerate(agent.machine.memory, first):
+        for threshold in np.unique(policy.tree.threshold[tested == place]):
+            number = int(threshold.view(f"u{threshold.itemsize}"))
+            compared = f"state->{each.name} <= {floor(threshold)}"
+            at_most = _at_most(kind, threshold).replace("(x,", f"(({kind})state->{each.name},")
+            smt = (f"(bvsle b {_smt_whole(floor(threshold))})", _smt_at_most(number, width))
+            name = f"{agent.lower}_{each.name}_at_most_{number:0{width // 4}x}"
+            facts.append(Axiom(name, kind, compared, at_most, "", width, smt, (each.low, each.high)))
+    return facts
+
+
+def _smt_whole(number: int) -> str:
+    """A whole number of 32 bits in SMT-LIB."""
+    return f"#x{number % (1 << 32):08x}"
 
 
 def _thresholds(trees: Sequence[ir.Tree]) -> list[np.float32]:
@@ -157,7 +252,7 @@ def _below_zero(profile: ir.PolicyProfile) -> list[Axiom]:
     axioms: list[Axiom] = []
     for numbers, kind in KINDS.items():
         last = np.dtype(numbers).type(below_zero(numbers))
-        trees = [policy.tree for policy in profile.agents if policy.numbers == numbers]
+        trees = [policy.tree for policy in profile.agents if policy.numbers == numbers and not policy.whole]
         if not any(last in tree.threshold[tree.feature != ir.NO_FEATURE] for tree in trees):
             continue
         width = 8 * last.itemsize

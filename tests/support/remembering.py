@@ -55,6 +55,12 @@ int act(float x) {
     before = button;
     return presses > 200 ? 9 : level;
 }"""
+WHOLE = """#include <stdint.h>
+int act(int16_t t, int16_t u) {
+    if (t < -20) return 1;
+    if (u > 200) return 2;
+    return t > 800 ? 0 : 1;
+}"""  # remembers nothing
 SOURCES = {"heater": HEATER, "debounce": DEBOUNCE, "light": LIGHT, "watchdog": WATCHDOG, "edge": EDGE}
 WORLD = """name = "room"
 steps = 40

@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+import maviper
 from codegen import ir
 from codegen.equivalence.contracts import OPTIONS, contracts_of, frama_c, table_of
 from codegen.errors import InputError
 from codegen.lowering.lower import lower
+from codegen.memory import step_memory
 from codegen.numbers import neighbour
 from codegen.sums import DOUBLE_SUMS
 from tests.support import summed
 from tests.support.games import random_profile
 from tests.support.observations import blind, doubled
+from tests.support.remembering import SOURCES, WHOLE
 from tests.support.strategies import profiles
 from tests.support.teams import tree
 
@@ -35,14 +38,20 @@ def near(tree, n_features, rng):
     return rng.choice(np.array(pool, dtype=tree.numbers), (200, n_features))
 
 
+def passing(path, x):
+    """Marks the observations that pass the tests of features on a path."""
+    reached = np.ones(len(x), dtype=bool)
+    for no, kind, feature, threshold in TEST.findall(path):
+        number = {"float": np.float32, "double": np.float64}[kind](float.fromhex(threshold))
+        reached &= (x[:, int(feature)] <= number) != bool(no)
+    return reached
+
+
 def answers(lines, x):
     """The action of each observation by a table as text; a table that gives none, or two, is wrong."""
     given = np.full(len(x), -1)
     for path, action, _, _ in lines:
-        reached = np.ones(len(x), dtype=bool)
-        for no, kind, feature, threshold in TEST.findall(path):
-            number = {"float": np.float32, "double": np.float64}[kind](float.fromhex(threshold))
-            reached &= (x[:, int(feature)] <= number) != bool(no)
+        reached = passing(path, x)
         assert (given[reached] == -1).all()
         given[reached] = int(action)
     assert (given >= 0).all()
@@ -68,7 +77,7 @@ def test_a_table_of_doubles_has_doubles():
     rng = np.random.default_rng(4)
     single = tree((0, -0.5, 1, 2), 0, (1, 1.5, 3, 6), (2, 0.25, 4, 5), 1, 2, 0)
     policy = blind({"a": doubled(single, rng)}).agents[0]
-    lines = [(" && ".join(leaf.tests), leaf.action, "", leaf.id) for leaf in table_of(policy.tree)]
+    lines = [(" && ".join(leaf.tests), leaf.action, "", leaf.id) for leaf in table_of(policy)]
     assert "double" in lines[0][0]
     x = near(policy.tree, len(policy.features), rng)
     assert (answers(lines, x) == ir.act(policy, x)).all()
@@ -113,12 +122,13 @@ def test_axioms_are_questions_too():
     assert strict.axioms == 1 and "(float)-0x1p-149" in strict.files[strict.source]
 
 
-def test_what_is_asked_of_the_solver_is_true():
+def test_what_is_asked_of_the_solver_is_true(tmp_path):
     from verify.solver.solve import ask_bits
 
     profile = blind({"a": tree((0, -0.5, 1, 2), 0, (1, 0.0, 3, 4), 1, (0, 3e38, 5, 6), 2, (1, -1e-45, 7, 8), 0, 1)})
-    for style, count in (("ordered", 4), ("nested", 1)):
-        made, _ = contracts(profile, style)
+    heater = remembering("debounce", tmp_path)
+    for about, style, count in ((profile, "ordered", 4), (profile, "nested", 1), (heater, "nested", 2)):
+        made, _ = contracts(about, style)
         questions = re.findall(r"\(push 1\).*\n((?:.+\n)+?)\(check-sat\)", made.files[made.questions])
         assert [ask_bits(text, ("b",)).holds for text in questions] == [False] * count
 
@@ -127,6 +137,64 @@ def test_the_command_is_in_the_file():
     made, _ = contracts(blind({"a": tree((0, 0.5, 1, 2), 0, 1)}))
     assert made.command == ("frama-c", *OPTIONS, "-wp-fct", "imported_a_act", "imported_contracts.c")
     assert " ".join(frama_c(made.source, made.functions)) in made.files[made.source]
+
+
+def remembering(name, folder):
+    """A controller in C that remembers, as it comes in."""
+    (folder / f"{name}.c").write_text(SOURCES[name])
+    return maviper.from_file(folder / f"{name}.c")
+
+
+BEHAVIOR = re.compile(r"behavior leaf_\d+:\n +assumes (.*);\n +ensures \\result == (\d+) && (.*);\n +ensures (.*);\n")
+MEMORY_TEST = re.compile(r"state->(\w+) (<=|>) (-?\d+)")
+AFTER = re.compile(r"state->(\w+) == (?:(-?\d+)|\\old\(state->\w+\)(?: \+ (-?\d+))?)(?: &&|$)")
+
+
+@pytest.mark.parametrize("name", ["heater", "debounce", "light"])
+def test_what_is_remembered_becomes_what_the_policy_says(name, tmp_path):
+    """Each observation and memory passes one behavior's tests, which says what `step_memory` gives."""
+    profile = remembering(name, tmp_path)
+    made, model = contracts(profile)
+    (policy,), (agent,), rng = profile.agents, model.agents, np.random.default_rng(5)
+    machine = agent.machine
+    names = [each.name for each in machine.memory]
+    behaviors = BEHAVIOR.findall(made.files[made.source])
+    assert len(behaviors) == made.leaves == len(ir.leaves(policy.tree))
+    bounds = " && ".join(f"{each.low} <= state->{each.name} <= {each.high}" for each in machine.memory)
+    assert {each[3] for each in behaviors} == {bounds}
+    x = near(policy.tree, len(policy.features), rng)[:, : machine.observed]
+    memory = np.stack([rng.integers(each.low, each.high + 1, len(x)) for each in machine.memory], axis=1)
+    actions, after = step_memory(policy, memory, x)
+    reached = np.zeros(len(x), int)
+    for path, action, becomes, _ in behaviors:
+        of = passing(path, x)
+        for memory_name, sign, number in MEMORY_TEST.findall(path):
+            of &= (memory[:, names.index(memory_name)] <= int(number)) == (sign == "<=")
+        said = AFTER.findall(becomes)
+        assert [each for each, *_ in said] == names
+        for place, (_, fixed, added) in enumerate(said):
+            now = int(fixed) if fixed else memory[of, place] + int(added or 0)
+            assert (after[of, place] == now).all()
+        assert (actions[of] == int(action)).all()
+        reached += of
+    assert (reached == 1).all()
+    assert made.functions == (agent.names.act, agent.names.init, agent.names.step)
+    initial = " && ".join(f"state->{each.name} == {each.initial}" for each in machine.memory)
+    assert f"ensures initial: {initial};" in made.files[made.source]
+    assert made.command[made.command.index("-ulevel") + 1] == str(machine.observed + 1)
+
+
+def test_whole_numbers_are_compared_as_they_are(tmp_path):
+    (tmp_path / "whole.c").write_text(WHOLE)
+    made, _ = contracts(maviper.from_file(tmp_path / "whole.c"))
+    text = made.files[made.source]
+    assert "(x[0] <= -21 ==> \\result == 1)" in text and "(const int16_t *x);" in text
+    assert "float" not in text.replace("Typed+Float", "").replace("-warn-special-float", "") and made.axioms == 0
+
+
+def test_memory_has_no_contract_in_order_of_bits(tmp_path):
+    with pytest.raises(InputError, match="a contract of the style ordered"):
+        contracts(remembering("heater", tmp_path), "ordered")
 
 
 def test_walks_and_sums_have_no_contracts():

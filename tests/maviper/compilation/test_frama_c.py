@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+import maviper
 from codegen.agreement.compiled import Build
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import ExitCode, InputError, MissingToolError
@@ -17,6 +18,7 @@ from maviper.compilation import proofs
 from maviper.compilation.run import compile_and_prove
 from tests.support.observations import blind
 from tests.support.outside import installed
+from tests.support.remembering import HEATER, WHOLE
 from tests.support.teams import tree
 from tests.support.tiers import sweep
 
@@ -30,9 +32,15 @@ def team():
     return blind({"a": first, "b": second})
 
 
-def proven(style, change=lambda code: code, promise=lambda text: text, steps=STEPS):
+def read(source, folder):
+    """A controller in C, as it comes in."""
+    (folder / "act.c").write_text(source)
+    return maviper.from_file(folder / "act.c")
+
+
+def proven(style, change=lambda code: code, promise=lambda text: text, steps=STEPS, profile=None):
     """What the tools say of the code of `team`, after a change of the header, and one of the contracts and axioms."""
-    profile = team()
+    profile = profile or team()
     model = lower(profile, style=style)
     files = {name: change(text) for name, text in emit(profile, ["c"], style=style).items()}
     contracts = contracts_of(profile, model)
@@ -47,6 +55,30 @@ def test_what_is_compiled_is_proved(style):
     assert found.complete and found.open_goals == () and found.goals == {"nested": 16, "ordered": 28}[style]
     assert found.axioms == (5 if style == "ordered" else 1)
     assert f"{found.goals} of {found.goals} goals" in str(found)
+
+
+@installed
+@pytest.mark.parametrize(("source", "goals"), [(HEATER, 77), (WHOLE, 9)], ids=["memory", "whole numbers"])
+def test_memory_and_whole_numbers_are_proved(source, goals, tmp_path):
+    found = proven("nested", profile=read(source, tmp_path), steps=4 * STEPS)
+    assert found.complete and found.goals == goals and found.axioms == (source is HEATER)
+
+
+IN_MEMORY = {
+    "set": ("state->heating = 1;", "state->heating = 2;"),
+    "reset": ("state->heating = 0;\n}", "state->heating = 1;\n}"),
+    "kept": ("default:\n", "default:\n        state->heating = 1;\n"),
+    "seen": ("seen[i] = x[i];", "seen[i] = x[0] + 1.0f;"),
+}
+
+
+@installed
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", sorted(IN_MEMORY))
+def test_what_is_wrong_of_memory_stays_open(fault, tmp_path):
+    profile, change = read(HEATER, tmp_path), IN_MEMORY[fault]
+    assert any(change[0] in text for text in emit(profile, ["c"]).values())
+    assert proven("nested", change=lambda text: once(text, change), profile=profile, steps=4 * STEPS).open_goals
 
 
 IN_C = {
