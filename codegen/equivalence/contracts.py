@@ -2,7 +2,8 @@
 
 Does: writes PREFIX_contracts.c: for each leaf, the tests on its path and its action, from the profile's trees, and what
   becomes of what is remembered; where code does not say `<= threshold`, or says it of a whole number that it made a
-  float, what a proof needs of floats, and PREFIX_axioms.smt2, which asks a solver for each.
+  float, what a proof needs of floats, and PREFIX_axioms.smt2, which asks a solver for each. Of agents that test sums or
+  give numbers only what WP's floats can show: which actions there are, and the bounds of what is given.
 Assumes: a checked profile, and a model of it, from which only names and the style are taken.
 Does not: run anything (maviper/compilation/proofs.py), or look at the lowered trees.
 """
@@ -14,7 +15,7 @@ from math import floor
 import numpy as np
 
 from codegen import ir
-from codegen.deciding import ensure_forgets, ensure_plain
+from codegen.deciding import ensure_forgets, ensure_plain, sums_in
 from codegen.errors import InputError
 from codegen.floats import below_zero, short_hex
 from codegen.lowering.lower import NESTED, ORDERED
@@ -51,11 +52,24 @@ class Contract:
     n_features: int
     tested: tuple[int, ...]  # features; what is said of others costs a prover its time
     leaves: tuple[Leaf, ...]
+    actions: tuple[int, ...] = ()  # of an agent that tests sums, in place of leaves
+    given: str = ""  # the type of the numbers that it gives
+    ends: tuple[str, ...] = ()  # for each of these what holds of it, in ACSL; "": nothing
 
     @property
     def last(self) -> int:
         """The place of the last number; -1 where there is none."""
         return self.n_features - 1
+
+
+@dataclass(frozen=True)
+class Clip:
+    """The promises of the functions of the header that clip numbers of a type. `highs`: bounds that they are given."""
+
+    kind: str
+    least: str
+    most: str
+    highs: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -100,25 +114,19 @@ class Contracts:
 
 def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
     """The contracts of every agent's `..._act`, and of the functions of its memory. InputError for other styles than
-    two, whose loops or bits have no axioms, for memory in one of these, and for sums, whose rounding WP's floats leave
-    open.
+    two, whose loops or bits have no axioms; for memory and sums in one of these, and in one agent, as WP's floats leave
+    open where a sum goes.
     """
-    ensure_plain(profile, "a contract in ACSL", memory=True)
+    summing = sums_in(profile)
+    if any(policy.memory for policy in summing):
+        ensure_forgets(profile, "a contract of an agent that tests sums")
     if model.style not in (NESTED, ORDERED):
         what = f"contracts are for the styles {NESTED} and {ORDERED}, not for {model.style}"
         raise InputError(what, "contracts", f"use --style {NESTED}, or leave it out")
     if model.style == ORDERED:
-        ensure_forgets(profile, f"a contract of the style {ORDERED}")
-    functions = [
-        Contract(
-            agent.names.act,
-            _kind_of(policy),
-            len(policy.features),
-            tuple(np.unique(policy.tree.feature[policy.tree.feature != ir.NO_FEATURE]).tolist()),
-            table_of(policy),
-        )
-        for policy, agent in zip(profile.agents, model.agents, strict=True)
-    ]
+        ensure_plain(profile, f"a contract of the style {ORDERED}")
+    functions = list(map(_promise, profile.agents, model.agents))
+    clips = _clips(profile, model)
     ordered = model.style == ORDERED
     axioms = _bits_axioms(profile, model.names.bits) if ordered else _below_zero(profile)
     pairs = [pair for pair in zip(profile.agents, model.agents, strict=True) if pair[0].memory]
@@ -126,9 +134,14 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
     machines = [_remembering(*pair, facts[pair[1].name]) for pair in pairs]
     asked = [*axioms, *(fact for some in facts.values() for fact in some)]
     source, questions = f"{model.prefix}_contracts.c", f"{model.prefix}_axioms.smt2" if asked else ""
-    names = tuple(each.name for each in functions) + tuple(name for each in machines for name in (each.init, each.step))
+    names = (
+        *(each.name for each in functions),
+        *(name for each in machines for name in (each.init, each.step)),
+        *(name for each in clips for name in (each.least, each.most)),
+    )
     command = frama_c(source, names, max((each.machine.observed + 1 for each in machines), default=0))
     values = {"model": model, "ordered": ordered, "axioms": axioms, "functions": functions, "machines": machines}
+    values |= {"clips": clips, "summed": summing}
     files = {source: render("c/contracts.c.j2", command=" ".join(command), **values)}
     if questions:
         values = {"model": model, "axioms": asked, "formats": FORMATS, "whole": _smt_whole}
@@ -143,6 +156,47 @@ def frama_c(source: str, functions: Iterable[str], turns: int = 0) -> tuple[str,
     """
     unrolled = ("-ulevel", str(turns)) if turns else ()
     return ("frama-c", *OPTIONS, *unrolled, "-wp-fct", ",".join(functions), source)
+
+
+def _promise(policy: ir.AgentPolicy, agent: Agent) -> Contract:
+    """The promises of an agent's `..._act`."""
+    tree, named = policy.tree, (agent.names.act, _kind_of(policy), len(policy.features))
+    if agent.summed is None:
+        return Contract(
+            *named, tuple(np.unique(tree.feature[tree.feature != ir.NO_FEATURE]).tolist()), table_of(policy)
+        )
+    if not policy.outputs:
+        return Contract(*named, (), (), tuple(np.unique(tree.action[ir.leaves(tree)]).tolist()))
+    kind, ends = agent.summed.kind, list[str]()
+    for place, each in enumerate(policy.outputs):
+        low = "" if each.low is None else f"\\le_{kind}(({kind}){short_hex(each.low)}, y[{place}])"
+        high = "" if each.high is None else f"\\le_{kind}(y[{place}], ({kind}){short_hex(each.high)})"
+        told = " && ".join(filter(None, (low, high)))
+        ends.append(f"\\is_NaN(y[{place}]) || ({told})" if told and not _narrows(agent) else "")
+    return Contract(*named, (), (), (), kind, tuple(ends))
+
+
+def _narrows(agent: Agent) -> bool:
+    """Returns True if what an agent gives is rounded after it was clipped: WP does not know that this keeps bounds."""
+    return agent.summed is not None and agent.summed.doubled and agent.summed.gives_single
+
+
+def _clips(profile: ir.PolicyProfile, model: Model) -> list[Clip]:
+    """The promises of the functions that clip what agents give, of each type that they are used with."""
+    clips: list[Clip] = []
+    names = {
+        "double": (model.names.at_least, model.names.at_most),
+        "float": (model.names.single_at_least, model.names.single_at_most),
+    }
+    for kind, (least, most) in names.items():
+        giving = [
+            policy
+            for policy, agent in zip(profile.agents, model.agents, strict=True)
+            if policy.outputs and agent.summed is not None and agent.summed.stepwise == (kind == "float")
+        ]
+        highs = {each.high for policy in giving for each in policy.outputs if each.high is not None}
+        clips += [Clip(kind, least, most, tuple(map(short_hex, sorted(highs))))] if giving else []
+    return clips
 
 
 def _kind_of(policy: ir.AgentPolicy) -> str:

@@ -60,7 +60,13 @@ int act(int16_t t, int16_t u) {
     if (t < -20) return 1;
     if (u > 200) return 2;
     return t > 800 ? 0 : 1;
-}"""  # remembers nothing
+}"""  # this and the next remember nothing
+GIVING = """#include <math.h>
+#pragma STDC FP_CONTRACT OFF
+double act(double x, double v) {
+    if (x + 2*v > 1) return fmin(fmax(0.5*x - v, -2.0), 3.0);
+    return 0.25;
+}"""
 SOURCES = {"heater": HEATER, "debounce": DEBOUNCE, "light": LIGHT, "watchdog": WATCHDOG, "edge": EDGE}
 WORLD = """name = "room"
 steps = 40

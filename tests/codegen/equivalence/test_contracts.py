@@ -17,7 +17,7 @@ from codegen.sums import DOUBLE_SUMS
 from tests.support import summed
 from tests.support.games import random_profile
 from tests.support.observations import blind, doubled
-from tests.support.remembering import SOURCES, WHOLE
+from tests.support.remembering import GIVING, SOURCES, WHOLE
 from tests.support.strategies import profiles
 from tests.support.teams import tree
 
@@ -197,9 +197,24 @@ def test_memory_has_no_contract_in_order_of_bits(tmp_path):
         contracts(remembering("heater", tmp_path), "ordered")
 
 
-def test_walks_and_sums_have_no_contracts():
+def test_of_sums_it_is_said_which_actions_there_are_and_which_bounds(tmp_path):
+    profile = summed.profile(summed.policy(0, DOUBLE_SUMS))
+    made, model = contracts(profile)
+    text, tree = made.files[made.source], profile.agents[0].tree
+    said = re.findall(r"\\result == (\d+)", text[text.index("ensures actions:") :])
+    assert [*map(int, said)] == sorted({*tree.action[ir.leaves(tree)].tolist()}) and "table" not in text
+    (tmp_path / "act.c").write_text(GIVING)
+    giving, model = contracts(maviper.from_file(tmp_path / "act.c"))
+    text = giving.files[giving.source]
+    assert "assigns y[0 .. 0];" in text and "requires \\valid(y + (0 .. 0));" in text
+    bounds = r"\is_NaN(y[0]) || (\le_double((double)-0x1p+1, y[0]) && \le_double(y[0], (double)0x1.8p+1))"
+    assert f"ensures bounds: {bounds};" in text
+    assert giving.functions == (model.agents[0].names.act, model.names.at_least, model.names.at_most)
+    with pytest.raises(InputError, match="the style ordered does not take sums"):
+        contracts(profile, "ordered")
+
+
+def test_walks_have_no_contracts():
     with pytest.raises(InputError, match="nested and ordered") as caught:
         contracts(blind({"a": tree((0, 0.5, 1, 2), 0, 1)}), "walk")
     assert "--style nested" in caught.value.next_step
-    with pytest.raises(InputError, match="a contract in ACSL does not take sums"):
-        contracts(summed.profile(summed.policy(0, DOUBLE_SUMS)))

@@ -18,7 +18,7 @@ from maviper.compilation import proofs
 from maviper.compilation.run import compile_and_prove
 from tests.support.observations import blind
 from tests.support.outside import installed
-from tests.support.remembering import HEATER, WHOLE
+from tests.support.remembering import GIVING, HEATER, WHOLE
 from tests.support.teams import tree
 from tests.support.tiers import sweep
 
@@ -58,8 +58,8 @@ def test_what_is_compiled_is_proved(style):
 
 
 @installed
-@pytest.mark.parametrize(("source", "goals"), [(HEATER, 77), (WHOLE, 9)], ids=["memory", "whole numbers"])
-def test_memory_and_whole_numbers_are_proved(source, goals, tmp_path):
+@pytest.mark.parametrize(("source", "goals"), [(HEATER, 77), (WHOLE, 9), (GIVING, 32)], ids=["memory", "whole", "sums"])
+def test_memory_whole_numbers_and_sums_are_proved(source, goals, tmp_path):
     found = proven("nested", profile=read(source, tmp_path), steps=4 * STEPS)
     assert found.complete and found.goals == goals and found.axioms == (source is HEATER)
 
