@@ -61,6 +61,11 @@ class Contract:
         """The place of the last number; -1 where there is none."""
         return self.n_features - 1
 
+    @property
+    def last_given(self) -> int:
+        """The place of the last number that it gives."""
+        return len(self.ends) - 1
+
 
 @dataclass(frozen=True)
 class Clip:
@@ -83,6 +88,11 @@ class Remembering:
     machine: Machine
     facts: tuple[str, ...]
     leaves: tuple[Leaf, ...]
+
+    @property
+    def last(self) -> int:
+        """The place of the last number that is observed."""
+        return self.machine.observed - 1
 
 
 @dataclass(frozen=True)
