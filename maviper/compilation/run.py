@@ -33,15 +33,13 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
     watched, targets = split_targets(targets, asked.certificate, asked.noise, sums=bool(sums_in(profile)))
     for option, given in (
         ("--prove", asked.prove),
-        ("--contracts", asked.contracts),
-        ("--frama-c", asked.frama_c),
         ("--pass", asked.passes),
         ("--region", asked.region is not None),
         ("--test-vectors", asked.test_vectors),
     ):
         if given:
             ensure_plain(profile, option)
-        if given and option in ("--prove", "--contracts", "--frama-c"):
+        if given and option == "--prove":
             ensure_floats(profile, option)
     if watched and "c" in targets and asked.style == FREESTANDING:
         what = f"monitors calculate with floats, and the style {FREESTANDING} has none"
