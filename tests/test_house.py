@@ -161,7 +161,7 @@ def test_a_checkout_keeps_no_single_episodes_and_stays_small():
     # beside the experts, of which a wheel has one per game, and what an unfinished record needs to go on
     kept = {name: files.pop(name) for name in [*files] if name.endswith(".kept.xz")}
     rest = [size for name, size in files.items() if not name.startswith(sizes.EXPERTS)]
-    assert sum(rest) / sizes.MB < 18 and max(rest) / sizes.MB < 0.5 and sum(kept.values()) / sizes.MB < 3
+    assert sum(rest) / sizes.MB < 18 and max(rest) / sizes.MB < 0.55 and sum(kept.values()) / sizes.MB < 3
 
 
 def test_ci_asks_each_file_for_tests_that_it_has():
