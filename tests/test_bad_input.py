@@ -378,12 +378,9 @@ def test_extract_into_a_folder_with_a_files_name_is_refused(place):
 
 
 LAST = """
-import os, sys, time
-class Last:
-    def __del__(self, write=os.write, sleep=time.sleep):
-        write(2, b"ending\\n")
-        sleep(1.0)
-last = Last()
+import atexit, os, sys, time
+atexit.register(time.sleep, 1.0)
+atexit.register(os.write, 2, b"ending\\n")  # what is registered last is called first
 sys.argv = ["maviper", "--version"]
 from maviper.__main__ import main
 main()
