@@ -1,9 +1,9 @@
 """The second reading of C, by the C compiler itself: what was accepted is written again, built three times, and asked.
 
 Does: compares the tokens of the compiler's preprocessor with those of pcpp; writes the parts of a syntax tree that
-  functions need by pycparser's own generator; builds that without optimisation, with it, and with traps for what C
-  leaves undefined, or once where functions only compare with constants; asks all builds about rows, and hands their
-  common answers to the replay.
+  functions need by pycparser's own generator, large functions in several; builds that without optimisation, with it,
+  and with traps for what C leaves undefined, or once where functions only compare with constants; asks all builds about
+  rows, and hands their common answers to the replay.
 Assumes: a C compiler; where there is none, nothing is compared, and the profile says so. What is compiled was accepted
   by the reader: it calls nothing outside the file but functions of numbers.
 Does not: share anything with the reader but the syntax tree. It runs in a scratch folder, with limits.
@@ -38,7 +38,7 @@ from codegen.agreement.compiled import find_compiler
 from codegen.agreement.programs import run
 from codegen.errors import InputError, MissingToolError, escape_text
 from codegen.importers.c.kinds import Place
-from codegen.importers.c.machine import only_compares, walk
+from codegen.importers.c.machine import list_targets, only_compares, walk
 from codegen.importers.c.text import MORE, PREDEFINED, Expanded, parse_number
 from codegen.importers.reading import Answers, Origin, Running, Said
 from codegen.importers.running import asking
@@ -406,7 +406,8 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     parts += [f"#undef {name}" for name in sorted({*declared, *own})]  # also those within functions: MAX_INPUT
     parts += [f"#define {name} {means}" for name, means in own.items()]
     for node in nodes:
-        parts.append(generator.visit(node) + ("" if isinstance(node, c_ast.FuncDef) else ";"))
+        split = _split_function(node) if isinstance(node, c_ast.FuncDef) else [node]
+        parts += [generator.visit(each) + ("" if isinstance(each, c_ast.FuncDef) else ";") for each in split]
     parts += [
         *_write_stubs(parsed, asked[0]),
         DOOR,
@@ -489,6 +490,42 @@ def _computes(node: Any) -> bool:
     returned = [each.expr for each in walk(node.body) if isinstance(each, c_ast.Return)]
     converted = any(getattr(each, "name", None) in given for each in returned)  # a parameter, to another type
     return converted or not only_compares(node.body, c_ast.Compound, c_ast.If, c_ast.Return)
+
+
+LARGE = 1_000  # statements of a part
+
+
+def _split_function(node: Any) -> list[Any]:
+    """A function, behind parts that it calls: a compiler takes long over thousands of ifs in one. A part is an `if`
+    that returns on every path. A function that sets or declares something stays whole.
+    """
+    given, parts = node.decl.type.args.params if node.decl.type.args else [], list[Any]()
+    acting = list_targets(node.body) or any(isinstance(each, c_ast.Decl) for each in walk(node.body))
+    if not all(isinstance(each, c_ast.Decl) and each.name for each in given) or _defines(node.decl) or acting:
+        return [node]
+
+    def split(each: Any) -> tuple[Any, int, bool]:
+        """The statement, how many are left in it, and whether it returns on every path."""
+        if isinstance(each, c_ast.Compound) and each.block_items:
+            items, counts, ends = zip(*map(split, each.block_items), strict=True)
+            return c_ast.Compound([*items]), sum(counts), ends[-1]
+        if not isinstance(each, c_ast.If) or each.iffalse is None:
+            return each, 1, isinstance(each, c_ast.Return) and each.expr is not None
+        sides, counts, ends = zip(split(each.iftrue), split(each.iffalse), strict=True)
+        whole, count, returns = c_ast.If(each.cond, *sides), 1 + sum(counts), all(ends)
+        if not returns or count < LARGE:
+            return whole, count, returns
+        name, decl = f"{BEFORE}part_{len(parts)}", deepcopy(node.decl)
+        decl.storage, decl.funcspec, inner = ["static"], ["__attribute__((noinline))"], decl.type
+        while not isinstance(inner, c_ast.TypeDecl):
+            inner = inner.type
+        inner.declname = name
+        parts.append(c_ast.FuncDef(decl, None, c_ast.Compound([whole])))
+        call = c_ast.FuncCall(c_ast.ID(name), c_ast.ExprList([c_ast.ID(each.name) for each in given]))
+        return c_ast.Compound([c_ast.Return(call)]), 1, True
+
+    body, _, _ = split(node.body)
+    return [*parts, c_ast.FuncDef(node.decl, None, body)] if parts else [node]
 
 
 def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:

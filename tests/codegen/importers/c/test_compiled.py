@@ -303,7 +303,20 @@ def test_functions_that_compare_with_constants_alone_are_built_once(text, builds
     assert by == builds
 
 
-def test_one_misread_number_of_hundreds_is_seen(monkeypatch):
+def test_thousands_of_ifs_are_built_in_parts(monkeypatch):
+    """Which decide as the function that is read; one that sets something stays whole."""
+    monkeypatch.setattr(c_compiled, "LARGE", 300)
+    text = c_ifs(900)
+    facts = profile_of(from_c(text.encode(), "tree.c"), Names()).provenance.training
+    assert facts["act replayed by"] == ONE_BUILD
+    asked = Asked("act", (Place("o", ("speed",)),), (Place(""),))
+    unit = write_unit(CParser().parse(text), [asked], {}, [])
+    assert unit.count("noinline)) static int maviper_part_") == unit.count("return maviper_part_") == 4
+    setting = text.replace("{\n    if", "{\n    static int last;\n    if", 1)
+    assert "maviper_part_" not in write_unit(CParser().parse(setting), [asked], {}, [])
+
+
+def test_a_number_that_is_misread_in_a_part_is_seen(monkeypatch):
     read = kinds.literal
     monkeypatch.setattr(kinds, "literal", lambda text: read("0.0f" if text == "62.654f" else text))
     text = c_ifs(900)
