@@ -84,6 +84,7 @@ def test_what_holds_as_it_was_is_kept_and_the_whole_is_checked_alone(proved, cap
     before, after = ((proved / name / "certificate-1-always.json").read_text() for name in ("before", "after"))
     assert json.loads(before)["parts"] == json.loads(after)["parts"] and before != after
     assert WHOLE in (proved / "after" / "report.txt").read_text()
+    assert f">{WHOLE.capitalize()}" in (proved / "after" / "report.html").read_text()
 
 
 def test_cells_that_are_new_are_proved_beside_those_that_hold(proved, capsys):
