@@ -197,6 +197,7 @@ class _Follower(Machine):
 
     def __init__(self, name: str, parsed: Any, text: Expanded, where: str, kept: Mapping[str, str], said: Said) -> None:
         super().__init__(f"{where}, function {name}", text.names, contracts=text.contracts)
+        self.settled = set[Place]()  # what some path sets of what is remembered
         self.limits = dict[str, None]()  # which observations it takes, where not all, in words
         self.answers = list[Place]()
         pointing = [each for each in parsed.ext if isinstance(each, c_ast.Decl) and not is_const(each)]
@@ -294,15 +295,24 @@ class _Follower(Machine):
             given = self.observed.given(name)
             target = given.target if isinstance(given, Reference) else None
             looked = name not in kept and any(place.base == name for place in self.observed.read)
+            looked = looked and name in _collect_written(self.function.decl.name, self.functions, frozenset())
             if looked and target is not None and isinstance(target.type, Record):
                 return name if list_parts(target, self.function.decl.name, self.functions) else ""
         return ""
+
+    def ensure_settled(self, kept: Mapping[str, str]) -> None:
+        """InputError for a member of a struct of the caller's that was taken as remembered, and that no path sets."""
+        for place in self.observed.kept:
+            if place.base in self.observed.parameters and place not in self.settled:
+                what = f"nothing that is read sets {escape_text(_call_part(place, kept))}, whose address is taken"
+                raise self.make_error(what, "assign to it, or give it as an observation in a struct that is const")
 
     def _settle(self) -> tuple[Update, ...]:
         """What the path has made of memory."""
         after = list[Feature | int | None]()
         for at, place in enumerate(self.observed.kept):
             value = self.memory.get(place)
+            self.settled |= {place} if value is not None else set()
             given = None if value is None else self.arithmetic.plain(value)
             if isinstance(given, Symbol) and given.feature.place != at:
                 given = self.arithmetic.resolve_number(given)
@@ -413,6 +423,7 @@ def _origin(
             kept[name_read], memories = name_read, None
         else:
             if not memories.widen():
+                machine.ensure_settled(kept)
                 return followed
 
 

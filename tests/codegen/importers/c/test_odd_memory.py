@@ -153,3 +153,23 @@ def test_what_is_not_followed_is_refused_with_its_line(said):
     with pytest.raises(InputError, match=said) as caught:
         profile_of(from_c(REFUSED[said].encode(), "act.c", Said(run=False)), Names())
     assert re.search(r"line \d", str(caught.value))
+
+
+@pytest.mark.parametrize(
+    ("const", "told"), [("const ", "a copy of memory is not read"), ("", "nothing that is read sets gap")]
+)
+def test_a_member_whose_address_alone_is_taken_is_no_memory(const, told):
+    """It was taken as remembered, so every other path was left out."""
+    text = f"""#include <stdint.h>
+#include <string.h>
+typedef struct {{ double slope; uint8_t gap; }} in_t;
+int policy({const}in_t *obs)
+{{
+    double v;
+    if (obs->gap < 128) return 0;
+    memcpy(&v, &obs->gap, sizeof obs->gap);
+    return v > 1;
+}}
+"""
+    with pytest.raises(InputError, match=told):
+        from_c(text.encode(), "policy.c")
