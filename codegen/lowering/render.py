@@ -39,14 +39,21 @@ class _Compiled(SourceFileLoader):
 
     def path_stats(self, path: str) -> Mapping[str, Any]:
         """The size of the file and, for its time, a number that all of it changes."""
-        from jinja2 import __version__
-
-        times = [each.stat().st_mtime_ns for each in (Path(path), Path(__file__), *sorted(PACKAGE.glob("*.py")))]
-        return {**super().path_stats(path), "mtime": zlib.crc32(f"{__version__} {times}".encode())}
+        told = f"{Path(path).stat().st_mtime_ns} {_reader()}"
+        return {**super().path_stats(path), "mtime": zlib.crc32(told.encode())}
 
     def source_to_code(self, data: Any, path: Any, **_: Any) -> CodeType:
         """The template as a program."""
         return self._environment.compile(data.decode(), self.name, str(path))
+
+
+@cache
+def _reader() -> str:
+    """What templates are read with: Jinja's version, and the times of the files that are beside it here."""
+    from jinja2 import __version__
+
+    times = [each.stat().st_mtime_ns for each in (Path(__file__), *sorted(PACKAGE.glob("*.py")))]
+    return f"{__version__} {times}"
 
 
 @cache

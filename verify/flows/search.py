@@ -79,9 +79,8 @@ class PlanSearch:
         self._tested = _find_tested(profile, system)
         deciding = _moving(self._tested, system)
         bounded = {name for region in claim.regions for half in region for name, _ in half.form.terms}
-        self._apart = set(self._names) - _moving(
-            bounded, system
-        )  # what the claim hangs on by decisions alone, if at all
+        # what the claim hangs on by decisions alone, if at all
+        self._apart = set(self._names) - _moving(bounded, system)
         kept = system.flow.kept  # what starts as another variable is cut with it
         weights = {name: 1.0 if name in deciding else ASIDE for name in self._names} | dict.fromkeys(kept, 0.0)
         self._weights = np.array([weights[name] for name in self._names])
