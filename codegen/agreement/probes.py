@@ -156,7 +156,7 @@ def neighbours(threshold: float, numbers: str) -> Floats:
 
 def paths(tree: Tree | GrownTree, n_features: int) -> Iterator[tuple[int, Floats, Floats]]:
     """Every split that some observation reaches, with the open-closed box (low, high] of those observations."""
-    infinity = np.dtype(tree.numbers).type(np.inf)
+    infinity, thresholds = np.dtype(tree.numbers).type(np.inf), at_most(tree.threshold, tree.numbers)
     stack = [(ir.ROOT, np.full(n_features, -infinity), np.full(n_features, infinity))]
     while stack:
         node, low, high = stack.pop()
@@ -164,8 +164,8 @@ def paths(tree: Tree | GrownTree, n_features: int) -> Iterator[tuple[int, Floats
         if feature == ir.NO_FEATURE:
             continue
         yield node, low, high
-        threshold = at_most(float(tree.threshold[node]), tree.numbers)
-        sides = zip((tree.left[node], tree.right[node]), split_corners(low, high, feature, threshold), strict=True)
+        corners = split_corners(low, high, feature, thresholds[node])
+        sides = zip((tree.left[node], tree.right[node]), corners, strict=True)
         stack += [(int(child), least, most) for child, (least, most) in sides if least[feature] < most[feature]]
 
 

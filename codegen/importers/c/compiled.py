@@ -83,8 +83,9 @@ def ask_compiler(
         return {name: origin for name, (origin, _) in origins.items()}
     ensure_same_tokens(text, compiler, where)
     asked = [each for _, each in origins.values()]
-    unit = write_unit(parsed, asked, text.names, text.headers)
-    once = not any(_computes(each) for each in _choose_nodes(parsed, {*origins}))
+    nodes = _choose_nodes(parsed, asked)
+    unit = write_unit(parsed, nodes, asked, text.names, text.headers)
+    once = not any(map(_computes, nodes))
     compiled = Compiled(unit, asked, compiler, where, contracts=text.contracts, once=once)
     by = f"the C compiler ({', '.join(compiled.flags)})"
     return {
@@ -382,14 +383,15 @@ for (unsigned maviper_at = 0; maviper_at < sizeof maviper_held / sizeof *maviper
 """
 
 
-def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], headers: Sequence[str]) -> str:
-    """A file of C that needs a driver. `names`: macros that stand in the tree as names; `headers`: that the source
-    includes. The compiler itself says of which type each feature is, and what constants are.
+def write_unit(
+    parsed: Any, nodes: Sequence[Any], asked: Sequence[Asked], names: Mapping[str, int], headers: Sequence[str]
+) -> str:
+    """A file of C that needs a driver. `nodes`: of the tree, those that are needed; `names`: macros that stand in it as
+    names; `headers`: that the source includes. The compiler says of which type features are, and what constants are.
 
     Names that the file defines are no names of the C library there: they get others by macros.
     """
-    wanted = {each.name for each in asked} | {name for each in asked for name, _ in each.resets}
-    nodes, generator = _choose_nodes(parsed, wanted), c_generator.CGenerator()
+    generator = c_generator.CGenerator()
     functions = {each.decl.name: each.decl for each in nodes if isinstance(each, c_ast.FuncDef)}
     typedefs = {each.name: each.type for each in nodes if isinstance(each, c_ast.Typedef)}
     outside = [each for each in nodes if not isinstance(each, c_ast.FuncDef)]
@@ -440,14 +442,14 @@ def _write_stubs(parsed: Any, asked: Asked) -> Iterator[str]:
             yield f'{generator.visit(each)} {{ {ACT} = *{ACT} ? "?" : "{each.name}"; }}'
 
 
-def _choose_nodes(parsed: Any, wanted: set[str]) -> list[Any]:
+def _choose_nodes(parsed: Any, asked: Sequence[Asked]) -> list[Any]:
     """The nodes of the file that functions need, in its order."""
     decls = [(each, getattr(each, "decl", each)) for each in parsed.ext]
     decls = [(each, decl) for each, decl in decls if isinstance(decl, c_ast.Decl | c_ast.Typedef)]
     named: dict[str, list[Any]] = {}
     for each, decl in decls:
         named.setdefault(decl.name, []).append(each)
-    needed, open_ = set[str](), list(wanted)
+    needed, open_ = set[str](), [name for each in asked for name in (each.name, *(one for one, _ in each.resets))]
     while open_:
         name = open_.pop()
         if name not in needed and name in named:
@@ -499,33 +501,37 @@ def _split_function(node: Any) -> list[Any]:
     """A function, behind parts that it calls: a compiler takes long over thousands of ifs in one. A part is an `if`
     that returns on every path. A function that sets or declares something stays whole.
     """
-    given, parts = node.decl.type.args.params if node.decl.type.args else [], list[Any]()
+    given = node.decl.type.args.params if node.decl.type.args else []
     acting = list_targets(node.body) or any(isinstance(each, c_ast.Decl) for each in walk(node.body))
     if not all(isinstance(each, c_ast.Decl) and each.name for each in given) or _defines(node.decl) or acting:
         return [node]
-
-    def split(each: Any) -> tuple[Any, int, bool]:
-        """The statement, how many are left in it, and whether it returns on every path."""
-        if isinstance(each, c_ast.Compound) and each.block_items:
-            items, counts, ends = zip(*map(split, each.block_items), strict=True)
-            return c_ast.Compound([*items]), sum(counts), ends[-1]
-        if not isinstance(each, c_ast.If) or each.iffalse is None:
-            return each, 1, isinstance(each, c_ast.Return) and each.expr is not None
-        sides, counts, ends = zip(split(each.iftrue), split(each.iffalse), strict=True)
-        whole, count, returns = c_ast.If(each.cond, *sides), 1 + sum(counts), all(ends)
-        if not returns or count < LARGE:
-            return whole, count, returns
-        name, decl = f"{BEFORE}part_{len(parts)}", deepcopy(node.decl)
-        decl.storage, decl.funcspec, inner = ["static"], ["__attribute__((noinline))"], decl.type
-        while not isinstance(inner, c_ast.TypeDecl):
-            inner = inner.type
-        inner.declname = name
-        parts.append(c_ast.FuncDef(decl, None, c_ast.Compound([whole])))
-        call = c_ast.FuncCall(c_ast.ID(name), c_ast.ExprList([c_ast.ID(each.name) for each in given]))
-        return c_ast.Compound([c_ast.Return(call)]), 1, True
-
-    body, _, _ = split(node.body)
+    parts = list[Any]()
+    body, _, _ = _split_statement(node.body, node.decl, parts)
     return [*parts, c_ast.FuncDef(node.decl, None, body)] if parts else [node]
+
+
+def _split_statement(each: Any, of: Any, parts: list[Any]) -> tuple[Any, int, bool]:
+    """The statement, how many are left in it, and whether it returns on every path. `of`: the function's declaration;
+    `parts`: those that were made of it, which grow.
+    """
+    if isinstance(each, c_ast.Compound) and each.block_items:
+        items, counts, ends = zip(*(_split_statement(one, of, parts) for one in each.block_items), strict=True)
+        return c_ast.Compound([*items]), sum(counts), ends[-1]
+    if not isinstance(each, c_ast.If) or each.iffalse is None:
+        return each, 1, isinstance(each, c_ast.Return) and each.expr is not None
+    then, n_then, then_ends = _split_statement(each.iftrue, of, parts)
+    otherwise, n_otherwise, otherwise_ends = _split_statement(each.iffalse, of, parts)
+    whole, count, returns = c_ast.If(each.cond, then, otherwise), 1 + n_then + n_otherwise, then_ends and otherwise_ends
+    if not returns or count < LARGE:
+        return whole, count, returns
+    name, decl = f"{BEFORE}part_{len(parts)}", deepcopy(of)
+    decl.storage, decl.funcspec, inner = ["static"], ["__attribute__((noinline))"], decl.type
+    while not isinstance(inner, c_ast.TypeDecl):
+        inner = inner.type
+    inner.declname = name
+    parts.append(c_ast.FuncDef(decl, None, c_ast.Compound([whole])))
+    given = [c_ast.ID(one.name) for one in (of.type.args.params if of.type.args else [])]
+    return c_ast.Compound([c_ast.Return(c_ast.FuncCall(c_ast.ID(name), c_ast.ExprList(given)))]), 1, True
 
 
 def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:

@@ -85,6 +85,8 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
         raise InputError(f"not C that is understood: {escape_text(what)[:100]}", place, advice) from None
     except RecursionError:
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
+    finally:
+        walk.cache_clear()
 
 
 def _check_cases(parsed: Any, where: str) -> None:
@@ -424,6 +426,7 @@ def _origin(
         else:
             if not memories.widen():
                 machine.ensure_settled(kept)
+                vars(machine).clear()  # its circles would keep the syntax tree, in which circles are then looked for
                 return followed
 
 

@@ -35,7 +35,7 @@ def built(text, parameter="x", width=1, contracts=False, headers=(), compiler=No
     """The builds of a text with a function f."""
     parsed = CParser().parse(text)
     asked = Asked("f", tuple(Place(parameter, (place,)) for place in range(width)), (Place(""),))
-    unit = write_unit(parsed, [asked], {}, headers)
+    unit = write_unit(parsed, parsed.ext, [asked], {}, headers)
     return Compiled(unit, [asked], compiler or COMPILER, "tree.c", contracts=contracts)
 
 
@@ -310,10 +310,11 @@ def test_thousands_of_ifs_are_built_in_parts(monkeypatch):
     facts = profile_of(from_c(text.encode(), "tree.c"), Names()).provenance.training
     assert facts["act replayed by"] == ONE_BUILD
     asked = Asked("act", (Place("o", ("speed",)),), (Place(""),))
-    unit = write_unit(CParser().parse(text), [asked], {}, [])
+    parsed = CParser().parse(text)
+    unit = write_unit(parsed, parsed.ext, [asked], {}, [])
     assert unit.count("noinline)) static int maviper_part_") == unit.count("return maviper_part_") == 4
-    setting = text.replace("{\n    if", "{\n    static int last;\n    if", 1)
-    assert "maviper_part_" not in write_unit(CParser().parse(setting), [asked], {}, [])
+    setting = CParser().parse(text.replace("{\n    if", "{\n    static int last;\n    if", 1))
+    assert "maviper_part_" not in write_unit(setting, setting.ext, [asked], {}, [])
 
 
 def test_a_number_that_is_misread_in_a_part_is_seen(monkeypatch):
