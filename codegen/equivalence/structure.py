@@ -23,6 +23,7 @@ from codegen.deciding import sums_in
 from codegen.floats import FLOAT32, WHOLE, below_zero
 from codegen.ir import NO_FEATURE, ROOT, Tree
 from codegen.lowering.model import Model
+from codegen.lowering.names import TABLES
 
 NOT_PROVED = (AttributeError, LookupError, TypeError, ValueError)
 MEANT = re.compile(
@@ -40,6 +41,17 @@ UNFUSED = re.compile(
 #else
 ( *double total = a \+ b;)
 #endif"""
+)
+# tables, once in a unit or once in a program; read as this unit's own
+SHARED = re.compile(
+    r"""#ifdef (\w+)_SHARED_TABLES
+((?:extern const \w[\w ]* \w+\[\d+\];\n)+)#define \1_TABLE const
+#else
+#define \1_TABLE static const
+#endif
+#if !defined\(\1_SHARED_TABLES\) \|\| defined\(\1_OWN_TABLES\)
+((?:\1_TABLE \w[\w ]* \w+\[\d+\] = \{[^\n{}]*\};\n)+)#endif
+"""
 )
 CONSTANT = re.compile(r"#define (\w+_(DT|DAMPING|FORCE)) -?[0-9.e+-]+")  # a number that the code does not use
 TYPES = " ".join(f"typedef {'unsigned' * (each[0] == 'u')} int {each}_t;" for each in WHOLE) + "\n"
@@ -77,7 +89,7 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
     odd = odd_lines(header)
     if odd:
         return {policy.agent: [f"a line that may change the rest: {odd[0][:80]}"] for policy in profile.agents}
-    functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
+    functions = functions_in(parsed)
     numbers = enumerators(parsed)
     by_agent: dict[str, list[str]] = {}
     for policy, agent in zip(profile.agents, model.agents, strict=True):
@@ -153,7 +165,34 @@ def _signature(declared: Any) -> list[str]:
 def _strip_comments(header: str) -> str:
     """The header without comments, and with its sums as they are read."""
     text = re.sub(r" *\n", "\n", re.sub(r"/\*.*?\*/", " ", header, flags=re.S))
-    return UNFUSED.sub(r"\1", text, count=1)
+    return SHARED.sub(_own_tables, UNFUSED.sub(r"\1", text, count=1), count=1)
+
+
+def _own_tables(tables: re.Match[str]) -> str:
+    """The tables of a header as if no unit shared them; all lines where it declares others than it defines."""
+    own = tables[3].replace(f"{tables[1]}_TABLE ", "static const ")
+    return own if tables[2] == re.sub("^static(.*) = .*;", r"extern\1;", own, flags=re.M) else tables[0]
+
+
+def functions_in(parsed: c_ast.FileAST) -> dict[str, Any]:
+    """The functions by name, each with the tables of the file that it names, as if they stood in it."""
+    functions: dict[str, Any] = {}
+    for function in (node for node in parsed.ext if isinstance(node, c_ast.FuncDef)):
+        named, left = set[str](), [function.body]
+        while left:
+            node = left.pop()
+            if isinstance(node, c_ast.ArrayRef) and isinstance(node.name, c_ast.ID):
+                named.add(node.name.name)
+            left += [child for _, child in node.children()]
+        tables = [item for item in parsed.ext if is_table(item) and item.name in named]
+        body = c_ast.Compound([*tables, *(function.body.block_items or [])])
+        functions[function.decl.name] = c_ast.FuncDef(function.decl, None, body)
+    return functions
+
+
+def name_table(function: c_ast.FuncDef, text: str) -> str:
+    """A text without the function's own name before those of tables."""
+    return re.sub(rf"\b{re.sub('act(_columns)?$', '', function.decl.name)}({'|'.join(TABLES)})\b", r"\1", text)
 
 
 def plain(header: str) -> str:
@@ -202,7 +241,9 @@ def _kinds(function: c_ast.FuncDef, numbers: str) -> Iterator[str]:
     """Yields the observations and tables of thresholds that are not of the type that the agent compares."""
     given = function.decl.type.args.params[0].type
     declared = [("observations", given)]
-    declared += [(item.name, item.type) for item in function.body.block_items or [] if _declares(item, "threshold")]
+    declared += [
+        (item.name, item.type) for item in function.body.block_items or [] if _declares(function, item, "threshold")
+    ]
     for name, kind in declared:
         while not isinstance(kind, c_ast.TypeDecl):
             kind = kind.type
@@ -218,8 +259,8 @@ def act_faults(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) 
         yield from _check_nested(items, tree, numbers, parse_bits)
         return
     yield from _kinds(function, tree.numbers)
-    if any(isinstance(item, c_ast.For) or _declares(item, "action") for item in items):
-        yield from _walk(items, tree)
+    if any(isinstance(item, c_ast.For) or _declares(function, item, "action") for item in items):
+        yield from _walk(function, items, tree)
     else:
         yield from _check_nested(items, tree, numbers, parse_test)
 
@@ -322,8 +363,8 @@ def number(item: Any) -> Any:
 # --- tables
 
 
-def _declares(item: Any, name: str) -> bool:
-    return isinstance(item, c_ast.Decl) and item.name == name
+def _declares(function: c_ast.FuncDef, item: Any, name: str) -> bool:
+    return isinstance(item, c_ast.Decl) and name_table(function, item.name) == name
 
 
 def is_table(item: Any) -> bool:
@@ -336,9 +377,9 @@ def is_void(item: Any) -> bool:
     return isinstance(item, c_ast.Cast) and isinstance(item.expr, c_ast.ID)
 
 
-def _walk(items: list[Any], tree: Tree) -> Iterator[str]:
-    tables = {item.name: item.init.exprs for item in items if is_table(item)}
-    code = " ".join(_text(item) for item in items if not is_table(item))
+def _walk(function: c_ast.FuncDef, items: list[Any], tree: Tree) -> Iterator[str]:
+    tables = {name_table(function, item.name): item.init.exprs for item in items if is_table(item)}
+    code = name_table(function, " ".join(_text(item) for item in items if not is_table(item)))
     actions = [int(item.value) for item in tables["action"]]
     if "threshold" not in tables:
         if code != "return (int) action[0];":
@@ -391,7 +432,9 @@ def _columns(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) ->
     yield from _kinds(function, tree.numbers)
     items = list(function.body.block_items or [])
     inner = [each for item in items if isinstance(item, c_ast.For) for each in item.stmt.block_items]
-    if any(_declares(item, "action") for item in items) or any(_declares(item, "seen") for item in inner):
+    if any(_declares(function, item, "action") for item in items) or any(
+        _declares(function, item, "seen") for item in inner
+    ):
         return
     pointers = [item for item in items if isinstance(item, c_ast.Decl) and item.init is not None]
     columns = {item.name: numbers[item.init.subscript.name] for item in pointers}

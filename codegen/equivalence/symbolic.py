@@ -20,7 +20,7 @@ import numpy as np
 from pycparser import c_ast, c_generator
 from pycparser.c_parser import ParseError
 
-from codegen.equivalence.structure import enumerators, odd_lines, resolve_function, syntax
+from codegen.equivalence.structure import enumerators, functions_in, odd_lines, resolve_function, syntax
 from codegen.numbers import neighbour
 
 MAX_STEPS = 1_000_000  # statements run for one function, on all its paths together
@@ -106,7 +106,7 @@ class Header:
         odd = odd_lines(header)
         if odd:
             raise Unreadable(f"a line that may change the rest: {odd[0][:60]}")
-        self.functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
+        self.functions = functions_in(parsed)
         self.numbers = enumerators(parsed)
 
     def decide(self, name: str, inputs: Sequence[str], bits: Mapping[str, str], into: Definitions) -> str:

@@ -448,15 +448,19 @@ class Tables:
     action_type: str
 
     @property
+    def arrays(self) -> tuple[tuple[str, str, Sequence[str | int]], ...]:
+        """Name, C type and entries of each array."""
+        return (
+            ("threshold", self.threshold_type, self.thresholds),
+            ("feature", self.feature_type, self.features),
+            ("child", self.child_type, self.children),
+            ("action", self.action_type, self.actions),
+        )
+
+    @property
     def size(self) -> int:
         """Bytes of all arrays."""
-        widths = [
-            (self.thresholds, self.threshold_type),
-            (self.features, self.feature_type),
-            (self.children, self.child_type),
-            (self.actions, self.action_type),
-        ]
-        return sum(len(array) * _BYTES[kind] for array, kind in widths)
+        return sum(len(entries) * _BYTES[kind] for _, kind, entries in self.arrays)
 
 
 @dataclass(frozen=True)
@@ -716,6 +720,14 @@ class Model:
     def side_by_side(self) -> bool:
         """True if all trees are walked in step: complete tables with a test in each."""
         return all(agent.tables.complete and agent.tables.levels for agent in self.agents)
+
+    @property
+    def tabled(self) -> tuple[Agent, ...]:
+        """The agents whose tables stand in the C: the first of those with the same tree, and no vast one that nothing
+        walks.
+        """
+        walked = self.style == "walk" or self.side_by_side
+        return tuple(each for each in self.agents if not each.summed and not each.twin and (walked or not each.vast))
 
     @property
     def max_levels(self) -> int:

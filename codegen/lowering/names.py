@@ -17,6 +17,7 @@ from codegen.floats import short_hex
 from codegen.numbers import decimal_literal
 
 FUNCTIONS = ("act", "finite", "in_range", "act_rows", "act_columns", "observe", "act_world", "state", "init", "step")
+TABLES = ("threshold", "feature", "child", "action")
 # what Python and JavaScript name after an agent, and for all
 MODULE_NAMES = (
     "act_{}",
@@ -72,6 +73,7 @@ class AgentNames:
     state: str  # of an agent that remembers
     init: str
     step: str
+    tables: Mapping[str, str]
     force: str
     label: str
     features: tuple[str, ...]
@@ -113,6 +115,9 @@ class Names:
     dt: str
     damping: str
     guard: str
+    table: str  # the storage of tables
+    shared_tables: str
+    own_tables: str
     exported_team: str = "team_rows"
     exported_all: str = "all_rows"
     exported_region: str = "in_region_rows"
@@ -128,6 +133,7 @@ def of_agent(
     upper = own.upper()
     return AgentNames(
         **functions,
+        tables={name: f"{own}_{name}" for name in TABLES},
         force=f"{upper}_FORCE",
         label=f"{own}_label",
         features=tuple(f"{upper}_X_{feature}" for feature in features),
@@ -156,6 +162,9 @@ def of_profile(prefix: str, digest: str, coordinates: Iterable[str]) -> Names:
         dt=f"{upper}_DT",
         damping=f"{upper}_DAMPING",
         guard=f"{upper}_{digest[:16].upper()}_H",
+        table=f"{upper}_TABLE",
+        shared_tables=f"{upper}_SHARED_TABLES",
+        own_tables=f"{upper}_OWN_TABLES",
     )
 
 

@@ -26,6 +26,9 @@
  * file. The style `ordered` has an ..._act that decides as stated there too.
  * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float,
  * to nearest each time; so it does on machines that calculate with more digits (FLT_EVAL_METHOD), too.
+ *
+ * The tables of trees are in each unit that includes this file. They are in a program once where all its units define
+ * PHYSICAL_DECEPTION_SHARED_TABLES before, and one of them also PHYSICAL_DECEPTION_OWN_TABLES.
  */
 #ifndef PHYSICAL_DECEPTION_5D30E215800A1954_H
 #define PHYSICAL_DECEPTION_5D30E215800A1954_H
@@ -144,7 +147,33 @@ static inline float physical_deception_single(double value)
     return nearest;
 }
 
-/* adversary_0, team adversaries: 12 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 32 bytes of stack for ..._act_world */
+#ifdef PHYSICAL_DECEPTION_SHARED_TABLES
+extern const float physical_deception_adversary_0_threshold[15];
+extern const unsigned char physical_deception_adversary_0_feature[15];
+extern const unsigned char physical_deception_adversary_0_action[16];
+extern const float physical_deception_agent_0_threshold[63];
+extern const unsigned char physical_deception_agent_0_feature[63];
+extern const unsigned char physical_deception_agent_0_action[64];
+extern const float physical_deception_agent_1_threshold[63];
+extern const unsigned char physical_deception_agent_1_feature[63];
+extern const unsigned char physical_deception_agent_1_action[64];
+#define PHYSICAL_DECEPTION_TABLE const
+#else
+#define PHYSICAL_DECEPTION_TABLE static const
+#endif
+#if !defined(PHYSICAL_DECEPTION_SHARED_TABLES) || defined(PHYSICAL_DECEPTION_OWN_TABLES)
+PHYSICAL_DECEPTION_TABLE float physical_deception_adversary_0_threshold[15] = {-0x1.a5ff24p-8f, 0x1.1da36ap-3f, -0x1.f1a826p-2f, -0x1.e7f1bep-3f, 0x1.3b7f1p-3f, 0x1.1585e8p+0f, 0x1.8e1d5cp-2f, -0x1.7e6b94p-2f, -0x1.97aaa2p-3f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.52cceep-3f, 0x1.bdc922p-1f};
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_adversary_0_feature[15] = {2, 3, 3, 3, 0, 2, 2, 2, 2, 0, 0, 0, 0, 3, 3};
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_adversary_0_action[16] = {1, 3, 1, 3, 1, 1, 4, 4, 3, 3, 2, 2, 2, 4, 2, 4};
+PHYSICAL_DECEPTION_TABLE float physical_deception_agent_0_threshold[63] = {-0x1.9a6586p-4f, 0x1.13b238p-2f, 0x1.1ed358p-3f, -0x1.d15ed4p-3f, -0x1.215606p-1f, 0x1.134b54p-3f, 0x1.9bc556p-2f, -0x1.4c878cp-1f, 0x0p+0f, 0x1.e6eb8ep-1f, 0x0p+0f, -0x1.999996p-4f, -0x1.e84bcp-3f, 0x0p+0f, 0x1.8a3138p-1f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_agent_0_feature[63] = {3, 2, 2, 2, 1, 3, 3, 3, 0, 0, 0, 2, 2, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_agent_0_action[64] = {3, 3, 3, 3, 1, 1, 1, 1, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 3, 4, 2, 2, 1, 1, 1, 1, 4, 4, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4, 2, 2, 2, 2};
+PHYSICAL_DECEPTION_TABLE float physical_deception_agent_1_threshold[63] = {0x1.526b48p-3f, 0x1.8c885ep-3f, 0x1.7883f2p-2f, -0x1.3a5508p-3f, -0x1.4517a4p-2f, -0x1.3fcf68p-1f, 0x1.a7f40ap-1f, -0x1.bd6814p-2f, -0x1p-126f, 0x1.a61b7ep-1f, 0x0p+0f, 0x1.bbc92cp-1f, -0x1.768236p+0f, 0x1.52bbf6p-1f, 0x1.02ea0ap+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.999996p-4f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_agent_1_feature[63] = {4, 5, 5, 4, 4, 5, 4, 5, 5, 5, 0, 4, 9, 6, 5, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_agent_1_action[64] = {3, 3, 3, 3, 1, 1, 1, 1, 3, 3, 3, 3, 1, 2, 4, 4, 1, 1, 1, 1, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 3, 3, 3, 3, 2, 2, 2, 2, 3, 3, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4};
+#endif
+
+/* adversary_0, team adversaries: 12 leaves, at most 4 comparisons; tables of 91 bytes; 32 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX = 0, /* length, [-6.3, 6.3]: landmark_0.x - adversary_0.x */
@@ -260,9 +289,6 @@ static inline int physical_deception_adversary_0_in_range(const float *x)
 
 static inline void physical_deception_adversary_0_act_rows(const float *x, long n, unsigned char *actions)
 {
-    static const float threshold[15] = {-0x1.a5ff24p-8f, 0x1.1da36ap-3f, -0x1.f1a826p-2f, -0x1.e7f1bep-3f, 0x1.3b7f1p-3f, 0x1.1585e8p+0f, 0x1.8e1d5cp-2f, -0x1.7e6b94p-2f, -0x1.97aaa2p-3f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.52cceep-3f, 0x1.bdc922p-1f};
-    static const unsigned char feature[15] = {2, 3, 3, 3, 0, 2, 2, 2, 2, 0, 0, 0, 0, 3, 3};
-    static const unsigned char action[16] = {1, 3, 1, 3, 1, 1, 4, 4, 3, 3, 2, 2, 2, 4, 2, 4};
     long row;
     /* eight observations side by side, so that none waits for another */
     const long together = n - (n % 8);
@@ -273,11 +299,11 @@ static inline void physical_deception_adversary_0_act_rows(const float *x, long 
         int k;
         for (level = 0; level < 4; level++) {
             for (k = 0; k < 8; k++) {
-                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
+                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES) + physical_deception_adversary_0_feature[i[k]]] <= physical_deception_adversary_0_threshold[i[k]]) ? 0 : 1);
             }
         }
         for (k = 0; k < 8; k++) {
-            actions[row + k] = action[i[k] - 15];
+            actions[row + k] = physical_deception_adversary_0_action[i[k] - 15];
         }
     }
     for (row = together; row < n; row++) {
@@ -285,9 +311,9 @@ static inline void physical_deception_adversary_0_act_rows(const float *x, long 
         int i = 0;
         int level;
         for (level = 0; level < 4; level++) {
-            i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
+            i = (2 * i) + 1 + ((seen[physical_deception_adversary_0_feature[i]] <= physical_deception_adversary_0_threshold[i]) ? 0 : 1);
         }
-        actions[row] = action[i - 15];
+        actions[row] = physical_deception_adversary_0_action[i - 15];
     }
 }
 
@@ -342,7 +368,7 @@ static inline int physical_deception_adversary_0_act_world(const double *w)
     return physical_deception_adversary_0_act(x);
 }
 
-/* agent_0, team defenders: 15 leaves, at most 6 comparisons; tables of 379 bytes where they are used; 40 bytes of stack for ..._act_world */
+/* agent_0, team defenders: 15 leaves, at most 6 comparisons; tables of 379 bytes; 40 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_0.x */
@@ -478,9 +504,6 @@ static inline int physical_deception_agent_0_in_range(const float *x)
 
 static inline void physical_deception_agent_0_act_rows(const float *x, long n, unsigned char *actions)
 {
-    static const float threshold[63] = {-0x1.9a6586p-4f, 0x1.13b238p-2f, 0x1.1ed358p-3f, -0x1.d15ed4p-3f, -0x1.215606p-1f, 0x1.134b54p-3f, 0x1.9bc556p-2f, -0x1.4c878cp-1f, 0x0p+0f, 0x1.e6eb8ep-1f, 0x0p+0f, -0x1.999996p-4f, -0x1.e84bcp-3f, 0x0p+0f, 0x1.8a3138p-1f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
-    static const unsigned char feature[63] = {3, 2, 2, 2, 1, 3, 3, 3, 0, 0, 0, 2, 2, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
-    static const unsigned char action[64] = {3, 3, 3, 3, 1, 1, 1, 1, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 3, 4, 2, 2, 1, 1, 1, 1, 4, 4, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4, 2, 2, 2, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
     const long together = n - (n % 8);
@@ -491,11 +514,11 @@ static inline void physical_deception_agent_0_act_rows(const float *x, long n, u
         int k;
         for (level = 0; level < 6; level++) {
             for (k = 0; k < 8; k++) {
-                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
+                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES) + physical_deception_agent_0_feature[i[k]]] <= physical_deception_agent_0_threshold[i[k]]) ? 0 : 1);
             }
         }
         for (k = 0; k < 8; k++) {
-            actions[row + k] = action[i[k] - 63];
+            actions[row + k] = physical_deception_agent_0_action[i[k] - 63];
         }
     }
     for (row = together; row < n; row++) {
@@ -503,9 +526,9 @@ static inline void physical_deception_agent_0_act_rows(const float *x, long n, u
         int i = 0;
         int level;
         for (level = 0; level < 6; level++) {
-            i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
+            i = (2 * i) + 1 + ((seen[physical_deception_agent_0_feature[i]] <= physical_deception_agent_0_threshold[i]) ? 0 : 1);
         }
-        actions[row] = action[i - 63];
+        actions[row] = physical_deception_agent_0_action[i - 63];
     }
 }
 
@@ -566,7 +589,7 @@ static inline int physical_deception_agent_0_act_world(const double *w)
     return physical_deception_agent_0_act(x);
 }
 
-/* agent_1, team defenders: 18 leaves, at most 6 comparisons; tables of 379 bytes where they are used; 40 bytes of stack for ..._act_world */
+/* agent_1, team defenders: 18 leaves, at most 6 comparisons; tables of 379 bytes; 40 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_1.x */
@@ -714,9 +737,6 @@ static inline int physical_deception_agent_1_in_range(const float *x)
 
 static inline void physical_deception_agent_1_act_rows(const float *x, long n, unsigned char *actions)
 {
-    static const float threshold[63] = {0x1.526b48p-3f, 0x1.8c885ep-3f, 0x1.7883f2p-2f, -0x1.3a5508p-3f, -0x1.4517a4p-2f, -0x1.3fcf68p-1f, 0x1.a7f40ap-1f, -0x1.bd6814p-2f, -0x1p-126f, 0x1.a61b7ep-1f, 0x0p+0f, 0x1.bbc92cp-1f, -0x1.768236p+0f, 0x1.52bbf6p-1f, 0x1.02ea0ap+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.999996p-4f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
-    static const unsigned char feature[63] = {4, 5, 5, 4, 4, 5, 4, 5, 5, 5, 0, 4, 9, 6, 5, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
-    static const unsigned char action[64] = {3, 3, 3, 3, 1, 1, 1, 1, 3, 3, 3, 3, 1, 2, 4, 4, 1, 1, 1, 1, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 3, 3, 3, 3, 2, 2, 2, 2, 3, 3, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4};
     long row;
     /* eight observations side by side, so that none waits for another */
     const long together = n - (n % 8);
@@ -727,11 +747,11 @@ static inline void physical_deception_agent_1_act_rows(const float *x, long n, u
         int k;
         for (level = 0; level < 6; level++) {
             for (k = 0; k < 8; k++) {
-                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
+                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES) + physical_deception_agent_1_feature[i[k]]] <= physical_deception_agent_1_threshold[i[k]]) ? 0 : 1);
             }
         }
         for (k = 0; k < 8; k++) {
-            actions[row + k] = action[i[k] - 63];
+            actions[row + k] = physical_deception_agent_1_action[i[k] - 63];
         }
     }
     for (row = together; row < n; row++) {
@@ -739,9 +759,9 @@ static inline void physical_deception_agent_1_act_rows(const float *x, long n, u
         int i = 0;
         int level;
         for (level = 0; level < 6; level++) {
-            i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
+            i = (2 * i) + 1 + ((seen[physical_deception_agent_1_feature[i]] <= physical_deception_agent_1_threshold[i]) ? 0 : 1);
         }
-        actions[row] = action[i - 63];
+        actions[row] = physical_deception_agent_1_action[i - 63];
     }
 }
 
@@ -808,40 +828,31 @@ static inline int physical_deception_agent_1_act_world(const double *w)
 static inline void physical_deception_act_all(const float *const *x, int *actions)
 {
     /* branch-free walks side by side, so that no agent waits for another and the time does not depend on the data */
-    static const float threshold_0[15] = {-0x1.a5ff24p-8f, 0x1.1da36ap-3f, -0x1.f1a826p-2f, -0x1.e7f1bep-3f, 0x1.3b7f1p-3f, 0x1.1585e8p+0f, 0x1.8e1d5cp-2f, -0x1.7e6b94p-2f, -0x1.97aaa2p-3f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.52cceep-3f, 0x1.bdc922p-1f};
-    static const unsigned char feature_0[15] = {2, 3, 3, 3, 0, 2, 2, 2, 2, 0, 0, 0, 0, 3, 3};
-    static const unsigned char action_0[16] = {1, 3, 1, 3, 1, 1, 4, 4, 3, 3, 2, 2, 2, 4, 2, 4};
-    static const float threshold_1[63] = {-0x1.9a6586p-4f, 0x1.13b238p-2f, 0x1.1ed358p-3f, -0x1.d15ed4p-3f, -0x1.215606p-1f, 0x1.134b54p-3f, 0x1.9bc556p-2f, -0x1.4c878cp-1f, 0x0p+0f, 0x1.e6eb8ep-1f, 0x0p+0f, -0x1.999996p-4f, -0x1.e84bcp-3f, 0x0p+0f, 0x1.8a3138p-1f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
-    static const unsigned char feature_1[63] = {3, 2, 2, 2, 1, 3, 3, 3, 0, 0, 0, 2, 2, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
-    static const unsigned char action_1[64] = {3, 3, 3, 3, 1, 1, 1, 1, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 3, 4, 2, 2, 1, 1, 1, 1, 4, 4, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4, 2, 2, 2, 2};
-    static const float threshold_2[63] = {0x1.526b48p-3f, 0x1.8c885ep-3f, 0x1.7883f2p-2f, -0x1.3a5508p-3f, -0x1.4517a4p-2f, -0x1.3fcf68p-1f, 0x1.a7f40ap-1f, -0x1.bd6814p-2f, -0x1p-126f, 0x1.a61b7ep-1f, 0x0p+0f, 0x1.bbc92cp-1f, -0x1.768236p+0f, 0x1.52bbf6p-1f, 0x1.02ea0ap+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.999996p-4f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
-    static const unsigned char feature_2[63] = {4, 5, 5, 4, 4, 5, 4, 5, 5, 5, 0, 4, 9, 6, 5, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
-    static const unsigned char action_2[64] = {3, 3, 3, 3, 1, 1, 1, 1, 3, 3, 3, 3, 1, 2, 4, 4, 1, 1, 1, 1, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 3, 3, 3, 3, 2, 2, 2, 2, 3, 3, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4};
     const float *const x_0 = x[0];
     const float *const x_1 = x[1];
     const float *const x_2 = x[2];
     int i_0 = 0;
     int i_1 = 0;
     int i_2 = 0;
-    i_0 = (2 * i_0) + 1 + ((x_0[feature_0[i_0]] <= threshold_0[i_0]) ? 0 : 1);
-    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
-    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
-    i_0 = (2 * i_0) + 1 + ((x_0[feature_0[i_0]] <= threshold_0[i_0]) ? 0 : 1);
-    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
-    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
-    i_0 = (2 * i_0) + 1 + ((x_0[feature_0[i_0]] <= threshold_0[i_0]) ? 0 : 1);
-    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
-    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
-    i_0 = (2 * i_0) + 1 + ((x_0[feature_0[i_0]] <= threshold_0[i_0]) ? 0 : 1);
-    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
-    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
-    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
-    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
-    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
-    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
-    actions[0] = (int)action_0[i_0 - 15];
-    actions[1] = (int)action_1[i_1 - 63];
-    actions[2] = (int)action_2[i_2 - 63];
+    i_0 = (2 * i_0) + 1 + ((x_0[physical_deception_adversary_0_feature[i_0]] <= physical_deception_adversary_0_threshold[i_0]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[physical_deception_agent_0_feature[i_1]] <= physical_deception_agent_0_threshold[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[physical_deception_agent_1_feature[i_2]] <= physical_deception_agent_1_threshold[i_2]) ? 0 : 1);
+    i_0 = (2 * i_0) + 1 + ((x_0[physical_deception_adversary_0_feature[i_0]] <= physical_deception_adversary_0_threshold[i_0]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[physical_deception_agent_0_feature[i_1]] <= physical_deception_agent_0_threshold[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[physical_deception_agent_1_feature[i_2]] <= physical_deception_agent_1_threshold[i_2]) ? 0 : 1);
+    i_0 = (2 * i_0) + 1 + ((x_0[physical_deception_adversary_0_feature[i_0]] <= physical_deception_adversary_0_threshold[i_0]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[physical_deception_agent_0_feature[i_1]] <= physical_deception_agent_0_threshold[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[physical_deception_agent_1_feature[i_2]] <= physical_deception_agent_1_threshold[i_2]) ? 0 : 1);
+    i_0 = (2 * i_0) + 1 + ((x_0[physical_deception_adversary_0_feature[i_0]] <= physical_deception_adversary_0_threshold[i_0]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[physical_deception_agent_0_feature[i_1]] <= physical_deception_agent_0_threshold[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[physical_deception_agent_1_feature[i_2]] <= physical_deception_agent_1_threshold[i_2]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[physical_deception_agent_0_feature[i_1]] <= physical_deception_agent_0_threshold[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[physical_deception_agent_1_feature[i_2]] <= physical_deception_agent_1_threshold[i_2]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[physical_deception_agent_0_feature[i_1]] <= physical_deception_agent_0_threshold[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[physical_deception_agent_1_feature[i_2]] <= physical_deception_agent_1_threshold[i_2]) ? 0 : 1);
+    actions[0] = (int)physical_deception_adversary_0_action[i_0 - 15];
+    actions[1] = (int)physical_deception_agent_0_action[i_1 - 63];
+    actions[2] = (int)physical_deception_agent_1_action[i_2 - 63];
 }
 
 static inline void physical_deception_act_team(const double *w, int *actions)

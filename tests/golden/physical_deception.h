@@ -26,6 +26,9 @@
  * file. The style `ordered` has an ..._act that decides as stated there too.
  * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float,
  * to nearest each time; so it does on machines that calculate with more digits (FLT_EVAL_METHOD), too.
+ *
+ * The tables of trees are in each unit that includes this file. They are in a program once where all its units define
+ * PHYSICAL_DECEPTION_SHARED_TABLES before, and one of them also PHYSICAL_DECEPTION_OWN_TABLES.
  */
 #ifndef PHYSICAL_DECEPTION_D7C7E9951B353C84_H
 #define PHYSICAL_DECEPTION_D7C7E9951B353C84_H
@@ -144,7 +147,29 @@ static inline float physical_deception_single(double value)
     return nearest;
 }
 
-/* adversary_0, team adversaries: 1 leaf, at most 0 comparisons; tables of 1 byte where they are used; 32 bytes of stack for ..._act_world */
+#ifdef PHYSICAL_DECEPTION_SHARED_TABLES
+extern const unsigned char physical_deception_adversary_0_action[1];
+extern const float physical_deception_agent_0_threshold[7];
+extern const unsigned char physical_deception_agent_0_feature[7];
+extern const unsigned char physical_deception_agent_0_action[8];
+extern const float physical_deception_agent_1_threshold[7];
+extern const unsigned char physical_deception_agent_1_feature[7];
+extern const unsigned char physical_deception_agent_1_action[8];
+#define PHYSICAL_DECEPTION_TABLE const
+#else
+#define PHYSICAL_DECEPTION_TABLE static const
+#endif
+#if !defined(PHYSICAL_DECEPTION_SHARED_TABLES) || defined(PHYSICAL_DECEPTION_OWN_TABLES)
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_adversary_0_action[1] = {0};
+PHYSICAL_DECEPTION_TABLE float physical_deception_agent_0_threshold[7] = {0x1.999998p-4f, 0x0p+0f, -0x1.555556p-2f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.fffffep+127f};
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_agent_0_feature[7] = {0, 3, 9, 0, 0, 0, 2};
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_agent_0_action[8] = {1, 1, 2, 2, 4, 4, 0, 0};
+PHYSICAL_DECEPTION_TABLE float physical_deception_agent_1_threshold[7] = {-0x1.99999ap-5f, 0x0p+0f, 0x1.99999ap-5f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_agent_1_feature[7] = {4, 0, 4, 0, 0, 5, 0};
+PHYSICAL_DECEPTION_TABLE unsigned char physical_deception_agent_1_action[8] = {1, 1, 1, 1, 3, 4, 2, 2};
+#endif
+
+/* adversary_0, team adversaries: 1 leaf, at most 0 comparisons; tables of 1 byte; 32 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX = 0, /* length, [-6.3, 6.3]: landmark_0.x - adversary_0.x */
@@ -217,11 +242,10 @@ static inline int physical_deception_adversary_0_in_range(const float *x)
 
 static inline void physical_deception_adversary_0_act_rows(const float *x, long n, unsigned char *actions)
 {
-    static const unsigned char action[1] = {0};
     long row;
     (void)x;
     for (row = 0; row < n; row++) {
-        actions[row] = action[0];
+        actions[row] = physical_deception_adversary_0_action[0];
     }
 }
 
@@ -263,7 +287,7 @@ static inline int physical_deception_adversary_0_act_world(const double *w)
     return physical_deception_adversary_0_act(x);
 }
 
-/* agent_0, team defenders: 5 leaves, at most 3 comparisons; tables of 43 bytes where they are used; 40 bytes of stack for ..._act_world */
+/* agent_0, team defenders: 5 leaves, at most 3 comparisons; tables of 43 bytes; 40 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_0.x */
@@ -359,9 +383,6 @@ static inline int physical_deception_agent_0_in_range(const float *x)
 
 static inline void physical_deception_agent_0_act_rows(const float *x, long n, unsigned char *actions)
 {
-    static const float threshold[7] = {0x1.999998p-4f, 0x0p+0f, -0x1.555556p-2f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.fffffep+127f};
-    static const unsigned char feature[7] = {0, 3, 9, 0, 0, 0, 2};
-    static const unsigned char action[8] = {1, 1, 2, 2, 4, 4, 0, 0};
     long row;
     /* eight observations side by side, so that none waits for another */
     const long together = n - (n % 8);
@@ -372,11 +393,11 @@ static inline void physical_deception_agent_0_act_rows(const float *x, long n, u
         int k;
         for (level = 0; level < 3; level++) {
             for (k = 0; k < 8; k++) {
-                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
+                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES) + physical_deception_agent_0_feature[i[k]]] <= physical_deception_agent_0_threshold[i[k]]) ? 0 : 1);
             }
         }
         for (k = 0; k < 8; k++) {
-            actions[row + k] = action[i[k] - 7];
+            actions[row + k] = physical_deception_agent_0_action[i[k] - 7];
         }
     }
     for (row = together; row < n; row++) {
@@ -384,9 +405,9 @@ static inline void physical_deception_agent_0_act_rows(const float *x, long n, u
         int i = 0;
         int level;
         for (level = 0; level < 3; level++) {
-            i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
+            i = (2 * i) + 1 + ((seen[physical_deception_agent_0_feature[i]] <= physical_deception_agent_0_threshold[i]) ? 0 : 1);
         }
-        actions[row] = action[i - 7];
+        actions[row] = physical_deception_agent_0_action[i - 7];
     }
 }
 
@@ -437,7 +458,7 @@ static inline int physical_deception_agent_0_act_world(const double *w)
     return physical_deception_agent_0_act(x);
 }
 
-/* agent_1, team defenders: 4 leaves, at most 3 comparisons; tables of 43 bytes where they are used; 40 bytes of stack for ..._act_world */
+/* agent_1, team defenders: 4 leaves, at most 3 comparisons; tables of 43 bytes; 40 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_1.x */
@@ -529,9 +550,6 @@ static inline int physical_deception_agent_1_in_range(const float *x)
 
 static inline void physical_deception_agent_1_act_rows(const float *x, long n, unsigned char *actions)
 {
-    static const float threshold[7] = {-0x1.99999ap-5f, 0x0p+0f, 0x1.99999ap-5f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
-    static const unsigned char feature[7] = {4, 0, 4, 0, 0, 5, 0};
-    static const unsigned char action[8] = {1, 1, 1, 1, 3, 4, 2, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
     const long together = n - (n % 8);
@@ -542,11 +560,11 @@ static inline void physical_deception_agent_1_act_rows(const float *x, long n, u
         int k;
         for (level = 0; level < 3; level++) {
             for (k = 0; k < 8; k++) {
-                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
+                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES) + physical_deception_agent_1_feature[i[k]]] <= physical_deception_agent_1_threshold[i[k]]) ? 0 : 1);
             }
         }
         for (k = 0; k < 8; k++) {
-            actions[row + k] = action[i[k] - 7];
+            actions[row + k] = physical_deception_agent_1_action[i[k] - 7];
         }
     }
     for (row = together; row < n; row++) {
@@ -554,9 +572,9 @@ static inline void physical_deception_agent_1_act_rows(const float *x, long n, u
         int i = 0;
         int level;
         for (level = 0; level < 3; level++) {
-            i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
+            i = (2 * i) + 1 + ((seen[physical_deception_agent_1_feature[i]] <= physical_deception_agent_1_threshold[i]) ? 0 : 1);
         }
-        actions[row] = action[i - 7];
+        actions[row] = physical_deception_agent_1_action[i - 7];
     }
 }
 

@@ -55,7 +55,7 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
         numbers = structure.enumerators(parsed)
         enums = [node.type for node in parsed.ext if isinstance(getattr(node, "type", None), c_ast.Enum)]
         names = [[each.name for each in enum.values.enumerators] for enum in enums]
-        functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
+        functions = structure.functions_in(parsed)
         lists = [node for node in parsed.ext if isinstance(getattr(node, "init", None), c_ast.InitList)]
         tables = {node.name: node.init for node in lists}
         origins: dict[str, Origin] = {}
@@ -91,7 +91,7 @@ def _agent(
         raise ValueError("an enumerator is not its place")
     parse = structure.parse_bits if structure.takes_bits(function) else structure.parse_test
     items = [item for item in function.body.block_items or [] if not structure.is_void(item)]
-    tables = {item.name: item.init.exprs for item in items if structure.is_table(item)}
+    tables = {structure.name_table(function, each.name): each.init.exprs for each in items if structure.is_table(each)}
     called = [each.removeprefix(f"{upper}_X_").lower() for each in features]
     labels = [each.removeprefix(f"{upper}_").lower() for each in actions]
     said = Described(kind=KIND, replayed_by=PROVED_BY, features=called, n_features=len(called))

@@ -64,9 +64,7 @@ def test_an_answer_is_an_observation_that_shows_the_fault(style, profile):
     profile = with_trees({"agent_0": tree((0, 0.5, 1, 4), (1, -0.25, 2, 3), 1, 2, 3)}, profile)
     model = lower(profile, style=style)
     (header,) = emit(profile, ["c"], style=style).values()
-    start = header.index("agent_0_act(")
-    changed = re.sub("0x1p-1f|3f000000", lambda m: {"0x1p-1f": "0x1.000002p-1f"}.get(m[0], "3f000001"), header[start:])
-    changed = header[:start] + changed
+    changed = re.sub("0x1p-1f|3f000000", lambda m: {"0x1p-1f": "0x1.000002p-1f"}.get(m[0], "3f000001"), header)
     assert changed != header
     asked = {question.agent: question for question in obligations.about_c(changed, profile, model)}["agent_0"]
     from verify.solver.solve import ask_bits
@@ -213,13 +211,22 @@ REBOUND = "\n\nact_agent_0 = lambda x: 3\n"
 @pytest.mark.parametrize(
     ("style", "change"),
     [
-        ("walk", lambda text: text.replace("static const float threshold", "static const int threshold", 1)),
+        ("walk", lambda text: text.replace("TABLE float ", "TABLE int ").replace("const float phys", "const int phys")),
         ("nested", lambda text: re.sub(r"inline int (\w+_act\()", r"inline _Bool \1", text, count=1)),
         ("nested", lambda text: re.sub(r"\n(static inline int \w+_act\()", r"\n#define NO 1\n\1", text, count=1)),
         ("nested", lambda text: re.sub(r"(inline int \w+_act\()const float", r"\1float", text, count=1)),
-        ("walk", lambda text: text.replace("    int i = 0;", "    int i = 0;\n    action[0] = 4;", 1)),
+        (
+            "walk",
+            lambda text: text.replace(
+                "    int i = 0;", "    int i = 0;\n    physical_deception_adversary_0_action[0] = 4;", 1
+            ),
+        ),
         ("walk", lambda text: text.replace("    int i = 0;", "    static int i = 0;", 1)),
-        ("walk", lambda text: re.sub(r"(unsigned char action\[\d+\] = \{)\d+", r"\g<1>256", text, count=1)),
+        ("walk", lambda text: re.sub(r"(_action\[\d+\] = \{)\d+", r"\g<1>256", text)),
+        ("walk", lambda text: text.replace("extern const float", "extern const double", 1)),
+        ("walk", lambda text: text.replace("_TABLE static const", "_TABLE static const volatile", 1)),
+        ("walk", lambda text: re.sub(r"(#if !defined.*\n)", r"\1int x;\n", text, count=1)),
+        ("walk", lambda text: re.sub(r"(_TABLE float .*)(\n)", r"\1 int x;\2", text, count=1)),
         ("nested", lambda text: re.sub(r"<= -?0x[\w.]+p", "<= 0x1.000001000000001p", text, count=1)),
     ],
 )

@@ -301,3 +301,64 @@ def test_boundary_probes_hold_every_threshold_and_both_neighbours(profile):
         threshold = policy.tree.threshold[node]
         for value in (threshold, np.nextafter(threshold, np.float32(9)), np.nextafter(threshold, np.float32(-9))):
             assert value in column
+
+
+ROWS = """#include "team.h"
+#include <stdio.h>
+void second(const float *x, int *actions);
+void third(const float *x, unsigned char *actions);
+static const float rows[] = {{{rows}}};
+int main(void)
+{{
+    long row;
+    for (row = 0; row < {n}; row++) {{
+        const float *const x = &rows[row * TEAM_AGENT_0_N_FEATURES];
+        const float *const each[3] = {{x, x, x}};
+        int actions[3];
+        unsigned char one = 0;
+        team_act_all(each, actions);
+        second(x, &actions[0]);
+        third(x, &one);
+        if (actions[0] != actions[1] || actions[0] != one || actions[0] != team_agent_0_act(x)) {{
+            return 1;
+        }}
+        printf("%d", actions[1]);
+    }}
+    return 0;
+}}
+"""
+UNITS = {
+    "second": "void second(const float *x, int *actions) { *actions = team_agent_0_act(x); }",
+    "third": "void third(const float *x, unsigned char *actions) { team_agent_0_act_rows(x, 1, actions); }",
+}
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("shared", [False, True])
+@pytest.mark.parametrize("compiler", ["gcc -std=c99", "clang -std=c99", "g++ -x c++"])
+def test_tables_are_in_a_unit_once_and_where_asked_for_in_a_program_once(compiler, shared, profile, tmp_path):
+    if shutil.which(compiler.split()[0]) is None:
+        pytest.skip(f"{compiler.split()[0]} is not installed")
+    (header,) = emit(profile, ["c"], prefix="team", style="walk").values()
+    policy = profile.policy("agent_0")
+    x = np.random.default_rng(0).choice(policy.tree.threshold, (200, len(policy.features))).astype(np.float32)
+    numbers = ", ".join(f"{value!r}F" for value in x.ravel().tolist())
+    (tmp_path / "team.h").write_text(header)
+    (tmp_path / "main.c").write_text("#define TEAM_OWN_TABLES\n" * shared + ROWS.format(rows=numbers, n=len(x)))
+    for name, text in UNITS.items():
+        (tmp_path / f"{name}.c").write_text(f'#include "team.h"\n{text.split(" {")[0]};\n{text}\n')
+    options = ["-O1", "-Wall", "-Wextra", "-Werror", "-I.", *(["-DTEAM_SHARED_TABLES"] * shared)]
+    for unit in ("main", *UNITS):
+        built = [*compiler.split(), *options, "-c", f"{unit}.c", "-o", f"{unit}.o"]
+        subprocess.run(built, cwd=tmp_path, check=True)
+    linked = [compiler.split()[0], "main.o", "second.o", "third.o", "-o", "program"]
+    subprocess.run(linked, cwd=tmp_path, check=True)
+    told = subprocess.run(["./program"], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+    assert [*map(int, told)] == ir.act(policy, x).tolist()
+
+    def count(file):
+        names = subprocess.run(["nm", file], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+        return len(re.findall(r"(?i) r \w*team_agent_0_threshold", names))
+
+    assert [count(f"{unit}.o") for unit in ("main", *UNITS)] == [1, not shared, not shared]
+    assert count("program") == (1 if shared else 3)
