@@ -1,15 +1,11 @@
 """Trees of others: whether imports decide as their origins, how large files may be, and what an import costs.
 
     python -m tests.benchmarks.interop [--json] [--trees N]
-    python -m tests.benchmarks.interop --second [--json]
     python -m tests.benchmarks.interop --ifs [--json]
 
 Differences are counted against the program that wrote a file, or that a compiler makes of it, at every threshold and
 at both its float32 neighbours, and at random. A time is one of CPU, and a ratio to what the language itself needs
 for the file: CPython to compile if/else Python, gcc -O0 to compile C.
-
---second: what it costs that the C compiler reads a file, too: seconds of CPU of imports with and without it, of a file
-of the corpus and of 5,000 ifs, and of each build of these.
 
 --ifs: the command `maviper import` of a file of 5,000 nested ifs of Python and of C, as CPU time over that of a process
 that parses it alone, in turns.
@@ -24,14 +20,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pycparser import CParser
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import MinMaxScaler, StandardScaler
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.importers.c.compiled import TRAPS, UNCHECKED
 from codegen.importers.c.source import from_c
 from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.onnx.model import from_onnx
@@ -133,27 +127,6 @@ def taken_by(run: Callable[[], Any]) -> float:
     return seconds(run, with_children)[0]
 
 
-def second() -> Iterator[Figure]:
-    """Seconds of CPU of imports of C, compared with the compiler and not, and of parsing alone."""
-    corpus = (Path(__file__).parents[1] / "corpus/c/plant_watering.c").read_bytes()
-    for name, content in (("plant_watering.c", corpus), ("5,000 ifs", c_ifs().encode())):
-        for what, run in (("compared", True), ("not compared", False)):
-            taken = taken_by(
-                lambda content=content, run=run: profile_of(from_c(content, "a.c", Said(run=run)), Names())
-            )
-            yield figure(f"{name}, {what}, s of CPU", taken, 60, 5)
-    text = c_ifs()
-    taken = taken_by(lambda: CParser().parse(text))
-    yield figure("5,000 ifs, pycparser alone, s of CPU", taken, 60, 5)
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "a.c").write_text(text)
-        for flags in (["-O0"], ["-O2"], ["-O0", TRAPS, UNCHECKED]):
-            command = [str(COMPILER), *flags, "-c", "-o", f"{folder}/a.o", f"{folder}/a.c"]
-            taken = taken_by(lambda command=command: subprocess.run(command, check=True))
-            name = f"5,000 ifs, compiler alone, {' '.join(flags)[:14]}, s of CPU"
-            yield figure(name, taken, 60, 5)
-
-
 def in_c(lines: list[str]) -> Iterator[str]:
     """Lines of nested ifs of Python as C: each `else` follows the block of its `if`."""
     open_ = 0
@@ -235,9 +208,8 @@ def main() -> None:
     parser = reader(__doc__)
     parser.add_argument("--trees", type=int, default=20)
     parser.add_argument("--ifs", action="store_true")
-    parser.add_argument("--second", action="store_true")
     options = parser.parse_args()
-    tell(second() if options.second else ifs() if options.ifs else imports(options.trees), options.json)
+    tell(ifs() if options.ifs else imports(options.trees), options.json)
 
 
 def imports(trees: int) -> list[Figure]:

@@ -4,17 +4,14 @@
 
 Questions: a verdict or an UNKNOWN. Commands: `verify` on the demo's profile, with all files, once its modules are
 compiled; compilation of a wide tree and of many agents, extraction for many agents and for CartPole, whose expert
-stable-baselines3 trains first (or is --expert ZIP); beside the evaluation stands what Gymnasium's own loop takes for as
-many steps. Teams of 8 and 12 agents, trees of depth 12 to 16, and 131,000 leaves; default options. A command gets two
-minutes of CPU time, process start included, and should stay below two gigabytes. Trees: fixed roles under fitted splits
-(held), and full trees with splits and actions at random (full).
+stable-baselines3 trains first (or is --expert ZIP). Teams of 8 and 12 agents, trees of depth 12 to 16, and 131,000
+leaves; default options. A command gets two minutes of CPU time, process start included, and should stay below two
+gigabytes. Trees: fixed roles under fitted splits (held), and full trees with splits and actions at random (full).
 """
 
-import json
 import shutil
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -139,24 +136,7 @@ def command(name: str, expert: str = "") -> Ended:
         found = spent(*commands["extract CartPole"], limit=LIMIT)
         if name.startswith("evaluate"):
             found = spent(*commands[name], limit=LIMIT)
-            rows = json.loads((Path(folder) / "tree.json").read_text())["provenance"]["evaluation"]
-            beside(round(rows["episodes"] * (rows["agent return"] + rows["agent expert return"])), found.seconds)
         return found
-
-
-def beside(steps: int, seconds: float) -> None:
-    """Says what so many steps of CartPole take in Gymnasium's own loop, in the same minute."""
-    import gymnasium
-
-    game, clock = gymnasium.make("CartPole-v1", disable_env_checker=True), time.process_time()
-    seen, _ = game.reset(seed=0)
-    for _ in range(steps):
-        seen, _, ended, cut, _ = game.step(int(seen[2] + seen[3] > 0))
-        if ended or cut:
-            seen, _ = game.reset()
-    alone = time.process_time() - clock
-    told = f"{steps:,} steps in Gymnasium's own loop: CPU {alone:.1f} s"
-    print(f"{told}; the command takes {seconds / alone:.2f} times that", file=sys.stderr)
 
 
 def train_cartpole(place: Path) -> None:
