@@ -9,6 +9,8 @@ Does not: know any target, or a world.
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import CONSTANT, NO_FEATURE, AgentPolicy, PolicyProfile, Tree, among
@@ -26,9 +28,19 @@ def decide(policy: AgentPolicy, obs: Any) -> Any:
     return ir.outputs(policy, obs) if policy.outputs else ir.act(policy, obs)
 
 
+def decide_taken(policy: AgentPolicy, obs: Any) -> Any:
+    """The actions that are taken, by their places [batch] int32, or numbers as in `decide`."""
+    return take_actions(policy, decide(policy, obs))
+
+
 def decide_at(policy: AgentPolicy, leaf: ir.Int32, obs: ir.Floats) -> Any:
     """The same where the leaf of each observation is known: `leaf` [batch]."""
-    return ir.outputs(policy, obs) if policy.outputs else policy.tree.action[leaf]
+    return ir.outputs(policy, obs) if policy.outputs else take_actions(policy, policy.tree.action[leaf])
+
+
+def take_actions(policy: AgentPolicy, chosen: Any) -> Any:
+    """The actions that are taken where leaves choose `chosen`, which may change memory, too; numbers as they are."""
+    return np.array(policy.taken, np.int32)[chosen] if policy.memory else chosen
 
 
 def name_outputs(policy: AgentPolicy, obs: Any) -> dict[str, ir.Floats]:

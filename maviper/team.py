@@ -26,6 +26,7 @@ from maviper.importing.edits import change_threshold
 from maviper.page.latex import draw_forest
 from maviper.worlds.outside.sources import is_mapping, legal_names, space
 from maviper.worlds.outside.spaces import MASK, taking
+from maviper.worlds.remembering import hide_remembered
 
 OBSERVATION = "observation"  # the key beside a mask, by PettingZoo's convention
 NAMED = 4  # agents that a line names
@@ -168,6 +169,8 @@ class Team(PolicyProfile, Mapping[str, AgentPolicy]):
         except (ArithmeticError, LookupError, TypeError, ValueError) as error:
             what = f"what {policy.agent} is said to observe cannot be read: {type(error).__name__}: {error}"
             raise InputError(what[:300], self.world.name, GIVE) from None
+        if policy.memory and self._world is not None:
+            row = hide_remembered(self._world, policy, row)
         width = len(policy.features) - len(policy.memory)
         if row.size != width:
             what = f"{policy.agent} observes {format_count(width, 'number')}, and {row.size} are given"

@@ -7,7 +7,7 @@ Does not: write files, unless it is told where.
 
 import operator
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cached_property, partial, reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ from codegen import ir
 from codegen.agreement import selfcheck
 from codegen.agreement.compiled import Build, build
 from codegen.agreement.selfcheck import Agreement, Report
-from codegen.deciding import shape_decided, sums_in
+from codegen.deciding import shape_decided, sums_in, take_actions
 from codegen.errors import DisagreementError
 from codegen.floats import FLOAT32
 from codegen.form import layout
@@ -161,7 +161,7 @@ def _check_grown(profile: ir.PolicyProfile, episodes: Episodes, boundaries: bool
 def _drive_episodes(made: Build, world: World, episodes: Episodes, seeds: range) -> list[Agreement]:
     """The same episodes, driven by the compiled C: every action and world state must be the same."""
     profile = made.profile
-    driver = Policies([partial(made.library.act, policy.agent) for policy in profile.agents])
+    driver = Policies([partial(_drive, made, policy) for policy in profile.agents])
     again = on_policy(profile, world, driver, keep=False, seeds=seeds)
     if any(_bytes(a) != _bytes(b) for a, b in zip(again.states, episodes.states, strict=True)):
         raise DisagreementError(
@@ -177,6 +177,11 @@ def _drive_episodes(made: Build, world: World, episodes: Episodes, seeds: range)
     return agreements
 
 
+def _drive(made: Build, policy: ir.AgentPolicy, rows: ir.Floats) -> Any:
+    """Returns what the compiled C of an agent does, [batch] or [batch, n_outputs]; memory is among the observations."""
+    return take_actions(policy, made.library.act(policy.agent, rows))
+
+
 def _select_actions(policy: ir.AgentPolicy, agent: int, actions: Any) -> Any:
     """Returns an agent's actions in all steps of some episodes, [n] int32, or the numbers that it gave, [n, n_outputs].
     `actions`: as in `Episodes`.
@@ -187,7 +192,8 @@ def _select_actions(policy: ir.AgentPolicy, agent: int, actions: Any) -> Any:
 
 def _bytes(state: Any) -> list[bytes]:
     """All that a batch of world states holds."""
-    return [getattr(state, part.name).tobytes() for part in fields(state)]
+    held = [getattr(state, part.name) for part in fields(state)]
+    return [piece for each in held for piece in (_bytes(each) if is_dataclass(each) else [each.tobytes()])]
 
 
 def evidence(compiled: Compiled) -> str:

@@ -17,7 +17,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from codegen import ir
-from codegen.deciding import decide
+from codegen.deciding import decide_taken
 from codegen.ir import Bool, Float32, Float64
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -111,7 +111,7 @@ def in_columns(acted: Sequence[Any]) -> Any:
 
 def tree_policies(policies: Sequence[ir.AgentPolicy]) -> Policies:
     """Tree policies with their reference semantics."""
-    return Policies([partial(decide, policy) for policy in policies])
+    return Policies([partial(decide_taken, policy) for policy in policies])
 
 
 @dataclass(frozen=True)

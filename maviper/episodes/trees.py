@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.deciding import decide_at
+from codegen.deciding import decide_at, take_actions
 from codegen.errors import InputError
-from codegen.ir import Float32, GrownTree, Seen
+from codegen.ir import NO_ACTION, Float32, GrownTree, Seen
 from codegen.lowering.deploy import SummedTree, deploy_tree
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, in_columns, play, tree_policies
@@ -33,8 +33,9 @@ def agent_policies(
     policies: list[ir.AgentPolicy] = []
     for agent, tree in zip(range(len(world.agents)) if agents is None else agents, grown, strict=True):
         name = world.agents[agent]
+        tree = world.deploy(agent, tree)
         kept = None if isinstance(tree, SummedTree) else tree
-        given = (world.features[agent], world.actions[agent], deploy_tree(tree), kept)
+        given = (world.features[agent], world.policy_actions[agent], deploy_tree(tree), kept)
         policies.append(ir.AgentPolicy(name, world.team_of(name), *given, outputs=world.given[agent]))
     return tuple(policies)
 
@@ -56,7 +57,8 @@ def reopen_tree(policy: ir.AgentPolicy) -> GrownTree:
     are no double sums of different features, as imported ones may be.
     """
     tree = policy.tree
-    arrays = tree.feature, tree.threshold.astype(np.float64), tree.left, tree.right, tree.action
+    action = np.where(tree.action == NO_ACTION, NO_ACTION, take_actions(policy, tree.action))
+    arrays = tree.feature, tree.threshold.astype(np.float64), tree.left, tree.right, action
     if not tree.sums and not tree.vectors:
         return GrownTree(*arrays)
     n_features = len(policy.features)

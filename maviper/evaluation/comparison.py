@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
+from codegen.deciding import decide_at, list_decided
 from codegen.floats import rational_literal
 from codegen.intervals import Share, percent
 from codegen.wording import format_count
@@ -246,9 +247,9 @@ def fidelity(profile: ir.PolicyProfile, world: World, episodes: Episodes) -> tup
     for agent, (policy, seen) in enumerate(zip(profile.agents, observations, strict=True)):
         mine, asked = alive[:, agent], wanted[alive[:, agent], agent]
         leaf = ir.apply(policy.tree, seen[mine])
-        right = policy.tree.action[leaf] == asked
-        by_action = _count_right(asked, right, np.arange(len(policy.actions)))
-        names = [action.name for action in policy.actions]
+        right = decide_at(policy, leaf, seen[mine]) == asked
+        names = list_decided(policy)
+        by_action = _count_right(asked, right, np.arange(len(names)))
         whole = Counted(int(right.sum()), len(right))
         by_name = dict(zip(names, by_action.values(), strict=True))
         by_agent.append(Fidelity(policy.agent, whole, by_name, _count_right(leaf, right, ir.leaves(policy.tree))))

@@ -8,7 +8,7 @@ Does not: play.
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from codegen import ir, policy_json
 from codegen.errors import InputError, UnknownNameError, closest, escape_text
@@ -17,18 +17,21 @@ from codegen.ir import PHYSICS
 from maviper.episodes.play import Controller, tree_policies
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import network
-from maviper.experts.finding import find_expert, moving, seeing
+from maviper.experts.expert import Expert
+from maviper.experts.finding import Forgetful, find_expert, moving, seeing
 from maviper.experts.foreign.libraries import is_file
 from maviper.experts.scripted import build_script
 from maviper.files.profiles import load
 from maviper.worlds import World, find
 from maviper.worlds.matching import NO_WORLD, matching_world, not_ours, plays
 from maviper.worlds.outside.sources import is_named_by_user
+from maviper.worlds.remembering import LAST_ACTION, Remembering, remembering
 from maviper.worlds.world import FEATURES, plain_name, world_name
 
 SCRIPTED, RANDOM = "scripted", "random"
 PROFILE, EXPERT = "profile", "expert"
 SHOWN_ID = 16
+SUBJECT = "SUBJECT"  # the option of the first player, who says whether agents remember
 _ADVICE = "all players must be made for the same world, with the same options"
 
 
@@ -61,7 +64,7 @@ def find_player(text: Any, where: str, world: World | None) -> tuple[Player, Wor
     if text in (SCRIPTED, RANDOM):
         if world is None:
             raise InputError(f"'{text}' does not say which world", where, "name it: --world physical-deception")
-        return Player(text, text, "", build_script(world) if text == SCRIPTED else Uniform(world)), world
+        return Player(text, text, "", _script(world) if text == SCRIPTED else Uniform(world)), world
     if text.endswith(".json") and not is_file(text):
         return _seat(load(text, sums=True), text, where, world)
     if _holds_json(Path(text)):
@@ -84,9 +87,18 @@ def find_player(text: Any, where: str, world: World | None) -> tuple[Player, Wor
         expert, played = seeing(expert, played, features)
     if physics and PHYSICS not in played.spec.options:
         played = moving(played, physics)
+    if isinstance(world, Remembering) and not isinstance(played, Remembering):
+        expert, played = seeing(expert, played, LAST_ACTION)
     if world and played.name != world.name:
         raise InputError("the expert plays another world", f"{where}: {text}: {played.name}, not {world.name}", _ADVICE)
     return Player(Path(text).name or text, EXPERT, getattr(expert, "hash", ""), expert), world or played
+
+
+def _script(world: World) -> Controller:
+    """The script of a world, which reads its states."""
+    if isinstance(world, Remembering):
+        return Forgetful(cast("Expert", build_script(world.plain)), world.plain)
+    return build_script(world)
 
 
 def _holds_json(path: Path) -> bool:
@@ -106,15 +118,20 @@ def _seat(profile: ir.PolicyProfile, text: str, where: str, world: World | None)
             what = f"the profile is for {reference or 'no game'}, which has to be named to be played"
             raise InputError(what, f"{where}: {text}", f"add --world {reference or 'gymnasium:NAME'}")
         raise InputError("the profile's world cannot be played", f"{where}: {text}: {NO_WORLD}", "extract it again")
-    _ensure_plays(profile, played, f"{where}: {text}")
+    played = remembering(played, profile) if where == SUBJECT else played
     name, controller = Path(text).name, tree_policies(profile.agents)
+    if isinstance(played, Remembering) and not any(policy.memory for policy in profile.agents):
+        _ensure_plays(profile, played.plain, f"{where}: {text}")
+        controller = Forgetful(cast("Expert", controller), played.plain)
+    else:
+        _ensure_plays(profile, played, f"{where}: {text}")
     known = policy_json.content_hash(profile)
     return Player(name, PROFILE, known, controller, profile.agents, profile.provenance.expert), played
 
 
 def playing(profile: ir.PolicyProfile, world: str, where: str) -> World:
     """The world that a user names for a profile. InputError where the profile does not play it."""
-    played = find(world, giving=True)
+    played = remembering(find(world, giving=True), profile)
     _ensure_plays(profile, played, f"{where}: {world}")
     return played
 
@@ -124,6 +141,9 @@ def _ensure_plays(profile: ir.PolicyProfile, played: World, at: str) -> None:
         if policy.numbers != FLOAT32:
             what = f"{policy.agent} compares {policy.numbers}, and worlds show float32 observations"
             raise InputError(what, at, "import the tree with --world: its observations are float32 then")
+    if remembering(played, profile) is not played:
+        what = f"agents of the profile remember something, and in {played.name} they do not"
+        raise InputError(what, at, f"name it first, or the world with features={LAST_ACTION}")
     if not plays(profile, played):
         theirs = world_name(profile.world)
         other = theirs != played.name and profile.world != played.spec

@@ -35,7 +35,7 @@ from maviper.evaluation.crossplay import (
     tree_facts,
 )
 from maviper.evaluation.held_out import stop_of
-from maviper.evaluation.players import RANDOM, Player, find_player, find_shipped
+from maviper.evaluation.players import RANDOM, SUBJECT, Player, find_player, find_shipped
 from maviper.evaluation.why import Causes, causes, ensure_branched
 from maviper.experts.finding import origin_of
 from maviper.options import EvaluateOptions, make_request
@@ -235,7 +235,7 @@ def request(text: Any, **options: Unpack[EvaluateOptions]) -> Request:
     """Finds everything that is named, or given itself. InputError for what cannot be used."""
     asked = make_request(EvaluateOptions, options)
     given = None if asked.world is None else find(asked.world, giving=True)
-    subject, world = find_player(text, "SUBJECT", given)
+    subject, world = find_player(text, SUBJECT, given)
     replaced = dict(_replacement(item, world) for item in asked.replaced)
     expert = None if asked.expert is None else find_player(asked.expert, "--expert", world)[0]
     if expert and expert.kind == RANDOM:

@@ -30,6 +30,7 @@ from maviper.worlds import WORLDS, ParticleWorld, World, find, find_built_in
 from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.sources import Source, fault, is_named_by_user, output_aside, parse_source
 from maviper.worlds.outside.spaces import refuse_numbers
+from maviper.worlds.remembering import RememberedStates, Remembering, split_memory
 from maviper.worlds.world import FEATURES, Int, bounds, legal_in, plain_name
 
 
@@ -104,6 +105,21 @@ class Observing(Wrapped):
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """Returns the expert's Q on the world's own observations; see `Expert.q`."""
         return super().q(agent, self.world.observe(state), state, joint, given)
+
+
+@dataclass(frozen=True)
+class Forgetful(Observing):
+    """A controller of a `world` in which nobody remembers, where agents do."""
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """Returns the actions in the world's states; see `Controller.act`."""
+        return super().act(agents, observations, state.plain)
+
+    def q(
+        self, agent: int, observations: Sequence[Float32], state: RememberedStates, joint: Int, given: Int
+    ) -> Float64:
+        """Returns the Q in the world's states; see `Expert.q`."""
+        return super().q(agent, observations, state.plain, joint, given)
 
 
 @dataclass(frozen=True)
@@ -468,7 +484,11 @@ def find_expert(
 
 
 def seeing(expert: Expert, world: World, features: str) -> tuple[Expert, World]:
-    """An expert in its world with further groups of features, which it does not look at."""
+    """An expert in its world with further groups of features, and memory, which it does not look at."""
+    others, remembers = split_memory(f",{FEATURES}={features}")
+    if remembers:
+        expert, world = seeing(expert, world, plain_name(others)[1]) if others else (expert, world)
+        return Forgetful(expert, world), Remembering(world)
     if not isinstance(world, ParticleWorld):
         raise InputError("this world has no additional features", f"--features {features}", "leave them out")
     if FEATURES in world.spec.options:
@@ -483,6 +503,17 @@ def moving(world: World, physics: str) -> World:
 
 
 def _resolve_expert(text: Any, world: World | None) -> tuple[Expert, World]:
+    """The expert, and its world or, for a function, `world`; with memory where either name has it."""
+    own = text.partition("@")[0] if isinstance(text, str) else ""
+    plain, remembers = split_memory(own) if own.partition(",")[0] in WORLDS else (own, False)
+    inner = world.plain if isinstance(world, Remembering) else world
+    expert, played = _resolve_plain(text.replace(own, plain, 1) if remembers else text, inner)
+    if not remembers and inner is world:
+        return expert, played
+    return Forgetful(expert, played), world if world and played is inner else Remembering(played)
+
+
+def _resolve_plain(text: Any, world: World | None) -> tuple[Expert, World]:
     if not isinstance(text, str):
         given = given_expert(text, world, Source.of(text))
         return given, given.world
@@ -496,7 +527,7 @@ def _resolve_expert(text: Any, world: World | None) -> tuple[Expert, World]:
     plain, features = plain_name(text) if name.partition(",")[0] in WORLDS else (text, "")
     if features:  # no expert is shipped for it: the one of the plain world
         find_built_in(text)
-        return seeing(*_resolve_expert(plain, None), features)
+        return seeing(*_resolve_plain(plain, None), features)
     still, physics = plain_name(name, PHYSICS) if name.partition(",")[0] in WORLDS else (name, "")
     learned = text.replace(name, still, 1)
     if physics and learned in network.SHIPPED:

@@ -42,6 +42,7 @@ from maviper.extraction.settings import (
 )
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World
+from maviper.worlds.remembering import Remembering
 
 
 def extract(
@@ -94,6 +95,9 @@ def check(world: World, settings: Settings, examples: Examples) -> None:
     _check_masks(world, settings)
     _check_shared(world, settings)
     _check_outputs(world, settings)
+    if isinstance(world, Remembering) and settings.splits in SUMMED:
+        what = f"--splits {settings.splits} adds numbers, and the place of a last action is none"
+        raise InputError(what, world.name, "choose --splits histogram or exact")
     learns = {FITTED_Q: "rewards", RGMDT: "the expert's Q"}.get(settings.algorithm)
     if len(examples) and learns:
         what = f"{settings.algorithm} learns from {learns}, not from labelled states"

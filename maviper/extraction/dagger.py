@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.deciding import decide
+from codegen.deciding import decide_taken
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64, GrownTree
 from maviper.episodes.measures import likeness
@@ -299,7 +299,7 @@ def accuracies(world: World, data: Dataset, trees: Mapping[int, GrownTree], team
     right: list[Float64] = []
     for agent, policy in zip(members, policies, strict=True):
         seen, wanted = data.observations[agent][together], data.labels[together, agent]
-        right.append(likeness(world.given[agent], decide(policy, seen), wanted))
+        right.append(likeness(world.given[agent], decide_taken(policy, seen), wanted))
     return float(np.min(right, axis=0).mean()), float(np.prod([each.mean() for each in right]))
 
 

@@ -23,6 +23,7 @@ from maviper.worlds.games.predator_prey import OBSERVATIONS, PredatorPrey
 from maviper.worlds.outside.making import add_maker
 from maviper.worlds.outside.sources import SYSTEM, VMAS, Source, is_named_by_user, parse_source
 from maviper.worlds.outside.spaces import refuse_numbers
+from maviper.worlds.remembering import Remembering, split_memory
 from maviper.worlds.world import Measure, World
 
 if TYPE_CHECKING:
@@ -101,6 +102,9 @@ def _resolve_world(name: str | Callable[..., Any]) -> World:
 
             name = of_batch(name)
         return PettingZooWorld(name, Source.of(name))
+    plain, remembers = split_memory(name)
+    if remembers:
+        return Remembering(_resolve_world(plain))
     if not is_named_by_user(name):
         if OF_GYMNASIUM.fullmatch(name.partition(",")[0]):
             what = f"unknown world '{name}'"

@@ -28,6 +28,7 @@ from codegen.floats import FLOAT32
 from codegen.ir import MAX_LENGTH, NAME, FeatureSpec
 from maviper.files import runs
 from maviper.worlds import WORLDS, ParticleWorld, World, find_built_in
+from maviper.worlds.remembering import Remembering, remembering
 from maviper.worlds.world import find_misplaced, world_name
 
 MAX_BYTES = 2**20
@@ -38,6 +39,8 @@ ADVICE = 'write NAME = "UNIT", or NAME = { unit = "UNIT", range = [LOW, HIGH] }'
 
 def with_names(world: World, path: Path) -> World:
     """The world with the features that a file names. InputError or UnknownNameError where the file does not fit it."""
+    if isinstance(world, Remembering):
+        return Remembering(with_names(world.plain, path))
     if isinstance(world, ParticleWorld):
         raise InputError(
             "the features of our own games have names and meanings", f"{OPTION}: {world.name}", "leave it out"
@@ -129,7 +132,7 @@ OBSERVED = "claim what agents do over observations: see `maviper guide claims`"
 def matching_world(profile: ir.PolicyProfile) -> World | None:
     """Our world with exactly the profile's spec, agents, teams, features and actions, or None."""
     try:
-        world = find_built_in(world_name(profile.world))
+        world = remembering(find_built_in(world_name(profile.world)), profile)
     except InputError:  # another's world, or options of another version
         return None
     return world if plays(profile, world) else None
@@ -164,7 +167,7 @@ def plays(profile: ir.PolicyProfile, world: World) -> bool:
     """
     facts = profile.provenance.training
     named, own = FEATURES_FILE in facts, OWN_NAMES in facts
-    everything = zip(world.agents, world.features, world.actions, world.given, strict=True)
+    everything = zip(world.agents, world.features, world.policy_actions, world.given, strict=True)
     ours = [
         (
             agent,
@@ -186,11 +189,13 @@ def plays(profile: ir.PolicyProfile, world: World) -> bool:
         for policy in profile.agents
     ]
     called = [
-        *zip(world.actions, (policy.actions for policy in profile.agents), strict=False),
+        *zip(world.policy_actions, (policy.actions for policy in profile.agents), strict=False),
         *zip(world.features, (policy.features for policy in profile.agents), strict=False),
     ]
     misplaced = (find_misplaced([a.name for a in known], [b.name for b in said]) is not None for known, said in called)
     single = all(policy.numbers == FLOAT32 for policy in profile.agents)  # as worlds show what agents observe
+    if isinstance(world, Remembering) and not all(map(world.remembers_alike, profile.agents)):
+        return False
     return single and world.spec == profile.world and ours == theirs and not any(misplaced)
 
 

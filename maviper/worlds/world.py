@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, OutputSpec, WorldSpec
+from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, GrownTree, OutputSpec, WorldSpec
 from codegen.paths import LEGAL, Mask, mask_of
 
 Int = npt.NDArray[np.integer[Any]]
@@ -178,6 +178,16 @@ class World(ABC):
     def decided(self) -> tuple[tuple[ActionSpec, ...] | tuple[OutputSpec, ...], ...]:
         """By agent what it decides: the actions of which it takes one, or the numbers that it gives."""
         return tuple(self.outputs) or tuple(self.actions)
+
+    @property
+    def policy_actions(self) -> tuple[tuple[ActionSpec, ...], ...]:
+        """By agent the actions that policies have: those of the world, and any that change what agents remember."""
+        return self.actions
+
+    def deploy(self, agent: int, tree: GrownTree) -> GrownTree:
+        """A tree that chooses among an agent's `actions` as one that chooses among its `policy_actions`."""
+        del agent
+        return tree
 
     @property
     def acting_shape(self) -> tuple[int, ...]:

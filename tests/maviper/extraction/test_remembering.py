@@ -1,0 +1,188 @@
+"""Trees that remember their last action: from extraction to play, code and claims."""
+
+from dataclasses import replace
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.spaces import Box, Discrete
+
+import maviper
+from codegen.errors import InputError
+from maviper import worlds
+from maviper.evaluation.players import find_player
+from maviper.worlds.remembering import LAST_ACTION, Remembering, split_memory
+
+QUICK = {"max_depth": 2, "iterations": 2, "rollouts": 10, "held_out": 10, "selection_episodes": 10}
+STEPS = 12
+
+
+class Blink(gymnasium.Env):
+    """A lamp that shall change in every step. It sees how many steps have gone."""
+
+    observation_space = Box(np.float32([0]), np.float32([STEPS]), dtype=np.float32)
+    action_space = Discrete(2)
+    max_cycles = STEPS
+
+    def reset(self, seed=None, options=None):
+        super().reset(seed=seed)
+        self.gone, self.on = 0, 0
+        return np.array([0], np.float32), {}
+
+    def step(self, action):
+        changed, self.on, self.gone = int(action) != self.on, int(action), self.gone + 1
+        return np.array([self.gone], np.float32), float(changed), False, self.gone == STEPS, {}
+
+
+def blink():
+    return Blink()
+
+
+def alternate(agent, rows):
+    return 1 - rows[:, 0].astype(int) % 2
+
+
+@pytest.fixture(scope="module")
+def lamp():
+    return maviper.extract(alternate, world=blink, features=LAST_ACTION, **QUICK)
+
+
+def drive(team):
+    env, acted = blink(), []
+    seen, over = env.reset()[0], False
+    team.reset()
+    while not over:
+        acted.append(int(team.act(seen)))
+        seen, _, _, over, _ = env.step(acted[-1])
+    return acted
+
+
+def test_memory_solves_what_no_small_tree_can_without_it(lamp):
+    returned = lamp.provenance.evaluation["agent return"]
+    without = maviper.extract(alternate, world=blink, **QUICK).provenance.evaluation["agent return"]
+    assert returned == STEPS > without
+    (policy,) = lamp.agents
+    assert [each.name for each in policy.memory] == [LAST_ACTION]
+    assert lamp.world.options == {}
+
+
+def test_a_team_remembers_until_it_is_reset_also_from_a_file(lamp, tmp_path):
+    again = maviper.load(lamp.save(tmp_path / "lamp.json"))
+    assert drive(lamp) == drive(lamp) == drive(again) == [1, 0] * (STEPS // 2)
+    measured = maviper.evaluate(again, world=blink, episodes=5, expert=alternate)
+    assert measured["agent", "return"].value == STEPS
+    assert maviper.extract(alternate, world=blink, features=LAST_ACTION, **QUICK).to_text() == lamp.to_text()
+
+
+def test_code_remembers_as_the_team_does(lamp):
+    made = maviper.compile(lamp, ["python", "c"])
+    module = {}
+    exec(next(text for name, text in made.files.items() if name.endswith(".py")), module)
+    machine = next(each for name, each in module.items() if name.startswith("Machine_"))()
+    assert [machine.step([gone]) for gone in range(STEPS)] == drive(lamp)
+    assert "_step(" in next(text for name, text in made.files.items() if name.endswith(".h"))
+
+
+HEATER = """name = "heater"
+steps = 60
+[variables]
+t = { unit = "K", range = [0, 40] }
+heating = { modes = ["off", "on"] }
+[agents.heater]
+reward = "1"
+[agents.heater.features]
+t = "t"
+last_action = "heating == on"
+[agents.heater.actions]
+off = { power = 0 }
+on = { power = 1 }
+[start]
+box = { t = [10, 30], heating = "off" }
+[dynamics.next]
+heating = "acts(heater)"
+t = "0.95*t + 0.5[K] + heater.power*1[K]"
+[[claim]]
+formula = "heater.last_action >= 1 and t < 20 implies acts(heater) == on"
+[[claim]]
+formula = "heater.last_action <= 0 and t < 20 implies acts(heater) == on"
+"""
+
+
+def keep(agent, rows):
+    temperature, on = rows.T
+    return np.where(on > 0.5, temperature < 21.0, temperature < 19.0).astype(int)
+
+
+def test_what_a_world_shows_as_last_action_is_remembered_instead_and_claims_name_it(tmp_path):
+    file = tmp_path / "heater.toml"
+    file.write_text(HEATER)
+    team = maviper.extract(keep, world=f"system:{file}", features=LAST_ACTION, **QUICK)
+    assert [each.name for each in team["heater"].features] == ["t", LAST_ACTION]
+    assert team["heater"].features[-1].initial == 0
+    found = maviper.verify_system(team, file)
+    assert [str(each.verdict) for each in found] == ["PROVED", "VIOLATED"]
+    env, alone = team._world.reference_env(), maviper.load(team.save(tmp_path / "heater.json"))
+    seen, _ = env.reset(seed=1)
+    actions = []
+    while env.agents:
+        acted = team.act(seen, agents=env.agents)
+        assert alone.act({"heater": seen["heater"][:1]}) == acted
+        actions.append(acted["heater"])
+        seen, *_ = env.step(acted)
+    assert set(actions) == {0, 1}
+
+
+def test_another_last_action_is_refused(tmp_path):
+    file = tmp_path / "heater.toml"
+    file.write_text(HEATER.replace("heating == on", "heating == off"))
+    with pytest.raises(InputError, match="observes a last_action of 1, and its last action has place 0"):
+        maviper.extract(keep, world=f"system:{file}", features=LAST_ACTION, **QUICK)
+
+
+def test_agents_of_a_game_remember():
+    asked = QUICK | {"algorithm": "imitation", "critic": "none", "iterations": 1, "refinement_episodes": 0}
+    team = maviper.extract("cooperative-navigation", features=f"signs+{LAST_ACTION}", **asked)
+    world = worlds.find(f"cooperative-navigation,features=signs+{LAST_ACTION}")
+    assert isinstance(world, Remembering)
+    assert all(policy.features == seen for policy, seen in zip(team.agents, world.features, strict=True))
+    _, played = find_player(team, "SUBJECT", None)
+    assert played.name == world.name
+    measured = maviper.evaluate(team, episodes=10)
+    assert measured.trees
+    # others play beside it as they are
+    plain = maviper.extract("cooperative-navigation", features="signs", **asked)
+    mixed = maviper.evaluate(team, episodes=10, replaced=[("agent_0", plain)])
+    assert mixed.rows
+    with pytest.raises(InputError, match="agents of the profile remember something"):
+        maviper.evaluate(plain, episodes=10, replaced=[("agent_0", team)])
+
+
+def test_a_profile_whose_leaf_forgets_plays_no_world(lamp):
+    (policy,) = lamp.agents
+    action = policy.tree.action.copy()
+    action[action >= 2] -= 2
+    forgetting = replace(policy, tree=replace(policy.tree, action=action), grown=None)
+    with pytest.raises(InputError, match="plays another world"):
+        maviper.evaluate(replace(lamp, agents=(forgetting,)), world=blink, episodes=5)
+
+
+def test_a_last_action_is_kept_where_an_agent_does_not_act():
+    world = worlds.find(f"coordination,features={LAST_ACTION}")
+    state = world.step(world.start_from_seeds([0, 1]), np.array([[1, 2, 0], [0, 1, 2]]))
+    for each in (state, world.step(state, np.zeros((2, 3), int))):  # nobody acts after the decision
+        assert [rows[:, -1].tolist() for rows in world.observe(each)] == [[1, 0], [2, 1], [0, 2]]
+    joined = type(state).concatenate([state[np.array([1])], state])
+    assert world.observe(joined)[0][:, -1].tolist() == [0, 1, 0]
+
+
+def test_names_with_memory():
+    assert split_memory("a,features=velocity+last_action,b=1") == ("a,b=1,features=velocity", True)
+    assert split_memory("a,features=velocity") == ("a,features=velocity", False)
+    assert worlds.find("physical-deception,features=last_action").name == "physical-deception,features=last_action"
+
+
+def test_what_cannot_remember_is_refused():
+    with pytest.raises(InputError, match="where agents give numbers"):
+        worlds.find("physical-deception,continuous=1,features=last_action")
+    with pytest.raises(InputError, match="the place of a last action is none"):
+        maviper.extract(alternate, world=blink, features=LAST_ACTION, splits="sums", **QUICK)
