@@ -19,8 +19,9 @@ from codegen.wording import NO_UNIT, describe_sum
 
 DIGITS = 3  # of weights, where people read them
 VERIFIER = "the verifier"  # who refuses sums
-SUMMING = ("c", "python", "json", "javascript", "rust", "svg", "onnx", "onnx-old", "jax", "torch")  # who takes them
-REMEMBERING = ("c", "python", "javascript", "json", "st")  # who takes memory
+# the targets that take sums, and those that take memory
+SUMMING = ("c", "shared", "python", "json", "javascript", "rust", "svg", "onnx", "onnx-old", "jax", "torch")
+REMEMBERING = ("c", "python", "javascript", "json", "st")
 
 
 def decide(policy: AgentPolicy, obs: Any) -> Any:

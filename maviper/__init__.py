@@ -316,7 +316,8 @@ def compile(
 
     Args:
         profile: The team, or its file.
-        targets: One or several of c, python, json, javascript, rust, smt, svg, st, onnx, onnx-old, jax, torch, monitor.
+        targets: One or several of c, shared, python, json, javascript, rust, smt, svg, st, onnx, onnx-old, jax, torch,
+            monitor.
 
     Raises:
         DisagreementError: Code and team decide differently for some observation.

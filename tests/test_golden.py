@@ -144,7 +144,7 @@ def driver(profile: ir.PolicyProfile, style: str, folder: Path) -> str:
             f'        float *columns = (float *)from("{name}.columns", {rows.size} * sizeof(float));',
             f'        int *wanted = (int *)from("{name}.wanted", {n} * sizeof(int));',
             "        if (!by_rows || !by_columns) { return 2; }",
-            f"        {name}_rows(rows, {n}, actions, checks);",
+            f"        {lower(profile).prefix}_{name}_decide(rows, {n}, actions, checks);",
             f"        {name}_batch(rows, columns, {n}, by_rows, by_columns);",
             f"        for (i = 0; i < {n}; i++) {{",
             "            wrong += actions[i] != wanted[i] || by_rows[i] != wanted[i] || by_columns[i] != wanted[i];",

@@ -242,9 +242,32 @@ def test_the_c_of_a_team_drives_sumo(numbers, tmp_path, monkeypatch):
     drive, rules = import_module("drive"), tmp_path / "rules.py"
     command = [sys.executable, PROOFS.parent / "actuated.py", "cologne3", rules, "62.5"]
     subprocess.run(command, check=True)  # a process of its own, as libsumo has one simulation in each
-    maviper.compile(maviper.from_file(rules, arrays=numbers), targets=("c", "json")).write(tmp_path / "code")
+    maviper.compile(maviper.from_file(rules, arrays=numbers), targets=("shared", "json")).write(tmp_path / "code")
     found = drive.drive("cologne3", str(tmp_path / "code"), seconds=100)
     assert found["decisions"] > 5 and found["differ"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+def test_the_monitor_beside_the_c_is_silent_in_sumo_and_speaks_where_a_phase_is_kept(tmp_path, monkeypatch):
+    for needed in ("libsumo", "sumo_rl", "pettingzoo"):
+        pytest.importorskip(needed, reason="simulates in SUMO")
+    monkeypatch.syspath_prepend(PROOFS.parent)
+    drive, watching, signals = map(import_module, ("drive", "watching", "signals"))
+    (tmp_path / "world.toml").write_bytes((WORLDS / "cologne1-signal_0.toml").read_bytes())
+    (tmp_path / "proof.json").write_bytes((PROOFS / "cologne1-signal_0-2.json").read_bytes())
+    asked = {"targets": ("shared", "json", "monitor"), "certificate": tmp_path / "proof.json"}
+    maviper.compile(PROOFS / "cologne1.json", **asked).write(tmp_path / "code")
+    found = drive.drive("cologne1", str(tmp_path / "code"), seconds=600)
+    assert (found["watched"], found["doubted"], found["differ"]) == (600 // STEP, 0, 0)
+    env = signals.make("cologne1", seconds=300)
+    code = drive.library(tmp_path / "code", "imported", watched=True)
+    watch = watching.Watch(env.signals["signal_0"], code, LEAST_GREEN)
+    env.reset(0)
+    while env.agents:
+        env.step({agent: 0 for agent in env.acting})
+    env.close()
+    assert (300 - MOST_RED) // STEP <= watch.counts["doubted"] < 300 // STEP == watch.counts["watched"]
 
 
 def nested(policy, node=0):

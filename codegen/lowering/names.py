@@ -80,7 +80,7 @@ class AgentNames:
     actions: tuple[str, ...]
     n_features: str
     n_actions: str
-    exported_rows: str  # of the library that replays the header
+    exported_rows: str  # of the shared library, by which the header is replayed, too; the others of the latter alone
     exported_batch: str
     exported_observe: str
     exported_steps: str
@@ -140,7 +140,7 @@ def of_agent(
         actions=tuple(f"{upper}_{action}" for action in actions),
         n_features=f"{upper}_N_FEATURES",
         n_actions=f"{upper}_N_ACTIONS",
-        exported_rows=f"{agent}_rows",
+        exported_rows=f"{own}_decide",
         exported_batch=f"{agent}_batch",
         exported_observe=f"{agent}_observe",
         exported_steps=f"{agent}_steps",

@@ -17,6 +17,7 @@ from codegen.targets import onnx, rendered, st, svg
 Emitter = Callable[[Model, ir.PolicyProfile], Mapping[str, str | bytes]]
 TARGETS: dict[str, Emitter] = {
     "c": rendered.emit_c,
+    "shared": rendered.emit_shared,
     "python": rendered.emit_python,
     "json": rendered.emit_json,
     "javascript": rendered.emit_javascript,

@@ -37,6 +37,11 @@ def emit_c(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
     return {f"{model.prefix}.h": render(template, model=model)}
 
 
+def emit_shared(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """The header, and C that exports its decisions: the text by which it is replayed, without what tests alone call."""
+    return {**emit_c(model, profile), f"{model.prefix}_shared.c": harness(model, "c", whole=False)}
+
+
 @lru_cache(maxsize=1)
 def usual_c(profile: ir.PolicyProfile) -> tuple[Model, str, str]:
     """The model of a profile, and name and text of the header that it gets without options. It is kept, as a

@@ -1,7 +1,7 @@
 """The C of a team drives its signals in SUMO: `python drive.py NETWORK FOLDER [SEED]` prints the hour's measures.
 
-Does: builds the header in FOLDER, which `maviper compile` wrote, as a library; has it decide for each signal that may
-  act; counts decisions, and how often the profile beside it decides otherwise.
+Does: builds what `maviper compile --target shared,json` wrote in FOLDER; counts its decisions, and those that the profile
+  takes otherwise; where a `monitor` of a team of one signal is there, too, its steps, and those that it doubts.
 Assumes: the environment of `signals.py`; a C compiler, `cc`.
 Does not: compute features in C: they are SUMO's counts, and the clocks of `junctions.py`.
 """
@@ -14,39 +14,44 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
 import signals
+import watching
 
 import maviper
 
 
-def library(header: Path, agents: list[str]) -> ctypes.CDLL:
-    """Exports `act_AGENT` of each agent from a header, all of whose functions are static."""
-    lines = [f'#include "{header.resolve()}"']
-    lines += [f"int act_{agent}(const void *x) {{ return {header.stem}_{agent}_act(x); }}" for agent in agents]
-    with TemporaryDirectory() as folder:
-        source, built = Path(folder, "team.c"), Path(folder, "team.so")
-        source.write_text("\n".join([*lines, ""]), encoding="utf-8")
-        subprocess.run(["cc", "-std=c99", "-O2", "-shared", "-fPIC", source, "-o", built], check=True)
-        return ctypes.CDLL(str(built))
+def library(folder: Path, prefix: str, watched: bool) -> ctypes.CDLL:
+    """The team and, where it has one, its monitor."""
+    with TemporaryDirectory() as place:
+        source = f'#include "{prefix}_shared.c"\n' + watching.SOURCE.format(prefix) * watched
+        Path(place, "all.c").write_text(source, encoding="utf-8")
+        command = ["cc", "-std=c99", "-O2", "-shared", "-fPIC", f"-I{folder.resolve()}", "all.c", "-o", "all.so"]
+        subprocess.run(command, check=True, cwd=place)
+        return ctypes.CDLL(f"{place}/all.so")
 
 
 def drive(network: str, folder: str, seed: int = 0, seconds: int = 3600) -> dict[str, Any]:
-    """The measures of an episode, its decisions, and how many of them the profile in Python takes otherwise."""
-    header, env = next(Path(folder).glob("*.h")), signals.make(network, seconds)
-    team = maviper.load(header.with_suffix(".json"))
-    code = library(header, list(env.possible_agents))
+    """The measures of an episode, and what was counted."""
+    env, (source,) = signals.make(network, seconds), Path(folder).glob("*_shared.c")
+    prefix = source.stem.removesuffix("_shared")
+    watched = source.with_name(f"{prefix}_monitor.h").exists()
+    team, code = maviper.load(source.with_name(f"{prefix}.json")), library(source.parent, prefix, watched)
+    watches = [watching.Watch(each, code, signals.MIN_GREEN) for each in env.signals.values() if watched]
     seen, _ = env.reset(seed)
-    decisions, differ, infos = 0, 0, {}
+    decisions, differ, infos, answer = 0, 0, {}, np.zeros(2, np.int32)
     while env.agents:
         chosen: dict[str, int] = {}
         for policy in (each for each in team.agents if each.agent in env.acting):
             row = seen[policy.agent].astype(policy.numbers)
-            place = code[f"act_{policy.agent}"](row.ctypes.data_as(ctypes.c_void_p))
-            chosen[policy.agent] = env.action_names[policy.agent].index(policy.actions[place].name)
+            places = [each.ctypes.data_as(ctypes.c_void_p) for each in (row, answer, answer[1:])]
+            code[f"{prefix}_{policy.agent}_decide"](places[0], ctypes.c_long(1), *places[1:])
+            chosen[policy.agent] = env.action_names[policy.agent].index(policy.actions[answer[0]].name)
             decisions += 1
-            differ += place != policy.act([row])[0]
+            differ += answer[0] != policy.act([row])[0]
         seen, *_, infos = env.step(chosen)
-    return {**infos[env.possible_agents[0]], "decisions": decisions, "differ": int(differ)}
+    told = {name: value for each in watches for name, value in each.counts.items()}
+    return {**infos[env.possible_agents[0]], "decisions": decisions, "differ": int(differ), **told}
 
 
 if __name__ == "__main__":

@@ -251,7 +251,8 @@ def edit(console: "Console", profile: Path, changes: tuple[str, ...], output: Pa
     metavar="NAMES",
     callback=names,
     section=WRITTEN,
-    help="Any of c, contracts, python, json, javascript, rust, smt, svg, st, onnx, onnx-old, jax, torch, monitor.",
+    help="Any of c, shared, contracts, python, json, javascript, rust, smt, svg, st, onnx, onnx-old, jax, torch, "
+    "monitor.",
 )
 @options_of(CompileOptions, *CODE_OPTIONS)
 @output("The folder for the code.")

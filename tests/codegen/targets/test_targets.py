@@ -1,5 +1,6 @@
 """Generated text: legal, exact, identical each time, and checked against planted faults."""
 
+import ctypes
 import itertools
 import re
 import shutil
@@ -34,6 +35,22 @@ FEW = 1_000  # random observations; the boundary ones are what counts
 def test_no_machine_facts_in_text(profile):
     for text in emit(profile).values():
         assert not re.search(r"/tmp|/home|/root|20\d\d-\d\d-\d\d", text)
+
+
+@pytest.mark.compile
+def test_a_shared_library_exports_the_decisions(profile, tmp_path):
+    for name, text in emit(profile, ["shared"], "mine").items():
+        (tmp_path / name).write_text(text)
+    command = [*compiled.find_compiler(), "-std=c99", "-shared", "-fPIC", "mine_shared.c", "-o", "mine.so"]
+    subprocess.run(command, check=True, cwd=tmp_path)
+    code = ctypes.CDLL(str(tmp_path / "mine.so"))
+    for policy in profile.agents:
+        rows = selfcheck.observations(policy, FEW).astype(policy.numbers)
+        given = np.empty((2, len(rows)), np.int32)
+        places = [ctypes.c_void_p(each.ctypes.data) for each in (rows, *given)]
+        code[f"mine_{policy.agent}_decide"](places[0], ctypes.c_long(len(rows)), *places[1:])
+        assert given[0].tolist() == ir.act(policy, rows).tolist()
+        assert (given[1] % 2 == np.isfinite(rows).all(axis=1)).all()
 
 
 def agreement_of(profile, targets=USUAL, style=AUTO):
