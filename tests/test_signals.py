@@ -265,7 +265,7 @@ def test_the_monitor_beside_the_c_is_silent_in_sumo_and_speaks_where_a_phase_is_
     watch = watching.Watch(env.signals["signal_0"], code, LEAST_GREEN)
     env.reset(0)
     while env.agents:
-        env.step({agent: 0 for agent in env.acting})
+        env.step(dict.fromkeys(env.acting, 0))
     env.close()
     assert (300 - MOST_RED) // STEP <= watch.counts["doubted"] < 300 // STEP == watch.counts["watched"]
 

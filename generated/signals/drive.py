@@ -1,7 +1,7 @@
 """The C of a team drives its signals in SUMO: `python drive.py NETWORK FOLDER [SEED]` prints the hour's measures.
 
-Does: builds what `maviper compile --target shared,json` wrote in FOLDER; counts its decisions, and those that the profile
-  takes otherwise; where a `monitor` of a team of one signal is there, too, its steps, and those that it doubts.
+Does: builds what `maviper compile --target shared,json` wrote in FOLDER; counts its decisions, and those that the
+  profile takes otherwise; where a `monitor` of a team of one signal is there, too, its steps, and those it doubts.
 Assumes: the environment of `signals.py`; a C compiler, `cc`.
 Does not: compute features in C: they are SUMO's counts, and the clocks of `junctions.py`.
 """
