@@ -67,6 +67,8 @@ def ensure_forgets(profile: PolicyProfile, who: str) -> PolicyProfile:
     remembering = [policy.agent for policy in profile.agents if policy.memory]
     if remembering:
         advice = f"`maviper show` and `maviper compile --target {','.join(REMEMBERING)}` take it"
+        if who == VERIFIER:
+            advice += ", and `maviper verify --system` in a world file"
         raise InputError(f"{who} does not take memory yet", f"{', '.join(remembering)}: remembers", advice)
     return profile
 

@@ -164,6 +164,7 @@ def verify(
     console.line("verifying", str(profile))
     if options.get("world") is None and any(each.partition("(")[0].strip() == ROBUST for each in claims):
         observations, asked = _read_robust(claims)
+        _ensure_alone(options)
         return tell_radii(console, profile, observations, output, asked)
     if output is not None:
         FOLDER.convert(output, next(each for each in context.command.params if each.name == "output"), context)
@@ -187,6 +188,16 @@ def _read_robust(claims: Sequence[str]) -> tuple[Path, dict[str, Any]]:
     texts = {key: str(call[key]) for key in ("agent", "error") if key in call}
     certify = call.get("certify", False) in (True, "true", "yes")
     return Path(str(call["observations"])), {**texts, **bounds, "certify": certify}
+
+
+def _ensure_alone(options: Mapping[str, Any]) -> None:
+    """InputError for an option that the claim `robust` does not read."""
+    from maviper.verification.ask import VerifyOptions
+
+    timed = [f"--{name.replace('_', '-')}" for name in ("max_seconds", "junit") if options[name] is not None]
+    others = VerifyOptions.of({name: value for name, value in options.items() if name not in ("max_seconds", "junit")})
+    for flag in (*others.unusual.values(), *timed):
+        raise InputError(f"{flag} has no effect with {ROBUST}", flag, "leave it out, or ask another claim")
 
 
 def _decide_claims(profile: Path, options: dict[str, Any], output: Path | None, full: bool, console: "Console") -> int:

@@ -20,7 +20,7 @@ from codegen.errors import InputError, PartlyReadError, RefusedError, escape_tex
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from codegen.wording import format_count
-from maviper.files import runs
+from maviper.files import kinds, runs
 from maviper.files.profiles import find_profile
 from maviper.worlds.stated.certified import (
     WORLD_FILE,
@@ -158,7 +158,10 @@ def read_earlier(since: Path, world: str, claims: Sequence[SystemClaim]) -> dict
     if before != world:
         what = f"the certificate is about {escape_text(str(before))}, and the world file is {world}"
         raise InputError(what, str(files[0]), "name a certificate of this world")
-    made = [from_json(runs.read_unpacked(file, MAX_BYTES), str(file)) for file in files]
+    texts = {str(file): runs.read_unpacked(file, MAX_BYTES) for file in files}
+    for file, data in texts.items():
+        kinds.ensure(data, file, kinds.SYSTEM_CERTIFICATE.called, kinds.SYSTEM_CERTIFICATE)
+    made = [from_json(data, file) for file, data in texts.items()]
     found = {
         place: tuple(one.proof for one in made if (one.claim.name, one.claim.label) == (claim.name, claim.label))
         for place, claim in enumerate(claims)

@@ -93,6 +93,9 @@ def test_what_is_written_is_accepted_and_says_what_changed(world, tmp_path, caps
     assert (tmp_path / "again" / "profile.json").read_text() == (out / "profile.json").read_text()
     assert main.run([*asked, "--max-depth", "3"]) == 2
     assert "--max-depth has no effect with a world file" in capsys.readouterr().err
+    (tmp_path / "claims.toml").write_text('[[claim]]\nname = "distinct_targets"\n')
+    with pytest.raises(InputError, match="a repair takes no file of claims"):
+        maviper.repair(after, tmp_path / "claims.toml")
 
 
 def test_where_no_guard_helps_nothing_is_written(world, tmp_path, capsys):

@@ -26,6 +26,12 @@ def place(tmp_path):
     return tmp_path
 
 
+@pytest.mark.parametrize("option", [("--since", "proved"), ("--effort", "high"), ("--max-seconds", "9")])
+def test_options_of_other_claims_are_refused(place, option, capsys):
+    assert main.run(robust(place / "profile.json", place / "seen.csv", *option)) == ExitCode.INPUT
+    assert f"{option[0]} has no effect with robust" in capsys.readouterr().err
+
+
 def test_the_table_is_printed(place, capsys):
     assert main.run(robust(place / "profile.json", place / "seen.csv")) == 0
     said = capsys.readouterr()

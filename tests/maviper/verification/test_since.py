@@ -3,6 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +15,7 @@ from maviper.cli.main import run
 from tests.support.system_cases import policy, team
 from verify.reach.renewal import AFRESH
 
+GENERATED = Path(__file__).parents[3] / "generated"
 WORLD = """
 name = "tank"
 steps = 20
@@ -145,3 +147,6 @@ def test_it_is_about_world_files(proved, capsys):
     (proved / "game.json").write_text(dumps(valve()))
     assert run(["verify", str(proved / "game.json"), "--since", str(proved)]) == ExitCode.INPUT
     assert "--since has no effect without --system" in capsys.readouterr().err
+    of_game = GENERATED / "physical_deception" / "certificate-1-distinct_targets.json"
+    with pytest.raises(InputError, match="a certificate, not a certificate about a stated system"):
+        maviper.verify_system(valve(), proved / "tank.toml", since=of_game)
