@@ -29,8 +29,8 @@ from tests.benchmarks.common import figure, reader, tell
 TABLE = Path(cells.__file__).with_name(cells.FILE)
 HEAD = (
     "# CPU seconds of one cell by depth. Made by `python -m tests.benchmarks.reproduce --write`; those of MAVIPER, of\n"
-    "# IVIPER and of imitation at depth 4: of paper/ and experts/, at others by the proportions of published/; the\n"
-    "# preset `released`: of published/.\n"
+    "# IVIPER and of imitation at depth 4: of paper/ and experts/; at others, and those of `released`, of an\n"
+    "# earlier record that is in the history.\n"
 )
 REACH, STRETCH = 0.3, 0.15
 SMALL = 10  # times less than the default tier's effort

@@ -140,8 +140,23 @@ def family_of(register, name):
         yield f"{start}{told} against {claim['effect']:g}"
 
 
+def figure_of(register):
+    """The rows of a register's figure: what trees keep of the expert, or a lead, with its interval over seeds."""
+    about = register.get("figure", {"rows": []})
+    for row in about["rows"]:
+        of = [row[side] for side in ("of", "less") if side in row]
+        sides = [values_of(register, about, side, about["expert"], about["depth"]) for side in of]
+        units = [unit for unit in sides[0] if all(unit in side for side in sides)] if sides else []
+        if units:
+            mark = row["mark"] + ": " if row["mark"] else "lead: "
+            numbers = [sides[0][unit][0] - sum(side[unit][0] for side in sides[1:]) for unit in units]
+            yield "  {:.3f} [{:.3f}, {:.3f}]  {}{}".format(np.mean(numbers), *interval(numbers), mark, row["label"])
+
+
 if __name__ == "__main__":
     for register in map(read, sorted(AT.glob("*.toml"))):
         print(f"# {register.get('name', 'published')}, register {register['sha256']}", *rows_of(register), sep="\n")
         for family in dict.fromkeys(claim["family"] for claim in register["claims"]):
             print(*family_of(register, family), sep="\n")
+        if "figure" in register:
+            print(f"figure: {register['figure']['title']}", *figure_of(register), sep="\n")

@@ -364,7 +364,7 @@ def test_claims_of_six_agents_share_their_parts_and_are_judged():
 
 
 PAGES = ("physical_deception/report", "physical_deception/play", "physical_deception/extracted/report")
-PAGES += ("physical_deception/extracted/play", "worlds/quadrotor/report", "reproduction/mappo/report")
+PAGES += ("physical_deception/extracted/play", "worlds/quadrotor/report", "reproduction/paper/mappo/report")
 
 
 @pytest.mark.nightly

@@ -17,7 +17,7 @@ from maviper.worlds import find_built_in
 from tests.benchmarks import compact, registered
 from tests.benchmarks.registered import RECORDS, ROOT, cells_of, read_register, settings_of
 
-FOLDERS = ("experts", "parts", "published")
+FOLDERS = ("experts", "parts")
 REGISTERS = sorted(
     path for path in RECORDS.glob("*/*.toml") if 'format = "maviper-published-1"' in path.read_text(encoding="utf-8")
 )
@@ -41,10 +41,9 @@ def test_tables_are_what_the_cells_say(folder):
     assert found.stdout.decode() == (RECORDS / folder / "tables.txt").read_text()
 
 
-@pytest.mark.parametrize("folder", ["paper", "published"])
-def test_figures_are_what_the_cells_say(folder):
-    found = subprocess.run([sys.executable, RECORDS / folder / "figures.py"], capture_output=True, check=True)
-    assert found.stdout.decode() == (RECORDS / folder / "figures.txt").read_text()
+def test_figures_are_what_the_cells_say():
+    found = subprocess.run([sys.executable, RECORDS / "paper" / "figures.py"], capture_output=True, check=True)
+    assert found.stdout.decode() == (RECORDS / "paper" / "figures.txt").read_text()
 
 
 def test_records_have_one_script():
@@ -53,14 +52,19 @@ def test_records_have_one_script():
 
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_every_cell_is_one_of_a_register(folder):
-    names = {}
-    for path in sorted(REGISTERS, key=lambda path: path.parent.name == folder):  # its own last: they hold
-        if path.parent.name in (folder, "published"):
-            register = read_register(path)
-            made = (cell for group in register["groups"] for cell in cells_of(register, group))
-            names |= {cell.name: register["sha256"] for cell in made}
+    """Or of the one whose cells stand beside, by its hash."""
+    registers = [read_register(path) for path in REGISTERS if path.parent.name == folder]
+    beside = {register["beside"]["sha256"] for register in registers if "beside" in register}
+    names = {
+        cell.name: register["sha256"]
+        for register in registers
+        for group in register["groups"]
+        for cell in cells_of(register, group)
+    }
     cells = compact.unpacked(RECORDS / folder / compact.FILE)["cells"]
-    assert cells and all(names[name] == cell["register"] for name, cell in cells.items())
+    assert cells
+    for name, cell in cells.items():
+        assert cell["register"] == names[name] if name in names else cell["register"] in beside, name
 
 
 @pytest.mark.parametrize("path", REGISTERS, ids=lambda path: path.stem)
@@ -199,18 +203,19 @@ def triples_of(text):
 
 
 def test_every_difference_that_is_told_stands_in_a_table():
-    """Also with the sides changed; those with an early stop alone are of runs that are no longer here."""
+    """Also with the sides changed; those of pilots are of records that are no longer here."""
     tables = [*RECORDS.glob("*/tables.txt"), *RECORDS.glob("*/figures.txt")]
     known = {triple for path in tables for triple in triples_of(path.read_text())}
     known |= {(-mean, -high, -low) for mean, low, high in known}
-    told = triples_of(REPORT.partition("## With an early stop")[0]) + triples_of(README)
+    told = triples_of(REPORT.partition("## Pilots")[0]) + triples_of(README)
     assert len(told) > 150
     assert [triple for triple in told if triple not in known] == []
 
 
 def test_levels_that_are_told_stand_in_tables():
     """The rows of what trees keep of the expert, by algorithm."""
-    known = set(re.findall(r"\d\.\d{3}", "".join(path.read_text() for path in RECORDS.glob("*/tables.txt"))))
+    tables = [*RECORDS.glob("*/tables.txt"), *RECORDS.glob("*/figures.txt")]
+    known = set(re.findall(r"\d\.\d{3}", "".join(path.read_text() for path in tables)))
     rows = [
         line for line in REPORT.splitlines() if re.match(r"\| (deception|navigation|predators), (MADDPG|MAPPO)", line)
     ]
