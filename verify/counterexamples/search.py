@@ -45,6 +45,7 @@ from verify.states.state import (
 SLACKS = tuple(Fraction(1, 2**power) for power in (3, 4, 5, 7, 10, 20, 40))
 SPACED_SLACKS = 3  # so many of the slacks are first tried with all entities SPACE apart, which reads better
 MAX_SPACED = 100  # pairs of entities; to keep more of them apart takes a solver minutes
+TRIED = 2  # so many are asked before the weakest of these; if it fails, the others would
 SPACE = Fraction(1, 5)
 MAX_REFEREED = 50  # sampled violations that the referee looks at, at most
 MAX_PLACES = 12  # decimal places that shrinking tries before it keeps all digits
@@ -84,21 +85,48 @@ class Counterexample(Shown):
     deployed: Deployed | None = None  #: of real arithmetic; None where the state is no float64 state
 
 
-def confirm_point(question: DecisionQuestion, goal: str | None, answer: Answer) -> tuple[State | None, int]:
+class Stronger:
+    """The answers to stronger questions about a goal, each asked once; all together take a query's resource units."""
+
+    def __init__(self, question: DecisionQuestion, goal: str | None) -> None:
+        self._goal, self._left, self._known = goal, question.budgets.solver_units, dict[int, Answer]()
+        self._asking = [*_stronger(question)]
+
+    def answers(self) -> Iterator[tuple[Answer, int]]:
+        """The answers, the most comfortable first, with the resource units spent since the one before."""
+        weakest = len(self._asking) - len(SLACKS) + SPACED_SLACKS - 1  # nowhere: then none before it can be met either
+        for place in range(len(self._asking)):
+            before = self._left
+            nowhere = TRIED <= place <= weakest and self._ask(weakest).holds is False
+            if nowhere or self._left <= 0:
+                continue
+            yield self._ask(place), before - self._left
+
+    def _ask(self, place: int) -> Answer:
+        if place not in self._known:
+            stronger, slack = self._asking[place]
+            answer = self._known[place] = ask(query(stronger, self._goal, slack), self._left)
+            self._left -= answer.resources
+        return self._known[place]
+
+
+def confirm_point(
+    question: DecisionQuestion, goal: str | None, answer: Answer | None, stronger: Stronger | None = None
+) -> tuple[State | None, int]:
     """A shrunk point that violates the claim; None when only a real-valued model exists, of the deployed arithmetic.
 
-    Tries answers to stronger questions, the model itself, then sampled states. Returns the point and the resource
-    units spent on stronger questions.
+    Tries answers to stronger questions, and, where there is an answer to this one, its model and sampled states.
+    Returns the point and the resource units spent on stronger questions.
     """
     real = question.semantics == REAL
     wanted = [question.by(semantics) for semantics in ((REAL, MACHINE) if real else (MACHINE,))]
     spent, others = 0, list[State]()
-    for state, resources in _candidates(question, goal, answer):
+    for state, resources in _candidates(question, goal, answer, stronger or Stronger(question, goal)):
         spent += resources
         if state is not None and _stands(wanted, state):
             return shrink(wanted, state), spent
         others += [] if state is None else [state]
-    if not real:
+    if not real or answer is None:
         return None, spent
     # the exact model itself is among these, and float64 states go before it
     ordered = sorted(others, key=lambda state: not state.floats)
@@ -106,17 +134,14 @@ def confirm_point(question: DecisionQuestion, goal: str | None, answer: Answer) 
     return shrink([question], state), spent
 
 
-def _candidates(question: DecisionQuestion, goal: str | None, answer: Answer) -> Iterator[tuple[State | None, int]]:
-    """Points that may violate the claim, with the resource units that each took; no more than a query's for all
-    stronger questions together.
-    """
-    left = question.budgets.solver_units
-    for stronger, slack in _stronger(question):
-        inner = ask(query(stronger, goal, slack), left)
-        yield _nearest(question, inner, goal), inner.resources
-        left -= inner.resources
-        if left <= 0:
-            break
+def _candidates(
+    question: DecisionQuestion, goal: str | None, answer: Answer | None, stronger: Stronger
+) -> Iterator[tuple[State | None, int]]:
+    """Points that may violate the claim, with the resource units that each took."""
+    for inner, spent in stronger.answers():
+        yield _nearest(question, inner, goal), spent
+    if answer is None:
+        return
     yield _nearest(question, answer, goal), 0
     if question.semantics == REAL and answer.model is not None:
         yield from _failing_in_both(question, goal)

@@ -20,7 +20,7 @@ from verify.claims.formula import TRUE, Condition, agents, conjunction, negate
 from verify.claims.region import goal_text
 from verify.claims.wording import OwnFormula
 from verify.counterexamples.explanation import Explanation, explain_counterexample
-from verify.counterexamples.search import Counterexample, confirm_point, explain, near, violating_samples
+from verify.counterexamples.search import Counterexample, Stronger, confirm_point, explain, near, violating_samples
 from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
 from verify.result import SETTLED, Control, Cost, Evidence, Margin, Opinion, Result, Verdict
@@ -281,16 +281,24 @@ def _settle_question(question: DecisionQuestion, zoned: Zoned) -> Settled:
     cases, only_real = question.cases, ""
     decided = zoned.opinion.verdict in (Verdict.PROVED, Verdict.VIOLATED)
     units = question.budgets.second_opinion_units if decided else question.budgets.solver_units
+    failing = (zoned.part or question).spending(solver_units=question.budgets.detail_units)
+    stronger, spent = Stronger(failing, zoned.goal), 0
+    if zoned.state is not None:  # a clear violation that Z3 finds is its second opinion, too
+        state, spent = confirm_point(failing, zoned.goal, None, stronger)
+        if state is not None:
+            second = Opinion(solve.solver_name(), Verdict.VIOLATED, spent, UNIT)
+            return Settled(Verdict.VIOLATED, "", spent, state, second)
     decision = decide(question.spending(solver_units=units), cases)
-    spent = decision.resources
-    second = Opinion(solve.solver_name(), decision.verdict, spent, UNIT)
+    spent += decision.resources
+    second = Opinion(solve.solver_name(), decision.verdict, decision.resources, UNIT)
     if decision.verdict is not agreeing(zoned, second):
         answer = None if zoned.state is None else Answer(True, dict(zoned.state), 0)
         decision = SolverDecision(zoned.opinion.verdict, 0, zoned.goal, answer, part=zoned.part)
     while decision.answer is not None:
         asked = decision.part or question
         asked = asked.spending(solver_units=question.budgets.detail_units)
-        state, extra = confirm_point(asked, decision.goal, decision.answer)
+        known = stronger if (asked.claim, decision.goal) == (failing.claim, zoned.goal) else None
+        state, extra = confirm_point(asked, decision.goal, decision.answer, known)
         spent += extra
         if state is None and zoned.state is not None and zoned.goal == decision.goal:
             state = near(question, decision.goal, zoned.state)
