@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
-from typing import Any, Protocol, cast
+from functools import cached_property, partial
+from typing import Any, Protocol, cast, overload
 
 import numpy as np
 
@@ -114,6 +114,29 @@ def tree_policies(policies: Sequence[ir.AgentPolicy]) -> Policies:
     return Policies([partial(decide_taken, policy) for policy in policies])
 
 
+class Observed(Sequence[Float32]):
+    """The observations of all agents in a state, made once somebody looks: a script does not."""
+
+    def __init__(self, world: World, state: Any) -> None:
+        self._world, self._state = world, state
+
+    @cached_property
+    def _each(self) -> tuple[Float32, ...]:
+        return self._world.observe(self._state)
+
+    def __len__(self) -> int:
+        return len(self._world.agents)
+
+    @overload
+    def __getitem__(self, place: int) -> Float32: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[Float32]: ...
+
+    def __getitem__(self, place: int | slice) -> Float32 | Sequence[Float32]:
+        return self._each[place]
+
+
 @dataclass(frozen=True)
 class Episodes:
     """A batch of episodes; step t acts on `observations[t]` in `states[t]` and ends in `states[t + 1]`.
@@ -160,7 +183,7 @@ def play(world: World, controllers: Sequence[Controller], start: Any, keep: bool
     alive = [world.alive(start)]
     returns = np.zeros((len(controllers), len(start)))
     for _ in range(world.spec.episode_steps):
-        seen = world.observe(states[-1])
+        seen = Observed(world, states[-1])
         acted = choose_actions(controllers, seen, states[-1])
         states.append(world.step(states[-1], acted))
         returns += world.rewards(states[-1]).T

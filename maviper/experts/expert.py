@@ -10,13 +10,12 @@ Does not: know any kind of expert; say what happens beyond its horizon.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Protocol, overload
+from typing import Any, Protocol
 
 import numpy as np
 
 from codegen.ir import Float32, Float64
-from maviper.episodes.play import Controller
+from maviper.episodes.play import Controller, Observed
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -65,20 +64,23 @@ def labels(expert: Expert, observations: Sequence[Float32], state: Any) -> Int:
 MEASURED = "measured"  # whose Q it is
 GAMMA = 0.95
 HORIZON = 12  # steps; what lies beyond it weighs at most 0.95^12 = 0.54 of what lies within
+CROWDED = 24  # steps times the root of the number of agents, at most: see `Measured.steps`
 FAR, FAR_GAMMA = 50, 0.99  # of single-agent environments, whose episodes are long
 BRANCHES_AT_ONCE = 16_384  # bounds the memory
-PAIRS_AT_ONCE = 300_000  # of agents in all branches: what is computed of them stays in a processor's cache
+PAIRS_AT_ONCE = 550_000  # of agents in all branches: what is computed of them stays in a processor's cache
 COPIES_AT_ONCE = 512  # ... where each branch is a copy of an environment
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A controller with measured Q, an expert. `shaping`: weight of the world's shaping term in what is added up."""
+    """A controller with measured Q, an expert. `shaping`: weight of the world's shaping term in what is added up;
+    `horizon`: steps that are added up, 0: as many as suit the number of agents.
+    """
 
     world: World
     controller: Controller
     shaping: float = 0.0
-    horizon: int = HORIZON
+    horizon: int = 0
     gamma: float = GAMMA
 
     def __post_init__(self) -> None:
@@ -114,6 +116,14 @@ class Measured:
         """True: a measured Q depends on everybody's actions."""
         return True
 
+    @property
+    def steps(self) -> int:
+        """How many steps are added up, with more than four agents fewer: in one arena the nearest of n is nearer by the
+        root of n, and once an action has moved another agent, returns differ by who bumped into whom.
+        """
+        far = min(HORIZON, int(CROWDED / len(self.agents) ** 0.5))
+        return min(self.horizon or far, self.world.spec.episode_steps)
+
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """Returns the controller's actions; see `Controller.act`."""
         return self.controller.act(agents, observations, state)
@@ -127,44 +137,24 @@ class Measured:
         for low in range(0, len(state), at_once):
             rows = np.arange(low, min(low + at_once, len(state)))
             asked = np.where(joint[None] == AS_GIVEN, given[rows, None], joint[None]).reshape(-1, len(self.agents))
-            q_values[rows] = self._returns(agent, state[np.repeat(rows, n_joint)], asked).reshape(len(rows), n_joint)
+            q_values[rows] = self._returns(agent, state[np.repeat(rows, n_joint)], asked, n_joint).reshape(-1, n_joint)
         return q_values
 
-    def _returns(self, agent: int, state: Any, first: Int) -> Float64:
-        """An agent's discounted rewards of following the controller after a first joint action, [batch]."""
+    def _returns(self, agent: int, state: Any, first: Int, n_joint: int) -> Float64:
+        """An agent's discounted rewards of following the controller after a first joint action, [batch]. `n_joint`: so
+        many states, side by side, are the same.
+        """
         everybody = range(len(self.agents))
         total, actions = np.zeros(len(state)), first
         state = self.world.branch_states(state)
-        steps = min(self.horizon, self.world.spec.episode_steps)
-        for step in range(steps):
-            if step and not (step == steps - 1 and self.world.rewards_lag):
-                actions = self.controller.act(everybody, _Observed(self.world, state), state)
+        for step in range(self.steps):
+            if step and not (step == self.steps - 1 and self.world.rewards_lag):
+                actions = self.controller.act(everybody, Observed(self.world, state), state)
             state = self.world.step(state, actions)
-            rewards = self.world.reward(state, agent)
+            alike = 1 if step or not self.world.rewards_lag else n_joint
+            paid = state[::alike] if alike > 1 else state
+            rewards = self.world.reward(paid, agent)
             if self.shaping:
-                rewards = rewards + self.shaping * self.world.shaping(state)[:, agent]
-            total += self.gamma**step * rewards
+                rewards = rewards + self.shaping * self.world.shaping(paid)[:, agent]
+            total += self.gamma**step * np.repeat(rewards, alike)
         return total
-
-
-class _Observed(Sequence[Float32]):
-    """The observations of all agents in a state, made once somebody looks: a script does not."""
-
-    def __init__(self, world: World, state: Any) -> None:
-        self._world, self._state = world, state
-
-    @cached_property
-    def _each(self) -> tuple[Float32, ...]:
-        return self._world.observe(self._state)
-
-    def __len__(self) -> int:
-        return len(self._world.agents)
-
-    @overload
-    def __getitem__(self, place: int) -> Float32: ...
-
-    @overload
-    def __getitem__(self, place: slice) -> Sequence[Float32]: ...
-
-    def __getitem__(self, place: int | slice) -> Float32 | Sequence[Float32]:
-        return self._each[place]

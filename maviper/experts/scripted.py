@@ -142,9 +142,9 @@ class Landing:
         """The summed distances of all plans, [n_plans, batch], in so many digits."""
         left = (asked[:2, None] - self.coasted * asked[2:, None]).astype(digits)
         moved = (self.moved * force).astype(digits)
-        first = _distances(left[:, :1], moved[:, :1, :: self.further])[0]
-        costs = np.repeat(first, self.further, axis=0)  # one step depends on one action
-        for distance in _distances(left[:, 1:], moved[:, 1:]):
+        first, second = _distances(left[:, :2], moved[:, :2, :: self.further])  # they depend on the first action alone
+        costs = np.repeat(first + second, self.further, axis=0)
+        for distance in _distances(left[:, 2:], moved[:, 2:]):
             costs += distance
         return costs
 
@@ -193,9 +193,13 @@ class Assignment(Scripted):
         from scipy.optimize import linear_sum_assignment
 
         assert isinstance(self.world, CooperativeNavigation)
-        gaps = np.ascontiguousarray(self.world.gaps(state).transpose(2, 0, 1))
-        landmarks = np.array([linear_sum_assignment(gap)[1] for gap in gaps], dtype=np.int64)
-        return self.land(agents, state, landmarks.reshape(-1, len(self.agents)).T[agents])
+        position = planes(state.position)
+        moved = (position[..., 1:] != position[..., :-1]).any(axis=(0, 1))
+        fresh = np.append(True, moved)[: len(state)]  # branches of one state lie side by side, all alike at first
+        gaps = np.ascontiguousarray(self.world.gaps(state if moved.all() else state[fresh]).transpose(2, 0, 1))
+        assigned = np.array([linear_sum_assignment(gap)[1] for gap in gaps], dtype=np.int64)
+        landmarks = assigned.reshape(-1, len(self.agents)).T[agents][:, fresh.cumsum() - 1]
+        return self.land(agents, state, landmarks)
 
 
 class FixedRoles(Scripted):

@@ -100,7 +100,9 @@ class CooperativeNavigation(ParticleWorld):
         if known is not state:
             n_agents = len(self.agents)
             position = planes(state.position)
-            gaps = squared_distances(position[:n_agents, None], position[None, n_agents:])
+            gaps = np.empty((n_agents, n_agents, len(state)))
+            for gap, place in zip(gaps, position, strict=False):  # one after the other stays in a cache
+                gap[...] = squared_distances(place, position[n_agents:])
             self._newest = state, gaps
         return gaps
 

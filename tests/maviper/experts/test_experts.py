@@ -243,6 +243,13 @@ def test_measured_q_is_the_discounted_return_of_a_branch(world, expert):
             assert found[row, column] == pytest.approx(total, rel=1e-9)
 
 
+def test_measured_q_looks_less_far_ahead_in_a_crowd():
+    for agents, steps in ((3, 12), (4, 12), (8, 8), (24, 4)):
+        world = find(f"cooperative-navigation,agents={agents}")
+        assert Measured(world, build_script(world)).steps == steps
+        assert Measured(world, build_script(world), horizon=2).steps == 2
+
+
 def test_an_expert_is_found_by_name_file_size_or_function(tmp_path, monkeypatch):
     expert, world = find_expert("physical-deception")
     assert isinstance(expert, NetworkExpert) and world.name == "physical-deception"

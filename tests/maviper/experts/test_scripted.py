@@ -163,6 +163,8 @@ def test_chunks_change_nothing(name, monkeypatch):
     script, state = build_script(world), moving_states(world, 50, seed=5)
     everybody = range(len(world.agents))
     whole = script.act(everybody, (), state)
+    for times in (3, np.arange(50) % 4):  # branches of a state lie side by side
+        assert (script.act(everybody, (), state[np.repeat(np.arange(50), times)]) == np.repeat(whole, times, 0)).all()
     monkeypatch.setattr(module, "GAMES_AT_ONCE", 7)
     assert (script.act(everybody, (), state) == whole).all()
     assert script.act(everybody, (), state[:0]).shape == (0, len(world.agents))
