@@ -402,9 +402,8 @@ def write_unit(
     own = {name: BEFORE + "own_" + name for name in sorted(own)}
     own |= {name: f"({value})" for name, value in names.items()}
     parts = [*(f"#include <{each}.h>" for each in dict.fromkeys((*headers, *HEADERS))), BEGIN]
-    named = c_ast.Decl | c_ast.Typedef | c_ast.Enumerator
     inner = [part for each in nodes for part in walk(each)]
-    declared = {part.name for part in inner if isinstance(part, named)} - {None}
+    declared = {part.name for part in inner if isinstance(part, DECLARING)} - {None}
     parts += [f"#undef {name}" for name in sorted({*declared, *own})]  # also those within functions: MAX_INPUT
     parts += [f"#define {name} {means}" for name, means in own.items()]
     for node in nodes:
@@ -465,7 +464,8 @@ def _defines(decl: Any) -> bool:
     return any(isinstance(each, kinds) and getattr(each, "decls", getattr(each, "values", None)) for each in walk(decl))
 
 
-COMPUTED = c_ast.Constant | c_ast.UnaryOp | c_ast.BinaryOp | c_ast.Cast
+COMPUTED = (c_ast.Constant, c_ast.UnaryOp, c_ast.BinaryOp, c_ast.Cast)
+DECLARING = (c_ast.Decl, c_ast.Typedef, c_ast.Enumerator)
 
 
 def _is_scalar(node: Any) -> bool:
@@ -514,14 +514,16 @@ def _split_statement(each: Any, of: Any, parts: list[Any]) -> tuple[Any, int, bo
     """The statement, how many are left in it, and whether it returns on every path. `of`: the function's declaration;
     `parts`: those that were made of it, which grow.
     """
+    before = len(parts)
     if isinstance(each, c_ast.Compound) and each.block_items:
-        items, counts, ends = zip(*(_split_statement(one, of, parts) for one in each.block_items), strict=True)
-        return c_ast.Compound([*items]), sum(counts), ends[-1]
+        items, counts, ends = zip(*[_split_statement(one, of, parts) for one in each.block_items], strict=True)
+        return each if len(parts) == before else c_ast.Compound([*items]), sum(counts), ends[-1]
     if not isinstance(each, c_ast.If) or each.iffalse is None:
         return each, 1, isinstance(each, c_ast.Return) and each.expr is not None
     then, n_then, then_ends = _split_statement(each.iftrue, of, parts)
     otherwise, n_otherwise, otherwise_ends = _split_statement(each.iffalse, of, parts)
-    whole, count, returns = c_ast.If(each.cond, then, otherwise), 1 + n_then + n_otherwise, then_ends and otherwise_ends
+    whole = each if len(parts) == before else c_ast.If(each.cond, then, otherwise)
+    count, returns = 1 + n_then + n_otherwise, then_ends and otherwise_ends
     if not returns or count < LARGE:
         return whole, count, returns
     name, decl = f"{BEFORE}part_{len(parts)}", deepcopy(of)

@@ -142,9 +142,9 @@ class Machine(Executor):
 
     def at(self, node: Any) -> None:
         """The present place, for messages."""
-        coord = getattr(node, "coord", None)
+        coord = node.coord
         if coord is not None and coord.line:
-            self.line, self.text_file = int(coord.line), coord.file or ""
+            self.line, self.text_file = coord.line, coord.file or ""
 
     def make_error(self, what: str, advice: str = ADVICE) -> InputError:
         """Makes an error of what is wrong at the present line."""
@@ -637,7 +637,8 @@ class Machine(Executor):
     def answer(self, node: Any, open_: Open, *, marks: bool = False) -> Value:
         """What a function of the file returns behind these statements. `marks`: whether it is the one that decides."""
         outer, self.depth = self.scope, self.depth + 1
-        result, end = self.type_of(node.decl.type), self.follow(open_, marks=marks)
+        result = self.results.get(node.decl.name) or self.type_of(node.decl.type)
+        end = self.follow(open_, marks=marks)
         self.scope, self.depth = outer, self.depth - 1
         if end is not None and end.kind != "return":
             raise self.make_error(f"a {end.kind} leads nowhere")

@@ -22,7 +22,7 @@ from pycparser.c_parser import ParseError
 from codegen.errors import InputError, escape_text
 from codegen.importers.c.arithmetic import PRINTING
 from codegen.importers.c.calls import ENTRIES, find_calls, list_callers
-from codegen.importers.c.compiled import ACT, Asked, ask_compiler
+from codegen.importers.c.compiled import ACT, DECLARING, Asked, ask_compiler
 from codegen.importers.c.kinds import (
     STANDARD,
     Inputs,
@@ -55,7 +55,7 @@ KEYWORDS = frozenset(
     """auto break case char const continue default do double else enum extern float for goto if inline int long register
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while _Bool""".split()  # noqa: SIM905
 )
-DECLARING = c_ast.Decl | c_ast.Typedef | c_ast.Enumerator
+CASES = (c_ast.Switch, c_ast.Case, c_ast.Default)
 
 
 def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
@@ -91,7 +91,7 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
 
 def _check_cases(parsed: Any, where: str) -> None:
     """Refuses a switch that leads into a loop or another statement within it: a case is sought in its own block."""
-    nodes: list[Any] = [each for each in walk(parsed) if isinstance(each, c_ast.Switch | c_ast.Case | c_ast.Default)]
+    nodes: list[Any] = [each for each in walk(parsed) if isinstance(each, CASES)]
     own = {id(item) for each in nodes if isinstance(each, c_ast.Switch) for item in items_of(each)}
     for each in nodes:
         if not isinstance(each, c_ast.Switch) and id(each) not in own:
