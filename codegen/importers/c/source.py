@@ -21,7 +21,6 @@ from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, escape_text
 from codegen.importers.c.arithmetic import PRINTING
-from codegen.importers.c.calls import ENTRIES, find_calls, list_callers
 from codegen.importers.c.compiled import ACT, DECLARING, Asked, ask_compiler
 from codegen.importers.c.kinds import (
     STANDARD,
@@ -38,8 +37,8 @@ from codegen.importers.c.kinds import (
     Value,
 )
 from codegen.importers.c.machine import ADVICE, DONE, Machine, collect_assigned, is_const, items_of, parameters_of, walk
-from codegen.importers.c.memory import hoist_statics, list_parts, list_setters
 from codegen.importers.c.text import Expanded, expand_source
+from codegen.importers.c.tree import ENTRIES, find_calls, hoist_statics, list_callers, list_parts, list_setters
 from codegen.importers.reading import NOTHING, Kept, Origin, Said
 from codegen.importers.symbolic.feature import Feature
 from codegen.importers.symbolic.memory import FINITE, RESETS, Memories, Memory, RemembersError

@@ -11,8 +11,11 @@ end is an ordinary interpreter: it forks by calling `holds`, and needs no copy o
 """
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import takewhile
+from operator import itemgetter
 from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
@@ -127,18 +130,19 @@ class Growth:
         turns = self._find_turns(test, numbers) if test.feature.steps else turns_of(test, numbers)
         while True:
             low, high = self._within(feature, last)
-            inner = [turn for turn in turns.turns if low <= turn.place < high]
-            if not inner:
-                holds = turns.first ^ (sum(turn.place < low for turn in turns.turns) % 2 == 1)
+            begin, end = (bisect_left(turns.turns, each) for each in ((low,), (high,)))  # of those within
+            if begin == end:
+                holds = turns.first ^ (begin % 2 == 1)
                 self.nan &= high < last or turns.nan == holds
                 return holds
-            at = inner[-1] if len(inner) <= MAX_CHAIN else inner[len(inner) // 2]
+            which = end - 1 if end - begin <= MAX_CHAIN else (begin + end) // 2
+            at = turns.turns[which]
             left = self._fork(feature, at.threshold)
             right = {**self.known, feature: (at.place + 1, high)}
             self.known = {**self.known, feature: (low, at.place)} if left else right
-            if len(inner) == 1:
+            if end - begin == 1:
                 self._other = right
-                self.nan &= high < last or turns.nan != (turns.first ^ (turns.turns.index(at) % 2 == 1))
+                self.nan &= high < last or turns.nan != (turns.first ^ (which % 2 == 1))
 
     def _find_turns(self, test: Test, numbers: str) -> Turns:
         """The turns of a test of what is computed, which takes long to search for."""
@@ -176,8 +180,9 @@ class Growth:
         first, last = self._within(feature.place, LAST[numbers])
         if feature.key not in self._pieces:
             self._pieces[feature.key] = pieces(feature, numbers)
-        within = [(max(low, first), min(high, last)) for low, high, _ in self._pieces[feature.key]]
-        ends = {end for low, high in within if low <= high for end in (low, high)}
+        known = self._pieces[feature.key]  # ascending
+        within = takewhile(lambda each: each[0] <= last, known[bisect_left(known, first, key=itemgetter(1)) :])
+        ends = {end for low, high, _ in within for end in (max(low, first), min(high, last))}
         return min(feature.value(number(end, numbers)) for end in ends)
 
     def whole_ends(self, feature: int) -> tuple[int, int]:

@@ -103,7 +103,7 @@ def build(programs: list[Program], folder: Path) -> dict[int, str]:
             if done.returncode == 0:
                 break
             blamed = re.findall(r"(?:program|driver)_(\d+)\.c:.*(?:error|undefined reference).*", done.stderr)
-            blamed = {int(each) for each in blamed} or {each.seed for each in kept if not _alone(each, folder)}
+            blamed = {int(each) for each in blamed} or {each.seed for each in kept if not _alone(each, flags, folder)}
             assert blamed, done.stderr
             for seed in blamed:
                 said = [line for line in done.stderr.splitlines() if f"_{seed}.c" in line and "error" in line]
@@ -111,10 +111,10 @@ def build(programs: list[Program], folder: Path) -> dict[int, str]:
     return failed
 
 
-def _alone(program: Program, folder: Path) -> bool:
+def _alone(program: Program, flags: tuple[str, ...], folder: Path) -> bool:
     path = folder / "alone.c"
     path.write_text(HEAD + unit(program))
-    command = [*COMPILER, *STRICT, "-O0", str(path), "-o", str(folder / "alone.out"), "-lm"]
+    command = [*COMPILER, *STRICT, *flags, str(path), "-o", str(folder / "alone.out"), "-lm"]
     return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
