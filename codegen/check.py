@@ -40,7 +40,7 @@ from codegen.ir import (
 )
 from codegen.memory import memory_faults
 from codegen.paths import illegal_leaves, mask_of
-from codegen.sums import ARITHMETICS, DOUBLE_SUMS, MAX_INNER, OBSERVED, choose_numbers
+from codegen.sums import ARITHMETICS, DOUBLE_SUMS, MAX_INNER, OBSERVED, choose_numbers, divisor_of
 
 MAX_VIOLATIONS: Final = 20
 MAX_TERMS = 1_000  # of a sum
@@ -395,11 +395,14 @@ def _sum(each: Sum, arithmetic: str, n_features: int) -> Iterator[str]:
         for weight, place in part.terms:
             what = "a constant" if place == CONSTANT else "a weight"
             numbers = choose_numbers(arithmetic) if place == CONSTANT else OBSERVED[arithmetic]
+            divisor = divisor_of(weight)
+            if divisor is not None and (place == CONSTANT or arithmetic == DOUBLE_SUMS):
+                yield "features and sums are divided, and not in double sums"
             if isinstance(place, Sum) and arithmetic == DOUBLE_SUMS and abs(weight) != 1:
                 yield "in double sums an inner sum weighs 1 or -1"
             if weight == 0 and place != CONSTANT:
                 yield "a weight is 0: leave its term out"
-            elif (fault := _number(weight, numbers)) is not None:
+            elif (fault := _number(float(weight) if divisor is None else divisor, numbers)) is not None:
                 yield f"{what} {fault}"
 
 

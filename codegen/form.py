@@ -10,6 +10,7 @@ Does not: read a whole profile (policy_json.py), or check what needs more than o
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
 from typing import Any, Literal, cast
 
 import msgspec
@@ -18,13 +19,14 @@ import numpy as np
 from codegen.errors import ProfileError, escape_text, suggestion
 from codegen.floats import FLOAT32, WHOLE, deciding_double, short_hex
 from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, UNSCALED, AgentPolicy, Int64, Sum, Tree
-from codegen.sums import FLOAT32_STEPS, MAX_INNER
+from codegen.sums import FLOAT32_STEPS, MAX_INNER, Weight, divisor_of
 
 SCHEMA_VERSION = 1
 SUMS_VERSION = 2  # of profiles in which any agent has sums or outputs, and none remembers anything
 MEMORY_VERSION = 3  # of profiles in which any agent remembers something, and none observes whole numbers
 WHOLE_VERSION = 4  # of profiles in which any agent observes whole numbers, and no sum weighs another one
-INNER_VERSION = 5  # of profiles in which a sum weighs another one
+INNER_VERSION = 5  # of profiles in which a sum weighs another one, and none divides
+DIVIDING_VERSION = 6  # of profiles in which a sum divides a term
 Number = float | int | str
 
 
@@ -33,9 +35,9 @@ class _Strict(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class TermJson(_Strict, array_like=True):
-    """[weight, feature], [constant, null] or [weight, sum], in the order of the additions."""
+    """[weight, feature], [constant, null] or [weight, sum], in the order of the additions; "/3.0" divides by 3."""
 
-    weight: float
+    weight: float | str
     weighed: "str | list[TermJson] | None"
 
 
@@ -241,7 +243,11 @@ def _dump_sum(each: Sum, names: Sequence[str]) -> list[list[Any]]:
     def weighed(place: int | Sum) -> Any:
         return _dump_sum(place, names) if isinstance(place, Sum) else None if place == CONSTANT else names[place]
 
-    return [[float(weight), weighed(place)] for weight, place in each.terms]
+    divisors = [divisor_of(weight) for weight, _ in each.terms]
+    weights = [
+        float(weight) if over is None else f"/{over!r}" for over, (weight, _) in zip(divisors, each.terms, strict=True)
+    ]
+    return [[weight, weighed(place)] for weight, (_, place) in zip(weights, each.terms, strict=True)]
 
 
 # --- decoding
@@ -318,6 +324,15 @@ def _row(node: NodeJson, seen: _Reading, path: str) -> tuple[int, float, int, in
     return feature, threshold, *children, NO_ACTION
 
 
+def iterate_terms(raw: ProfileJson) -> Iterator[TermJson]:
+    """Yields the terms of all sums of a profile, those in one another too."""
+    nodes = [node for agent in raw.agents for node in agent.tree]
+    terms = [term for node in nodes for each in [node.sum or [], *(node.outputs or [])] for term in each]
+    for term in terms:
+        yield term
+        terms += term.weighed if isinstance(term.weighed, list) else []
+
+
 def _sum(given: SumJson, seen: _Reading, path: str, depth: int = 1) -> Sum:
     if depth > MAX_INNER:
         raise make_fault(f"{path}: more than {MAX_INNER} sums lie in one another")
@@ -327,7 +342,19 @@ def _sum(given: SumJson, seen: _Reading, path: str, depth: int = 1) -> Sum:
             return _sum(name, seen, path, depth + 1)
         return CONSTANT if name is None else _place(seen.features, name, "feature", path)
 
-    return Sum(tuple((term.weight, weighed(term.weighed)) for term in given))
+    return Sum(tuple((_weight(term.weight, path), weighed(term.weighed)) for term in given))
+
+
+def _weight(given: float | str, path: str) -> Weight:
+    if not isinstance(given, str):
+        return given
+    try:
+        divisor = Fraction(float(given.removeprefix("/")))
+    except (ValueError, OverflowError):
+        divisor = Fraction(0)
+    if not divisor or given != f"/{float(divisor)!r}":
+        raise make_fault(f"{path}: no weight, and no number to divide by: '{escape_text(given[:40])}'")
+    return 1 / divisor
 
 
 def _place(known: Mapping[str, int], name: str, kind: str, path: str) -> int:

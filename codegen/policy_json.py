@@ -24,6 +24,7 @@ from codegen.errors import ProfileError, escape_text
 from codegen.floats import FLOAT32, FLOAT64, WHOLE
 from codegen.form import (
     ADVICE,
+    DIVIDING_VERSION,
     INNER_VERSION,
     MEMORY_VERSION,
     SCHEMA_VERSION,
@@ -32,6 +33,7 @@ from codegen.form import (
     AgentJson,
     GrownJson,
     ProfileJson,
+    iterate_terms,
     layout,
     make_fault,
     nodes_of,
@@ -64,6 +66,7 @@ WITH_SUMS = (
     "agent's arithmetic, and its threshold is exact; outputs are clipped to low and high, then rounded to what it gives"
 )
 WITH_INNER = "; [weight, sum] weighs a sum that is computed by itself first"
+WITH_QUOTIENTS = "; a weight that is a text, / and a number, divides by that number"
 WITH_MEMORY = (
     "; features with an initial value are remembered, and have it after a reset; after each decision the leaf's action "
     "updates them, all at once, and acts is the action that is taken; all else is kept, also where no decision is asked"
@@ -86,14 +89,16 @@ def dumps(profile: PolicyProfile) -> str:
     return layout(document | {"content_hash": _hash(document)}) + "\n"
 
 
-def _semantics(numbers: Sequence[str], *, summing: bool, nesting: bool, remembering: bool) -> tuple[int, str]:
+def _semantics(
+    numbers: Sequence[str], *, summing: bool, nesting: bool, dividing: bool, remembering: bool
+) -> tuple[int, str]:
     """Returns a profile's schema version and its text on its meaning; `numbers`: what its agents compare; `summing`,
-    `nesting` (sums weigh sums), `remembering`: whether any does.
+    `nesting` (sums weigh sums), `dividing`, `remembering`: whether any does.
     """
     whole = any(each in WHOLE for each in numbers)
     version = MEMORY_VERSION if remembering else SUMS_VERSION if summing else SCHEMA_VERSION
-    version = INNER_VERSION if nesting else WHOLE_VERSION if whole else version
-    added = (WITH_SUMS if summing else "") + (WITH_INNER if nesting else "")
+    version = DIVIDING_VERSION if dividing else INNER_VERSION if nesting else WHOLE_VERSION if whole else version
+    added = (WITH_SUMS if summing else "") + (WITH_INNER if nesting else "") + (WITH_QUOTIENTS if dividing else "")
     added += (WITH_MEMORY if remembering else "") + (WITH_WHOLE if whole else "")
     return version, (WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS) + added
 
@@ -115,6 +120,7 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
         [policy.whole or policy.numbers for policy in profile.agents],
         summing=any(policy.tree.arithmetic for policy in profile.agents),
         nesting=any(each.depth > 1 for policy in profile.agents for each in policy.tree.all_sums),
+        dividing=any(each.divides for policy in profile.agents for each in policy.tree.all_sums),
         remembering=any(policy.memory for policy in profile.agents),
     )
     return {
@@ -230,21 +236,18 @@ def _summing(policy: AgentPolicy) -> dict[str, Any]:
 def decode(raw: ProfileJson, where: str, besides: Besides) -> PolicyProfile:
     """The profile that a file states. ProfileError with the path of what breaks a rule, one of `besides` included."""
     remembered = (each.initial is not None for agent in raw.agents for each in agent.features)
+    terms = list(iterate_terms(raw))
     version, semantics = _semantics(
         [agent.numbers for agent in raw.agents],
         summing=any(agent.arithmetic for agent in raw.agents),
-        nesting=any(
-            isinstance(term.weighed, list)
-            for agent in raw.agents
-            for node in agent.tree
-            for each in [node.sum or [], *(node.outputs or [])]
-            for term in each
-        ),
+        nesting=any(isinstance(term.weighed, list) for term in terms),
+        dividing=any(isinstance(term.weight, str) for term in terms),
         remembering=any(remembered),
     )
     if raw.schema_version != version:
         reads = f"{SCHEMA_VERSION}, {SUMS_VERSION} where an agent has sums or outputs, {MEMORY_VERSION} with memory"
         reads += f", {WHOLE_VERSION} with whole numbers, {INNER_VERSION} where a sum weighs another"
+        reads += f", {DIVIDING_VERSION} where one divides"
         detail = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {reads}"
         raise ProfileError(
             "a policy profile with another schema version", detail, "extract it again or install a matching version"

@@ -5,11 +5,12 @@ Assumes: checked sums (check.py); IEEE 754, rounding to nearest.
 Does not: know trees, or make text.
 
 A sum is added from left to right and begins with its first term, never with 0, so that -0.0 keeps its sign. A term may
-weigh a sum in place of a feature, as in `0.4 + 2.5 * (1 - z)`: the inner sum is computed first, by itself. The
+weigh a sum in place of a feature, as in `0.4 + 2.5 * (1 - z)`: the inner sum is computed first, by itself. A weight
+that is a fraction, 1 / c for a number c, divides by c: the product with 1 / c, rounded once, is the quotient. The
 arithmetics, each the same on every machine that keeps IEEE 754:
 
 - *double sums*: observations and weights are float32, so that each product is exact in float64; sums are float64. A
-  fused multiply-add changes nothing. Inner sums weigh 1 or -1.
+  fused multiply-add changes nothing. Inner sums weigh 1 or -1, and nothing is divided.
 - *float32 steps*: observations and weights are float32; each product and each sum is rounded to float32, as NumPy does
   with arrays of float32.
 - *float64*: observations, weights, products and sums are float64, as Python's numbers are.
@@ -36,6 +37,14 @@ MAX_INNER: Final = 16  # sums in one another
 CONSTANT: Final = -1  # the place of a term that is no feature's: its weight is the term
 
 
+Weight = float | Fraction  # a fraction divides: it is 1 / c for one of the numbers of the arithmetic
+
+
+def divisor_of(weight: Weight) -> float | None:
+    """What a term is divided by; None: its weight is a factor."""
+    return float(1 / weight) if isinstance(weight, Fraction) else None
+
+
 def choose_numbers(arithmetic: str) -> str:
     """The numbers that sums are in, and constants and thresholds of sums."""
     return FLOAT32 if arithmetic == FLOAT32_STEPS else FLOAT64
@@ -45,16 +54,18 @@ def choose_numbers(arithmetic: str) -> str:
 class Sum:
     """Terms (weight, what is weighed), in the order in which they are added: the place of a feature, or a sum."""
 
-    terms: tuple[tuple[float, "int | Sum"], ...]
+    terms: tuple[tuple[Weight, "int | Sum"], ...]
 
     def value(self, x: Any, arithmetic: str) -> Any:
         """[batch] in the numbers of the arithmetic. `x`: [batch, n_features] observations."""
         number = np.dtype(choose_numbers(arithmetic)).type
 
-        def weighed(weight: float, place: "int | Sum") -> Any:
-            if isinstance(place, Sum):
-                return place.value(x, arithmetic) * number(weight)
-            return np.full(len(x), weight, number) if place == CONSTANT else x[:, place].astype(number) * number(weight)
+        def weighed(weight: Weight, place: "int | Sum") -> Any:
+            if place == CONSTANT:
+                return np.full(len(x), weight, number)
+            seen = place.value(x, arithmetic) if isinstance(place, Sum) else x[:, place].astype(number)
+            divisor = divisor_of(weight)
+            return seen * number(weight) if divisor is None else seen / number(divisor)
 
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             terms = [weighed(*term) for term in self.terms]
@@ -74,6 +85,11 @@ class Sum:
     def depth(self) -> int:
         """How many sums lie in one another, this one counted."""
         return 1 + max((place.depth for _, place in self.terms if isinstance(place, Sum)), default=0)
+
+    @property
+    def divides(self) -> bool:
+        """True if a term of it, or of a sum in it, is divided."""
+        return any(isinstance(weight, Fraction) for part in self.parts() for weight, _ in part.terms)
 
     def expand(self) -> dict[int, Fraction]:
         """The exact sum multiplied out: what each feature is weighed with and, at CONSTANT, what is added to all."""

@@ -13,6 +13,7 @@ below, which in a few digits would read as `<= 19.5`.
 import math
 import struct
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 from codegen.errors import escape_letter
@@ -85,7 +86,7 @@ def _next_single(threshold: float) -> float | None:
     return float(struct.unpack("<f", struct.pack("<i", bits + (1 if threshold > 0 else -1)))[0])
 
 
-def describe_sum(terms: Sequence[tuple[float, Any]], names: Sequence[str], digits: int = 6) -> str:
+def describe_sum(terms: Sequence[tuple[float | Fraction, Any]], names: Sequence[str], digits: int = 6) -> str:
     """A sum as people read it: `0.5 x - y + 1`, `2 (x - 1) + y`. `terms`: weights with places of names, or with sums;
     below 0: the weight alone.
     """
@@ -100,7 +101,9 @@ def describe_sum(terms: Sequence[tuple[float, Any]], names: Sequence[str], digit
     return text.removeprefix("+ ").replace("- ", "-", 1) if text.startswith("- ") else text.removeprefix("+ ")
 
 
-def _describe_term(weight: float, name: str | None, digits: int) -> tuple[str, str]:
+def _describe_term(weight: float | Fraction, name: str | None, digits: int) -> tuple[str, str]:
+    if isinstance(weight, Fraction):  # which divides by its reciprocal
+        return "-" if weight < 0 else "+", f"{name} / {float(abs(1 / weight)):.{digits}g}"
     sign, size = "-" if math.copysign(1, weight) < 0 else "+", f"{abs(weight):.{digits}g}"
     if name is None:
         return sign, size

@@ -49,11 +49,12 @@ def json_answer(policy: Mapping[str, Any], row: Sequence[float]) -> Any:
         return [float(given(_cut_scalar(_add_scalars(terms, seen, number), output))) for terms, output in pairs]
 
 
-def _add_scalars(terms: Sequence[tuple[float, Any]], seen: Mapping[str, float], number: Any) -> Any:
-    def weigh(weight: float, what: Any) -> Any:
+def _add_scalars(terms: Sequence[tuple[float | str, Any]], seen: Mapping[str, float], number: Any) -> Any:
+    def weigh(weight: float | str, what: Any) -> Any:
         if what is None:
             return number(weight)
-        return number(weight) * (number(seen[what]) if isinstance(what, str) else _add_scalars(what, seen, number))
+        value = number(seen[what]) if isinstance(what, str) else _add_scalars(what, seen, number)
+        return value / number(weight[1:]) if isinstance(weight, str) else number(weight) * value
 
     values = [weigh(*term) for term in terms]
     total = values.pop(0)
@@ -113,18 +114,23 @@ def _node(node: Mapping[str, str]) -> dict[str, Any]:
     return {**tested, **limit, "left": int(node["data-left"]), "right": int(node["data-right"])}
 
 
-def _sum(text: str) -> list[tuple[float, Any]]:
-    terms, rest = list[tuple[float, Any]](), text
+def _sum(text: str) -> list[tuple[float | str, Any]]:
+    terms, rest = list[tuple[float | str, Any]](), text
     while rest:
         weight, _, rest = rest.partition(":")
         if rest.startswith("("):
             end = next(at for at in range(len(rest)) if rest[: at + 1].count("(") == rest[: at + 1].count(")"))
-            terms.append((float.fromhex(weight), _sum(rest[1:end])))
+            terms.append((_read_weight(weight), _sum(rest[1:end])))
             rest = rest[end + 2 :]
         else:
             place, _, rest = rest.partition(",")
-            terms.append((float.fromhex(weight), None if place == "-1" else place))
+            terms.append((_read_weight(weight), None if place == "-1" else place))
     return terms
+
+
+def _read_weight(text: str) -> float | str:
+    """A factor, or a divisor behind its stroke, as profiles have them."""
+    return f"/{float.fromhex(text[1:])!r}" if text.startswith("/") else float.fromhex(text)
 
 
 def _number(text: str) -> float | None:

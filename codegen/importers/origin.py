@@ -29,7 +29,7 @@ from codegen.lowering.deploy import Given, deploy_tree, with_given
 from codegen.lowering.passes import confine_tree
 from codegen.lowering.render import comment
 from codegen.profiles import ensure
-from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, divisor_of
 
 MAX_NOTES = 8
 HOW = ("is", "plus")
@@ -276,6 +276,11 @@ def _ensure_alike(origin: Origin, agent: str) -> None:
     for each in (*origin.sums, *(one for vector in origin.vectors for one in vector)):
         for weight, place in (term for part in each.parts() for term in part.terms):
             numbers = kind if place == CONSTANT else weights
-            if float(np.dtype(numbers).type(weight)) != weight:
-                what = f"{weight!r} stands in a sum of {numbers} numbers, and is none"
+            divisor = divisor_of(weight)
+            if divisor is not None and origin.arithmetic == DOUBLE_SUMS:
+                advice = "compute in float32 throughout, or let the observation be float64"
+                raise InputError("a float32 number is divided in double", agent, advice)
+            number = float(weight) if divisor is None else divisor
+            if float(np.dtype(numbers).type(number)) != number:
+                what = f"{number!r} stands in a sum of {numbers} numbers, and is none"
                 raise InputError(what, agent, f"round it in the source to {numbers}")

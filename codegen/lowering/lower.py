@@ -42,7 +42,7 @@ from codegen.lowering.model import (
 from codegen.lowering.names import Names, ensure_distinct, is_reserved, labels_of, name_member, of_agent, of_profile
 from codegen.numbers import at_most, decimal_literal, hex_bits, hex_literal, neighbour, whole_literal
 from codegen.policy_json import content_hash
-from codegen.sums import FLOAT32_STEPS
+from codegen.sums import FLOAT32_STEPS, Weight, divisor_of
 from codegen.wording import describe_sum, holds
 from codegen.world import RegionSpec
 
@@ -404,12 +404,14 @@ def _terms(each: ir.Sum, features: Sequence[Feature], arithmetic: str) -> tuple[
     return tuple(_weighted(weight, place, features, arithmetic) for weight, place in each.terms)
 
 
-def _weighted(weight: float, place: int | ir.Sum, features: Sequence[Feature], arithmetic: str) -> Term:
-    sign = "-" if np.signbit(weight) else "+"
-    size = None if abs(weight) == 1 and place != ir.CONSTANT else _literal(abs(weight), arithmetic == FLOAT32_STEPS)
-    if isinstance(place, ir.Sum):
-        return Term(sign, size, None, _terms(place, features, arithmetic))
-    return Term(sign, size, None if place == ir.CONSTANT else features[place])
+def _weighted(weight: Weight, place: int | ir.Sum, features: Sequence[Feature], arithmetic: str) -> Term:
+    divisor = divisor_of(weight)
+    number = float(weight) if divisor is None else divisor
+    sign = "-" if np.signbit(number) else "+"
+    size = None if abs(number) == 1 and place != ir.CONSTANT else _literal(abs(number), arithmetic == FLOAT32_STEPS)
+    inner = _terms(place, features, arithmetic) if isinstance(place, ir.Sum) else ()
+    feature = None if isinstance(place, ir.Sum) or place == ir.CONSTANT else features[place]
+    return Term(sign, size, feature, inner, divisor is not None)
 
 
 def _lower_given(policy: ir.AgentPolicy, output: Output, each: ir.Sum, features: Sequence[Feature]) -> Given:

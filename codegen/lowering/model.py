@@ -205,12 +205,17 @@ ZERO = {True: Double("0x0p+0f", "0.0"), False: Double("0x0p+0", "0.0")}
 
 @dataclass(frozen=True)
 class Term:
-    """A term of a sum: `size` times the feature or the inner sum, added or subtracted."""
+    """A term of a sum: the feature or the inner sum, times `size` or divided by it, added or subtracted."""
 
     sign: str  # "+" or "-"
     size: Double | None  # without its sign; None: 1
     feature: Feature | None  # None: the term is its size, or weighs a sum
     inner: tuple["Term", ...] = ()
+    divided: bool = False
+
+    def scale(self, seen: str, size: str) -> str:
+        """The feature or inner sum, as a language writes it, times the size or divided by it."""
+        return f"{seen} / {size}" if self.divided else f"{size} * {seen}"
 
 
 @dataclass(frozen=True)
@@ -253,7 +258,7 @@ class Given:
 
 def format_terms(terms: Sequence[Term]) -> str:
     """A sum in one word: `0x1p-1:3,-0x1p+0:0`; the place of a constant is -1, that of an inner sum the sum in
-    parentheses.
+    parentheses; `/0x1.8p+1:0` is divided.
     """
 
     def weighed(term: Term) -> str:
@@ -262,7 +267,8 @@ def format_terms(terms: Sequence[Term]) -> str:
         return str(term.feature.index if term.feature else CONSTANT)
 
     parts = ((term, term.size.hex.removesuffix("f") if term.size else "0x1p+0") for term in terms)
-    return ",".join(f"{'-' if term.sign == '-' else ''}{size}:{weighed(term)}" for term, size in parts)
+    signs = ("/" * term.divided + term.sign.strip("+") for term in terms)
+    return ",".join(f"{sign}{size}:{weighed(term)}" for sign, (term, size) in zip(signs, parts, strict=True))
 
 
 @dataclass(frozen=True)
@@ -614,9 +620,22 @@ class Model:
     @property
     def nests(self) -> bool:
         """True if a sum weighs another one."""
+        return any(term.inner for term in self._terms)
+
+    @property
+    def divides(self) -> bool:
+        """True if a sum divides a term."""
+        return any(term.divided for term in self._terms)
+
+    @property
+    def _terms(self) -> list[Term]:
+        """The terms of all sums, those in one another too."""
         nodes = [node for each in self.summed for node in each.nodes]
         sums = [terms for node in nodes for terms in (node.terms, *(each.terms for each in node.given))]
-        return any(term.inner for terms in sums for term in terms)
+        found = [term for terms in sums for term in terms]
+        for term in found:
+            found += term.inner
+        return found
 
     @property
     def acting(self) -> bool:

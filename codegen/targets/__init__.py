@@ -31,6 +31,7 @@ TARGETS: dict[str, Emitter] = {
     "torch": rendered.emit_torch,
 }
 USUAL = ("c", "python", "json")
+RECIPROCAL = ("jax", "torch", onnx.NEW_TARGET, onnx.OLD_TARGET)  # which may multiply with one in place of dividing
 SINGLE = ("smt", "st", "jax", "torch")  # which take float32 agents only
 
 
@@ -58,6 +59,9 @@ def emit_model(model: Model, profile: ir.PolicyProfile, targets: Iterable[str]) 
             raise InputError(what, "--target", f"leave {target} out, or import the tree with --numbers float32")
         if target not in SUMMING:
             ensure_plain(profile, f"the target {target}", memory=True)
+        if target in RECIPROCAL and model.divides:
+            what = f"the target {target} may round a quotient in a sum otherwise than the profile"
+            raise InputError(what, "--target", f"leave {target} out")
         if target not in REMEMBERING:
             ensure_forgets(profile, f"the target {target}")
         files |= TARGETS[target](model, profile)

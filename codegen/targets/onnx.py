@@ -17,6 +17,7 @@ one that is 0. `Where` gives 0.0 for a -0.0 in its second place under onnxruntim
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from importlib import import_module
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -240,6 +241,7 @@ def _tables(terms: list[list[tuple[float, int]]]) -> tuple[Any, Any]:
 
 def _term(each: ir.Sum, place: int) -> tuple[float, int]:
     weight, weighed = each.terms[place] if place < len(each.terms) else (-0.0, CONSTANT)
+    assert not isinstance(weight, Fraction), "sums that divide are refused before"
     assert not isinstance(weighed, ir.Sum), "inner sums are columns by now"
     return weight, weighed
 

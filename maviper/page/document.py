@@ -26,7 +26,7 @@ from codegen.importers.reading import find_uncompared
 from codegen.ir import Floats
 from codegen.lowering.tracking import Edges, Start
 from codegen.policy_json import content_hash
-from codegen.sums import CONSTANT, Sum
+from codegen.sums import CONSTANT, Sum, divisor_of
 from codegen.wording import NO_UNIT, describe_sum, format_count
 from codegen.world import RegionSpec
 from maviper.episodes import measures
@@ -190,7 +190,11 @@ def _sum(each: Sum, names: Sequence[str]) -> dict[str, Any]:
 
 
 def _terms(each: Sum) -> list[list[Any]]:
-    return [[weight, _terms(place) if isinstance(place, Sum) else place] for weight, place in each.terms]
+    """Weights and what they weigh; a text divides by its number."""
+    divisors = [divisor_of(weight) for weight, _ in each.terms]
+    weights = [weight if over is None else repr(over) for over, (weight, _) in zip(divisors, each.terms, strict=True)]
+    places = [_terms(place) if isinstance(place, Sum) else place for _, place in each.terms]
+    return [[weight, place] for weight, place in zip(weights, places, strict=True)]
 
 
 def outputs_data(policy: ir.AgentPolicy, ranges: Sequence[tuple[float, float]]) -> list[dict[str, Any]]:

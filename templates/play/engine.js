@@ -121,11 +121,12 @@ const Engine = (() => {
     });
   }
 
-  /** A sum of weighted features and sums, from left to right in the tree's arithmetic; -1: the place of a constant. */
+  /** A sum of weighted features and sums, left to right in the tree's arithmetic; -1: of a constant; a text divides. */
   function added(terms, seen, arithmetic) {
     const round = arithmetic === "float32 steps" ? Math.fround : same;
     const value = (place) => (Array.isArray(place) ? added(place, seen, arithmetic) : seen[place]);
-    const term = ([weight, place]) => (place === -1 ? weight : round(weight * value(place)));
+    const scale = (weight, seen) => (typeof weight === "string" ? seen / Number(weight) : weight * seen);
+    const term = ([weight, place]) => (place === -1 ? weight : round(scale(weight, value(place))));
     let found = term(terms[0]);
     for (let i = 1; i < terms.length; i++) found = round(found + term(terms[i]));
     return found;

@@ -16,7 +16,7 @@ from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, Sum
 from codegen.wording import describe_sum
 from tests.support import summed
 
-KINDS = summed.every(1)
+KINDS = {**summed.every(1), **{f"{kind}, divided": it for kind, it in summed.every(7, inner=0.3, over=0.4).items()}}
 DIFFERENCE = Sum(((1.0, 0), (-1.0, 1)))
 
 
@@ -94,7 +94,9 @@ def test_profiles_come_back_from_their_json(kind):
     profile = KINDS[kind]
     text = dumps(profile)
     again = loads(text)
-    assert dumps(again) == text and json.loads(text)["schema_version"] == 2
+    divides = any(each.divides for policy in profile.agents for each in policy.tree.all_sums)
+    version = 6 if divides else 5 if any(each.depth > 1 for each in profile.agents[0].tree.all_sums) else 2
+    assert dumps(again) == text and json.loads(text)["schema_version"] == version
     assert check(profile) == () and content_hash(again) == content_hash(profile)
     for one_, other in zip(profile.agents, again.agents, strict=True):
         assert repr(one_.tree.sums) == repr(other.tree.sums) and repr(one_.tree.vectors) == repr(other.tree.vectors)
@@ -123,6 +125,7 @@ def changed(path, value):
         (["agents", 0, "tree", 0, "sum"], [[1.0, "c"]], "unknown feature 'c'"),
         (["agents", 0, "tree", 0, "sum"], [[1.0]], "not a valid policy profile"),
         (["agents", 0, "tree", 0, "sum"], [], "1 to 1000 terms"),
+        (["agents", 0, "tree", 0, "sum"], [["/3", "a"]], "another schema version"),
         (["agents", 0, "tree", 0, "feature"], "a", "a node has"),
         (["agents", 0, "tree", 1, "outputs"], [], "a node has"),
         (["semantics"], "something else", "other semantics"),

@@ -60,7 +60,7 @@ def world(outputs=0, actions=("left", "stay", "right"), more=""):
 
 def tree(seed, arithmetic, outputs, gives=None, bounded=True):
     """A random tree whose numbers are of a size at which roundings have bounds."""
-    return tamed(summed.policy(seed, arithmetic, outputs=outputs, gives=gives, bounded=bounded, inner=0.3))
+    return tamed(summed.policy(seed, arithmetic, outputs=outputs, gives=gives, bounded=bounded, inner=0.3, over=0.3))
 
 
 def tamed(drawn):

@@ -32,7 +32,10 @@ class Writer:
             return f"{self.number()} * {read}"
         if form == 1:
             return f"{read} * {self.number()}"
-        return f"{read} / {self.suffix('2.0')}" if form == 2 else read
+        return f"{read} / {self.divisor()}" if form == 2 else read
+
+    def divisor(self):
+        return self.suffix(str(self.rng.choice(["2.0", "3.0", "0.3", "10.0", "7.5"])))
 
     def total(self, least=1, inner=0.3):
         """A sum of terms, some with parentheses: `inner` of them, and fewer within."""
@@ -43,7 +46,7 @@ class Writer:
         return [
             f"{self.number()} * ({text})",
             f"-({text})",
-            f"({text}) / {self.suffix('2.0')}",
+            f"({text}) / {self.divisor()}",
             f"{text} {self.rng.choice(['+', '-'])} {other}",
             f"{other} - {text.lstrip('-')}",
             f"{text} {self.rng.choice(['+', '-'])} {self.positive()} * {other}",

@@ -20,9 +20,9 @@ def number(value, numbers):
     return near if near == 0 or abs(near) >= float(np.finfo(numbers).tiny) else 1.0
 
 
-def a_sum(rng, n_features, arithmetic, *, test, inner=0.0):
+def a_sum(rng, n_features, arithmetic, *, test, inner=0.0, over=0.0):
     """A sum of features with weights of every size; most of them differences or short sums, `inner`: some of these
-    with a sum in them.
+    with a sum in them; `over`: some terms are divided.
     """
     numbers = OBSERVED[arithmetic]
     count = int(rng.integers(2, 4)) if test else int(rng.integers(0, 4))
@@ -32,8 +32,13 @@ def a_sum(rng, n_features, arithmetic, *, test, inner=0.0):
     terms = [(number(weight, numbers), place) for weight, place in zip(weights, places, strict=True)]
     if inner and terms and rng.random() < inner:
         weight = rng.choice([1.0, -1.0] if arithmetic == DOUBLE_SUMS else [1.0, -1.0, 2.5, -0.3])
-        part = a_sum(rng, n_features, arithmetic, test=True, inner=inner / 2)
+        part = a_sum(rng, n_features, arithmetic, test=True, inner=inner / 2, over=over)
         terms.insert(int(rng.integers(len(terms) + 1)), (number(weight, numbers), part))
+    if over and arithmetic != DOUBLE_SUMS:
+        odd = [term for term in terms if rng.random() < over and math.frexp(abs(term[0]))[0] != 0.5]
+        terms = [
+            (1 / Fraction(weight), place) if (weight, place) in odd else (weight, place) for weight, place in terms
+        ]
     if not terms or rng.random() < 0.4:
         value = float(rng.choice([0.0, -0.0, 0.25, -1.0, float(rng.normal())]))
         terms.insert(int(rng.integers(len(terms) + 1)), (number(value, choose_numbers(arithmetic)), ir.CONSTANT))
@@ -41,7 +46,7 @@ def a_sum(rng, n_features, arithmetic, *, test, inner=0.0):
 
 
 class _Growing:
-    def __init__(self, rng, n_features, arithmetic, outputs, levels, inner):
+    def __init__(self, rng, n_features, arithmetic, outputs, levels, **inner):
         self.rng, self.n, self.arithmetic, self.outputs, self.levels = rng, n_features, arithmetic, outputs, levels
         self.inner = inner
         self.rows, self.sums, self.vectors = [], [], []
@@ -51,7 +56,7 @@ class _Growing:
         self.rows.append(None)
         if level == self.levels or (level > 1 and rng.random() < 0.2):
             if self.outputs:
-                given = {"test": False, "inner": self.inner}
+                given = {"test": False, **self.inner}
                 vector = tuple(a_sum(rng, self.n, self.arithmetic, **given) for _ in range(self.outputs))
                 action = self._place(self.vectors, vector)
             else:
@@ -62,7 +67,7 @@ class _Growing:
         if rng.random() < 0.3:
             feature, threshold = int(rng.integers(self.n)), number(drawn, OBSERVED[self.arithmetic])
         else:
-            made = a_sum(rng, self.n, self.arithmetic, test=True, inner=self.inner)
+            made = a_sum(rng, self.n, self.arithmetic, test=True, **self.inner)
             feature = self.n + self._place(self.sums, made)
             threshold = number(drawn, choose_numbers(self.arithmetic))
         left = self.node(level + 1)
@@ -79,14 +84,12 @@ class _Growing:
         return keys.index(repr(each))
 
 
-def policy(
-    seed, arithmetic, *, outputs=0, gives=None, levels=4, n_features=5, bounded=True, agent="agent_0", inner=0.0
-):
+def policy(seed, arithmetic, *, outputs=0, gives=None, levels=4, n_features=5, bounded=True, agent="agent_0", **inner):
     """An agent with a random tree of sums; `outputs`: how many numbers it gives (0: it takes one of three actions);
-    `inner`: how many of its sums weigh another one.
+    `inner`, `over`: how many of its sums weigh another one, and of its terms are divided.
     """
     rng = np.random.default_rng(seed)
-    growing = _Growing(rng, n_features, arithmetic, outputs, levels, inner)
+    growing = _Growing(rng, n_features, arithmetic, outputs, levels, **inner)
     growing.node()
     gives = gives or choose_numbers(arithmetic)
     tree = ir.Tree(
@@ -111,9 +114,9 @@ def profile(*policies):
     return ir.PolicyProfile(world, tuple(policies), ir.Provenance("random", "none", 0, "", "tests"))
 
 
-def every(seed, levels=4, inner=0.0):
+def every(seed, levels=4, **inner):
     """A profile of each kind, by its name: both kinds of leaves in every arithmetic, and what is rounded at the end."""
-    found, given = {}, {"levels": levels, "inner": inner}
+    found, given = {}, {"levels": levels, **inner}
     for place, arithmetic in enumerate(ARITHMETICS):
         found[f"actions, {arithmetic}"] = profile(policy(seed + place, arithmetic, **given))
         found[f"outputs, {arithmetic}"] = profile(policy(seed + place, arithmetic, outputs=3, **given))
@@ -163,6 +166,8 @@ def exact_value(each, x, arithmetic):
     total = None
     for weight, place in each.terms:
         seen = exact_value(place, x, arithmetic) if isinstance(place, Sum) else x[place]
+        divided = isinstance(weight, Fraction) and math.isfinite(seen) and seen != 0
+        weight = weight if divided or not isinstance(weight, Fraction) else math.copysign(1, weight)
         term = weight if place == ir.CONSTANT else _times(weight, seen, numbers)
         total = term if total is None else _added(total, term, numbers)
     return total
@@ -208,9 +213,9 @@ def difference(threshold, numbers="float64"):
     return profile(ir.AgentPolicy("agent_0", "team", made.features, made.actions, tree))
 
 
-def together(seed, levels=3, inner=0.0):
+def together(seed, levels=3, **inner):
     """One profile with an agent of each kind, so that each compiler is asked once; a team that gives and acts."""
     found = []
-    for kind in every(seed, levels, inner).values():
+    for kind in every(seed, levels, **inner).values():
         found += [replace(each, agent=f"agent_{len(found) + place}") for place, each in enumerate(kind.agents)]
     return profile(*found)

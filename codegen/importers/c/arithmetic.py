@@ -13,6 +13,7 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from fractions import Fraction
 from functools import partial
 from typing import Any
 
@@ -52,7 +53,7 @@ from codegen.importers.symbolic.feature import (
 )
 from codegen.importers.symbolic.paths import Growth
 from codegen.ir import CONSTANT
-from codegen.sums import DOUBLE_SUMS, Sum
+from codegen.sums import DOUBLE_SUMS, Sum, Weight
 
 Operators = Mapping[str, Callable[[Any, Any], Any]]
 COMPUTE: Operators = {"+": operator.add, "-": operator.sub, "*": operator.mul}
@@ -468,8 +469,8 @@ class Arithmetic:
         """InputError for products of a float and a double that is none, which no profile has."""
         for part in Sum(form.terms).parts() if self.sums.arithmetic == DOUBLE_SUMS else ():
             for weight, place in part.terms:
-                if isinstance(place, Sum) and abs(weight) != 1:
-                    what = "a sum of floats is multiplied in double"
+                if isinstance(weight, Fraction) or (isinstance(place, Sum) and abs(weight) != 1):
+                    what = f"a {'sum of floats' if isinstance(place, Sum) else 'float'} is scaled in double"
                     raise self.make_error(what, "compute in float throughout, or let the observation be double")
                 if place != CONSTANT and float(np.float32(weight)) != weight:
                     what = f"a float is multiplied with {weight!r}, which is no float"
@@ -486,18 +487,19 @@ class Arithmetic:
             raise self.make_error(ROUNDINGS, CONTRACTED)
 
 
-def _is_product(weight: float, place: int | Sum) -> bool:
+def _is_product(weight: Weight, place: int | Sum) -> bool:
     """Returns True if the last operation of a term is a product, which may be joined with what is added to it."""
     if isinstance(place, Sum) and abs(weight) == 1 and len(place.terms) == 1:
         return _is_product(*place.terms[0])
-    return abs(weight) != 1 and place != CONSTANT
+    return abs(weight) != 1 and place != CONSTANT and not isinstance(weight, Fraction)
 
 
 def _largest(terms: features.Terms, most: int) -> float:
     """Bounds the absolute value of a sum, and of what is computed on the way. `most`: that of an input."""
     sizes = [_largest(place.terms, most) if isinstance(place, Sum) else most for _, place in terms]
     return sum(
-        abs(weight) * (1 if place == CONSTANT else size) for (weight, place), size in zip(terms, sizes, strict=True)
+        float(abs(weight)) * (1 if place == CONSTANT else size)
+        for (weight, place), size in zip(terms, sizes, strict=True)
     )
 
 

@@ -23,6 +23,7 @@ import struct
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias, cast
 
@@ -33,7 +34,7 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import SUMS
 from codegen.ir import CONSTANT, Floats
 from codegen.numbers import nearest_double
-from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, Sum
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, Sum, Weight, divisor_of
 
 SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
@@ -260,12 +261,12 @@ def _last(low: int, high: int, holds: Callable[[int], Any]) -> int:
 
 # --- sums
 
-Terms = tuple[tuple[float, int | Sum], ...]
+Terms = tuple[tuple[Weight, int | Sum], ...]
 Bounds = tuple[float | None, float | None]
 Columns: TypeAlias = "Sequence[Floats] | Mapping[int, Floats]"  # of inputs, by their places
 # forms of steps: (name, number or both, whether a zero keeps its sign at a bound of 0)
 CUTTING = ("min", "max", "clip")
-IN_ORDER = "add, subtract, and multiply with numbers only: y = c + w0 * x[0] + w1 * (x[1] - x[2])"
+IN_ORDER = "add, subtract, multiply with and divide by numbers only: y = c + w0 * x[0] + w1 * (x[1] - x[2])"
 CUT_BEFORE = "; a number that is cut first: y = low if x < low else high if x > high else x"
 NO_SUM = "what is returned is no sum of weighted features"
 
@@ -295,15 +296,16 @@ class Affine(NamedTuple):
         """The inputs that it reads; none where it is a number."""
         return Sum(self.terms).places
 
-    def within(self, factor: float = 1.0) -> "Affine":
+    def within(self, factor: Weight = 1.0) -> "Affine":
         """A single term, which weighs the form."""
         return Affine(((factor, Sum(self.terms)),))
 
-    def scale(self, factor: float) -> "Affine":
-        """The product with a number, exactly."""
+    def scale(self, factor: Weight) -> "Affine":
+        """The product with a number, or the quotient, exactly."""
         weight, place = self.terms[0]
-        single = len(self.terms) == 1 and (abs(weight) == 1 or factor == -1)
-        return Affine(((factor * weight, place),)) if single else self.within(factor)
+        if len(self.terms) == 1 and abs(weight) == 1:
+            return Affine(((-factor if weight < 0 else factor, place),))
+        return Affine(((-weight, place),)) if len(self.terms) == 1 and factor == -1 else self.within(factor)
 
     def plus(self, other: "Affine") -> "Affine":
         """The sum, exactly: from left to right, or with an inner sum where the program computes one by itself."""
@@ -410,16 +412,16 @@ class Sums:
         if form is None or value is None:
             return None
         if form[0] in ("*", "/"):
-            return self._scale_form(affine, value if form[0] == "*" else _reciprocal(value))
+            return self._scale_form(affine, value, over=form[0] == "/")
         added = Affine(((-value if form[0] == "-" else value, CONSTANT),))
         return (affine.scale(-1.0) if form[0] == "c-" else affine).plus(added)
 
-    def _scale_form(self, affine: Affine, factor: float | None) -> Affine | None:
-        """A product of a form and a number; None for those that are zero or subnormal."""
-        if factor == 1:
+    def _scale_form(self, affine: Affine, number: float, *, over: bool) -> Affine | None:
+        """A form times a number, or divided by it; None for those that are zero or subnormal."""
+        if number == 1:
             return affine
-        vanishes = factor is None or not affine.places or abs(factor) < float(np.finfo(self.numbers).tiny)
-        return None if factor is None or vanishes else affine.scale(factor)
+        vanishes = not affine.places or abs(number) < float(np.finfo(self.numbers).tiny)
+        return None if vanishes else affine.scale(_reciprocal(number) if over else number)
 
     def add_features(self, left: Feature, right: Feature, sign: str) -> Feature | None:
         """The sum ("+") or difference ("-") of two features as a feature, or one with the sign of the difference ("<");
@@ -460,15 +462,20 @@ def sum_terms(terms: Terms, columns: Columns, numbers: str) -> Floats:
             else:
                 seen = sum_terms(place.terms, columns, numbers) if isinstance(place, Sum) else columns[place]
                 each = seen.astype(kind)
-                each = each if weight == 1 else -each if weight == -1 else each * kind(weight)
+                divisor = divisor_of(weight)
+                if divisor is None:
+                    each = each if weight == 1 else -each if weight == -1 else each * kind(weight)
+                else:
+                    each = each / kind(divisor)
             total = each if total is None else total + each
     return np.asarray(total, dtype=np.float64)
 
 
-def _reciprocal(value: float) -> float | None:
-    """1 / value where dividing by it is multiplying with that: of powers of two."""
+def _reciprocal(value: float) -> Weight:
+    """The weight that divides by a number: a factor where this is a power of two, else a fraction."""
     mantissa, exponent = math.frexp(value)
-    return math.ldexp(2 * mantissa, 1 - exponent) if abs(mantissa) == 0.5 and abs(exponent) < 100 else None
+    power = abs(mantissa) == 0.5 and abs(exponent) < 100
+    return math.ldexp(2 * mantissa, 1 - exponent) if power else 1 / Fraction(value)
 
 
 class Given:

@@ -16,7 +16,7 @@ from maviper.compilation.compile import compile_profile
 from tests.support import machines, summed, summed_c
 from tests.support.tiers import first_of
 
-KINDS = summed.every(1, levels=3, inner=0.3)
+KINDS = summed.every(1, levels=3, inner=0.3, over=0.3)
 SMALL = summed.every(2, levels=2, inner=0.3)
 FEW = {kind: SMALL[kind] for kind in SMALL if kind.startswith("outputs") or kind == "agents of two kinds"}
 RANDOM = 300
@@ -132,7 +132,8 @@ def test_a_cortex_m4_gives_the_same_bits(tmp_path):
 
 @pytest.mark.compile
 @pytest.mark.parametrize(
-    "flag", ["-ffast-math", "-fassociative-math -fno-signed-zeros -fno-trapping-math", "-mfpmath=387"]
+    "flag",
+    ["-ffast-math", "-fassociative-math -fno-signed-zeros -fno-trapping-math", "-freciprocal-math", "-mfpmath=387"],
 )
 def test_what_would_compute_otherwise_is_refused(flag, tmp_path):
     if shutil.which("gcc") is None:

@@ -7,6 +7,7 @@ import pytest
 
 from codegen.agreement import selfcheck
 from codegen.agreement.compiled import Build
+from codegen.errors import InputError
 from codegen.lowering.lower import lower
 from codegen.targets import emit
 from tests.support import summed
@@ -16,7 +17,7 @@ RANDOM = 300
 
 @cache
 def team():
-    return summed.together(1, levels=2)
+    return summed.together(1, levels=2, inner=0.3, over=0.3)
 
 
 def replayed(profile, files):
@@ -34,6 +35,14 @@ def test_the_bits_of_the_reference(target):
     report = replayed(team(), emit(team(), [target])).ensure()
     assert {target, f"{target} rows", f"{target} constants"} <= {each.target for each in report.agreements}
     assert {each.agent for each in report.agreements} >= {policy.agent for policy in team().agents}
+
+
+@pytest.mark.parametrize("target", ["jax", "torch", "onnx"])
+def test_who_may_multiply_with_a_reciprocal_does_not_divide(target):
+    profile = summed.every(1, levels=2, over=0.9)["outputs, float32 steps"]
+    with pytest.raises(InputError, match="may round a quotient"):
+        emit(profile, [target])
+    assert replayed(profile, emit(profile, ["svg"])).ensure().agreements
 
 
 def test_a_picture_shows_sums_bars_and_rules():

@@ -48,7 +48,7 @@ def finite_rows(policy, count):
 
 
 def test_the_page_gives_the_references_bits(tmp_path):
-    profile = summed.together(3, inner=0.3)
+    profile = summed.together(3, inner=0.3, over=0.3)
     given, expected = [], []
     for number, policy in enumerate(profile.agents):
         rows = finite_rows(policy, 200)

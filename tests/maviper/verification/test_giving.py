@@ -189,9 +189,10 @@ region = { box = { z = [0, 0.8] } }
 """
 
 
-def test_the_law_that_flies_is_proved(tmp_path):
+@pytest.mark.parametrize("law", ["kp * (target - z) - kd * vz", "(target - z) / 0.4f - vz / 0.83f"])
+def test_the_law_that_flies_is_proved(law, tmp_path):
     """A sum within a sum, as people write control laws: its roundings are those of its own order."""
-    (tmp_path / "law.c").write_text(LAW)
+    (tmp_path / "law.c").write_text(LAW.replace("kp * (target - z) - kd * vz", law))
     (tmp_path / "hover.toml").write_text(HOVER)
     assert main.run(["import", str(tmp_path / "law.c"), "--outputs", "u", "-o", str(tmp_path / "law.json")]) == 0
     asked = ["verify", str(tmp_path / "law.json"), "--system", str(tmp_path / "hover.toml")]

@@ -110,7 +110,7 @@ def test_outputs_have_the_names_that_are_given():
     ("expression", "says"),
     [
         ("max(x[0], 1.0) - x[1]", "what is added is no sum"),
-        ("(x[0] - x[1]) / 0.3", "no sum of weighted features"),
+        ("(x[0] - x[1]) / 1e-310", "no sum of weighted features"),
         ("x[0] * x[1]", "the product of two features"),
         ("max(0.0, x[0])", "the sign of the zero there is not known"),
     ],
