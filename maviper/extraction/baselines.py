@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
+from codegen.deciding import decide_taken
 from codegen.errors import InputError
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float32, Float64, GrownTree
 from maviper.episodes.play import Controller, Episodes, rollout
@@ -246,7 +247,7 @@ class _Points:
         others = [other for other in trees if other != agent]
         policies = agent_policies(world, [trees[other] for other in others], others)
         for other, policy in zip(others, policies, strict=True):
-            acting[:, other] = ir.act(policy, data.observations[other][rows])
+            acting[:, other] = decide_taken(policy, data.observations[other][rows])
         joint = joint_actions(world, agent, [])
         q_values = np.empty((len(rows), len(joint)))
         for part in parts(slice(None), len(rows), max(1, ROWS_AT_ONCE // len(joint))):

@@ -37,6 +37,7 @@ from maviper.worlds.outside.sources import (
 )
 from maviper.worlds.outside.spaces import random_actions, width
 from maviper.worlds.outside.vmas import GAMES, VmasWorld
+from maviper.worlds.remembering import split_memory
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.stated.statements import Finding, Mark, check_statement, measure_reference, usable
 from maviper.worlds.stated.systems import read
@@ -56,7 +57,7 @@ def check(
 
     They end where a fault leaves nothing more to look at. UnknownNameError or InputError for a name that is neither.
     """
-    name = f"{SYSTEM}:{name}" if name.endswith(WORLD_FILE) and not is_named_by_user(name) else name
+    name = f"{SYSTEM}:{name}" if name.endswith(WORLD_FILE) and not is_named_by_user(name) else split_memory(name)[0]
     steps = _check_named(parse_source(name), run_reference) if is_named_by_user(name) else _check_built_in(name)
     findings: list[Finding] = []
     try:

@@ -11,6 +11,7 @@ import maviper
 from codegen.errors import InputError
 from maviper import worlds
 from maviper.evaluation.players import find_player
+from maviper.worlds import checking
 from maviper.worlds.remembering import LAST_ACTION, Remembering, split_memory
 
 QUICK = {"max_depth": 2, "iterations": 2, "rollouts": 10, "held_out": 10, "selection_episodes": 10}
@@ -157,6 +158,13 @@ def test_agents_of_a_game_remember():
         maviper.evaluate(plain, episodes=10, replaced=[("agent_0", team)])
 
 
+def test_trees_that_answer_one_another_take_actions():
+    """Q is asked of the actions that are taken, whatever changes memory."""
+    asked = {"max_leaves": 4, "iterations": 2, "rollouts": 2, "held_out": 5, "refinement_episodes": 0}
+    team = maviper.extract("physical-deception", features=LAST_ACTION, algorithm="rgmdt", **asked)
+    assert all(policy.memory for policy in team.agents)
+
+
 def test_a_profile_whose_leaf_forgets_plays_no_world(lamp):
     (policy,) = lamp.agents
     action = policy.tree.action.copy()
@@ -178,7 +186,9 @@ def test_a_last_action_is_kept_where_an_agent_does_not_act():
 def test_names_with_memory():
     assert split_memory("a,features=velocity+last_action,b=1") == ("a,b=1,features=velocity", True)
     assert split_memory("a,features=velocity") == ("a,features=velocity", False)
-    assert worlds.find("physical-deception,features=last_action").name == "physical-deception,features=last_action"
+    name = "physical-deception,features=last_action"
+    assert worlds.find(name).name == name
+    assert not [each for each in checking.check(f"{name}") if each.mark is checking.Mark.WRONG]
 
 
 def test_what_cannot_remember_is_refused():
