@@ -10,7 +10,7 @@ At the start of an episode an agent remembers the first of its actions. In steps
 it remembers. Whoever plays the world without memory observes what that shows (experts/finding.py).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,10 +29,11 @@ from codegen.ir import (
     PolicyProfile,
     Update,
 )
+from maviper.worlds.games.features import SEPARATOR
+from maviper.worlds.outside.sources import legal_names
 from maviper.worlds.world import FEATURES, Int, World, plain_name
 
 LAST_ACTION = "last_action"  # the feature, and the group of features that asks for it
-SEPARATOR = "+"  # between groups in an option
 SAME = ("spec", "teams", "outputs", "counted_from", "measures", "beside", "return_first", "main", "features_from")
 
 
@@ -101,7 +102,7 @@ class Remembering(World):
 
     @property
     def games_measured(self) -> int | None:
-        """As without memory."""
+        """The same as without memory."""
         return self.plain.games_measured
 
     # --- what its trees do
@@ -109,7 +110,7 @@ class Remembering(World):
     @property
     def policy_actions(self) -> tuple[tuple[ActionSpec, ...], ...]:
         """Per agent the actions that are taken, and behind them each again, remembered."""
-        return tuple((*of, *(_remembered(action, place) for place, action in enumerate(of))) for of in self.actions)
+        return tuple((*of, *_remember(of)) for of in self.actions)
 
     def deploy(self, agent: int, tree: GrownTree) -> GrownTree:
         """The tree with leaves that take actions and remember them."""
@@ -117,7 +118,7 @@ class Remembering(World):
         return replace(tree, action=np.where(tree.action == NO_ACTION, NO_ACTION, remembered))
 
     def remembers_alike(self, policy: AgentPolicy) -> bool:
-        """Whether each leaf of a policy with `policy_actions` remembers its action."""
+        """Returns True if each leaf of a policy with `policy_actions` remembers its action."""
         leaf = policy.tree.action
         return bool(((leaf == NO_ACTION) | (leaf >= len(policy.actions) // 2)).all())
 
@@ -167,7 +168,7 @@ class Remembering(World):
 
     @property
     def rewards_lag(self) -> bool:
-        """As without memory."""
+        """The same as without memory."""
         return self.plain.rewards_lag
 
     def alive(self, state: RememberedStates) -> Bool:
@@ -200,7 +201,7 @@ class Remembering(World):
 
     @property
     def shaped(self) -> bool:
-        """As without memory."""
+        """The same as without memory."""
         return self.plain.shaped
 
     def values(self, states: Sequence[RememberedStates]) -> Float64:
@@ -216,9 +217,12 @@ class Remembering(World):
         return self.plain.reference_env()
 
 
-def _remembered(action: ActionSpec, place: int) -> ActionSpec:
-    update = Update(LAST_ACTION, adds=False, value=place)
-    return ActionSpec(f"{action.name}_remembered", None, acts=action.name, updates=(update,))
+def _remember(actions: Sequence[ActionSpec]) -> Iterator[ActionSpec]:
+    """The actions again, each of which sets what is remembered."""
+    taken = [action.name for action in actions]
+    names = legal_names([*taken, *(f"{name}_remembered" for name in taken)], "action")[len(taken) :]
+    for place, (name, called) in enumerate(zip(taken, names, strict=True)):
+        yield ActionSpec(called, None, acts=name, updates=(Update(LAST_ACTION, adds=False, value=place),))
 
 
 def _find_observed(features: Sequence[FeatureSpec], remembered: Sequence[str]) -> list[int]:
