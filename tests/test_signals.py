@@ -3,6 +3,7 @@
 import ctypes
 import json
 import random
+import re
 import subprocess
 import sys
 import tomllib
@@ -29,7 +30,7 @@ from verify.systems.files import statement_of
 from verify.systems.properties import claims_of
 
 WORLDS = Path(__file__).parent.parent / "generated" / "signals" / "worlds"
-PROOFS = WORLDS.parent / "proofs"
+PROOFS, HOUR = WORLDS.parent / "proofs", WORLDS.parent / "hour"
 MOST_RED, LEAST_GREEN, STEP = 120, 10, 5  # seconds
 
 
@@ -287,6 +288,38 @@ def test_the_picture_follows_from_the_proofs(tmp_path):
     met = states(nested(policy), len(plant.actions), plant.rooms)
     worst = max(red[k] + STEP for *_, red in met for k in plant.needed)
     assert worst == 70 and "within 75 s" in drawn  # sets of states have clocks that are not whole, too
+
+
+def longest_red(phases, served):
+    """Seconds from the end of a green to the next one, whose step of clearance is red, too."""
+    steps = "".join("G" if int(phase) in served else "r" for phase in phases)
+    shown = re.sub("rG", "rr", steps[0] + steps)[1:]
+    return STEP * max(map(len, shown.split("G")))
+
+
+def test_the_picture_of_the_hour_has_its_numbers_and_the_bound_of_its_certificate(tmp_path):
+    subprocess.run([sys.executable, PROOFS.parent / "city.py", tmp_path / "city.svg"], check=True)
+    drawn = (tmp_path / "city.svg").read_text()
+    assert drawn == (PROOFS.parents[2] / "maviper" / "manual" / "city.svg").read_text() and len(drawn) < 60_000
+    hour = json.loads((HOUR / "hour.json").read_text())
+    for player in ("expert", "tree", "guarded"):
+        reds = [longest_red(hour[player]["phases"], each["phases"]) for each in hour["approaches"].values()]
+        assert all(f">{red} s<" in drawn for red in reds if red)
+        assert player != "guarded" or max(reds) <= 70
+    assert f"stood {hour['expert']['stood']['west_2']} s by the expert" in drawn
+    assert f"guards: {hour['guarded']['delay']:.1f} s" in drawn and "proved: 70 s" in drawn
+    name, policy = "ingolstadt1-signal_0", maviper.load(HOUR / "ingolstadt1.json")["signal_0"]
+    assert maviper.check(HOUR / f"{name}-2.json", HOUR / "ingolstadt1.json", world=HOUR / f"{name}.toml").subject
+    plant = Plant(name)
+    met = states(nested(policy), len(plant.actions), plant.rooms)
+    assert max(red[k] + STEP for *_, red in met for k in plant.needed) <= 70
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_spec("libsumo") is None or find_spec("sumo_rl") is None, reason="simulates in SUMO")
+def test_sumo_plays_the_hour_of_the_picture(monkeypatch):
+    monkeypatch.syspath_prepend(PROOFS.parent)
+    assert import_module("hour").hour() == json.loads((HOUR / "hour.json").read_text())
 
 
 @pytest.mark.slow

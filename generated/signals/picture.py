@@ -71,9 +71,8 @@ def reds(policy: AgentPolicy, clocks: bool) -> list[int]:
     return seen
 
 
-def longest() -> int:
-    """The longest red by the cells of the certificate, in seconds, with the step that gives green."""
-    path = PROOFS / f"{NETWORK}-{AGENT}-2.json"
+def longest(path: Path) -> int:
+    """The longest red by the cells of a certificate, in seconds, with the step that gives green."""
     (part,) = from_json(path.read_bytes(), path.name).proof.parts
     heads = iter(numbers(part.cells))  # of each variable its first cell, zigzag, and how many there are
     spans = {name: (next(heads), next(heads)) for name in part.widths}
@@ -98,7 +97,7 @@ def high(seconds: float) -> float:
 
 def draw() -> str:
     """The picture."""
-    policy, proved = maviper.load(PROOFS / f"{NETWORK}.json")[AGENT], longest()
+    policy, proved = maviper.load(PROOFS / f"{NETWORK}.json")[AGENT], longest(PROOFS / f"{NETWORK}-{AGENT}-2.json")
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDE} {HIGH}" font-family="sans-serif" font-size="14">',
         f'<rect width="{WIDE}" height="{HIGH}" fill="white"/>',
