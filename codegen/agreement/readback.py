@@ -362,11 +362,11 @@ def _read_entries(folder: Path, model: Model) -> Told:
     located = model.agents if model.located else ()
     together = model.located and model.acting
     team = _integers(folder / "team").reshape(-1, len(model.agents)) if together else None
-    seen = {agent: (folder / f"{agent.lower}.seen").read_bytes() for agent in located}
+    seen = [(agent, (folder / f"{agent.lower}.seen").read_bytes()) for agent in located]
     return Told(
         checks={agent.name: _integers(folder / f"{agent.lower}.checks") for agent in model.agents},
         constants=[_constant(each) for each in said["constants"]],
-        observed={a.name: np.frombuffer(raw, "<f8").reshape(-1, len(a.features)) for a, raw in seen.items()},
+        observed={a.name: np.frombuffer(raw, "<f8").reshape(-1, len(a.features)) for a, raw in seen},
         acted={agent.name: _answers(agent, folder / f"{agent.lower}.acted") for agent in located},
         team=team,
         within=_integers(folder / "within") if model.region else None,
