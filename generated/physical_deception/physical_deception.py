@@ -181,10 +181,7 @@ class Action_agent_1(IntEnum):
 
 
 _KINDS: Set[Any] = {float, int, bool}  # types whose values are numbers; others join them when they are met
-
-
-def _kind(value: object) -> Type[object]:
-    return type(value)
+_kind: Callable[[object], Type[object]] = type
 
 
 def _double(value: Any, what: str = "an observation") -> float:
@@ -202,7 +199,10 @@ def _double(value: Any, what: str = "an observation") -> float:
 
 def _numbers(what: str, n: int, x: Any) -> Any:
     """What is given as a list or tuple of n; ValueError for another length, TypeError for what is no sequence."""
-    values: Any = x.tolist() if hasattr(x, "tolist") else x
+    try:
+        values: Any = x.tolist()
+    except AttributeError:
+        values = x
     whose = _kind(values)
     if whose is list and len(values) == n and type(values[0]) is float:
         return values  # an array of one axis, as its first entry shows; asking for its shape would take longer
