@@ -442,6 +442,12 @@ class Sums:
             self.known.append(affine)
         return self.places[key]
 
+    def repeats(self, place: int) -> bool:
+        """Returns True if a sum reads an input twice, so that it is NaN where that alone is infinite."""
+        named = [each for part in Sum(self.known[place - SUMS].terms).parts() for _, each in part.terms]
+        inputs = [each for each in named if not isinstance(each, Sum) and each != CONSTANT]
+        return len({*inputs}) < len(inputs)
+
     def column(self, place: int, columns: Columns) -> Floats:
         """The values of a sum for many observations, as doubles."""
         return sum_terms(self.known[place - SUMS].terms, columns, self.numbers)

@@ -85,6 +85,7 @@ class Growth:
         self._parent, self._depth = NO_CHILD, 0
         self._mark: tuple[Any, _Known] = (None, {})
         self._other: _Known | None = None  # known where the last test has the other answer, which decides it
+        self._taken = dict[int, int]()  # sums of an input twice, taken to be no NaN, with the line of a test
 
     def follow(self, run: Run) -> None:
         """Follows all paths. InputError for too many."""
@@ -133,7 +134,9 @@ class Growth:
             begin, end = (bisect_left(turns.turns, each) for each in ((low,), (high,)))  # of those within
             if begin == end:
                 holds = turns.first ^ (begin % 2 == 1)
-                self.nan &= high < last or turns.nan == holds
+                if high == last and turns.nan != holds:
+                    self.nan = False
+                    self._taken |= {feature: self.line} if feature >= SUMS and self._sums.repeats(feature) else {}
                 return holds
             which = end - 1 if end - begin <= MAX_CHAIN else (begin + end) // 2
             at = turns.turns[which]
@@ -199,6 +202,12 @@ class Growth:
         if tree.feature[0] == NO_FEATURE and tree.action[0] == NO_ACTION:
             raise self.make_error("every observation is ruled out by an assertion", "mend the assertion")
         return tree
+
+    def ensure_tested(self, tree: GrownTree) -> None:
+        """InputError for a sum that is taken to be no NaN, as that of one infinite input is, and that no test shows."""
+        for line in [line for place, line in self._taken.items() if not (tree.feature == place).any()][:1]:
+            self.line = line
+            raise self.make_error("a sum is tested, and the answer is the same but for NaN", "leave the test out")
 
     def is_inside(self, columns: Sequence[Floats]) -> Bool:
         """Returns which observations the program does not rule out. `columns`: of its inputs; those with NaN count as
@@ -289,6 +298,8 @@ def origin_of(
         growth.follow(run)
     grown = growth.tree()
     said = describe()
+    if not said.whole:
+        growth.ensure_tested(grown)
     places = [*range(MEMORY, MEMORY + len(memory)), *said.places]
     nan = growth.nan and not growth.outside
     said = replace(said, places=places, memory=tuple(memory), numbers=numbers, nan=nan)

@@ -126,3 +126,14 @@ def test_a_sum_may_be_scaled_and_bent_where_it_is_tested():
     policy = imported(text)
     rows = rows_of(policy)
     assert ir.act(policy, rows).tolist() == told(text, rows.tolist())
+
+
+@pytest.mark.parametrize("test", ["abs(x[0] - x[0]) > -3.6", "x[0] - 2 * x[0] <= 3 or x[0] - 2 * x[0] > 3"])
+def test_a_sum_whose_only_other_answer_is_that_to_nan_is_refused(test):
+    """As that of one infinite number is: no test of the tree would show that there is a sum."""
+    with pytest.raises(InputError, match="the answer is the same but for NaN") as caught:
+        imported(f"def act(x):\n    if {test}:\n        return 0\n    return 1\n")
+    assert caught.value.where.endswith("line 2")
+    ladder = ["if x[0] - 2 * x[0] <= 3:", "    return 0", "elif x[0] - 2 * x[0] > 3:", "    return 1", "return 2"]
+    policy = imported("def act(x):\n    " + "\n    ".join(ladder) + "\n")
+    assert len(policy.tree.sums) == 1
