@@ -17,7 +17,8 @@ import numpy.typing as npt
 from codegen.floats import FLOAT32
 from codegen.ir import FeatureSpec, Float64, Floats, Meaning, WorldSpec
 
-FEW = 256  # states of which all differences are taken at once; of more, one after the other stays in a cache
+FEW = 2_048  # states of which several differences are taken at once; of more, one after the other is quicker
+AT_ONCE = 32_768  # numbers of such differences: they stay in a cache
 
 
 class Observer:
@@ -53,8 +54,11 @@ class Observer:
         """
         seen = np.empty((len(self.terms), planes.shape[1]), dtype=self.numbers)
         few = planes.shape[1] <= FEW
-        for function, (places, a, b) in self.differences.items() if few else ():
-            seen[places] = _apply_function(function, planes[a] - planes[b])
+        at_once = AT_ONCE // max(1, planes.shape[1])
+        for function, columns in self.differences.items() if few else ():
+            for low in range(0, len(columns[0]), at_once):
+                places, a, b = (column[low : low + at_once] for column in columns)
+                seen[places] = _apply_function(function, planes[a] - planes[b])
         total = np.empty(planes.shape[1])
         for place in self.others if few else range(len(self.terms)):
             match self.terms[place]:

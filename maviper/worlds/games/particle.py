@@ -283,7 +283,7 @@ def covers_targets(near: Bool) -> Bool:
 def _covers_one(near: Bool) -> bool:
     from scipy.optimize import linear_sum_assignment
 
-    return bool(near[linear_sum_assignment(~near)].all())
+    return bool(near[linear_sum_assignment((~near).astype(np.float64))].all())
 
 
 # --- specs that games share
