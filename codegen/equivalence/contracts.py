@@ -15,7 +15,7 @@ from math import floor
 import numpy as np
 
 from codegen import ir
-from codegen.deciding import ensure_forgets, ensure_plain, sums_in
+from codegen.deciding import ensure_forgets, sums_in
 from codegen.errors import InputError
 from codegen.floats import below_zero, short_hex
 from codegen.lowering.lower import NESTED, ORDERED
@@ -124,8 +124,8 @@ class Contracts:
 
 def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
     """The contracts of every agent's `..._act`, and of the functions of its memory. InputError for other styles than
-    two, whose loops or bits have no axioms; for memory and sums in one of these, and in one agent, as WP's floats leave
-    open where a sum goes.
+    two, whose loops or bits have no axioms; for memory in one of these, and with sums in one agent, since WP's floats
+    leave open where a sum goes.
     """
     summing = sums_in(profile)
     if any(policy.memory for policy in summing):
@@ -134,7 +134,7 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
         what = f"contracts are for the styles {NESTED} and {ORDERED}, not for {model.style}"
         raise InputError(what, "contracts", f"use --style {NESTED}, or leave it out")
     if model.style == ORDERED:
-        ensure_plain(profile, f"a contract of the style {ORDERED}")
+        ensure_forgets(profile, f"a contract of the style {ORDERED}")
     functions = list(map(_promise, profile.agents, model.agents))
     clips = _clips(profile, model)
     ordered = model.style == ORDERED
@@ -301,7 +301,7 @@ def _thresholds(trees: Sequence[ir.Tree]) -> list[np.float32]:
 def _bits_axioms(profile: ir.PolicyProfile, bits: str) -> list[Axiom]:
     """For each threshold, which bits the numbers have that are at most it."""
     axioms: list[Axiom] = []
-    for threshold in _thresholds([policy.tree for policy in profile.agents]):
+    for threshold in _thresholds([policy.tree for policy in profile.agents if not policy.tree.arithmetic]):
         number = int(threshold.view(np.uint32))
         digits = f"{number:08x}"
         compared = f"(uint32_t){bits}_of(x) >= 0x{digits}" if number >= SIGN else f"{bits}_of(x) <= 0x{digits}"

@@ -210,8 +210,16 @@ def test_of_sums_it_is_said_which_actions_there_are_and_which_bounds(tmp_path):
     bounds = r"\is_NaN(y[0]) || (\le_double((double)-0x1p+1, y[0]) && \le_double(y[0], (double)0x1.8p+1))"
     assert f"ensures bounds: {bounds};" in text
     assert giving.functions == (model.agents[0].names.act, model.names.at_least, model.names.at_most)
-    with pytest.raises(InputError, match="the style ordered does not take sums"):
-        contracts(profile, "ordered")
+
+
+def test_sums_stand_in_order_of_bits_beside_plain_trees():
+    """Of sums it is said what every style says, as none changes them; of plain trees what their bits are."""
+    plain = blind({"plain": tree((0, -0.5, 1, 2), 0, (1, 1.5, 3, 4), 1, 2)}).agents
+    made, model = contracts(summed.profile(summed.policy(0, DOUBLE_SUMS), *plain), "ordered")
+    text = made.files[made.source]
+    of_sums, of_bits = text.split(f"{model.agents[0].names.act}(const float *x);")
+    assert made.axioms == 2 and "ensures actions:" in of_sums and "!\\is_NaN(x[" not in of_sums
+    assert of_bits.count("!\\is_NaN(x[") == 2 and "ensures table:" in of_bits
 
 
 def test_walks_have_no_contracts():
