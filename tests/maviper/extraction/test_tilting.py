@@ -76,7 +76,7 @@ def test_another_sum_changes_one_split_and_keeps_how_many_pass(node):
 
 def test_a_deployed_tree_can_be_changed_again_unless_its_sums_have_constants():
     deployed = deploy_tree(summed())
-    policy = SimpleNamespace(agent="agent_0", tree=deployed, features=range(N), outputs=())
+    policy = SimpleNamespace(agent="agent_0", tree=deployed, features=range(N), outputs=(), memory=())
     again = reopen_tree(policy)
     assert isinstance(again, SummedTree) and again.tests.tolist() == [[1, -1, 0, 0, 0]]
     assert np.array_equal(decide(again, rows()), deployed.action[ir.apply(deployed, rows())])
