@@ -315,6 +315,22 @@ def test_the_picture_of_the_hour_has_its_numbers_and_the_bound_of_its_certificat
     assert max(red[k] + STEP for *_, red in met for k in plant.needed) <= 70
 
 
+def test_the_record_is_told_by_its_own_script_and_its_cells_can_be_gone_on_with(tmp_path):
+    script = PROOFS.parents[1] / "reproduction" / "signals" / "recompute.py"
+    told = subprocess.run([sys.executable, "-I", script], check=True, capture_output=True, text=True).stdout
+    assert told == script.with_name("tables.txt").read_text()
+    subprocess.run([sys.executable, "-I", script, "unpack", tmp_path], check=True)
+    cells = [json.loads(path.read_text()) for path in tmp_path.glob("cells/*/cell.json")]
+    made = [each for each in cells if each["cell"]["kind"] == "extraction"]
+    assert len(made) == len(cells) - 1 == told.count(" leaves") and all(each["outcome"] == "done" for each in made)
+    for place in tmp_path.glob("cells/*/profile.json"):
+        lines = (place.parent / "episodes.csv").read_text().splitlines()
+        delays = [float(line.rpartition(",")[2]) for line in lines if ",signal delay," in line]
+        leaves = int((maviper.load(place)["signal_0"].tree.feature < 0).sum())
+        assert len(delays) == 50
+        assert any(f" {np.mean(delays):.1f} +-" in row and f" {leaves} leaves" in row for row in told.splitlines())
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(find_spec("libsumo") is None or find_spec("sumo_rl") is None, reason="simulates in SUMO")
 def test_sumo_plays_the_hour_of_the_picture(monkeypatch):
