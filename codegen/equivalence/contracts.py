@@ -88,6 +88,7 @@ class Remembering:
     machine: Machine
     facts: tuple[str, ...]
     leaves: tuple[Leaf, ...]
+    ways: tuple[str, ...] = ()  # of an agent that tests sums, in place of leaves: an action with its updates
 
     @property
     def last(self) -> int:
@@ -124,12 +125,14 @@ class Contracts:
 
 def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
     """The contracts of every agent's `..._act`, and of the functions of its memory. InputError for other styles than
-    two, whose loops or bits have no axioms; for memory in one of these, and with sums in one agent, since WP's floats
-    leave open where a sum goes.
+    two, whose loops or bits have no axioms; for memory in one of these, and for a counter of an agent that tests sums,
+    since WP's floats leave open where a sum goes, and so whether the counter is below its end.
     """
     summing = sums_in(profile)
-    if any(policy.memory for policy in summing):
-        ensure_forgets(profile, "a contract of an agent that tests sums")
+    for policy in summing:
+        if any(each.adds for action in policy.actions for each in action.updates):
+            what = f"{policy.agent} tests sums and counts: WP does not know that it stops counting in time"
+            raise InputError(what, "contracts", "leave out the target contracts")
     if model.style not in (NESTED, ORDERED):
         what = f"contracts are for the styles {NESTED} and {ORDERED}, not for {model.style}"
         raise InputError(what, "contracts", f"use --style {NESTED}, or leave it out")
@@ -252,12 +255,17 @@ def _remembering(policy: ir.AgentPolicy, agent: Agent, facts: Iterable[Axiom]) -
         changed = {known[each.memory]: each for each in policy.actions[action].updates}
         return tuple(_say_after(name, changed.get(name)) for name in names)
 
+    named = agent.names
+    about = (named.init, named.step, named.state, _kind_of(policy), agent.machine)
+    if agent.summed is not None:
+        actions = np.unique(policy.tree.action[ir.leaves(policy.tree)]).tolist()
+        ways = [" && ".join((f"\\result == {policy.taken[each]}", *find_after(each))) for each in actions]
+        return Remembering(*about, (), (), tuple(ways))
     leaves = tuple(
         Leaf(leaf.id, leaf.tests, policy.taken[leaf.action], find_after(leaf.action)) for leaf in table_of(policy, ask)
     )
     told = tuple(f"{fact.compared} <==> {fact.at_most}" for fact in facts)
-    named = agent.names
-    return Remembering(named.init, named.step, named.state, _kind_of(policy), agent.machine, told, leaves)
+    return Remembering(*about, told, leaves)
 
 
 def _say_after(name: str, update: ir.Update | None) -> str:
@@ -272,7 +280,7 @@ def _remembered_floats(policy: ir.AgentPolicy, agent: Agent) -> list[Axiom]:
     this as a float where it is as a whole number.
     """
     assert agent.machine is not None
-    if policy.whole:
+    if policy.whole or agent.summed is not None:
         return []
     kind, width, facts = KINDS[policy.numbers], np.dtype(policy.numbers).itemsize * 8, list[Axiom]()
     first, tested = len(policy.features) - len(policy.memory), policy.tree.feature

@@ -1,5 +1,11 @@
 """Small controllers in C that remember, and a world for one of them."""
 
+from dataclasses import replace
+
+import numpy as np
+
+from codegen.sums import DOUBLE_SUMS, Sum
+
 HEATER = """#include <stdbool.h>
 bool act(float t) {
     static bool heating = false;
@@ -82,6 +88,15 @@ box = {{ t = [18, 22] }}
 [dynamics.next]
 t = "t - 0.02*(t - 10[K]) + act.power*0.5[K]"
 """
+
+
+def adding(profile):
+    """A policy whose tests of its first feature, t, test t + 2*m instead, of its first memory m."""
+    (policy,), count = profile.agents, len(profile.agents[0].features)
+    sums = (Sum(((1.0, 0), (2.0, count - len(policy.memory)))),)
+    feature = np.where(policy.tree.feature == 0, count, policy.tree.feature)
+    tree = replace(policy.tree, feature=feature, sums=sums, arithmetic=DOUBLE_SUMS)
+    return replace(profile, agents=(replace(policy, tree=tree, grown=None),))
 
 
 def make_world(policy, claims=""):

@@ -17,7 +17,7 @@ from codegen.sums import DOUBLE_SUMS
 from tests.support import summed
 from tests.support.games import random_profile
 from tests.support.observations import blind, doubled
-from tests.support.remembering import GIVING, SOURCES, WHOLE
+from tests.support.remembering import GIVING, SOURCES, WHOLE, adding
 from tests.support.strategies import profiles
 from tests.support.teams import tree
 
@@ -210,6 +210,22 @@ def test_of_sums_it_is_said_which_actions_there_are_and_which_bounds(tmp_path):
     bounds = r"\is_NaN(y[0]) || (\le_double((double)-0x1p+1, y[0]) && \le_double(y[0], (double)0x1.8p+1))"
     assert f"ensures bounds: {bounds};" in text
     assert giving.functions == (model.agents[0].names.act, model.names.at_least, model.names.at_most)
+
+
+def test_beside_sums_it_is_said_what_is_remembered_with_each_action(tmp_path):
+    """What `step_memory` gives, of every memory, is one of the ways that are said, and each of these is taken."""
+    profile = adding(remembering("heater", tmp_path))
+    made, _ = contracts(profile)
+    (policy,), text = profile.agents, made.files[made.source]
+    ways = re.findall(r"\((\\result == \d+ && .*)\)", text[text.index("*state;\n    ensures actions:") :])
+    grid = np.array([(t, memory) for t in (10, 18, 20, 22) for memory in (0, 1)])
+    actions, after = step_memory(policy, grid[:, 1:], grid[:, :1])
+    kept = np.isin(ir.act(policy, grid), [0, 1])
+    becomes = [r"\old(state->heating)" if same else now for same, now in zip(kept, after[:, 0], strict=True)]
+    said = {rf"\result == {action} && state->heating == {now}" for action, now in zip(actions, becomes, strict=True)}
+    assert said == {*ways} and len(ways) == 4
+    with pytest.raises(InputError, match="sums and counts"):
+        contracts(adding(remembering("debounce", tmp_path)))
 
 
 def test_sums_stand_in_order_of_bits_beside_plain_trees():

@@ -18,7 +18,7 @@ from maviper.compilation import proofs
 from maviper.compilation.run import compile_and_prove
 from tests.support.observations import blind
 from tests.support.outside import installed
-from tests.support.remembering import GIVING, HEATER, WHOLE
+from tests.support.remembering import GIVING, HEATER, WHOLE, adding
 from tests.support.teams import tree
 from tests.support.tiers import sweep
 
@@ -62,6 +62,16 @@ def test_what_is_compiled_is_proved(style):
 def test_memory_whole_numbers_and_sums_are_proved(source, goals, tmp_path):
     found = proven("nested", profile=read(source, tmp_path), steps=4 * STEPS)
     assert found.complete and found.goals == goals and found.axioms == (source is HEATER)
+
+
+@installed
+def test_what_is_remembered_beside_sums_is_proved(tmp_path):
+    """The contract says one of the actions with its updates; an update that belongs to none stays open."""
+    profile = adding(read(HEATER, tmp_path))
+    found = proven("nested", profile=profile)
+    assert found.complete and found.goals == 61 and found.axioms == 0
+    wrong = proven("nested", change=lambda text: once(text, ("heating = 1;", "heating = 0;")), profile=profile)
+    assert any("step_ensures_actions" in goal for goal in wrong.open_goals)
 
 
 IN_MEMORY = {
