@@ -15,7 +15,7 @@ from math import floor
 import numpy as np
 
 from codegen import ir
-from codegen.deciding import ensure_forgets, sums_in
+from codegen.deciding import sums_in
 from codegen.errors import InputError
 from codegen.floats import below_zero, short_hex
 from codegen.lowering.lower import NESTED, ORDERED
@@ -86,6 +86,7 @@ class Remembering:
     state: str  # the type
     kind: str
     machine: Machine
+    tested: tuple[int, ...]  # of what is observed
     facts: tuple[str, ...]
     leaves: tuple[Leaf, ...]
     ways: tuple[str, ...] = ()  # of an agent that tests sums, in place of leaves: an action with its updates
@@ -125,8 +126,8 @@ class Contracts:
 
 def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
     """The contracts of every agent's `..._act`, and of the functions of its memory. InputError for other styles than
-    two, whose loops or bits have no axioms; for memory in one of these, and for a counter of an agent that tests sums,
-    since WP's floats leave open where a sum goes, and so whether the counter is below its end.
+    two, whose loops or bits have no axioms, and for a counter of an agent that tests sums, since WP's floats leave open
+    where a sum goes, and so whether the counter is below its end.
     """
     summing = sums_in(profile)
     for policy in summing:
@@ -136,15 +137,14 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
     if model.style not in (NESTED, ORDERED):
         what = f"contracts are for the styles {NESTED} and {ORDERED}, not for {model.style}"
         raise InputError(what, "contracts", f"use --style {NESTED}, or leave it out")
-    if model.style == ORDERED:
-        ensure_forgets(profile, f"a contract of the style {ORDERED}")
     functions = list(map(_promise, profile.agents, model.agents))
     clips = _clips(profile, model)
     ordered = model.style == ORDERED
     axioms = _bits_axioms(profile, model.names.bits) if ordered else _below_zero(profile)
     pairs = [pair for pair in zip(profile.agents, model.agents, strict=True) if pair[0].memory]
-    facts = {agent.name: _remembered_floats(policy, agent) for policy, agent in pairs}
-    machines = [_remembering(*pair, facts[pair[1].name]) for pair in pairs]
+    facts = {agent.name: _remembered_floats(policy, agent, ordered) for policy, agent in pairs}
+    promised = {each.name: each.tested for each in functions}
+    machines = [_remembering(*pair, promised[pair[1].names.act], facts[pair[1].name]) for pair in pairs]
     asked = [*axioms, *(fact for some in facts.values() for fact in some)]
     source, questions = f"{model.prefix}_contracts.c", f"{model.prefix}_axioms.smt2" if asked else ""
     names = (
@@ -239,7 +239,7 @@ def table_of(policy: ir.AgentPolicy, ask: Callable[[int, str, float, bool], str]
     return tuple(leaves)
 
 
-def _remembering(policy: ir.AgentPolicy, agent: Agent, facts: Iterable[Axiom]) -> Remembering:
+def _remembering(policy: ir.AgentPolicy, agent: Agent, tested: Iterable[int], facts: Iterable[Axiom]) -> Remembering:
     """The promises of the functions of an agent's memory: what is remembered is asked as a whole number."""
     assert agent.machine is not None
     names = [each.name for each in agent.machine.memory]
@@ -256,7 +256,8 @@ def _remembering(policy: ir.AgentPolicy, agent: Agent, facts: Iterable[Axiom]) -
         return tuple(_say_after(name, changed.get(name)) for name in names)
 
     named = agent.names
-    about = (named.init, named.step, named.state, _kind_of(policy), agent.machine)
+    observed = tuple(each for each in tested if each < agent.machine.observed)
+    about = (named.init, named.step, named.state, _kind_of(policy), agent.machine, observed)
     if agent.summed is not None:
         actions = np.unique(policy.tree.action[ir.leaves(policy.tree)]).tolist()
         ways = [" && ".join((f"\\result == {policy.taken[each]}", *find_after(each))) for each in actions]
@@ -275,9 +276,10 @@ def _say_after(name: str, update: ir.Update | None) -> str:
     return f"state->{name} == \\old(state->{name})" + ("" if update is None else f" + {update.value}")
 
 
-def _remembered_floats(policy: ir.AgentPolicy, agent: Agent) -> list[Axiom]:
+def _remembered_floats(policy: ir.AgentPolicy, agent: Agent, ordered: bool) -> list[Axiom]:
     """For each memory of an agent that compares floats, and each number that it is compared with, that it is at most
-    this as a float where it is as a whole number.
+    this as a float where it is as a whole number; of one that compares bits also the memory's end, for what is at most
+    any number is not NaN.
     """
     assert agent.machine is not None
     if policy.whole or agent.summed is not None:
@@ -285,7 +287,9 @@ def _remembered_floats(policy: ir.AgentPolicy, agent: Agent) -> list[Axiom]:
     kind, width, facts = KINDS[policy.numbers], np.dtype(policy.numbers).itemsize * 8, list[Axiom]()
     first, tested = len(policy.features) - len(policy.memory), policy.tree.feature
     for place, each in enumerate(agent.machine.memory, first):
-        for threshold in np.unique(policy.tree.threshold[tested == place]):
+        numbers = policy.tree.threshold[tested == place]
+        ends = np.array([each.high] if ordered and numbers.size else [], numbers.dtype)
+        for threshold in np.unique(np.append(numbers, ends)):
             number = int(threshold.view(f"u{threshold.itemsize}"))
             compared = f"state->{each.name} <= {floor(threshold)}"
             at_most = _at_most(kind, threshold).replace("(x,", f"(({kind})state->{each.name},")

@@ -127,7 +127,12 @@ def test_what_is_asked_of_the_solver_is_true(tmp_path):
 
     profile = blind({"a": tree((0, -0.5, 1, 2), 0, (1, 0.0, 3, 4), 1, (0, 3e38, 5, 6), 2, (1, -1e-45, 7, 8), 0, 1)})
     heater = remembering("debounce", tmp_path)
-    for about, style, count in ((profile, "ordered", 4), (profile, "nested", 1), (heater, "nested", 2)):
+    for about, style, count in (
+        (profile, "ordered", 4),
+        (profile, "nested", 1),
+        (heater, "nested", 2),
+        (heater, "ordered", 6),
+    ):
         made, _ = contracts(about, style)
         questions = re.findall(r"\(push 1\).*\n((?:.+\n)+?)\(check-sat\)", made.files[made.questions])
         assert [ask_bits(text, ("b",)).holds for text in questions] == [False] * count
@@ -150,11 +155,12 @@ MEMORY_TEST = re.compile(r"state->(\w+) (<=|>) (-?\d+)")
 AFTER = re.compile(r"state->(\w+) == (?:(-?\d+)|\\old\(state->\w+\)(?: \+ (-?\d+))?)(?: &&|$)")
 
 
+@pytest.mark.parametrize("style", ["nested", "ordered"])
 @pytest.mark.parametrize("name", ["heater", "debounce", "light"])
-def test_what_is_remembered_becomes_what_the_policy_says(name, tmp_path):
+def test_what_is_remembered_becomes_what_the_policy_says(name, style, tmp_path):
     """Each observation and memory passes one behavior's tests, which says what `step_memory` gives."""
     profile = remembering(name, tmp_path)
-    made, model = contracts(profile)
+    made, model = contracts(profile, style)
     (policy,), (agent,), rng = profile.agents, model.agents, np.random.default_rng(5)
     machine = agent.machine
     names = [each.name for each in machine.memory]
@@ -192,9 +198,16 @@ def test_whole_numbers_are_compared_as_they_are(tmp_path):
     assert "float" not in text.replace("Typed+Float", "").replace("-warn-special-float", "") and made.axioms == 0
 
 
-def test_memory_has_no_contract_in_order_of_bits(tmp_path):
-    with pytest.raises(InputError, match="a contract of the style ordered"):
-        contracts(remembering("heater", tmp_path), "ordered")
+def test_memory_is_no_nan_in_order_of_bits(tmp_path):
+    """What is observed is asked not to be NaN; of what is remembered a float says so that it is at most its end."""
+    profile = remembering("debounce", tmp_path)
+    made, _ = contracts(profile, "ordered")
+    step = made.files[made.source].split("#include")[-1]
+    assert re.findall(r"requires !\\is_NaN\(x\[(\d+)\]\)", step) == ["0"]
+    for name, high in (("count", "0x1.88p+5"), ("stable", "0x1p+0")):
+        end = int(float.fromhex(high))
+        assert f"state->{name} <= {end} <==> \\le_float((float)state->{name}, (float){high});" in step
+        assert end == next(each.high for each in profile.agents[0].memory if each.name == name)
 
 
 def test_of_sums_it_is_said_which_actions_there_are_and_which_bounds(tmp_path):
