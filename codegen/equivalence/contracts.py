@@ -86,7 +86,7 @@ class Remembering:
     state: str  # the type
     kind: str
     machine: Machine
-    tested: tuple[int, ...]  # of what is observed
+    numbers: tuple[int, ...]  # which features must not be NaN, of those that are observed
     facts: tuple[str, ...]
     leaves: tuple[Leaf, ...]
     ways: tuple[str, ...] = ()  # of an agent that tests sums, in place of leaves: an action with its updates
@@ -143,8 +143,8 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
     axioms = _bits_axioms(profile, model.names.bits) if ordered else _below_zero(profile)
     pairs = [pair for pair in zip(profile.agents, model.agents, strict=True) if pair[0].memory]
     facts = {agent.name: _remembered_floats(policy, agent, ordered) for policy, agent in pairs}
-    promised = {each.name: each.tested for each in functions}
-    machines = [_remembering(*pair, promised[pair[1].names.act], facts[pair[1].name]) for pair in pairs]
+    numbers = {each.name: each.tested if ordered else () for each in functions}
+    machines = [_remembering(*pair, numbers[pair[1].names.act], facts[pair[1].name]) for pair in pairs]
     asked = [*axioms, *(fact for some in facts.values() for fact in some)]
     source, questions = f"{model.prefix}_contracts.c", f"{model.prefix}_axioms.smt2" if asked else ""
     names = (
@@ -239,7 +239,7 @@ def table_of(policy: ir.AgentPolicy, ask: Callable[[int, str, float, bool], str]
     return tuple(leaves)
 
 
-def _remembering(policy: ir.AgentPolicy, agent: Agent, tested: Iterable[int], facts: Iterable[Axiom]) -> Remembering:
+def _remembering(policy: ir.AgentPolicy, agent: Agent, numbers: Iterable[int], facts: Iterable[Axiom]) -> Remembering:
     """The promises of the functions of an agent's memory: what is remembered is asked as a whole number."""
     assert agent.machine is not None
     names = [each.name for each in agent.machine.memory]
@@ -256,7 +256,7 @@ def _remembering(policy: ir.AgentPolicy, agent: Agent, tested: Iterable[int], fa
         return tuple(_say_after(name, changed.get(name)) for name in names)
 
     named = agent.names
-    observed = tuple(each for each in tested if each < agent.machine.observed)
+    observed = tuple(each for each in numbers if each < agent.machine.observed)
     about = (named.init, named.step, named.state, _kind_of(policy), agent.machine, observed)
     if agent.summed is not None:
         actions = np.unique(policy.tree.action[ir.leaves(policy.tree)]).tolist()
