@@ -2,23 +2,29 @@
 
     python -m tests.benchmarks.doorway [--rounds 3] [--json]
     python -m tests.benchmarks.doorway --seeds 10 [--json]
+    python -m tests.benchmarks.doorway --cartpole [--json]
+    python -m tests.benchmarks.doorway --left [--json]
     python -m tests.benchmarks.doorway --simulator [--json]
 
 Two robots meet at a doorway: a PettingZoo environment as a researcher writes it, and networks of NumPy. `maviper
 extract` and the forty lines (`dagger`) play as many episodes, held-out ones included, each in a process of its own,
 in turns. All that either spends counts, from the start of Python on. With `--seeds`, what their trees reach is compared
-over so many seeds, in TESTED episodes that neither has seen. With `--simulator`, the environment stands in for a slow
-simulator: it works for a second an episode, prints each step, and fails where a process has two of it; told is what our
-own process spends beside it.
+over so many seeds, in TESTED episodes that neither has seen. With `--cartpole` the expert is a PPO of
+Stable-Baselines3, trained for TRAINED steps, and `maviper evaluate` counts too. With `--left`, the share of an
+extraction's time that is still to come when its clock first says that nothing is left; of this environment, and of a
+game of ours. With `--simulator`, the environment stands in for a slow simulator: it works for a second an episode,
+prints each step, and fails where a process has two of it; told is what our own process spends beside it.
 """
 
 import multiprocessing
 import os
 import sys
 import time
+from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Discrete
 from pettingzoo import ParallelEnv
@@ -28,6 +34,7 @@ from tests.benchmarks.common import figure, interleave_commands, reader, tell
 HERE = "tests.benchmarks.doorway"
 EPISODES, DEPTH, ROUNDS, HELD_OUT = 300, 3, 5, 37
 WORK = 1.0  # seconds of CPU of a simulator's longest episode
+TRAINED, PLACE = 30_000, "CARTPOLE"  # steps of the PPO; the variable that says where its file is
 TESTED, FIRST_TESTED, SEEDS_APART = 500, 10_000_000, 300_000
 
 
@@ -124,6 +131,38 @@ def act(agent, observations):
     return NETWORKS[agent](observations).argmax(axis=1)
 
 
+class Alone(ParallelEnv):
+    """CartPole, with one agent."""
+
+    possible_agents, game = ["agent"], gymnasium.make("CartPole-v1")
+
+    def reset(self, seed=None, options=None):
+        self.agents = self.possible_agents
+        return {"agent": self.game.reset(seed=seed)[0]}, {}
+
+    def step(self, actions):
+        seen, paid, fell, cut, _ = self.game.step(actions["agent"])
+        self.agents = [] if fell or cut else self.agents
+        return {"agent": seen}, {"agent": paid}, {}, {}, {}
+
+
+@lru_cache
+def ppo():
+    """The PPO of Stable-Baselines3 that plays CartPole: trained, or loaded where it is there."""
+    import torch
+    from stable_baselines3 import PPO
+
+    torch.set_num_threads(1)
+    if not Path(os.environ[PLACE]).exists():
+        PPO("MlpPolicy", "CartPole-v1", n_steps=256, seed=0, device="cpu").learn(TRAINED).save(os.environ[PLACE])
+    return PPO.load(os.environ[PLACE], device="cpu")
+
+
+def balance(agent, observations):
+    """The PPO as an expert."""
+    return ppo().predict(observations, deterministic=True)[0]
+
+
 def dagger(env, act, episodes, depth, rounds, held_out, seed=0):
     """Forty lines of DAgger with scikit-learn: the policy of the best round, and returns of it and of the expert."""
     from sklearn.tree import DecisionTreeClassifier
@@ -167,17 +206,24 @@ def dagger(env, act, episodes, depth, rounds, held_out, seed=0):
     return best, mean(best, 200_000, held_out), mean(expert, 200_000, held_out)
 
 
-def compare(rounds):
+def compare(rounds, cartpole):
     """The figures, from the medians of so many turns."""
+    expert, world = (f"{HERE}:balance", "gymnasium:CartPole-v1") if cartpole else (f"{HERE}:act", f"{HERE}:make")
     with TemporaryDirectory() as folder:
-        given = ["--max-depth", DEPTH, "--max-episodes", EPISODES, "--held-out", HELD_OUT, "--world", f"{HERE}:make"]
-        run = [sys.executable, "-m"]
-        extract = [*run, "maviper", "extract", f"{HERE}:act", *given, "-o", f"{folder}/team.json"]
-        commands = {"forty": [*run, HERE, "--forty"], "extract": extract}
-        forty, ours = (np.array(took) for took in interleave_commands(commands, rounds).values())
+        os.environ[PLACE], file, run = f"{folder}/ppo.zip", f"{folder}/team.json", [sys.executable, "-m"]
+        given = ["--max-depth", DEPTH, "--max-episodes", EPISODES, "--held-out", HELD_OUT, "--world", world]
+        commands = {"forty": [*run, HERE, "--forty"], "extract": [*run, "maviper", "extract", expert, *given]}
+        commands["extract"] += ["-o", file]
+        if cartpole:
+            ppo()
+            commands["forty"].append("--cartpole")
+            given = ["--expert", expert, "--world", world, "--episodes", HELD_OUT]
+            commands["evaluate"] = [*run, "maviper", "evaluate", file, *given]
+        forty, *ours = (np.array(took) for took in interleave_commands(commands, rounds).values())
+    name = " and ".join([*commands][1:])
     yield figure("forty lines of DAgger with scikit-learn, CPU s", float(np.median(forty)))
-    yield figure("maviper extract of as many episodes, CPU s", float(np.median(ours)))
-    yield figure("extract over the forty lines, CPU", float(np.median(ours / forty)), 2, 1.2)
+    yield figure(f"maviper {name} of as many episodes, CPU s", float(np.median(sum(ours))))
+    yield figure(f"{name} over the forty lines, CPU", float(np.median(sum(ours) / forty)), 2, 1.2)
 
 
 def reached_by(policy):
@@ -214,6 +260,36 @@ def compare_quality(seeds):
     yield figure("return of extract less that of the forty lines", ours_mean - theirs_mean, 0, 0, better="higher")
 
 
+def after_nothing_left(*given, **options):
+    """The share of the time of `extract` after its line first says "0 s left", but for the second in which it may."""
+    import maviper
+    from maviper.console import LiveLine
+
+    told, show = [], LiveLine.show
+
+    def note(self, done, text, left):
+        if left is not None and left < 0.5:
+            told.append(time.monotonic())
+        show(self, done, text, left)
+
+    LiveLine.show = note
+    try:
+        began = time.monotonic()
+        maviper.extract(*given, progress=lambda *_: None, **options)
+        ended = time.monotonic()
+    finally:
+        LiveLine.show = show
+    return max(0.0, ended - told[0] - 1) / (ended - began) if told else 0.0
+
+
+def compare_clocks():
+    """The figures of the clock."""
+    mine = after_nothing_left(f"{HERE}:act", world=f"{HERE}:make", max_depth=DEPTH, max_episodes=EPISODES)
+    yield figure("share of the time after '0 s left', doorway", mine, 0)
+    ours = after_nothing_left("physical-deception", max_episodes=1_000)
+    yield figure("share of the time after '0 s left', physical-deception", ours, 0)
+
+
 def beside_a_simulator():
     """The figure of a slow simulator: what our process spends, from before the extraction, over what its copies do."""
     import maviper
@@ -232,13 +308,18 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seeds", type=int, default=0, help="compare what trees reach, over so many seeds")
     parser.add_argument("--forty", action="store_true", help="run the forty lines once")
+    parser.add_argument("--cartpole", action="store_true", help="a PPO of Stable-Baselines3 in CartPole")
+    parser.add_argument("--left", action="store_true", help="how long it goes on after nothing is left")
     parser.add_argument("--simulator", action="store_true", help="what a slow simulator costs beside its own work")
     options = parser.parse_args()
-    if options.forty:
-        print("returns of trees and of the expert", *dagger(make(), act, EPISODES, DEPTH, ROUNDS, HELD_OUT)[1:])
+    if options.left or options.simulator:
+        tell(compare_clocks() if options.left else beside_a_simulator(), options.json)
         return
-    compared = compare_quality(options.seeds) if options.seeds else compare(options.rounds)
-    tell(beside_a_simulator() if options.simulator else compared, options.json)
+    if options.forty:
+        given = (Alone(), balance) if options.cartpole else (make(), act)
+        print("returns of trees and of the expert", *dagger(*given, EPISODES, DEPTH, ROUNDS, HELD_OUT)[1:])
+        return
+    tell(compare_quality(options.seeds) if options.seeds else compare(options.rounds, options.cartpole), options.json)
 
 
 if __name__ == "__main__":
