@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections import defaultdict
 from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
@@ -321,14 +322,20 @@ def test_the_record_is_told_by_its_own_script_and_its_cells_can_be_gone_on_with(
     assert told == script.with_name("tables.txt").read_text()
     subprocess.run([sys.executable, "-I", script, "unpack", tmp_path], check=True)
     cells = [json.loads(path.read_text()) for path in tmp_path.glob("cells/*/cell.json")]
-    made = [each for each in cells if each["cell"]["kind"] == "extraction"]
-    assert len(made) == len(cells) - 1 == told.count(" leaves") and all(each["outcome"] == "done" for each in made)
+    assert len(cells) == 35 and all(each["outcome"] == "done" for each in cells)
+    found = defaultdict(list)
     for place in tmp_path.glob("cells/*/profile.json"):
+        cell = json.loads((place.parent / "cell.json").read_text())["cell"]
         lines = (place.parent / "episodes.csv").read_text().splitlines()
         delays = [float(line.rpartition(",")[2]) for line in lines if ",signal delay," in line]
         leaves = int((maviper.load(place)["signal_0"].tree.feature < 0).sum())
         assert len(delays) == 50
-        assert any(f" {np.mean(delays):.1f} +-" in row and f" {leaves} leaves" in row for row in told.splitlines())
+        found[f"{cell['algorithm']}, depth {cell['depth']} "].append((np.mean(delays), leaves))
+    assert len(found) == 6
+    for name, of in found.items():
+        delays, leaves = np.transpose(of)
+        (row,) = (row for row in told.splitlines() if row.startswith(name))
+        assert f" {delays.mean():.1f} +-" in row and f" {leaves.min():.0f} to {leaves.max():.0f} " in row
 
 
 @pytest.mark.slow
