@@ -195,7 +195,7 @@ print(code)
 print(*sorted(path.name for path in code.write("firmware").iterdir()))
 
 # ```
-# Compiled: file make.h, bytes 10236
+# Compiled: file make.h, bytes 10672
 # file make.agreement.json, bytes 1544
 # make.agreement.json make.h
 # ```
