@@ -113,6 +113,12 @@ def test_a_wrong_reading_is_noticed(language, fault, monkeypatch):
     assert sum(bool(told.wrong) for told in every) >= NOTICED * len(planted)
 
 
+def test_what_lends_an_action_its_name_is_no_matter():
+    """A float `L_`, and `math.pi` of a class: the action is the number that the source answers."""
+    programs = [python_sources.program(seed, True) for seed in (3279010, 3290538)]
+    assert [(told.verdict, told.wrong) for told in python_sources.judge(programs)] == [("IMPORTED", [])] * 2
+
+
 def test_state_is_noticed(monkeypatch):
     """Whatever comes in for it."""
     read = maviper.from_file

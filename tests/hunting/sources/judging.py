@@ -174,8 +174,8 @@ def number_of(value: Any) -> float:
     return float.fromhex(value) if isinstance(value, str) else value
 
 
-def accepts(action: ir.ActionSpec, place: int, label: list[Any], labels: dict[str, int]) -> bool:
-    """Whether an action is what a source answers. `labels`: enumerators of C and their numbers."""
+def accepts(action: ir.ActionSpec, place: int, label: list[Any], labels: dict[str, Any]) -> bool:
+    """Whether an action is what a source answers. `labels`: names that the source has for a number, or for a text."""
     kind, value = label[0], label[1]
     if kind == "text":
         return action.label == value or (action.label is None and action.name == value)
@@ -183,12 +183,10 @@ def accepts(action: ir.ActionSpec, place: int, label: list[Any], labels: dict[st
         if action.name == value or action.label in (value, label[2]):
             return True
         return label[3] and action.label is None and place == label[2]
-    number = number_of(value)
-    if labels.get(action.name) == number:
-        return action.label in (None, number, action.name)
+    number, known = number_of(value), labels.get(action.name)
     if action.label is not None:
-        return not isinstance(action.label, str) and action.label == number
-    return action.name in (f"action_{place}", str(bool(place))) and place == number
+        return action.label == number or (known == number and action.label == action.name)
+    return place == number and known in (None, number)
 
 
 def compare(
@@ -223,9 +221,10 @@ def compare(
                 ["number", int(np.argmax([float.fromhex(n) for n in each[1:]]))] if each[0] == "numbers" else each
                 for each in labels
             ]
+        named = enumerators | {each[1]: each[1] for each in labels if each[0] == "text"}
         table = np.array(
             [
-                [each[0] not in NO_DECISION and accepts(action, place, each, enumerators) for each in labels]
+                [each[0] not in NO_DECISION and accepts(action, place, each, named) for each in labels]
                 for place, action in enumerate(policy.actions)
             ]
         )
