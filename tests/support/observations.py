@@ -1,7 +1,6 @@
 """Profiles without meanings, and an account of their claims by enumeration of all cells, in numpy alone."""
 
 import json
-from fractions import Fraction
 from itertools import pairwise, product
 
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from codegen import ir
 from codegen.dynamics import motionless
 from codegen.profiles import ensure
+from tests.support.brute import end_of
 from tests.support.zone_cases import random_tree
 
 ACTIONS = ("left", "stay", "right")
@@ -32,15 +32,6 @@ def blind_tree(rng, n_features, max_depth=3):
     return random_tree(rng, n_features, max_depth, n_actions=len(ACTIONS))
 
 
-def acts(tree, values):
-    """The action at one observation: float64 numbers, which a tree of float32 reads as such."""
-    node, read = 0, tree.threshold.dtype.type
-    while tree.left[node] >= 0:
-        left = read(values[tree.feature[node]]) <= tree.threshold[node]
-        node = int(tree.left[node] if left else tree.right[node])
-    return int(tree.action[node])
-
-
 def doubled(tree, rng):
     """The tree with float64 numbers: some thresholds a float64 number or two beside where they were."""
     off = {each: int(rng.integers(-2, 3)) for each in np.unique(tree.threshold).tolist()}
@@ -49,20 +40,15 @@ def doubled(tree, rng):
     return ir.Tree(*columns, numbers="float64")
 
 
-def tie(threshold):
-    """The middle between a float32 number and the next one, a float64 number; what reads as which is decided there.
-    What is compared with a float64 threshold is read as it is.
-    """
-    if isinstance(threshold, np.float64):
-        return float(threshold)
-    above = np.nextafter(np.float32(threshold), np.float32(np.inf))
-    return (float(np.float32(threshold)) + float(above)) / 2
-
-
 def breaks(trees, feature):
-    """The ties of a feature's thresholds, over (tree, number of the feature in it) pairs."""
+    """The ties of a feature's thresholds, over (tree, number of the feature in it) pairs: the ends of what
+    goes left, float64 numbers.
+    """
     found = [
-        tie(t) for tree, own in trees for f, t in zip(tree.feature, tree.threshold, strict=True) if f == own == feature
+        float(end_of(t, tree.numbers)[0])
+        for tree, own in trees
+        for f, t in zip(tree.feature, tree.threshold, strict=True)
+        if f == own == feature
     ]
     return sorted(set(found))
 
@@ -77,36 +63,6 @@ def cells(tree, n_features, low, high, more):
     """An observation of each cell that a tree's tests and more cuts (feature -> numbers) make of [low, high]."""
     lines = [[*breaks([(tree, feature)], feature), *more.get(feature, ())] for feature in range(n_features)]
     return product(*(representatives(line, low, high) for line in lines))
-
-
-def distance(tree, observation):
-    """(least L-infinity distance to another action or None, whether nothing at just that distance acts otherwise)."""
-    own, best = acts(tree, observation), None
-    lines = []
-    for feature, value in enumerate(observation):
-        cuts = breaks([(tree, feature)], feature)
-        ends = [-np.inf, *cuts, np.inf]
-        line = [((cut, cut), cut) for cut in cuts]
-        for low, high in pairwise(ends):
-            inner = {(-np.inf, np.inf): 0.0}.get((low, high))
-            if inner is None:
-                inner = high - 1.0 if low == -np.inf else low + 1.0 if high == np.inf else (low + high) / 2
-            line.append(((low, high), inner))
-        lines.append([(gap(Fraction(value), *bounds), inner) for bounds, inner in line])
-    for cell in product(*lines):
-        if acts(tree, [inner for _, inner in cell]) != own:
-            far = max(gap for gap, _ in cell)
-            best = far if best is None else min(best, far)
-    return (None, False) if best is None else best
-
-
-def gap(value, low, high):
-    """How far a number is from a point or an open interval, and whether the end is left out."""
-    if low == high:
-        return abs(value - Fraction(low)), False
-    if low < value < high:
-        return Fraction(0), False
-    return (Fraction(low) - value, True) if value <= low else (value - Fraction(high), True)
 
 
 def robust(profile, observations, *options, **parameters):

@@ -10,7 +10,8 @@ import pytest
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from tests.support.altered import altered, read_game
-from tests.support.observations import ACTIONS, NAMES, acts, blind, blind_tree, breaks, cells, doubled, representatives
+from tests.support.brute import action_of
+from tests.support.observations import ACTIONS, NAMES, blind, blind_tree, breaks, cells, doubled, representatives
 from tests.support.teams import tree
 from verify.certificates.games import to_json
 from verify.checker.decisions import check_certificate
@@ -69,7 +70,7 @@ def test_a_formula_about_one_agent(seed, numbers):
     statement = disjunction(negate(where), *(Acts("agent", action) for action in allowed))
     more = {0: [float(low), float(high), float(low) + 1e-6], 1: [float(most), float(most) - 1e-6]}
     holds = all(
-        acts(grown, [angle, spin]) in allowed
+        action_of(grown, [angle, spin]) in allowed
         for angle, spin in cells(grown, 2, -SIDE, SIDE, more)
         if low < angle <= high and spin < most
     )
@@ -89,7 +90,7 @@ def test_two_agents_agree_or_differ(seed, shared, numbers):
     both = [sorted({*breaks([(first, 0), (second, 0)], 0)}), sorted({*breaks([(first, 1), (second, 1)], 1)})]
     lines = [representatives(line, -SIDE, SIDE) for line in both]
     others = [[None] if name in shared else line for name, line in zip(NAMES, lines, strict=False)]
-    mine, theirs = ({one: acts(each, one) for one in product(*lines)} for each in (first, second))
+    mine, theirs = ({one: action_of(each, one) for one in product(*lines)} for each in (first, second))
     alike = {
         mine[one] == theirs[tuple(a if b is None else b for a, b in zip(one, other, strict=True))]
         for one in product(*lines)
@@ -109,7 +110,7 @@ def test_a_feature_is_raised_alone(seed, direction, numbers):
     profile = blind({"agent": grown}, {"agent": NAMES[:2]})
     sign = 1 if direction == INCREASING else -1
     angles, spins = (representatives(breaks([(grown, k)], k), -SIDE, SIDE) for k in (0, 1))
-    ranks = [[order.index(acts(grown, [angle, spin])) * sign for angle in angles] for spin in spins]
+    ranks = [[order.index(action_of(grown, [angle, spin])) * sign for angle in angles] for spin in spins]
     holds = all(rank == sorted(rank) for rank in ranks)
     claim = Monotone(
         "team", agent="agent", feature="angle", direction=direction, order=tuple(ACTIONS[n] for n in order)
@@ -126,7 +127,7 @@ def test_a_feature_is_ignored(seed, numbers):
         grown = replace(grown, action=np.where(grown.action < 0, grown.action, rng.integers(3)))
     profile = blind({"agent": grown}, {"agent": NAMES[:2]})
     angles, spins = (representatives(breaks([(grown, k)], k), -SIDE, SIDE) for k in (0, 1))
-    taken = [[acts(grown, [angle, spin]) for angle in angles] for spin in spins]
+    taken = [[action_of(grown, [angle, spin]) for angle in angles] for spin in spins]
     holds = all(len(set(line)) == 1 for line in taken)
     assert holds or not seed % 2
     claim = Ignores("team", agent="agent", feature="angle")
@@ -168,7 +169,7 @@ def test_mirrored_features_have_mirrored_actions(seed, mirrored, numbers):
     signs = [-1 if name in (mirrored or NAMES[:2]) else 1 for name in NAMES[:2]]
     more = {k: [-each for each in breaks([(grown, k)], k)] for k in (0, 1)}
     holds = all(
-        opposite[acts(grown, [angle, spin])] == acts(grown, [signs[0] * angle, signs[1] * spin])
+        opposite[action_of(grown, [angle, spin])] == action_of(grown, [signs[0] * angle, signs[1] * spin])
         for angle, spin in cells(grown, 2, -SIDE, SIDE, more)
     )
     claim = Symmetric("team", agent="agent", features=mirrored, order=tuple(ACTIONS[n] for n in order))
