@@ -14,7 +14,8 @@ from sklearn.tree import DecisionTreeClassifier
 
 from tests.benchmarks.common import reader, seconds
 from tests.support import system_cases as cases
-from tests.support.flows import actions, rate, starts_of
+from tests.support.flows import actions, starts_of
+from tests.support.stated_play import value
 from verify.claims.region import UNBOUNDED
 from verify.flows.decide import decide
 from verify.flows.episodes import FlowPlay
@@ -92,8 +93,8 @@ def simulate(system, profile, column, count):
         error = np.where((np.arange(count) % 2 == 0)[:, None] & (period > 0), error, drawn)
 
         def slope(now, held=held, error=error):
-            known = {"number": float, "library": np, **held, **dict(zip(names, now.T, strict=True))}
-            rates = [np.broadcast_to(rate(system.flow.rates[name], known), count) for name in names]
+            known = held | dict(zip(names, now.T, strict=True))
+            rates = [np.broadcast_to(value(system.flow.rates[name], known), count) for name in names]
             return np.stack(rates, axis=1) + error
 
         for _ in range(PARTS):

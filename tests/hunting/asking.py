@@ -115,7 +115,7 @@ def _decisions(asked: Asked, told: Told, rng: np.random.Generator, thorough: boo
             told.wrong.append(f"zones say {verdict.value}, Z3 {second.value}")
     told.verdict = verdict.value
     if verdict is Verdict.VIOLATED and _seen(asked.case, zoned, told):
-        look = judge.Look(judge.Violation({}, None, {}), False, True, 0)
+        look = judge.Look(judge.Violation({}, None, {}), False, True)
         told.judged = "violated"
     else:
         look = judge.look(asked.case, asked.seed)

@@ -26,6 +26,8 @@ from tests.hunting.places import Case
 from tests.hunting.reading import MACHINE, read
 from tests.hunting.regions import value
 from tests.support.altered import read_game
+from tests.support.strategies import with_trees
+from tests.support.teams import nested
 from verify.certificates.games import to_json
 from verify.checker.episodes.certificates import check_certificate
 from verify.checker.reading import RejectedError
@@ -102,15 +104,15 @@ def _team(rng: np.random.Generator, profile: PolicyProfile, team: str, goes: boo
     if rng.random() < 0.2:
         number = int(rng.integers(len(policies)))
         feature = len(policies[number].features) - 3  # the sign that teams.bare adds
-        other = teams.leaf(int(rng.integers(5)))
+        other = int(rng.integers(5))
         nodes[number] = teams.between(feature, nodes[number], other)
         meaning = policies[number].features[feature].meaning
         meeting = [name for _, name in meaning.terms] if meaning else []
-    trees = {one.agent: teams.grown(node) for one, node in zip(policies, nodes, strict=True)}
+    trees = {one.agent: nested(node) for one, node in zip(policies, nodes, strict=True)}
     if rng.random() < 0.3:
         one = policies[int(rng.integers(len(policies)))]
         trees[one.agent] = teams.changed(rng, trees[one.agent], len(one.actions))
-    return teams.with_trees(profile, trees), meeting
+    return with_trees(trees, profile), meeting
 
 
 def _touching(rng: np.random.Generator, box: Mapping[str, Any], names: list[str]) -> dict[str, Any]:
@@ -173,7 +175,7 @@ def ask(asked: Asked, thorough: bool = False) -> Told:
     with ending(told):
         result = few_samples(asked.question)
         told.verdict = result.verdict.value
-        violation, told.conflict, _ = playing.look(asked.case, asked.seed)
+        violation, told.conflict = playing.look(asked.case, asked.seed)
         told.judged = "violated" if violation else ""
         _judged(asked, result, violation, told)
         if result.evidence.certificate is not None:

@@ -40,13 +40,12 @@ class Look:
     violation: Violation | None
     whole: bool  # every state of the region is like one that was looked at
     conflict: bool  # in some state other actions, each closing on a landmark, would violate the claim
-    states: int  # of the region that were looked at
 
 
 def look(case: Case, seed: int) -> Look:
     """Looks for a violation, at most at a few thousand states."""
     rng = np.random.default_rng([seed, 1])
-    whole, conflict, count, violation = True, False, 0, None
+    whole, conflict, violation = True, False, None
     for goal in case.goals:
         listed = cells(case, goal) if enumerable(case) else None
         whole &= listed is not None
@@ -56,9 +55,9 @@ def look(case: Case, seed: int) -> Look:
         if not len(states):
             continue
         conflict = conflict or _conflicting(case, states, goal, rng)
-        found, looked = violating(case, states, goal, rng)
-        violation, count = violation or found, count + looked
-    return Look(violation, whole, conflict, count)
+        found = violating(case, states, goal, rng)
+        violation = violation or found
+    return Look(violation, whole, conflict)
 
 
 def violates(case: Case, state: Mapping[str, Any], goal: str | None, errors: Mapping[str, Any] | None = None) -> bool:
@@ -165,15 +164,15 @@ def _within(case: Case, states: Array, goal: str | None) -> Array:
     return case.boxed(states) & related(case.region, _scene(case, states, goal, {})).surely
 
 
-def violating(case: Case, states: Array, goal: str | None, rng: np.random.Generator) -> tuple[Violation | None, int]:
+def violating(case: Case, states: Array, goal: str | None, rng: np.random.Generator) -> Violation | None:
     if case.eps:
         states = states[rng.permutation(len(states))[:ERROR_ROWS]]
         errors = _errors(case, states, goal, rng)
         bad = np.flatnonzero(_exactly(case, states, goal, errors))
-        return (_found(case, states, goal, errors, int(bad[0])) if len(bad) else None), len(states)
+        return _found(case, states, goal, errors, int(bad[0])) if len(bad) else None
     if states.dtype == object:
         bad = np.flatnonzero(_exactly(case, states, goal))
-        return (_found(case, states, goal, {}, int(bad[0])) if len(bad) else None), len(states)
+        return _found(case, states, goal, {}, int(bad[0])) if len(bad) else None
     within, kept = _rounded(case, states, goal)
     clear = np.flatnonzero(within.surely & ~kept.possibly)[:MAX_CLEAR]
     open_rows = rng.permutation(np.flatnonzero(within.possibly & ~kept.surely & (within.surely <= kept.possibly)))
@@ -182,8 +181,8 @@ def violating(case: Case, states: Array, goal: str | None, rng: np.random.Genera
     for rows in (clear, open_rows[: 2 * MAX_CONFIRMED]):
         bad = np.flatnonzero(_exactly(case, states[rows], goal)) if len(rows) else []
         if len(bad):
-            return _found(case, states[rows], goal, {}, int(bad[0])), int(within.possibly.sum())
-    return None, int(within.possibly.sum())
+            return _found(case, states[rows], goal, {}, int(bad[0]))
+    return None
 
 
 def _rounded(case: Case, states: Array, goal: str | None) -> tuple[Truth, Truth]:

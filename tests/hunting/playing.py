@@ -202,9 +202,9 @@ def violates(case: Case, state: Mapping[str, Any], goal: str | None) -> bool:
     return fails(case, played(case.profile, start, goal, case.claim["steps"]))
 
 
-def look(case: Case, seed: int) -> tuple[Violation | None, bool, int]:
-    """(a start that violates the claim, whether other actions would violate it from some start, starts looked at)."""
-    rng, conflict, count, found = np.random.default_rng([seed, 1]), False, 0, None
+def look(case: Case, seed: int) -> tuple[Violation | None, bool]:
+    """(a start that violates the claim, whether other actions would violate it from some start)."""
+    rng, conflict, found = np.random.default_rng([seed, 1]), False, None
     team = [agent.name for agent in case.team]
     for goal in case.goals:
         states = sampled(case, goal, rng)
@@ -225,5 +225,4 @@ def look(case: Case, seed: int) -> tuple[Violation | None, bool, int]:
             if violates(case, state, goal):
                 found = Violation(state, goal, {})
                 break
-        count += len(states)
-    return found, conflict, count
+    return found, conflict

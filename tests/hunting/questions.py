@@ -16,6 +16,8 @@ from codegen import ir, policy_json
 from tests.hunting import claims, regions, teams
 from tests.hunting.places import Case
 from tests.hunting.reading import MACHINE, REAL, read
+from tests.support.strategies import with_trees
+from tests.support.teams import nested
 from verify.claims.files import read_properties
 from verify.claims.region import Region
 from verify.question import Budgets, DecisionQuestion, Question
@@ -50,21 +52,21 @@ def team_of(rng: np.random.Generator, profile: ir.PolicyProfile, claim: Mapping[
         room = (float(radius), float(radius))
     kind, trees = rng.random(), dict[str, ir.Tree]()
     if kind < 0.14:
-        trees = {one.agent: teams.grown(teams.wild(rng, one, int(rng.integers(3, 6)))) for one in policies}
+        trees = {one.agent: nested(teams.wild(rng, one, int(rng.integers(3, 6)))) for one in policies}
     elif kind < 0.34 and len(policies) == 2 and profile.world.goals:
         nodes = teams.switching(rng, policies, marks, room)
-        trees = {one.agent: teams.grown(node) for one, node in zip(policies, nodes, strict=True)}
+        trees = {one.agent: nested(node) for one, node in zip(policies, nodes, strict=True)}
     else:
         order = rng.permutation(len(marks)) if rng.random() < 0.3 else np.arange(len(marks))
         for number, one in enumerate(policies):
             extra = int(rng.choice([0, 1, 1, 2]))
-            trees[one.agent] = teams.grown(teams.role(rng, one, marks[order[number]], extra, room))
-    whole = teams.with_trees(profile, trees)
+            trees[one.agent] = nested(teams.role(rng, one, marks[order[number]], extra, room))
+    whole = with_trees(trees, profile)
     if kind < 0.14 or rng.random() < 0.78:
         return whole, whole
     one = policies[int(rng.integers(len(policies)))]
     wrong = teams.changed(rng, trees[one.agent], len(one.actions))
-    return teams.with_trees(whole, {one.agent: wrong}), whole
+    return with_trees({one.agent: wrong}, whole), whole
 
 
 def drawn(seed: int, doubled: bool = False) -> Asked:

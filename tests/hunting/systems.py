@@ -21,7 +21,7 @@ from maviper.verification.stated import StatedWorld
 from tests.hunting import curved, stated
 from tests.hunting.asking import Told
 from tests.hunting.sampling import Episodes
-from tests.support.system_cases import form
+from tests.support.system_cases import ends_of, form
 from tests.verify.reach import random_modes, random_systems
 from verify.certificates.systems import to_json
 from verify.checker.systems.proofs import from_json
@@ -61,17 +61,6 @@ def nodes(policy):
         [policy.actions[action].name] if feature < 0 else [names[feature], threshold, left, right]
         for feature, threshold, left, right, action in zip(*columns, strict=True)
     ]
-
-
-def bounds(system):
-    """Bounds of the starts, by the half spaces of one variable."""
-    found = {one.name: list(one.range) for one in system.variables}
-    for half in system.start:
-        if len(half.form.terms) == 1:
-            ((name, factor),) = half.form.terms
-            end, side = -half.form.constant / factor, int(factor > 0)
-            found[name][side] = (min if side else max)(found[name][side], end)
-    return {name: ends for name, ends in found.items() if ends[0] <= ends[1]}
 
 
 def plain(value):
@@ -137,7 +126,7 @@ def ask(seed, thorough):
     claim = for_ever(rng, case) if rng.random() < 0.4 else case.claim
     agents, starts = (
         [{"agent": one.agent, "nodes": nodes(one)} for one in case.profile.agents],
-        plain(bounds(case.system)),
+        plain({name: ends for name, ends in ends_of(case.system).items() if ends[0] <= ends[1]}),
     )
     episodes = None
     if len(starts) == len(case.system.variables):

@@ -14,8 +14,9 @@ import numpy as np
 
 from codegen import ir
 from codegen.floats import below_zero
-from codegen.paths import in_preorder
 from maviper.worlds import find
+from tests.support.strategies import with_trees
+from tests.support.teams import nested
 
 WORLDS = {  # and how often
     "physical-deception": 6,
@@ -32,20 +33,7 @@ EXTREME = (1.1754944e-38, -1.1754944e-38, 3.4028235e38, -3.4028235e38, 1e30, 1e-
 NOBODY = ir.Provenance("", "", 0, "", "")
 
 
-class Node(tuple):
-    """(feature, threshold, left, right), or (action,)."""
-
-    __slots__ = ()
-
-
-def leaf(action: int) -> Node:
-    """A leaf."""
-    return Node((action,))
-
-
-def grown(node: Node) -> ir.Tree:
-    """The tree of nested nodes, in preorder."""
-    return in_preorder(node, lambda each: each[0] if len(each) == 1 else each, "float32")
+Node = int | tuple[int, float, "Node", "Node"]  # an action, or (feature, threshold, left, right)
 
 
 @cache
@@ -61,15 +49,9 @@ def bare(world: str) -> ir.PolicyProfile:
             axis, other = "xy"[number % 2], others[int(rng.integers(len(others)))]
             meaning = ir.Meaning(((1, f"{other}.{axis}"), (-1, f"{agent}.{axis}")), function)
             more.append(ir.FeatureSpec(f"own_{function}", "none", -1.0, 1.0, meaning))
-        tree = grown(leaf(0))
+        tree = nested(0)
         policies.append(ir.AgentPolicy(agent, game.team_of(agent), (*features, *more), actions, tree))
     return ir.PolicyProfile(game.spec, tuple(policies), NOBODY)
-
-
-def with_trees(profile: ir.PolicyProfile, trees: dict[str, ir.Tree]) -> ir.PolicyProfile:
-    """The profile with the trees of some agents replaced."""
-    policies = (replace(policy, tree=trees.get(policy.agent, policy.tree)) for policy in profile.agents)
-    return replace(profile, agents=tuple(policies))
 
 
 def threshold(rng: np.random.Generator, known: Sequence[float] = ()) -> float:
@@ -120,7 +102,7 @@ def doubled(rng: np.random.Generator, *profiles: ir.PolicyProfile) -> list[ir.Po
         columns = (old.feature, np.array([moved(value) for value in old.threshold.tolist()]), old.left, old.right)
         return ir.Tree(*columns, old.action, numbers="float64")
 
-    return [with_trees(one, {name: tree(one.policy(name).tree) for name in chosen}) for one in profiles]
+    return [with_trees({name: tree(one.policy(name).tree) for name in chosen}, one) for one in profiles]
 
 
 def useful(policy: ir.AgentPolicy) -> list[int]:
@@ -135,12 +117,12 @@ def wild(rng: np.random.Generator, policy: ir.AgentPolicy, depth: int) -> Node:
 
     def made(level: int) -> Node:
         if level == depth or (level > 1 and rng.random() > 0.85):
-            return leaf(int(rng.integers(len(policy.actions))))
+            return int(rng.integers(len(policy.actions)))
         feature = int(rng.choice(features[-6:] if rng.random() < 0.3 else features))
         function = policy.features[feature].meaning.function
         value = float(rng.choice([-1.0, -0.5, 0.0, 0.5, 1.0])) if function else threshold(rng, known)
         known.append(value)
-        return Node((feature, value, made(level + 1), made(level + 1)))
+        return feature, value, made(level + 1), made(level + 1)
 
     return made(0)
 
@@ -151,16 +133,16 @@ def towards(rng: np.random.Generator, policy: ir.AgentPolicy, landmark: str, roo
     `room`: between which lengths the tests may lie: more than the margin, less than the radius.
     """
     axes = ["x", "y"] if rng.random() < 0.5 else ["y", "x"]
-    middle = leaf(int(rng.integers(len(policy.actions))))
+    middle = int(rng.integers(len(policy.actions)))
     for axis in axes:
         feature, scale = _offset(policy, landmark, axis)
         small = 0.5 if scale else float(np.float32(rng.uniform(*room)))
         other = 0.5 if scale else float(np.float32(rng.uniform(*room)))
         over, under = (RIGHT, LEFT) if axis == "x" else (UP, DOWN)
         if rng.random() < 0.5:
-            middle = Node((feature, -small, leaf(under), Node((feature, other, middle, leaf(over)))))
+            middle = (feature, -small, under, (feature, other, middle, over))
         else:
-            middle = Node((feature, other, Node((feature, -small, leaf(under), middle)), leaf(over)))
+            middle = (feature, other, (feature, -small, under, middle), over)
     return middle
 
 
@@ -182,12 +164,12 @@ def role(
     feature = int(rng.choice(useful(policy)))
     less = extra - 1 - int(rng.integers(2)) * (extra > 1)
     below = [role(rng, policy, landmark, level, room) for level in (less, extra - 1)]
-    return Node((feature, threshold(rng), *below))
+    return feature, threshold(rng), *below
 
 
 def between(feature: int, usual: Node, other: Node) -> Node:
     """Does as usual, but another thing where a sign is 0: tests of it at -0.5 and 0.5."""
-    return Node((feature, -0.5, usual, Node((feature, 0.5, other, usual))))
+    return feature, -0.5, usual, (feature, 0.5, other, usual)
 
 
 def switching(
@@ -206,7 +188,7 @@ def switching(
         complement = np.float32(-value)
     extra = [int(rng.integers(0, 2)) for _ in range(4)]
     a, b = ([role(rng, policies[k], marks[m], extra[2 * k + m], room) for m in (0, 1)] for k in (0, 1))
-    return [Node((first, float(value), a[0], a[1])), Node((second, float(complement), b[0], b[1]))]
+    return [(first, float(value), a[0], a[1]), (second, float(complement), b[0], b[1])]
 
 
 def changed(rng: np.random.Generator, tree: ir.Tree, actions: int) -> ir.Tree:

@@ -5,16 +5,8 @@ Starts, errors and pieces are drawn, with the ends of all intervals and the stat
 
 from fractions import Fraction as F
 
-import numpy as np
-
-
-def nearest(exact, numbers):
-    """The float32 or float64 nearest to a number, ties to even."""
-    kind = np.dtype(numbers).type
-    close = kind(float(exact))
-    beside = [np.nextafter(close, kind(-np.inf)), close, np.nextafter(close, kind(np.inf))]
-    bits = np.uint32 if kind is np.float32 else np.uint64
-    return min(beside, key=lambda each: (abs(F(float(each)) - exact), int(each.view(bits)) & 1))
+from tests.support.summed import rounded
+from tests.support.system_cases import ends_of
 
 
 def value(form, state):
@@ -36,7 +28,7 @@ def action(system, policy, state):
     tree, node = policy.tree, 0
     while tree.feature[node] >= 0:
         feature = system.features[policy.agent][policy.features[int(tree.feature[node])].name]
-        seen = nearest(measured(feature, state), policy.numbers)
+        seen = rounded(measured(feature, state), policy.numbers)
         node = int(tree.left[node] if seen <= tree.threshold[node] else tree.right[node])
     return policy.actions[int(tree.action[node])].name
 
@@ -75,21 +67,9 @@ def drawn(random, low, high):
     return low + (high - low) * [F(0), F(1), F(1, 2), F(int(random.integers(0, 1 << 20)), 1 << 20)][random.integers(4)]
 
 
-def ends(system):
-    """The bounds of each variable at the start, by ranges and half spaces that name it alone."""
-    found = {one.name: list(one.range) for one in system.variables}
-    for half in system.start:
-        if len(half.form.terms) == 1:
-            ((name, factor),) = half.form.terms
-            end = -half.form.constant / factor
-            side = int(factor > 0)
-            found[name][side] = min(found[name][side], end) if side else max(found[name][side], end)
-    return found
-
-
 def start(random, system):
     """A start, or None where the one drawn is none."""
-    state = {name: drawn(random, F(low), F(high)) for name, (low, high) in ends(system).items()}
+    state = {name: drawn(random, F(low), F(high)) for name, (low, high) in ends_of(system).items()}
     for half in system.start:
         found = value(half.form, state)
         if found > 0 or (half.strict and found == 0):

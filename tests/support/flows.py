@@ -4,11 +4,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from codegen.ir import act
-from tests.support.system_cases import policy, team
+from tests.support.stated_play import value
+from tests.support.system_cases import ends_of, policy, team
 from tests.support.systems import world
 from verify.checker.flows.intervals import Program, Spans
 from verify.checker.flows.series import FlowReading
-from verify.systems.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.files import statement_of
 from verify.systems.properties import claims_of
 
@@ -37,28 +37,6 @@ CASES = {
     "mixed": (MIXED, SIDES, NEAR),
     "turning": (TURNING, SIDES, NEAR.replace("[-2, 2]", "[-9, 9]")),
 }
-
-
-def rate(expression, known):
-    """A derivative, written down once more, for numpy arrays and for mpmath's numbers."""
-    match expression:
-        case Number(value):
-            return known["number"](value)
-        case Pi():
-            return +known["library"].pi
-        case Name(name):
-            return known[name]
-        case Sum(left, right):
-            return rate(left, known) + rate(right, known)
-        case Product(left, right):
-            return rate(left, known) * rate(right, known)
-        case Quotient(left, right):
-            return rate(left, known) / rate(right, known)
-        case Power(base, exponent):
-            return rate(base, known) ** exponent
-        case Call(function, argument, None):
-            return getattr(known["library"], function)(rate(argument, known))
-    raise AssertionError(expression)
 
 
 def coefficients(flow, start, order):
@@ -99,9 +77,8 @@ def trajectories(system, profile, starts, steps, errors=None):
 
         def slope(_, flat, held=held):
             state = flat.reshape(count, size)
-            known = {"number": float, "library": np, **held}
-            known |= {name: state[:, place] for place, name in enumerate(names)}
-            rates = [np.broadcast_to(rate(system.flow.rates[name], known), count) for name in names]
+            known = held | {name: state[:, place] for place, name in enumerate(names)}
+            rates = [np.broadcast_to(value(system.flow.rates[name], known), count) for name in names]
             return (np.stack(rates, axis=1) + (0.0 if errors is None else errors)).ravel()
 
         ends = np.linspace(0.0, period, steps + 1)[1:]
@@ -113,11 +90,7 @@ def trajectories(system, profile, starts, steps, errors=None):
 
 def starts_of(system, count, random):
     """Random starts of a box, corners among them, [count, variables]."""
-    bounds = {one.name: [None, None] for one in system.variables}
-    for half in system.start:
-        ((name, factor),) = half.form.terms
-        bounds[name][factor > 0] = float(-half.form.constant / factor)
-    low, high = np.array(list(bounds.values())).T
+    low, high = np.array([[float(end) for end in ends] for ends in ends_of(system).values()]).T
     where = random.random((count, len(low)))
     where[::3] = np.round(where[::3])
     return low + where * (high - low)

@@ -7,33 +7,39 @@ import numpy as np
 
 from codegen.ir import act
 from maviper.worlds.stated.systems import PARTS
+from tests.support.system_cases import ends_of
 from verify.systems.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum, names
 from verify.systems.system import Measure
 
-FUNCTIONS = {"sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "sqrt": np.sqrt}
 
+def value(expression, at, library=np, number=float):
+    """Of an expression, the values where variables and inputs are `at`, by name: arrays, or numbers of a `library`
+    whose numbers `number` makes.
+    """
 
-def value(expression, at):
-    """Of an expression, the values where variables and inputs are `at`: arrays by name."""
+    def of(part):
+        return value(part, at, library, number)
+
     match expression:
         case Number(constant):
-            return float(constant)
+            return number(constant)
         case Name(name):
             return at[name]
         case Power(base, exponent):
-            return value(base, at) ** exponent
+            return of(base) ** exponent
         case Call(_, argument, bounds) if bounds is not None:
-            return np.clip(value(argument, at), *map(float, bounds))
+            return np.clip(of(argument), *map(float, bounds))
         case Call(called, argument, _):
-            return FUNCTIONS[called](value(argument, at))
+            return getattr(library, called)(of(argument))
         case Pi():
-            return np.pi
+            return +library.pi
         case Sum(left, right):
-            return value(left, at) + value(right, at)
+            return of(left) + of(right)
         case Product(left, right):
-            return value(left, at) * value(right, at)
+            return of(left) * of(right)
         case Quotient(left, right):
-            return value(left, at) / value(right, at)
+            return of(left) / of(right)
+    raise AssertionError(expression)
 
 
 class Played:
@@ -49,15 +55,8 @@ class Played:
 
     def starts(self, rng, count):
         """Starts, uniform in the box of the start region; conditions of several variables are met by rejection."""
-        low, high = (np.array([float(one.range[side]) for one in self.system.variables]) for side in (0, 1))
-        further = []
-        for half in self.system.start:
-            if len(half.form.terms) > 1:
-                further.append(half)
-                continue
-            ((name, factor),) = half.form.terms
-            at, end = self.names.index(name), float(-half.form.constant / factor)
-            (high if factor > 0 else low)[at] = (min if factor > 0 else max)((high if factor > 0 else low)[at], end)
+        low, high = np.array([[float(end) for end in ends] for ends in ends_of(self.system).values()]).T
+        further = [half for half in self.system.start if len(half.form.terms) > 1]
         w = low + rng.random((count, len(low))) * (high - low)
         return w[self.meets(w, further)] if further else w
 

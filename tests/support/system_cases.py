@@ -42,6 +42,17 @@ def team(*policies):
     return ir.PolicyProfile(SPEC, policies, ir.Provenance("by hand", "", 0, "", "tests"))
 
 
+def ends_of(system):
+    """The bounds of each variable at the start, by ranges and half spaces that name it alone: name -> [low, high]."""
+    found = {one.name: list(one.range) for one in system.variables}
+    for half in system.start:
+        if len(half.form.terms) == 1:
+            ((name, factor),) = half.form.terms
+            end, side = -half.form.constant / factor, int(factor > 0)
+            found[name][side] = (min if side else max)(found[name][side], end)
+    return found
+
+
 def double_integrator(axes=3, half=F(1, 2), error=F(0), force=F(1, 2), dt=F(1, 5), steps=30):
     """Positions and velocities on each axis; an action pushes every axis one way or the other."""
     names = "xyz"[:axes]

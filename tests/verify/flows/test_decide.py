@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
-from tests.support.flows import BRAKING, CASES, LOWERED, NEAR, PENDULUM, SIDES, TURNING, case, rate
+from tests.support.flows import BRAKING, CASES, LOWERED, NEAR, PENDULUM, SIDES, TURNING, case
+from tests.support.stated_play import value
 from tests.support.system_cases import box, policy, team
 from verify.checker.accept import accept
 from verify.checker.flows.sweep import FEW, NOT_SHOWN, FlowSweep, Plan
@@ -120,7 +121,7 @@ def test_play_reads_derivatives_as_the_tests_do():
     random = np.random.default_rng(0)
     known = {name: random.uniform(0.5, 1.5, 50) for name in ("x", "y", "z", "one.u")}
     for expression in system.flow.rates.values():
-        again = rate(expression, {**known, "number": float, "library": np})
+        again = value(expression, known)
         assert np.allclose(function(expression, ARRAYS)(known), again, rtol=1e-13)
 
 

@@ -12,7 +12,8 @@ from codegen.ir import act
 from maviper.worlds.stated.environment import StatedEnv
 from maviper.worlds.stated.statements import check_integration
 from maviper.worlds.stated.systems import FlowRule
-from tests.support.flows import CASES, case, rate, starts_of
+from tests.support.flows import CASES, case, starts_of
+from tests.support.stated_play import value
 from tests.support.system_cases import box
 from verify.checker.accept import accept
 from verify.checker.flows import sweep
@@ -79,8 +80,8 @@ def leaves(system, profile, claim, plan, count, seed=0, ways=(0,), jitter=None):
 
         def slope(_, flat, held=held, last=last):
             state = flat.reshape(count, len(real))
-            known = {"number": float, "library": np, **held, **{name: state[:, k] for k, name in enumerate(real)}}
-            rates = [np.broadcast_to(rate(system.flow.rates[name], known), count) for name in real]
+            known = held | {name: state[:, k] for k, name in enumerate(real)}
+            rates = [np.broadcast_to(value(system.flow.rates[name], known), count) for name in real]
             return (np.stack(rates, axis=1) * last[:, None]).ravel()  # a period of each one's own length, as 1
 
         done = solve_ivp(slope, (0, 1), now.ravel(), "DOP853", t_eval=[0.37, 0.8, 1], rtol=1e-12, atol=1e-12)

@@ -16,7 +16,7 @@ from codegen.observe import observe
 from tests.hunting import places, questions, reading, teams
 from tests.support.altered import altered, read_game
 from tests.support.strategies import with_trees
-from tests.support.teams import DOWN, LEFT, STAY, UP, team, towards, tree
+from tests.support.teams import DOWN, LEFT, STAY, UP, nested, team, towards, tree
 from verify.certificates.games import to_json
 from verify.checker import decisions
 from verify.checker.reading import RejectedError
@@ -48,7 +48,7 @@ def changed(rng, policy):
         node = rng.choice(splits)
         threshold[node] = np.nextafter(threshold[node], np.float32(rng.choice([-np.inf, np.inf])))
         return replace(tree, threshold=threshold)
-    return teams.grown(teams.wild(rng, policy, 3))
+    return nested(teams.wild(rng, policy, 3))
 
 
 def pairs(wanted=lambda case: True):

@@ -5,7 +5,8 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 
-from tests.support.flows import CASES, case, coefficients, rate
+from tests.support.flows import CASES, case, coefficients
+from tests.support.stated_play import value
 from verify.checker.flows.intervals import Spans
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.steps import FlowStep, Stepping, build_frames
@@ -23,17 +24,22 @@ ALL = {  # every function of files
 }
 
 
+def exactly(number):
+    """A fraction as mpmath has it."""
+    return mpmath.mpf(number.numerator) / number.denominator
+
+
 def solved(flow, start, seconds, held):
     """The state after some seconds, to 30 digits."""
     names = list(flow.rates)
     with mpmath.workdps(34):
-        known = {"number": lambda value: mpmath.mpf(value.numerator) / value.denominator, "library": mpmath}
-        known |= {name: mpmath.mpf(value.numerator) / value.denominator for name, value in held.items()}
+        known = {name: exactly(given) for name, given in held.items()}
 
         def slope(_, state):
-            return [rate(flow.rates[name], known | dict(zip(names, state, strict=True))) for name in names]
+            at = known | dict(zip(names, state, strict=True))
+            return [value(flow.rates[name], at, mpmath, exactly) for name in names]
 
-        end = mpmath.mpf(seconds.numerator) / seconds.denominator
+        end = exactly(seconds)
         return mpmath.odefun(slope, 0, [mpmath.mpf(value) for value in start], tol=mpmath.mpf(10) ** -30)(end)
 
 
@@ -103,9 +109,8 @@ def test_coefficients_are_those_of_mpmath():
     flow, (low, _), _ = some_flow("all")
     found = coefficients(flow, low, 5)
     with mpmath.workdps(50):
-        known = {"number": lambda value: mpmath.mpf(value.numerator) / value.denominator, "library": mpmath}
-        known |= {"x": mpmath.mpf(0), "y": mpmath.mpf(0)}
-        first = [rate(ALL[name], known) for name in "xy"]
+        known = {"x": mpmath.mpf(0), "y": mpmath.mpf(0)}
+        first = [value(ALL[name], known, mpmath, exactly) for name in "xy"]
         end = solved(flow, low, F(1, 100), {})
         for place in (0, 1):
             series = found[place]
