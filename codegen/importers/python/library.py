@@ -42,6 +42,7 @@ from codegen.importers.symbolic.feature import (
     Step,
     Test,
     at_most,
+    is_whole,
 )
 from codegen.importers.symbolic.paths import Described
 from codegen.importers.symbolic.statements import Scope
@@ -278,7 +279,15 @@ def is_constant(value: Any) -> bool:
 def binary(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
     """Computes `left operator right`."""
     if isinstance(left, CONDITIONS) or isinstance(right, CONDITIONS):
-        return _join_conditions(m, kind, left, right)
+        # a condition counts as 0 or 1; `&`, `|` and `^` of two are one, too
+        if all(isinstance(each, (*CONDITIONS, bool)) for each in (left, right)):
+            if kind in (ast.BitAnd, ast.BitOr):
+                return Condition(kind is ast.BitAnd, (left, right))
+            if kind is ast.BitXor:
+                return compare_values(m, "!=", left, right)
+            m.ensure_plain()
+        counted = [int(m.truth(each)) if isinstance(each, CONDITIONS) else each for each in (left, right)]
+        return binary(m, kind, *counted)
     left, right = m.plain(left), m.plain(right)
     if kind is ast.MatMult:
         raise Refused("a product of arrays is computed, which NumPy adds in an order of its own", IN_ORDER)
@@ -289,39 +298,7 @@ def binary(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
         return _join_features(m, kind, left, right)
     if isinstance(left, Feature) or isinstance(right, Feature):
         return _of_feature(m, kind, left, right)
-    return _of_constants(m, kind, left, right)
-
-
-def _join_conditions(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """Arithmetic where a condition counts as 0 or 1; `&`, `|` and `^` of two conditions are one, too."""
-    if all(isinstance(each, (*CONDITIONS, bool)) for each in (left, right)):
-        if kind in (ast.BitAnd, ast.BitOr):
-            return Condition(kind is ast.BitAnd, (left, right))
-        if kind is ast.BitXor:
-            return compare_values(m, "!=", left, right)
-        m.ensure_plain()
-    return binary(m, kind, *(int(m.truth(each)) if isinstance(each, CONDITIONS) else each for each in (left, right)))
-
-
-def _join_features(m: Any, kind: type[ast.operator], left: Feature, right: Feature) -> Any:
-    """Arithmetic on two features: whole numbers, a square, or a sum."""
-    if m.counts(left) and m.counts(right):
-        return binary(m, kind, left, m.whole(right))
-    if kind is ast.Mult and left.key == right.key:
-        return compute(m, left, Step("square", lambda value: value * value, FOLDING))
-    if kind not in (ast.Add, ast.Sub):
-        word = {ast.Mult: "product", ast.Div: "quotient"}.get(kind, "combination")
-        raise Refused(f"the {word} of two features is computed", SEVERAL.format(word))
-    joined = m.sums.add_features(left, right, "-" if kind is ast.Sub else "+")
-    if joined is None:
-        cut = any(step.form and step.form[0] in CUTTING for each in (left, right) for step in each.steps)
-        raise Refused("what is added is no sum", IN_ORDER + CUT_BEFORE if cut else IN_ORDER)
-    m.sums.line = m.sums.line or m.line
-    return joined
-
-
-def _of_constants(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """Arithmetic on constants, by Python itself; with limits on what it may make."""
+    # constants are computed by Python itself; with limits on what it may make
     if kind in (ast.Pow, ast.LShift) and all(isinstance(each, int) for each in (left, right)):
         bits = right if kind is ast.LShift else right * max(int(left).bit_length(), 1)
         if abs(bits) > MAX_BITS:
@@ -338,6 +315,23 @@ def _of_constants(m: Any, kind: type[ast.operator], left: Any, right: Any) -> An
     return m.keep_value(constant) if isinstance(constant, list | tuple | str) else constant
 
 
+def _join_features(m: Any, kind: type[ast.operator], left: Feature, right: Feature) -> Any:
+    """Arithmetic on two features: whole numbers, a square, or a sum."""
+    if is_whole(left) and is_whole(right):
+        return binary(m, kind, left, m.whole(right))
+    if kind is ast.Mult and left.key == right.key:
+        return compute(m, left, Step("square", lambda value: value * value, FOLDING))
+    if kind not in (ast.Add, ast.Sub):
+        word = {ast.Mult: "product", ast.Div: "quotient"}.get(kind, "combination")
+        raise Refused(f"the {word} of two features is computed", SEVERAL.format(word))
+    joined = m.sums.add_features(left, right, "-" if kind is ast.Sub else "+")
+    if joined is None:
+        cut = any(step.form and step.form[0] in CUTTING for each in (left, right) for step in each.steps)
+        raise Refused("what is added is no sum", IN_ORDER + CUT_BEFORE if cut else IN_ORDER)
+    m.sums.line = m.sums.line or m.line
+    return joined
+
+
 def _of_feature(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
     """Arithmetic on a feature and a number."""
     turned = isinstance(right, Feature)
@@ -345,7 +339,7 @@ def _of_feature(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
     if not is_number(number):
         raise Refused("a feature is combined with something that is no number", TEST_ADVICE)
     feature = convert_feature(m, feature)
-    if m.counts(feature) and isinstance(number, int) and kind is ast.Mult and number == 0:
+    if is_whole(feature) and isinstance(number, int) and kind is ast.Mult and number == 0:
         return 0
     sample = feature.value(1.0)
     near = _near(sample if isinstance(sample, np.floating) else 1.0, number)
@@ -428,28 +422,24 @@ def compare_values(m: Any, sign: str, left: Any, right: Any) -> Any:
         if isinstance(one, Feature) and not isinstance(other, Feature | Extreme):
             return _with_number(m, one, said, other)
     if isinstance(left, Feature) and isinstance(right, Feature):
-        return _two_compared(m, sign, left, right)
+        if left.key == right.key:
+            m.forget_nan()  # it is asked for
+            return sign in ("==", "<=", ">=")
+        if is_whole(left) and is_whole(right):
+            return compare_values(m, sign, left, m.whole(right))
+        # the sign of a difference is that of the comparison, unless both are the same infinity
+        left, right = _unfold(m, left), _unfold(m, right)
+        difference = m.sums.add_features(left, right, "<")
+        if difference is None and left.place == right.place:
+            advice = "solve it for the feature, and compare that with one number"
+            raise Refused("two numbers that are computed of one feature are compared", advice)
+        if difference is None:
+            raise Refused("two features are compared", SEVERAL.format("difference"))
+        m.finite = True
+        m.sums.line = m.sums.line or m.line
+        return _with_number(m, difference, sign, 0.0)
     what = f"{words_of(left)} and {words_of(right)} are compared, which have no order"
     raise Refused(what, "compare one feature with a number")
-
-
-def _two_compared(m: Any, sign: str, left: Feature, right: Feature) -> Any:
-    """A test of a difference, whose sign is that of the comparison, unless both are the same infinity."""
-    if left.key == right.key:
-        m.forget_nan()  # it is asked for
-        return sign in ("==", "<=", ">=")
-    if m.counts(left) and m.counts(right):
-        return compare_values(m, sign, left, m.whole(right))
-    left, right = _unfold(m, left), _unfold(m, right)
-    difference = m.sums.add_features(left, right, "<")
-    if difference is None and left.place == right.place:
-        advice = "solve it for the feature, and compare that with one number"
-        raise Refused("two numbers that are computed of one feature are compared", advice)
-    if difference is None:
-        raise Refused("two features are compared", SEVERAL.format("difference"))
-    m.finite = True
-    m.sums.line = m.sums.line or m.line
-    return _with_number(m, difference, sign, 0.0)
 
 
 def _unfold(m: Any, feature: Feature) -> Feature:
@@ -520,7 +510,7 @@ STREAMS = ("any", "all", "sum", "min", "max", "list", "tuple", "enumerate", "zip
 
 def _refuse_whole(m: Any, feature: Feature) -> None:
     """Refuses a function of NumPy of Python's whole number: what it gives has 64 bits, and later sums wrap."""
-    if m.counts(feature):
+    if is_whole(feature):
         what = "a whole number, as int() or round() gives it, is given to NumPy"
         raise Refused(what, "use abs, min or max, which keep it whole")
 
@@ -605,7 +595,7 @@ def _sum(m: Any, given: Given, named: Named) -> Any:
     total: Any = 0
     for each in m.items(*given):
         total = binary(m, ast.Add, total, each)
-        if not isinstance(total, int) and not (isinstance(total, Feature) and m.counts(total)):
+        if not isinstance(total, int) and not (isinstance(total, Feature) and is_whole(total)):
             raise Refused("sum() adds floats, which versions of Python do differently", "write a + b + c")
     return total
 

@@ -229,7 +229,7 @@ class Machine(Executor):
         value = self.decide(value)
         if not isinstance(value, Feature):
             return value
-        if not self.counts(value):
+        if not is_whole(value):
             what = "a feature decides without being compared"
             raise Refused(what, "answers must be finitely many: compare the feature with numbers")
         assert self.paths is not None
@@ -238,10 +238,6 @@ class Machine(Executor):
             if self.holds(Test(value, "<=", number)):
                 return number
         raise Refused("a whole number has too many values", "clip it first: min(max(i, 0), n - 1)")
-
-    def counts(self, feature: Feature) -> bool:
-        """Returns True if a feature is a whole number wherever it is finite; max(x, 3) is one only where it is 3."""
-        return is_whole(feature)
 
     def forget_nan(self) -> None:
         """Something is asked of which a NaN is no matter of left and right."""
@@ -286,13 +282,12 @@ class Machine(Executor):
     def eval_stream(self, node: ast.AST, scope: Scope) -> Any:
         """Returns the value of an expression, which may be an iterator that is used at once, or a statement's end."""
         try:
-            return READERS.get(type(node), Machine._refuse_node)(self, node, scope)
+            if type(node) not in READERS:
+                what, advice = REASONS.get(type(node), (f"'{type(node).__name__.lower()}' is not understood", STATED))
+                raise Refused(f"{what}: {text_of(node)}", advice)
+            return READERS[type(node)](self, node, scope)
         except FAILURES as error:
             raise self.make_error(node, error) from None
-
-    def _refuse_node(self, node: ast.AST, scope: Scope) -> Any:
-        what, advice = REASONS.get(type(node), (f"'{type(node).__name__.lower()}' is not understood", STATED))
-        raise Refused(f"{what}: {text_of(node)}", advice)
 
     def _read_Constant(self, node: ast.Constant, scope: Scope) -> Any:
         return node.value
@@ -355,22 +350,18 @@ class Machine(Executor):
         return self.eval(node.values[-1], scope)
 
     def _read_Compare(self, node: ast.Compare, scope: Scope) -> Any:
-        self._count_features(node, scope)
+        # what `len(x) == 4` and `len(x) != 4` compare the length of the observation with is taken for its length
+        call, number = node.left, getattr(node.comparators[0], "value", None)
+        if isinstance(call, ast.Call) and isinstance(number, int) and len(call.args) == 1 and not self.inputs.width:
+            equal = isinstance(node.ops[0], ast.Eq | ast.NotEq) and isinstance(call.args[0], ast.Name)
+            of_length = equal and self.eval(call.func, scope) is BUILTINS["len"]
+            if of_length and isinstance(self.eval(call.args[0], scope), Part):
+                self.inputs.width = number
+                self.notes[f"line {node.lineno}: the observation is taken to have {number} numbers"] = None
         sides = [self.eval(node.left, scope), *[self.eval(each, scope) for each in node.comparators]]
         self.line = node.lineno
         tests = tuple([self._compare_pair(sign, sides[k], sides[k + 1]) for k, sign in enumerate(node.ops)])
         return tests[0] if len(tests) == 1 else Condition(True, tests)
-
-    def _count_features(self, node: ast.Compare, scope: Scope) -> None:
-        """Takes what `len(x) == 4` and `len(x) != 4` compare the length of the observation with for its length."""
-        call, number = node.left, getattr(node.comparators[0], "value", None)
-        if not isinstance(call, ast.Call) or not isinstance(number, int) or len(call.args) != 1:
-            return
-        of = call.args[0]
-        known = self.inputs.width or not isinstance(node.ops[0], ast.Eq | ast.NotEq) or not isinstance(of, ast.Name)
-        if not known and self.eval(call.func, scope) is BUILTINS["len"] and isinstance(self.eval(of, scope), Part):
-            self.inputs.width = number
-            self.notes[f"line {node.lineno}: the observation is taken to have {number} numbers"] = None
 
     def _compare_pair(self, operator: ast.cmpop, left: Any, right: Any) -> Any:
         sign = COMPARISONS.get(type(operator))
@@ -415,25 +406,21 @@ class Machine(Executor):
             key = self.eval(node.slice, scope)
         self.line = node.lineno
         if isinstance(value, Part):
-            return self._part_of(value, key)
+            if isinstance(key, slice):
+                n = self.inputs.width
+                if not n and (key.stop is None or min(key.start or 0, key.stop, key.step or 1) < 0):
+                    raise Refused(*UNCOUNTED)
+                parts = [self.inputs.enter(value, place) for place in range(*key.indices(n or key.stop))]
+                return self.keep_value(Array(parts)) if value.array else tuple(parts)
+            key = key if type(key) is int else self.whole(key)
+            if isinstance(key, bool) or not isinstance(key, int | str):
+                raise Refused("the observation is looked up by what is no number or text", "write x[0], or x['speed']")
+            return self.inputs.enter(value, key)
         if isinstance(key, slice):
             raise Refused(f"a part of {words_of(value)} is taken", "write the part itself")
         if not isinstance(value, list | tuple | dict | str | range):
             raise Refused(f"something is looked up in {words_of(value)}", "compute with each x[0] by itself")
         return value[self.key_of(key) if isinstance(value, dict) else self.whole(key)]
-
-    def _part_of(self, part: Part, key: Any) -> Any:
-        """A number of the observation, or a part of it."""
-        if isinstance(key, slice):
-            n = self.inputs.width
-            if not n and (key.stop is None or min(key.start or 0, key.stop, key.step or 1) < 0):
-                raise Refused(*UNCOUNTED)
-            parts = [self.inputs.enter(part, place) for place in range(*key.indices(n or key.stop))]
-            return self.keep_value(Array(parts)) if part.array else tuple(parts)
-        key = key if type(key) is int else self.whole(key)
-        if isinstance(key, bool) or not isinstance(key, int | str):
-            raise Refused("the observation is looked up by what is no number or text", "write x[0], or x['speed']")
-        return self.inputs.enter(part, key)
 
     def _read_ListComp(self, node: Any, scope: Scope) -> Any:
         if len(node.generators) > 1 or any(isinstance(each, ast.NamedExpr) for each in ast.walk(node)):
@@ -642,8 +629,7 @@ class Machine(Executor):
     def _read_Expr(self, node: ast.Expr, scope: Scope) -> None:
         self.eval(node.value, scope)
 
-    def _read_Pass(self, node: ast.Pass, scope: Scope) -> None:
-        pass
+    def _read_Pass(self, node: ast.Pass, scope: Scope) -> None: ...
 
     def _read_Assert(self, node: ast.Assert, scope: Scope) -> None:
         """Taken to hold: it may say how many features there are."""

@@ -54,7 +54,7 @@ from codegen.importers.python.machine import (
 )
 from codegen.importers.reading import FLOATS, MAX_FEATURES, NOTHING, Kept, Origin, Said
 from codegen.importers.running.asking import PYTHON, Called, ensure_gated, run_source
-from codegen.importers.symbolic.feature import IN_ORDER, NO_SUM, Affine, Feature, Given, Sums
+from codegen.importers.symbolic.feature import IN_ORDER, NO_SUM, Affine, Feature, Given, Sums, is_whole
 from codegen.importers.symbolic.memory import MAX_MEMBERS, RESETS, Memories, Memory, RemembersError
 from codegen.importers.symbolic.paths import STATE_ADVICE, Described, Growth, Value, origin_of, rounds
 from codegen.importers.symbolic.statements import Scope, link_statements
@@ -126,13 +126,6 @@ class File(NamedTuple):
         first, last = node.lineno, node.end_lineno
         return [each for kind in kinds for each in self.nodes.get(kind, ()) if first <= each.lineno <= last]
 
-    def is_simple(self) -> bool:
-        """True if no function changes a list or an object, or holds another one: a path may go on from any state."""
-        kinds = (ast.FunctionDef, ast.Lambda, ast.Attribute, ast.Subscript)
-        functions = self.nodes.get(ast.FunctionDef, ())
-        inside = [each for node in functions for each in self.inside(node, *kinds) if each is not node]
-        return not any(_stores(each) or getattr(each, "attr", "") == "append" for each in inside)
-
 
 def _stores(node: Any) -> bool:
     """Returns True if a node gives something to a name, an attribute or an element."""
@@ -162,26 +155,22 @@ def read_file(parsed: ast.Module, m: Machine) -> File:
         except InputError as error:
             if m.steps > 1 << 22:
                 raise
-            _skip(m, node, scope, error)
+            # a statement that can change nothing of the file is skipped: names that it sets are not known any more
+            inner = walk_nodes(node, INNER)
+            held = [scope.names.get(each.id) for each in inner if isinstance(each, ast.Name)]
+            changes = any(isinstance(each, ast.Attribute | ast.Subscript) and _stores(each) for each in inner)
+            if changes or any(isinstance(each, HELD) for each in held):  # what changes may have other names
+                raise InputError(error.what, error.where, f"{error.next_step}; or {MAIN}") from None
+            for each in inner:
+                if isinstance(each, STORING) and _stores(each):
+                    name = each.id if isinstance(each, ast.Name) else each.name
+                    scope.names[name or ""] = Refused(error.what, error.next_step, f"{m.where}, line {node.lineno}")
+            m.notes[f"line {node.lineno}: {text_of(node)} is skipped: {error.what}"] = None
     for node in nodes[ast.Global]:
         for name in node.names:
             where = f"{m.where}, line {node.lineno}"
             scope.names[name] = Refused(f"{escape_text(name)!r} may change between calls", STATE_ADVICE, where)
     return File(scope, nodes, m)
-
-
-def _skip(m: Machine, node: ast.stmt, scope: Scope, error: InputError) -> None:
-    """Goes on without a statement that can change nothing of the file: names that it sets are not known any more."""
-    inner = walk_nodes(node, INNER)
-    held = [scope.names.get(each.id) for each in inner if isinstance(each, ast.Name)]
-    changes = any(isinstance(each, ast.Attribute | ast.Subscript) and _stores(each) for each in inner)
-    if changes or any(isinstance(each, HELD) for each in held):  # what changes may have other names
-        raise InputError(error.what, error.where, f"{error.next_step}; or {MAIN}")
-    for each in inner:
-        if isinstance(each, STORING) and _stores(each):
-            name = each.id if isinstance(each, ast.Name) else each.name
-            scope.names[name or ""] = Refused(error.what, error.next_step, f"{m.where}, line {node.lineno}")
-    m.notes[f"line {node.lineno}: {text_of(node)} is skipped: {error.what}"] = None
 
 
 # --- which functions decide
@@ -207,25 +196,20 @@ def choose_deciders(file: File, wanted: str = "") -> list[Decider]:
     if chosen is not None and wanted in by_name:
         return [by_name[wanted]]
     if not by_name:
-        raise _refuse_file(file)
+        if not any(file.nodes[kind] for kind in INNER):
+            advice = "write def agent(x): ... and return the action"
+            raise InputError("no function: put the rule into one", file.machine.where, advice)
+        for each in file.scope.names.values():
+            if isinstance(each, Refused) and each.where:
+                raise InputError(each.what, each.where, each.next_step)
+        what = "the file has no function that takes an observation and returns a decision"
+        advice = "; ".join(("write one function per agent: def agent(x): ...", *file.machine.notes))
+        raise InputError(what, file.machine.where, advice[:300])
     used = {inner for name, each in by_name.items() for inner in _names(file, each) if inner != name}
     roots = [each for name, each in by_name.items() if name not in used]
     # a class whose objects the file makes is a part of something, if anything else decides
     whole = [each for each in roots if not file.machine.made.intersection(each.first)]
     return whole or roots or list(by_name.values())
-
-
-def _refuse_file(file: File) -> InputError:
-    """Why no function decides."""
-    if not any(file.nodes[kind] for kind in INNER):
-        advice = "write def agent(x): ... and return the action"
-        return InputError("no function: put the rule into one", file.machine.where, advice)
-    for each in file.scope.names.values():
-        if isinstance(each, Refused) and each.where:
-            return InputError(each.what, each.where, each.next_step)
-    what = "the file has no function that takes an observation and returns a decision"
-    advice = "; ".join(("write one function per agent: def agent(x): ...", *file.machine.notes))
-    return InputError(what, file.machine.where, advice[:300])
 
 
 def _choose_method(file: File, name: str, value: Class | Instance) -> Decider | None:
@@ -310,7 +294,14 @@ class _Kept:
     def begin(self, follower: "_Follower", file: File) -> None:
         """Starts again with what the object holds now. InputError for what other functions set, too."""
         m, known = follower.machine, list[Memory]()
-        own = follower.collect_called()
+        methods = follower.first[0].kind.members.values()
+        methods = {each.name: each.node for each in methods if isinstance(each, Function)}
+        own, open_ = set[ast.AST](), [follower.function.node]  # what the decision may call, itself among them
+        while open_:
+            node = open_.pop()
+            if node not in own:
+                own.add(node)
+                open_ += [methods[each.attr] for each in file.inside(node, ast.Attribute) if each.attr in methods]
         for at, name in enumerate(self.names):
             others = [each for each in m.kept.get(name, set()) - m.ran if each not in own]
             for each in others:
@@ -336,7 +327,12 @@ class _Follower:
 
     def __init__(self, file: File, decider: Decider, said: Said, kept: _Kept) -> None:
         self.kept = kept
-        self.file, self.decider, self.said, self.simple = file, decider, said, file.is_simple()
+        self.file, self.decider, self.said = file, decider, said
+        # where no function changes a list or an object, or holds another one, a path may go on from any state
+        kinds = (ast.FunctionDef, ast.Lambda, ast.Attribute, ast.Subscript)
+        functions = file.nodes.get(ast.FunctionDef, ())
+        inside = [each for node in functions for each in file.inside(node, *kinds) if each is not node]
+        self.simple = not any(_stores(each) or getattr(each, "attr", "") == "append" for each in inside)
         self.function = decider.function
         self.members = dict[Any, enum.Enum | None]()  # by labels: what is returned for each; None: numbers are given
         self.machine = m = copy.copy(file.machine)
@@ -407,16 +403,12 @@ class _Follower:
             if value != member.name:
                 self.machine.called.setdefault(value, member.name)
         label = self._plain_label(value)
-        self._ensure_alike(label, member)
-        return label
-
-    def _ensure_alike(self, label: Value, member: enum.Enum | None) -> None:
-        """InputError where one label is a member of an Enum on some paths only, or of another one."""
         known = self.members.setdefault(None if isinstance(label, Given) else label, member)
         mixed = None in self.members and any(each is not None for each in self.members.values())
         if known is not member or mixed:
             what = "a member of an Enum is returned, and elsewhere a number or a text that may be taken for it"
             raise Refused(what, "return members of one Enum on every path, or numbers on every path")
+        return label
 
     def _plain_label(self, value: Any) -> Value:
         m = self.machine
@@ -424,33 +416,23 @@ class _Follower:
             return value  # most are this
         if isinstance(value, CONDITIONS):
             return m.truth(value)
-        if self._gives(value):
-            return self._build_given(list(value) if isinstance(value, list | tuple) else [value])
+        parts = [*value] if isinstance(value, list | tuple) else [value]
+        whole = isinstance(value, Part) and value.path == m.inputs.parameters  # the observation itself
+        if parts and not (whole or self.said.scores or any(isinstance(each, str | list | tuple) for each in parts)):
+            # numbers are given where the user says so, or where they depend on features
+            numbers = [m.plain(each) for each in parts if isinstance(each, Feature | Part)]
+            if self.said.outputs or any(not (isinstance(each, Feature) and is_whole(each)) for each in numbers):
+                forms = list[Affine]()
+                for part in map(m.plain, parts):
+                    if isinstance(part, Extreme):
+                        raise Refused(NO_SUM, IN_ORDER)
+                    given = part if isinstance(part, Feature) else self._number(part)
+                    forms.append(m.sums.represent(given, Refused))
+                    m.sums.line = m.sums.line or m.line
+                return cast(Any, Given(forms))
         if isinstance(value, list | tuple) and value:
             return tuple(self._number(each) for each in value)
         return value if isinstance(value, str) else self._number(value)
-
-    def _gives(self, value: Any) -> bool:
-        """Returns True if numbers are given: the user says so, or they depend on features."""
-        parts = [*value] if isinstance(value, list | tuple) else [value]
-        if isinstance(value, Part) and value.path == self.machine.inputs.parameters:
-            return False  # the observation itself
-        if self.said.scores or not parts or any(isinstance(each, str | list | tuple) for each in parts):
-            return False
-        numbers = [self.machine.plain(each) for each in parts if isinstance(each, Feature | Part)]
-        fractional = [each for each in numbers if not (isinstance(each, Feature) and self.machine.counts(each))]
-        return bool(fractional or self.said.outputs)
-
-    def _build_given(self, parts: list[Any]) -> Any:
-        """Returns what is given, as a form for each output."""
-        m, forms = self.machine, list[Affine]()
-        for each in parts:
-            value = m.plain(each)
-            if isinstance(value, Extreme):
-                raise Refused(NO_SUM, IN_ORDER)
-            forms.append(m.sums.represent(value if isinstance(value, Feature) else self._number(value), Refused))
-            m.sums.line = m.sums.line or m.line
-        return Given(forms)
 
     def _number(self, value: Any) -> int | float:
         """A number that is returned, or counts as a score; of a condition, or of a feature that is a whole number, what
@@ -490,17 +472,6 @@ class _Follower:
         described = m.inputs.describe_inputs(plain)
         self.shapes = m.inputs.shape_parameters(described)
         return described
-
-    def collect_called(self) -> set[ast.AST]:
-        """The methods that the decision may call, itself among them."""
-        methods = {each.name: each.node for each in self.first[0].kind.members.values() if isinstance(each, Function)}
-        called, open_ = set[ast.AST](), [self.function.node]
-        while open_:
-            node = open_.pop()
-            if node not in called:
-                called.add(node)
-                open_ += [methods[each.attr] for each in self.file.inside(node, ast.Attribute) if each.attr in methods]
-        return called
 
     def ask_python(self, origin: Origin, source: str) -> Origin:
         """The origin that Python itself answers for, unless nothing is to be run. InputError where the gate refuses."""
