@@ -255,10 +255,6 @@ def decode(raw: ProfileJson, where: str, besides: Besides) -> PolicyProfile:
     if raw.semantics != semantics:
         detail = f"{where}: $.semantics: '{escape_text(raw.semantics[:80])}'"
         raise ProfileError("a policy profile with other semantics", detail, ADVICE)
-    return ensure(_profile(raw, where), where, besides)
-
-
-def _profile(raw: ProfileJson, where: str) -> PolicyProfile:
     world = raw.world
     spec = WorldSpec(
         name=world.name,
@@ -279,7 +275,7 @@ def _profile(raw: ProfileJson, where: str) -> PolicyProfile:
     agents = tuple(_policy(agent, f"{where}: $.agents[{index}]") for index, agent in enumerate(raw.agents))
     given = msgspec.structs.asdict(raw.provenance)
     region = raw.region and RegionSpec(tuple(raw.region.goals), raw.region.box, raw.region.difference, raw.region.apart)
-    return PolicyProfile(spec, agents, Provenance(**cast(Mapping[str, Any], given)), region)
+    return ensure(PolicyProfile(spec, agents, Provenance(**cast(Mapping[str, Any], given)), region), where, besides)
 
 
 def _policy(raw: AgentJson, path: str) -> AgentPolicy:

@@ -38,11 +38,8 @@ def fails(threshold: float, digits: int = 6) -> str:
 def number(threshold: float, digits: int = 6) -> str:
     """The number that a test's words compare with."""
     bound = _bound(threshold)
-    return _spell(0.0 if is_zero(threshold) else threshold if bound is None else bound, digits)
-
-
-def _spell(value: float, digits: int) -> str:
-    """A number with so many digits, and those that people wrote: 23.25 stays, 1400 is not 1.4e+03."""
+    value = 0.0 if is_zero(threshold) else threshold if bound is None else bound
+    # so many digits, and those that people wrote: 23.25 stays, 1400 is not 1.4e+03
     whole = f"{value:.{WRITTEN}g}"
     if float(whole) == value:
         return whole

@@ -323,7 +323,7 @@ def compile(
         DisagreementError: Code and team decide differently for some observation.
         InputError: Something cannot be asked of this team.
     """
-    from maviper.compilation.run import compile_and_prove
+    from maviper.compilation.compile import compile_and_prove
 
     return compile_and_prove(_team(profile), [targets] if isinstance(targets, str) else targets, **asked)
 

@@ -10,7 +10,6 @@ Does not: run any implementation (selfcheck.py).
 
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -48,51 +47,41 @@ def iterate_rows(rows: Any) -> Iterator[list[float]]:
         yield from rows[low : low + BLOCK].tolist()
 
 
-@dataclass(frozen=True)
-class _File:
-    """Rows of so many numbers of a type, one after the other."""
-
-    place: Path
-    numbers: str
-    width: int
-
-    def read(self, low: int = 0, count: int = -1) -> Floats:
-        """So many rows from one on; -1: all that follow."""
-        size = np.dtype(self.numbers).itemsize * self.width
-        found = np.fromfile(self.place, self.numbers, count * self.width if count > 0 else -1, offset=low * size)
-        return found.reshape(-1, self.width)
-
-
 class Kept(Mapping[str, Floats]):
     """Arrays by name, each read from its file when it is asked for."""
 
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="maviper-")
-        self._files: dict[str, _File] = {}
+        self._files: dict[str, tuple[Path, str, int]] = {}  # by name: where its rows lie, their type, and their width
 
     def keep(self, name: str, rows: Floats) -> None:
         """Writes rows behind those that a name has already."""
         if name not in self._files:
             place = Path(self._folder.name) / str(len(self._files))
-            self._files[name] = _File(place, rows.dtype.name, rows.shape[1])
-        with self._files[name].place.open("ab") as file:
+            self._files[name] = place, rows.dtype.name, rows.shape[1]
+        with self._files[name][0].open("ab") as file:
             np.ascontiguousarray(rows).tofile(file)
+
+    def _read(self, name: str, low: int = 0, count: int = -1) -> Floats:
+        """So many rows from one on; -1: all that follow."""
+        place, numbers, width = self._files[name]
+        offset = low * width * np.dtype(numbers).itemsize
+        return np.fromfile(place, numbers, count * width if count > 0 else -1, offset=offset).reshape(-1, width)
 
     def parts(self, name: str) -> Iterator[tuple[int, Floats]]:
         """An array in parts of bounded memory, each with the place of its first row."""
-        file, low = self._files[name], 0
-        count = max(1, PART // max(1, file.width))
-        while len(rows := file.read(low, count)):
+        low, count = 0, max(1, PART // max(1, self._files[name][2]))
+        while len(rows := self._read(name, low, count)):
             yield low, rows
             low += len(rows)
 
     def together(self, names: Sequence[str], count: int) -> Iterator[list[Floats]]:
         """The first `count` rows of some arrays, a block of each at a time."""
         for low in range(0, count, 64 * BLOCK):
-            yield [self._files[name].read(low, min(64 * BLOCK, count - low)) for name in names]
+            yield [self._read(name, low, min(64 * BLOCK, count - low)) for name in names]
 
     def __getitem__(self, name: str) -> Floats:
-        return self._files[name].read()
+        return self._read(name)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._files)
@@ -245,45 +234,26 @@ def random(
     features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator, numbers: str = FLOAT32
 ) -> Floats:
     """Uniform in the features' ranges, half in the inner third, where most thresholds lie. [count, n_features]"""
-    return _draw_rows(_ends(features), count, rng, numbers)
+    nothing = np.zeros((0, len(features)), numbers)
+    return np.concatenate([nothing, *random_parts(features, count, rng, numbers)])
 
 
 def random_parts(
     features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator, numbers: str = FLOAT32
 ) -> Iterator[Floats]:
     """The rows of `random` in parts, which bounds their memory."""
-    within = _ends(features)
+    low, high = np.array([[feature.low for feature in features], [feature.high for feature in features]])
+    middle = (low + high) / 2
     for start in range(0, count, DRAWN_AT_ONCE):
-        yield _part(within, slice(start, min(start + DRAWN_AT_ONCE, count)), count, rng).astype(numbers)
-
-
-def _ends(features: tuple[ir.FeatureSpec, ...]) -> Float64:
-    """The features' ranges, [2, n_features]."""
-    return np.array([[feature.low for feature in features], [feature.high for feature in features]])
-
-
-def _draw_rows(within: Float64, count: int, rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
-    """Draws random rows, as `random` does, between the ends [2, n_features]."""
-    rows = np.empty((count, within.shape[1]), dtype=numbers)
-    for start in range(0, count, DRAWN_AT_ONCE):
-        part = slice(start, min(start + DRAWN_AT_ONCE, count))
-        rows[part] = _part(within, part, count, rng)
-    return rows
-
-
-def _part(within: Float64, part: slice, count: int, rng: np.random.Generator) -> Float64:
-    """Some of `count` rows: those of the first half lie in the inner third."""
-    low, high = within
-    rows = _uniform(rng, low, high, (part.stop - part.start, within.shape[1]))
-    middle, inner = (low + high) / 2, slice(0, max(0, count // 2 - part.start))
-    rows[inner] = middle + (rows[inner] - middle) / 3
-    return rows
+        rows = _uniform(rng, low, high, (min(DRAWN_AT_ONCE, count - start), len(features)))
+        inner = slice(0, max(0, count // 2 - start))  # of the first half of all rows
+        rows[inner] = middle + (rows[inner] - middle) / 3
+        yield rows.astype(numbers)
 
 
 def doubles(tree: Tree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float64:
     """Double observations at and beside the doubles that decide: they must act as the tree's numbers say."""
     rows: list[Float64] = [np.zeros((0, len(features)))]
-    within = _ends(features)
     splits = list(ir.splits(tree))
     fillings = _fillings(FILLINGS, 3 * len(splits) * len(features), DOUBLES_AT_MOST)
     for node in splits:
@@ -291,7 +261,7 @@ def doubles(tree: Tree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Gen
         if tree.numbers == FLOAT32:
             turning = deciding_double(turning)
         for value in neighbours(turning, FLOAT64):
-            filled = _draw_rows(within, fillings, rng).astype(np.float64)
+            filled = random(features, fillings, rng).astype(np.float64)
             filled[:, int(tree.feature[node])] = value
             rows.append(filled)
     return np.concatenate(rows)
@@ -388,20 +358,15 @@ def ties(policy: ir.AgentPolicy, rng: np.random.Generator) -> Floats:
     pool[::4] = np.round(pool[::4])
     pool[1::8] = np.where(rng.random(pool[1::8].shape) < 0.5, np.abs(pool[1::8]), -np.abs(pool[1::8]))
     batches = [np.zeros((0, len(policy.features)), policy.numbers)]
-    for node, rows in _reaching(policy.tree, pool):
+    tree, at = policy.tree, ir.apply(policy.tree, pool)
+    coming = {int(leaf): np.flatnonzero(at == leaf) for leaf in ir.leaves(tree)}  # rows of the pool, by node
+    for node in reversed(list(ir.splits(tree))):  # preorder: children come after their parents
+        coming[node] = np.concatenate([coming[int(tree.left[node])], coming[int(tree.right[node])]])
+    for node in ir.splits(tree):
+        rows = coming[node]
         drawn = pool[rng.choice(rows, AT_TIE)] if len(rows) else pool[rng.integers(len(pool), size=AT_TIE)]
         batches += _move_rows(policy, node, drawn, rng)
     return np.concatenate(batches)
-
-
-def _reaching(tree: ir.Tree, pool: Floats) -> Iterator[tuple[int, np.ndarray]]:
-    """Every split, with the rows of the pool that come to it."""
-    at = ir.apply(tree, pool)
-    below = {int(leaf): np.flatnonzero(at == leaf) for leaf in ir.leaves(tree)}
-    for node in reversed(list(ir.splits(tree))):  # preorder: children come after their parents
-        below[node] = np.concatenate([below[int(tree.left[node])], below[int(tree.right[node])]])
-    for node in ir.splits(tree):
-        yield node, below[node]
 
 
 def _move_rows(policy: ir.AgentPolicy, node: int, rows: Floats, rng: np.random.Generator) -> Iterator[Floats]:

@@ -21,10 +21,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from codegen.agreement import entries
-from codegen.agreement.entries import Asked, Told
+from codegen.agreement.entries import Asked, Told, drive_machine
 from codegen.agreement.probes import iterate_rows
 from codegen.agreement.programs import run
-from codegen.agreement.sequences import drive_machine
 from codegen.check import identifier
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Float64, Floats, Int32, Int64
@@ -78,9 +77,15 @@ def svg_act(text: str, agent: str, rows: Floats) -> Any:
     root = ElementTree.fromstring(text)
     nodes = {int(group.attrib["data-node"]): group.attrib for group in root.iter(f"{_SVG}g")}
     if "data-arithmetic" in root.attrib:
-        policy = _policy(root.attrib, nodes, rows.shape[1])
-        answers = [json_answer(policy, row) for row in rows.tolist()]
-        return np.array(answers)
+        bounds = [each.split(":") for each in root.attrib["data-bounds"].split(";") if each]
+        policy = {  # as the JSON has it
+            "arithmetic": root.attrib["data-arithmetic"],
+            "gives": root.attrib["data-gives"],
+            "features": [{"name": str(place)} for place in range(rows.shape[1])],
+            "outputs": [{"low": _number(low), "high": _number(high)} for low, high in bounds],
+            "tree": [_node(nodes[place]) for place in sorted(nodes)],
+        }
+        return np.array([json_answer(policy, row) for row in rows.tolist()])
     actions = np.empty(len(rows), dtype=np.int32)
     for place, row in enumerate(rows):
         node = nodes[0]
@@ -90,18 +95,6 @@ def svg_act(text: str, agent: str, rows: Floats) -> Any:
             node = nodes[int(node["data-left" if goes_left else "data-right"])]
         actions[place] = int(node["data-action"])
     return actions
-
-
-def _policy(root: Mapping[str, str], nodes: Mapping[int, Mapping[str, str]], n_features: int) -> dict[str, Any]:
-    """The picture of a tree with sums in the form of the JSON."""
-    bounds = [each.split(":") for each in root["data-bounds"].split(";") if each]
-    return {
-        "arithmetic": root["data-arithmetic"],
-        "gives": root["data-gives"],
-        "features": [{"name": str(place)} for place in range(n_features)],
-        "outputs": [{"low": _number(low), "high": _number(high)} for low, high in bounds],
-        "tree": [_node(nodes[place]) for place in sorted(nodes)],
-    }
 
 
 def _node(node: Mapping[str, str]) -> dict[str, Any]:
@@ -231,14 +224,6 @@ def drive_reader(policy: Any, rows: Float64) -> Int64:
     return drive_machine(policy.decide, policy.memory, rows)
 
 
-def _drive_module(module: Mapping[str, Any], asked: Asked) -> dict[str, Any]:
-    """The answers of a Python module's machines, by agent."""
-    machines: dict[str, Any] = {agent: module["MACHINE"][agent]() for agent in asked.sequences}
-    return {
-        agent: drive_machine(each.step, each.__dict__, asked.sequences[agent].rows) for agent, each in machines.items()
-    }
-
-
 def load_python(text: str) -> Mapping[str, Any]:
     """The namespace of a generated module, run from a file as its user would import it."""
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
@@ -261,6 +246,10 @@ def python_told(module: Mapping[str, Any], asked: Asked) -> Told:
         agent: np.array([finite[agent](row) + 2 * in_range[agent](row) for row in iterate_rows(asked.rows[agent])])
         for agent in agents
     }
+    remembered: dict[str, Any] = {}
+    for agent, questions in asked.sequences.items():
+        machine = module["MACHINE"][agent]()
+        remembered[agent] = drive_machine(machine.step, machine.__dict__, questions.rows)
     return Told(
         checks=checks,
         constants=_python_constants(module, agents),
@@ -268,7 +257,7 @@ def python_told(module: Mapping[str, Any], asked: Asked) -> Told:
         acted={agent: np.array([act(w) for w in states]) for agent, act in act_world.items()},
         team=np.array([module["act_team"](w) for w in states]) if "act_team" in module else None,
         within=np.array([module["in_region"](w) for w in bordering]) if "in_region" in module else None,
-        remembered=_drive_module(module, asked),
+        remembered=remembered,
         misused=len(wrong) * len(functions),
         accepted=tuple(let),
     )
@@ -365,7 +354,8 @@ def _read_entries(folder: Path, model: Model) -> Told:
     seen = [(agent, (folder / f"{agent.lower}.seen").read_bytes()) for agent in located]
     return Told(
         checks={agent.name: _integers(folder / f"{agent.lower}.checks") for agent in model.agents},
-        constants=[_constant(each) for each in said["constants"]],
+        # JSON knows no NaN, for which null stands, and may write 5 for 5.0
+        constants=[x if isinstance(x, str) else np.nan if x is None else float(x) for x in said["constants"]],
         observed={a.name: np.frombuffer(raw, "<f8").reshape(-1, len(a.features)) for a, raw in seen},
         acted={agent.name: _answers(agent, folder / f"{agent.lower}.acted") for agent in located},
         team=team,
@@ -475,11 +465,6 @@ def _run(command: list[str], folder: Path, failed: str) -> None:
     if ran.returncode != 0:
         lines = "\n".join(ran.stderr.strip().splitlines()[:5])
         raise DisagreementError(failed, lines, "this is a bug; nothing was written")
-
-
-def _constant(given: str | float | None) -> str | float:
-    """Returns a constant told by JSON, which knows no NaN (null stands for it), and may write 5 for 5.0."""
-    return given if isinstance(given, str) else np.nan if given is None else float(given)
 
 
 def _answers(agent: Agent, path: Path) -> Any:

@@ -5,7 +5,7 @@ Assumes: compiled.py builds the C where there is a compiler.
 Does not: trust the emitters: each target is read back from its text by means that the emitter does not use.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial, reduce
 from pathlib import Path
@@ -16,9 +16,18 @@ import numpy as np
 from codegen import ir
 from codegen.agreement import entries, probes, readback
 from codegen.agreement.compiled import Build, CompiledC, ensure_strict
-from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told, differing
+from codegen.agreement.entries import (
+    CONSTANTS,
+    OBSERVE,
+    SEED,
+    Agreement,
+    Asked,
+    Told,
+    ask_sequences,
+    differing,
+    expected_answers,
+)
 from codegen.agreement.probes import Kept, iterate_rows
-from codegen.agreement.sequences import ask_sequences, expected_answers
 from codegen.boxes import is_inside
 from codegen.deciding import decide
 from codegen.equivalence import structure
@@ -71,17 +80,16 @@ def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> F
 
 
 def _parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
-    return (probes.in_type(rows, policy) for rows in _list_parts(policy, random))
+    def draw() -> Iterator[Floats]:
+        rng = np.random.default_rng(SEED)
+        yield from probes.telling(policy, rng)
+        yield probes.special(policy.features, rng, policy.numbers)
+        count = min(random, RANDOM_NUMBERS // max(1, len(policy.features)))
+        yield from probes.random_parts(policy.features, count, rng, policy.numbers)
+        if policy.grown is not None:
+            yield probes.boundary(policy.grown, policy.features, rng)
 
-
-def _list_parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
-    rng = np.random.default_rng(SEED)
-    yield from probes.telling(policy, rng)
-    yield probes.special(policy.features, rng, policy.numbers)
-    random = min(random, RANDOM_NUMBERS // max(1, len(policy.features)))
-    yield from probes.random_parts(policy.features, random, rng, policy.numbers)
-    if policy.grown is not None:
-        yield probes.boundary(policy.grown, policy.features, rng)
+    return (probes.in_type(rows, policy) for rows in draw())
 
 
 def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Any, answers: Any) -> Agreement:
@@ -120,54 +128,45 @@ def check(build: Build, random: int = RANDOM_OBSERVATIONS) -> Report:
 
     `random`: random observations per agent, beside all boundary and special ones.
     """
+    profile, model = build.profile, build.model
+    agreements: list[Agreement] = []
+    skipped: list[str] = []
+    entry = Asked(profile)
     with Kept() as asked:
         wanted: dict[str, Any] = {}
-        for policy in build.profile.agents:
+        for policy in profile.agents:
             acted: list[Any] = []
             for rows in _parts(policy, random):
                 acted.append(decide(policy, rows))
                 asked.keep(policy.agent, rows)
             wanted[policy.agent] = np.concatenate(acted)
-        return _check_targets(build, asked, wanted)
-
-
-def _check_targets(build: Build, asked: Kept, wanted: Mapping[str, Any]) -> Report:
-    profile, model, files = build.profile, build.model, build.files
-    agreements: list[Agreement] = []
-    skipped: list[str] = []
-    entry = Asked(profile)
-    header, module = (build.text(ending) for ending in ("h", "py"))
-    if header is not None and build.compiler is None:
-        skipped.append("C: no compiler found (cc, gcc, clang or $CC)")
-    if header is not None:
-        if sum(len(policy.tree.feature) for policy in profile.agents) <= MAX_PARSED:
-            ensure_strict(header, model)
-            agreements += _prove_structure(profile, header, model)
-        else:
+        header, module = (build.text(ending) for ending in ("h", "py"))
+        if header is not None and build.compiler is None:
+            skipped.append("C: no compiler found (cc, gcc, clang or $CC)")
+        if header is not None and sum(len(policy.tree.feature) for policy in profile.agents) > MAX_PARSED:
             skipped.append(f"the structural proof of the C: more than {MAX_PARSED} nodes")
-    if build.compilable:
-        agreements += _check_c(build, asked, wanted, entry, skipped)
-    if module is not None:
-        agreements += _check_python(module, model, asked, wanted, entry)
-    agreements += _read(profile, files, model, asked, wanted, skipped)
-    agreements += _check_reader(build, entry)
-    for suffix, check in (("mjs", _check_javascript), ("rs", _check_rust)):
-        text = build.text(suffix)
-        if text is not None:
-            try:
-                agreements += check(build, text, asked, wanted, entry)
-            except MissingToolError as error:
-                skipped.append(f"{suffix}: {error.what}")
+        elif header is not None:
+            ensure_strict(header, model)
+            for agent, faults in structure.faults(header, profile, model).items():
+                nodes = len(profile.policy(agent).tree.feature)
+                agreements.append(Agreement(STRUCTURE, agent, nodes, len(faults), *faults[:1]))
+        if build.compilable:
+            for policy in profile.agents:
+                agreements += _in_parts(policy, asked, wanted, partial(_c_replayed, build.library, model))
+            agreements += _check_c_all(build, asked, min(map(len, wanted.values()))) if model.acting else []
+            agreements += _check_c_entries(build, entry, skipped)
+        if module is not None:
+            agreements += _check_python(module, model, asked, wanted, entry)
+        agreements += _read(build, asked, wanted, skipped)
+        agreements += _check_reader(build, entry)
+        for suffix, replay in (("mjs", _check_javascript), ("rs", _check_rust)):
+            text = build.text(suffix)
+            if text is not None:
+                try:
+                    agreements += replay(build, text, asked, wanted, entry)
+                except MissingToolError as error:
+                    skipped.append(f"{suffix}: {error.what}")
     return Report(tuple(agreements), tuple(skipped), " ".join(build.compiler or []))
-
-
-def _check_c(build: Build, asked: Kept, wanted: Mapping[str, Any], entry: Asked, skipped: list[str]) -> list[Agreement]:
-    profile, model, compiled = build.profile, build.model, build.library
-    agreements: list[Agreement] = []
-    for policy in profile.agents:
-        agreements += _in_parts(policy, asked, wanted, partial(_c_replayed, compiled, model))
-    together = _check_c_all(build, asked, min(map(len, wanted.values()))) if model.acting else []
-    return agreements + together + _check_c_entries(build, entry, skipped)
 
 
 def _c_replayed(
@@ -238,45 +237,31 @@ def _check_c_entries(build: Build, asked: Asked, skipped: list[str]) -> list[Agr
     return [entries.constants("c", constants, compiled.constants()), *entries.compare_entries("c", asked, told)]
 
 
-def _read(
-    profile: ir.PolicyProfile,
-    files: Mapping[str, str | bytes],
-    model: Model,
-    asked: Kept,
-    wanted: Mapping[str, Any],
-    skipped: list[str],
-) -> list[Agreement]:
+def _read(build: Build, asked: Kept, wanted: Mapping[str, Any], skipped: list[str]) -> list[Agreement]:
     """Runs the readers of `readback`; a reader whose tool is missing is named in `skipped`, each tool once."""
     agreements: list[Agreement] = []
-    for policy, agent in zip(profile.agents, model.agents, strict=True):
+    for policy, agent in zip(build.profile.agents, build.model.agents, strict=True):
         for reader in readback.READERS:
-            names = [name.format(prefix=model.prefix, agent=agent.lower) for name in reader.files]
-            if not all(name in files for name in names):
+            names = [name.format(prefix=build.model.prefix, agent=agent.lower) for name in reader.files]
+            if not all(name in build.files for name in names):
                 continue
-            contents = [files[name] for name in names]
+            contents = [build.files[name] for name in names]
             if reader.act is readback.st_act and policy.memory:  # whose memory takes whole numbers alone
                 agreements += _check_block(str(contents[0]), policy)
                 continue
+            parts: list[Agreement] = []
             try:
-                agreements.append(_read_back(reader, contents, policy, asked, wanted[policy.agent]))
+                for low, rows in asked.parts(policy.agent):
+                    chosen = slice(-low % reader.every, None, reader.every)  # so many rows of the whole array
+                    expected = wanted[policy.agent][low : low + len(rows)][chosen]
+                    answers = reader.act(*contents, policy.agent, rows[chosen])
+                    parts.append(compare(reader.target, policy, rows[chosen], expected, answers))
             except MissingToolError as error:
                 reason = f"{Path(names[0]).suffix[1:]}: {error.what}"
                 skipped += [reason] if reason not in skipped else []
+            else:
+                agreements.append(reduce(merge_agreements, parts))
     return agreements
-
-
-def _read_back(
-    reader: readback.Reader, contents: Sequence[Any], policy: ir.AgentPolicy, asked: Kept, wanted: Any
-) -> Agreement:
-    """Compares a reader's answers from its files with the reference. MissingToolError without its tool."""
-    agreements: list[Agreement] = []
-    for low, rows in asked.parts(policy.agent):
-        chosen = slice(-low % reader.every, None, reader.every)  # the rows of the whole array that it is asked about
-        expected = wanted[low : low + len(rows)][chosen]
-        agreements.append(
-            compare(reader.target, policy, rows[chosen], expected, reader.act(*contents, policy.agent, rows[chosen]))
-        )
-    return reduce(merge_agreements, agreements)
 
 
 def _check_block(text: str, policy: ir.AgentPolicy) -> Iterator[Agreement]:
@@ -299,28 +284,20 @@ def _check_reader(build: Build, entry: Asked) -> list[Agreement]:
     agreements: list[Agreement] = []
     for policy in profile.agents:
         read = readback.load_reader(reader, document, policy.agent)
-        act = read.act
         if policy.memory:
             questions = entry.sequences[policy.agent]
             expected, told = expected_answers(policy, questions), readback.drive_reader(read, questions.rows)
             agreements.append(compare("json reader machine", policy, questions.shown, expected, told))
         wrong = [each for each in entries.single(len(policy.features), asks=True) if not isinstance(each, bytes)]
-        let = entries.find_accepted(act, wrong)
+        let = entries.find_accepted(read.act, wrong)
         agreements.append(Agreement("json reader input check", policy.agent, len(wrong), len(let), *let[:1]))
         rows = [row for part in entry.typed[policy.agent] for row in part]
         if rows:
             expected = decide(policy, [[float(value) for value in row] for row in rows])
-            agreements.append(compare("json reader other types", policy, rows, expected, [act(row) for row in rows]))
+            agreements.append(
+                compare("json reader other types", policy, rows, expected, [read.act(row) for row in rows])
+            )
     return agreements
-
-
-def _prove_structure(profile: ir.PolicyProfile, header: str, model: Model) -> list[Agreement]:
-    """The structural proof: the header's syntax tree against the policy trees, node by node."""
-    faults = structure.faults(header, profile, model)
-    return [
-        Agreement(STRUCTURE, agent, len(profile.policy(agent).tree.feature), len(found), *found[:1])
-        for agent, found in faults.items()
-    ]
 
 
 def _check_python(module: str, model: Model, asked: Kept, wanted: Mapping[str, Any], entry: Asked) -> list[Agreement]:
@@ -331,10 +308,8 @@ def _check_python(module: str, model: Model, asked: Kept, wanted: Mapping[str, A
         agreements += _in_parts(policy, asked, wanted, partial(_python_replayed, act, batch))
         near, typed = entry.near[policy.agent], entry.typed[policy.agent]
         if len(near):
-            expected = decide(policy, near)
-            agreements.append(
-                compare("python doubles", policy, near, expected, [act(row) for row in iterate_rows(near)])
-            )
+            acted = [act(row) for row in iterate_rows(near)]
+            agreements.append(compare("python doubles", policy, near, decide(policy, near), acted))
             rows = [row for part in typed for row in part]
             expected = decide(policy, [[float(value) for value in row] for row in rows])
             agreements.append(compare("python other types", policy, rows, expected, [act(list(row)) for row in rows]))
@@ -351,7 +326,7 @@ def _check_python(module: str, model: Model, asked: Kept, wanted: Mapping[str, A
 def _python_replayed(
     act: Callable[[Any], Any], batch: Callable[[Any], Any], policy: ir.AgentPolicy, rows: Floats, expected: Any
 ) -> Iterator[Agreement]:
-    yield compare("python", policy, rows, expected, [act(row) for row in iterate_rows(rows)])
+    yield compare("python", policy, rows, expected, list(map(act, iterate_rows(rows))))
     yield compare("python batch", policy, rows, expected, batch(rows))
 
 

@@ -72,17 +72,13 @@ def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[O
             raise Unreadable(f"there is no function act_{agent.lower}")
         parameters = function.args.args
         given = parameters[0].arg if parameters else ""
-        if ast.unparse(function.args) != ast.unparse(_only(parameters)) or given in BUILT_IN:
+        only = ast.arguments([], parameters[:1], None, [], [], None, [])  # one parameter, and nothing else
+        if ast.unparse(function.args) != ast.unparse(only) or given in BUILT_IN:
             raise Unreadable(f"act_{agent.lower} does not take one observation")
         code = Definitions("p")
         answer = _python(function.body, given, len(policy.features), code)
         obligations.append(_question(PYTHON, policy, model, DOUBLE, (code, answer), []))
     return obligations
-
-
-def _only(parameters: Sequence[ast.arg]) -> ast.arguments:
-    """The arguments of a function of these parameters that has one of them and nothing else."""
-    return ast.arguments([], list(parameters[:1]), None, [], [], None, [])
 
 
 def _ensure_idle(node: ast.stmt, taken: Collection[str]) -> None:
@@ -122,8 +118,15 @@ def _question(
     code: tuple[Definitions, str],
     assumed: Sequence[str],
 ) -> Obligation:
-    wanted = Definitions("t")
-    answer = _tree(policy.tree, wanted)
+    tree, wanted = policy.tree, Definitions("t")
+    terms: dict[int, str] = {}  # of the action below each node
+    for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
+        if tree.feature[node] == ir.NO_FEATURE:
+            terms[node] = wanted.action(int(tree.action[node]))
+            continue
+        bits = int(tree.threshold[node].view(np.uint32))
+        below = f"(fp.leq f{tree.feature[node]} ((_ to_fp 8 24) #x{bits:08x}))"
+        terms[node] = wanted.choice(below, terms.pop(int(tree.left[node])), terms.pop(int(tree.right[node])))
     covers = f"2^{width * len(policy.features)} observations{' but those with NaN' if assumed else ''}"
     names = tuple(f"x{index}" for index in range(len(policy.features)))
     text = render(
@@ -136,22 +139,9 @@ def _question(
         assumed=assumed,
         code=code[0].lines,
         tree=wanted.lines,
-        answers=(code[1], answer),
+        answers=(code[1], terms[ir.ROOT]),
     )
     return Obligation(target, policy.agent, width, names, covers, text)
-
-
-def _tree(tree: ir.Tree, into: Definitions) -> str:
-    """The term of the tree's action, from its arrays."""
-    terms: dict[int, str] = {}
-    for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
-        if tree.feature[node] == ir.NO_FEATURE:
-            terms[node] = into.action(int(tree.action[node]))
-            continue
-        bits = int(tree.threshold[node].view(np.uint32))
-        below = f"(fp.leq f{tree.feature[node]} ((_ to_fp 8 24) #x{bits:08x}))"
-        terms[node] = into.choice(below, terms.pop(int(tree.left[node])), terms.pop(int(tree.right[node])))
-    return terms[ir.ROOT]
 
 
 TYPING = ("__future__", "array", "enum", "math", "numpy.typing", "typing")  # what a module may import from
@@ -179,26 +169,19 @@ def _python(body: Sequence[ast.stmt], given: str, n: int, into: Definitions) -> 
 
 
 def _test(test: ast.expr, given: str, n: int) -> str:
+    """The comparison of a number of the observation, which is read as NUMBER says, with a constant."""
     match test:
         case ast.Compare(left=ast.IfExp() as left, ops=[sign], comparators=[to]) if type(sign) in _COMPARE:
-            place = _place(left, given)
-            if place < n:
+            read = NUMBER.fullmatch(ast.unparse(left))
+            value, name, whole, place, other = read.groups() if read else [""] * 5
+            if not value or not value == name == other or whole != given or name in (given, *BUILT_IN):
+                raise Unreadable(f"a number of Python: {ast.unparse(left)[:60]}")
+            if int(place) < n:
                 (bits,) = struct.unpack("<Q", struct.pack("<d", _double(to)))
-                return f"({_COMPARE[type(sign)]} d{place} ((_ to_fp 11 53) #x{bits:016x}))"
+                return f"({_COMPARE[type(sign)]} d{int(place)} ((_ to_fp 11 53) #x{bits:016x}))"
         case _:
             pass
     raise Unreadable(f"a test of Python: {ast.unparse(test)[:60]}")
-
-
-def _place(number: ast.IfExp, given: str) -> int:
-    """Returns the place in an observation of doubles of the number that an expression reads."""
-    read = NUMBER.fullmatch(ast.unparse(number))
-    if read is None:
-        raise Unreadable(f"a number of Python: {ast.unparse(number)[:60]}")
-    value, name, whole, place, other = read.groups()
-    if not value == name == other or whole != given or name in (given, *BUILT_IN):
-        raise Unreadable(f"a number of Python: {ast.unparse(number)[:60]}")
-    return int(place)
 
 
 def _double(item: ast.expr) -> float:

@@ -94,7 +94,14 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
     by_agent: dict[str, list[str]] = {}
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         name = f"{model.prefix}_{agent.lower}"
-        problems = _shapes(numbers, policy, name.upper())
+        # the constants for features and actions are their counts and places
+        upper = name.upper()
+        wanted = {f"{upper}_N_FEATURES": len(policy.features), f"{upper}_N_ACTIONS": len(policy.actions)}
+        for kind, items in (("X_", policy.features), ("", policy.actions)):
+            for place, item in enumerate(items):
+                wanted[f"{upper}_{kind}{item.name.upper().replace('-', '_')}"] = place
+        wrong = ((constant, value) for constant, value in wanted.items() if numbers.get(constant) != value)
+        problems = [f"{constant} is {numbers.get(constant)}, not {value}" for constant, value in wrong]
         for suffix, check in (("act", act_faults), *(() if model.bare else (("act_columns", _columns),))):
             function = resolve_function(functions, f"{name}_{suffix}")
             if function is None:
@@ -120,16 +127,12 @@ def syntax(header: str) -> Any:
         return f"{STANDS_IN}{len(apart) - 1}"
 
     parsed = CParser().parse(TYPES + (text if STANDS_IN in text else TABLE.sub(set_apart, text)))
-    for item in (item for declared in parsed.ext for item in _statements(declared) if is_table(item)):
-        first = item.init.exprs[0]
-        if isinstance(first, c_ast.ID) and first.name in apart:
-            item.init.exprs = [_constant(each) for each in apart.pop(first.name).split(", ")]
+    for declared in parsed.ext:
+        for item in (declared.body.block_items or []) if isinstance(declared, c_ast.FuncDef) else [declared]:
+            first = item.init.exprs[0] if is_table(item) else None
+            if isinstance(first, c_ast.ID) and first.name in apart:
+                item.init.exprs = [_constant(each) for each in apart.pop(first.name).split(", ")]
     return CParser().parse(TYPES + text) if apart else parsed  # where tables stand elsewhere, by the parser alone
-
-
-def _statements(declared: Any) -> list[Any]:
-    """The outermost statements of a function; what is no function itself."""
-    return (declared.body.block_items or []) if isinstance(declared, c_ast.FuncDef) else [declared]
 
 
 def _constant(text: str) -> Any:
@@ -224,17 +227,6 @@ def enumerators(parsed: c_ast.FileAST) -> dict[str, int]:
         if isinstance(enum, c_ast.Enum):
             numbers |= {each.name: int(each.value.value) for each in enum.values.enumerators}
     return numbers
-
-
-def _shapes(numbers: Mapping[str, int], policy: ir.AgentPolicy, upper: str) -> list[str]:
-    """Lists the constants for features and actions whose numbers are not their counts and places."""
-    wanted = {f"{upper}_N_FEATURES": len(policy.features), f"{upper}_N_ACTIONS": len(policy.actions)}
-    for kind, items in (("X_", policy.features), ("", policy.actions)):
-        for place, item in enumerate(items):
-            wanted[f"{upper}_{kind}{item.name.upper().replace('-', '_')}"] = place
-    return [
-        f"{name} is {numbers.get(name)}, not {value}" for name, value in wanted.items() if numbers.get(name) != value
-    ]
 
 
 def _kinds(function: c_ast.FuncDef, numbers: str) -> Iterator[str]:

@@ -21,8 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from codegen.agreement import probes
-from codegen.agreement.entries import differing
-from codegen.agreement.sequences import STEPS, WALKS, ask_sequences
+from codegen.agreement.entries import STEPS, WALKS, ask_sequences, differing
 from codegen.deciding import decide
 from codegen.errors import DisagreementError, InputError
 from codegen.floats import FLOAT32, FLOAT64

@@ -23,7 +23,7 @@ the grid of each list: up to a sixth slower.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import combinations
 from typing import ClassVar, NamedTuple
 
@@ -197,15 +197,9 @@ class Lookup:
         return sizes + self.parts * (2 * len(self.axes[0]) + 2 * self.width * self.most)
 
 
-def look_up(cover: Cover, where: str) -> Lookup:
-    """Returns the lookup of states in the sets of a cover. `where` is named in errors. InputError for too many sets."""
-    return replace(lookup(cover.steps, where), sums=cover.sums, ever=cover.ever)
-
-
 def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
-    """The search of lists: for each step its parts, as many at each. `where` is named in errors.
-
-    InputError for too many boxes.
+    """The search of lists: for each step its parts, as many at each. `where` is named in errors. InputError for too
+    many boxes.
     """
     count = sum(len(part.low) for parts in steps for part in parts)
     lists = [[merge_boxes(part) for part in parts] for parts in steps] if count <= MAX_GIVEN else []
@@ -214,9 +208,34 @@ def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
         what = f"the proof's sets are {count:,} boxes, and a monitor has room for {MAX_BOXES:,}"
         raise InputError(what, where, "verify the claim with wider cells, or for fewer steps")
     columns = [sorted({at for parts in lists for at in parts[number].bounded}) for number in range(len(lists[0]))]
-    most = max(1, *map(len, columns))
-    padded = [(*of, *[of[0] if of else 0] * (most - len(of))) for of in columns]  # twice the same changes nothing
-    return search_of(lists, padded)
+    width = max(1, *map(len, columns))
+    columns = [[*of, *[of[0] if of else 0] * (width - len(of))] for of in columns]  # twice the same changes nothing
+    lists = [
+        # of the same finite states
+        [
+            Boxes(np.maximum(part.low[:, of], -LARGEST), np.minimum(part.high[:, of], LARGEST))
+            for part, of in zip(parts, columns, strict=True)
+        ]
+        for parts in lists
+    ]
+    counts = range(1, min(AXES, width) + 1)  # as many axes for each part
+    ways = [
+        [_lay_grids([parts[number] for parts in lists], count) for number in range(len(columns))] for count in counts
+    ]
+    laid = [grids for _, grids in min(ways, key=lambda way: sum(cost for cost, _ in way))]
+    axes, grids, cells, boxes = [of[0].axes for of in laid], list[Grid](), list[tuple[int, ...]](), list[Ends]()
+    for step, parts in enumerate(lists):
+        for of, part in zip(laid, parts, strict=True):
+            grids.append(of[step].grid._replace(begin=len(cells)))
+            cells += [tuple(len(boxes) + box for box in each) for each in of[step].within()]
+            boxes += (Ends(doubles_of(low), doubles_of(high)) for low, high in zip(*part, strict=True))
+    axes, grids = _drop_idle(axes, grids)
+    chosen = tuple(tuple(of[axis] for axis in along) for of, along in zip(columns, axes, strict=True))
+    order, rests = _place_rests([each[1:] for each in cells])
+    firsts = tuple(each[0] if each else len(boxes) for each in cells)
+    boxes.append(Ends((Double.of(1.0),) * width, (Double.of(-1.0),) * width))
+    most = max(1, *map(len, cells))
+    return Lookup(tuple(map(tuple, columns)), chosen, tuple(grids), firsts, rests, order, tuple(boxes), most)
 
 
 def merge_boxes(boxes: Boxes) -> Boxes:
@@ -229,7 +248,18 @@ def merge_boxes(boxes: Boxes) -> Boxes:
     while len(rows) < before:
         before = len(rows)
         for variable in range(size):
-            rows = _join_rows(rows, variable, size)
+            # boxes that differ in this variable alone lie one after the other, and are joined where they meet
+            end = size + variable
+            others = [column for column in range(2 * size) if column not in (variable, end)]
+            joined: list[Float64] = []
+            for row in rows[np.lexsort([rows[:, variable], *(rows[:, column] for column in others)])]:
+                last = joined[-1] if joined else None
+                alike = last is not None and (last[others] == row[others]).all()
+                if last is not None and alike and row[variable] <= np.nextafter(last[end], np.inf):
+                    last[end] = max(last[end], row[end])
+                else:
+                    joined.append(row.copy())
+            rows = np.array(joined, dtype=np.float64).reshape(len(joined), 2 * size)
     low, high = np.ascontiguousarray(rows[:, :size]), np.ascontiguousarray(rows[:, size:])
     if len(rows) > COMPARED:
         return Boxes(low, high)
@@ -266,52 +296,6 @@ def _grow(low: Float64, high: Float64) -> None:
                 low[:, variable], high[:, variable], grew = least, most, True
 
 
-def _join_rows(rows: Float64, variable: int, size: int) -> Float64:
-    """The rows, those joined that differ in this variable alone."""
-    others = [column for column in range(2 * size) if column not in (variable, size + variable)]
-    order = np.lexsort([rows[:, variable], *(rows[:, column] for column in others)])
-    joined_rows: list[Float64] = []
-    for row in rows[order]:
-        last = joined_rows[-1] if joined_rows else None
-        if last is not None and (last[others] == row[others]).all() and row[variable] <= _after(last[size + variable]):
-            last[size + variable] = max(last[size + variable], row[size + variable])
-        else:
-            joined_rows.append(row.copy())
-    return np.array(joined_rows, dtype=np.float64).reshape(len(joined_rows), 2 * size)
-
-
-def _after(value: float) -> float:
-    """The next float64."""
-    return float(np.nextafter(value, np.inf))
-
-
-def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]) -> Lookup:
-    """The search of lists: for each step its parts, as many at each; `columns`: of each part what is compared."""
-    lists = [
-        [clip_boxes(part.low[:, of], part.high[:, of]) for part, of in zip(parts, columns, strict=True)]
-        for parts in steps
-    ]
-    counts = range(1, min(AXES, len(columns[0])) + 1)  # as many axes for each part
-    ways = [
-        [_lay_grids([parts[number] for parts in lists], count) for number in range(len(columns))] for count in counts
-    ]
-    laid = [grids for _, grids in min(ways, key=lambda way: sum(cost for cost, _ in way))]
-    axes, grids, cells, boxes = [of[0].axes for of in laid], list[Grid](), list[tuple[int, ...]](), list[Ends]()
-    for step, parts in enumerate(lists):
-        for of, part in zip(laid, parts, strict=True):
-            grids.append(of[step].grid._replace(begin=len(cells)))
-            cells += [tuple(len(boxes) + box for box in each) for each in of[step].within()]
-            boxes += (Ends(doubles_of(low), doubles_of(high)) for low, high in zip(*part, strict=True))
-    axes, grids = _drop_idle(axes, grids)
-    chosen = tuple(tuple(of[axis] for axis in along) for of, along in zip(columns, axes, strict=True))
-    order, rests = _place_rests([each[1:] for each in cells])
-    firsts = tuple(each[0] if each else len(boxes) for each in cells)
-    width = len(columns[0])
-    boxes.append(Ends((Double.of(1.0),) * width, (Double.of(-1.0),) * width))
-    most = max(1, *map(len, cells))
-    return Lookup(tuple(map(tuple, columns)), chosen, tuple(grids), firsts, rests, order, tuple(boxes), most)
-
-
 def _drop_idle(axes: Sequence[tuple[int, ...]], grids: Sequence[Grid]) -> tuple[list[tuple[int, ...]], list[Grid]]:
     """The axes of each part along which some grid has more than one cell, as many for each; the grids along them."""
     whole = range(len(axes[0]))
@@ -333,11 +317,6 @@ def _place_rests(cells: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], tup
             begins[each] = len(order)
             order += [*each, -1]
     return tuple(order), tuple(begins[each] for each in cells)
-
-
-def clip_boxes(low: Float64, high: Float64) -> Boxes:
-    """Boxes of the same finite states."""
-    return Boxes(np.maximum(low, -LARGEST), np.minimum(high, LARGEST))
 
 
 def _axes(lists: Sequence[Boxes], count: int) -> tuple[int, ...]:

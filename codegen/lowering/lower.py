@@ -42,7 +42,7 @@ from codegen.lowering.model import (
 from codegen.lowering.names import Names, ensure_distinct, is_reserved, labels_of, name_member, of_agent, of_profile
 from codegen.numbers import at_most, decimal_literal, hex_bits, hex_literal, neighbour, whole_literal
 from codegen.policy_json import content_hash
-from codegen.sums import FLOAT32_STEPS, Weight, divisor_of
+from codegen.sums import FLOAT32_STEPS, divisor_of
 from codegen.wording import describe_sum, holds
 from codegen.world import RegionSpec
 
@@ -73,7 +73,12 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         raise InputError(f"not a usable prefix: {prefix!r}", "--prefix", form)
     if is_reserved(prefix):
         raise InputError(f"no file of code can be called {prefix!r}", "--prefix", "choose another with --prefix")
-    style = _automatic(profile) if style == AUTO else _takes(profile, style)
+    if style == AUTO:
+        deepest = max(int(ir.depth(policy.tree).max()) for policy in profile.agents)
+        largest = max(len(policy.tree.feature) // 2 for policy in profile.agents)
+        style = NESTED if deepest <= NESTED_LEVELS and largest <= NESTED_SPLITS else WALK
+    else:
+        _ensure_taken(profile, style)
     agents = _sharing(profile, [_agent(policy, prefix, profile.world) for policy in profile.agents])
     if style == FREESTANDING:
         agents = tuple(replace(each, tables=replace(each.tables, threshold_type=BITS)) for each in agents)
@@ -99,8 +104,8 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
     return model
 
 
-def _takes(profile: ir.PolicyProfile, style: str) -> str:
-    """The style, where it takes the numbers that the agents compare and, without floats, nothing calculates."""
+def _ensure_taken(profile: ir.PolicyProfile, style: str) -> None:
+    """InputError for a style that does not take the numbers that agents compare, or without floats what calculates."""
     for policy in profile.agents:
         if style in (ORDERED, FREESTANDING) and policy.whole:
             what = f"the style {style} compares the bits of float32, and {policy.agent} compares {policy.whole}"
@@ -115,7 +120,6 @@ def _takes(profile: ir.PolicyProfile, style: str) -> str:
     if style == FREESTANDING and profile.region is not None:
         what = f"the style {style} has no floats, and the check of the profile's region adds them"
         raise InputError(what, "--style", f"use {ORDERED}")
-    return style
 
 
 def _places(profile: ir.PolicyProfile, names: Names) -> dict[str, Place]:
@@ -132,18 +136,29 @@ def _places(profile: ir.PolicyProfile, names: Names) -> dict[str, Place]:
 
 
 def _feature(index: int, feature: ir.FeatureSpec, numbers: str, whole: str) -> Feature:
-    ends = tuple(whole_literal(each, whole) for each in (feature.low, feature.high)) if whole else None
     (factor, offset), low, high = feature.scale, at_most(feature.low, numbers), -at_most(-feature.high, numbers)
+    shown, ends, bounded = [decimal_literal(each) for each in (feature.low, feature.high)], (low, high), (True, True)
+    literals = [hex_literal(each) for each in ends]
+    if whole:
+        limits, ends = np.iinfo(whole), (feature.low, feature.high)
+        shown, literals = [str(int(each)) for each in ends], [whole_literal(each, whole) for each in ends]
+        bounded = feature.low > limits.min, feature.high < limits.max
+    terms = None
+    if feature.meaning is not None:
+        terms = tuple(
+            ("-" if weight < 0 else "+", "" if abs(weight) == 1 else decimal_literal(abs(weight)), _upper(coordinate))
+            for weight, coordinate in feature.meaning.terms
+        )
     return Feature(
         index=index,
         name=feature.name,
         upper=identifier(feature.name).upper(),
         unit=feature.unit,
-        low=str(int(feature.low)) if whole else decimal_literal(feature.low),
-        high=str(int(feature.high)) if whole else decimal_literal(feature.high),
-        low_hex=ends[0] if ends else hex_literal(low),
-        high_hex=ends[1] if ends else hex_literal(high),
-        bounded=(True, True) if not ends else _bounded(feature, whole),
+        low=shown[0],
+        high=shown[1],
+        low_hex=literals[0],
+        high_hex=literals[1],
+        bounded=bounded,
         low_seen=decimal_literal(low),
         high_seen=decimal_literal(high),
         below_low=hex_bits(neighbour(low, -np.inf, numbers)[()]),
@@ -151,14 +166,8 @@ def _feature(index: int, feature: ir.FeatureSpec, numbers: str, whole: str) -> F
         meaning=str(feature.meaning) if feature.meaning else "",
         scale="" if feature.scale == ir.UNSCALED else f"{factor:.17g} * {feature.name} + {offset:.17g}",
         function=feature.meaning.function if feature.meaning else "",
-        terms=None if feature.meaning is None else tuple(_term(*term) for term in feature.meaning.terms),
+        terms=terms,
     )
-
-
-def _bounded(feature: ir.FeatureSpec, whole: str) -> tuple[bool, bool]:
-    """Whether the least and the most of a feature are others than those of its type."""
-    limits = np.iinfo(whole)
-    return feature.low > limits.min, feature.high < limits.max
 
 
 def _action(index: int, action: ir.ActionSpec) -> Action:
@@ -241,30 +250,19 @@ def _sharing(profile: ir.PolicyProfile, agents: Sequence[Agent]) -> tuple[Agent,
 def region_of(region: RegionSpec) -> Region:
     """A region as the code that checks it has it."""
     return Region(
-        tuple((_upper(a), _upper(b), _double(low), _double(high)) for a, b, low, high in read_bounds(region)),
-        tuple((_upper(a), _upper(b), _double(least)) for a, b, least in read_distances(region)),
+        tuple((_upper(a), _upper(b), _literal(low), _literal(high)) for a, b, low, high in read_bounds(region)),
+        tuple((_upper(a), _upper(b), _literal(least)) for a, b, least in read_distances(region)),
         tuple(_upper(goal) for goal in region.goals),
     )
 
 
-def _double(value: float) -> Double:
-    return Double(short_hex(value), decimal_literal(value))
+def _literal(value: float, single: bool = False) -> Double:
+    return Double(short_hex(value) + ("f" if single else ""), decimal_literal(value))
 
 
 def _upper(name: str) -> str:
     """A coordinate or an entity as names in code have it."""
     return identifier(name.replace(".", "_")).upper()
-
-
-def _automatic(profile: ir.PolicyProfile) -> str:
-    deepest = max(int(ir.depth(policy.tree).max()) for policy in profile.agents)
-    largest = max(len(policy.tree.feature) // 2 for policy in profile.agents)
-    return NESTED if deepest <= NESTED_LEVELS and largest <= NESTED_SPLITS else WALK
-
-
-def _term(weight: float, coordinate: str) -> tuple[str, str, str]:
-    size = "" if abs(weight) == 1 else decimal_literal(abs(weight))
-    return ("-" if weight < 0 else "+", size, _upper(coordinate))
 
 
 def _types(policy: ir.AgentPolicy, n_nodes: int) -> tuple[str, str, str, str]:
@@ -331,18 +329,17 @@ def _node(tree: ir.Tree, node: int, features: Sequence[Feature], actions: Sequen
 
 
 def _lines(nodes: Sequence[Node] | Sequence[SumNode]) -> Iterator[Line]:
-    stack = [_opening(nodes[ir.ROOT], 0)]
+    def opening(node: int, level: int) -> Line:
+        return Line("if" if nodes[node].split else "leaf", level, nodes[node])
+
+    stack = [opening(ir.ROOT, 0)]
     while stack:
         line = stack.pop()
         yield line
         if line.kind == "if":
-            node, inner = line.node, line.level + 1
-            right = (Line("else", line.level, node), _opening(nodes[node.right], inner), Line("end", line.level, node))
-            stack += [*reversed(right), _opening(nodes[node.left], inner)]
-
-
-def _opening(node: Node | SumNode, level: int) -> Line:
-    return Line("if" if node.split else "leaf", level, node)
+            node, level = line.node, line.level
+            stack += [Line("end", level, node), opening(node.right, level + 1)]
+            stack += [Line("else", level, node), opening(node.left, level + 1)]
 
 
 # --- trees whose tests or leaves have sums
@@ -353,18 +350,18 @@ def _lower_sums(policy: ir.AgentPolicy, features: Sequence[Feature], actions: Se
     tree = policy.tree
     if not tree.arithmetic:
         return None
-    outputs = tuple(_output(index, each) for index, each in enumerate(policy.outputs))
+    outputs = tuple(
+        Output(
+            index,
+            each.name,
+            identifier(each.name).upper(),
+            each.unit,
+            *(None if bound is None else _literal(bound) for bound in (each.low, each.high)),
+        )
+        for index, each in enumerate(policy.outputs)
+    )
     nodes = tuple(_sum_node(policy, node, features, actions, outputs) for node in range(len(tree.feature)))
     return Summed(tree.arithmetic, tree.gives, outputs, nodes, tuple(_lines(nodes)))
-
-
-def _literal(value: float, single: bool) -> Double:
-    return Double(short_hex(value) + ("f" if single else ""), decimal_literal(value))
-
-
-def _output(index: int, output: ir.OutputSpec) -> Output:
-    low, high = (None if bound is None else _literal(bound, single=False) for bound in (output.low, output.high))
-    return Output(index, output.name, identifier(output.name).upper(), output.unit, low, high)
 
 
 def _sum_node(
@@ -378,40 +375,31 @@ def _sum_node(
     children = int(tree.left[node]), int(tree.right[node])
     if place == ir.NO_FEATURE:
         chosen = int(tree.action[node])
-        given = (
-            tuple(
-                _lower_given(policy, each, sum_, features)
-                for each, sum_ in zip(outputs, tree.vectors[chosen], strict=True)
-            )
-            if outputs
-            else ()
-        )
-        return SumNode(node, None, (), None, "", None if outputs else actions[chosen], given, *children)
+        if not outputs:
+            return SumNode(node, None, (), None, "", actions[chosen], (), *children)
+        pairs = zip(outputs, tree.vectors[chosen], strict=True)
+        given = tuple(_lower_given(policy, output, each, features) for output, each in pairs)
+        return SumNode(node, None, (), None, "", None, given, *children)
     if place < len(features):
         plain = _node(tree, node, features, actions)
-        return SumNode(
-            node, plain, (), None, f"{plain.feature.name if plain.feature else ''} {plain.test}", None, (), *children
-        )
-    terms = _terms(tree.sums[place - len(features)], features, tree.arithmetic)
-    threshold = float(tree.threshold[node])
-    shown = (
-        f"{describe_sum(tree.sums[place - len(features)].terms, [each.name for each in features])} {holds(threshold)}"
-    )
-    return SumNode(node, None, terms, _literal(threshold, tree.arithmetic == FLOAT32_STEPS), shown, None, (), *children)
+        return SumNode(node, plain, (), None, f"{features[place].name} {plain.test}", None, (), *children)
+    tested, threshold = tree.sums[place - len(features)], float(tree.threshold[node])
+    shown = f"{describe_sum(tested.terms, [each.name for each in features])} {holds(threshold)}"
+    limit = _literal(threshold, tree.arithmetic == FLOAT32_STEPS)
+    return SumNode(node, None, _terms(tested, features, tree.arithmetic), limit, shown, None, (), *children)
 
 
 def _terms(each: ir.Sum, features: Sequence[Feature], arithmetic: str) -> tuple[Term, ...]:
-    return tuple(_weighted(weight, place, features, arithmetic) for weight, place in each.terms)
-
-
-def _weighted(weight: Weight, place: int | ir.Sum, features: Sequence[Feature], arithmetic: str) -> Term:
-    divisor = divisor_of(weight)
-    number = float(weight) if divisor is None else divisor
-    sign = "-" if np.signbit(number) else "+"
-    size = None if abs(number) == 1 and place != ir.CONSTANT else _literal(abs(number), arithmetic == FLOAT32_STEPS)
-    inner = _terms(place, features, arithmetic) if isinstance(place, ir.Sum) else ()
-    feature = None if isinstance(place, ir.Sum) or place == ir.CONSTANT else features[place]
-    return Term(sign, size, feature, inner, divisor is not None)
+    terms: list[Term] = []
+    for weight, place in each.terms:
+        divisor = divisor_of(weight)
+        number = float(weight) if divisor is None else divisor
+        sign = "-" if np.signbit(number) else "+"
+        size = None if abs(number) == 1 and place != ir.CONSTANT else _literal(abs(number), arithmetic == FLOAT32_STEPS)
+        inner = _terms(place, features, arithmetic) if isinstance(place, ir.Sum) else ()
+        feature = None if isinstance(place, ir.Sum) or place == ir.CONSTANT else features[place]
+        terms.append(Term(sign, size, feature, inner, divisor is not None))
+    return tuple(terms)
 
 
 def _lower_given(policy: ir.AgentPolicy, output: Output, each: ir.Sum, features: Sequence[Feature]) -> Given:

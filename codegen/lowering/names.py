@@ -20,17 +20,9 @@ FUNCTIONS = ("act", "finite", "in_range", "act_rows", "act_columns", "observe", 
 TABLES = ("threshold", "feature", "child", "action")
 # what Python and JavaScript name after an agent, and for all
 MODULE_NAMES = (
-    "act_{}",
-    "act_{}_batch",
-    "act_{}_rows",
-    "observe_{}",
-    "act_world_{}",
-    "finite_{}",
-    "in_range_{}",
-    "Action_{}",
-    "Machine_{}",
+    *("act_{}", "act_{}_batch", "act_{}_rows", "observe_{}", "act_world_{}", "finite_{}", "in_range_{}"),
+    *("Action_{}", "Machine_{}"),
 )
-MODULE_TEAM_NAMES = ("act_team", "act_all", "in_region")
 TEAM_FUNCTIONS = ("act_team", "act_all", "in_region")
 ARITHMETIC = ("bits", "direct", "sum", "wide_sum", "single", "wide_single", "double_constants")
 OF_SUMS = ("kept", "single_kept", "at_least", "at_most", "single_at_least", "single_at_most")
@@ -61,7 +53,7 @@ USED = frozenset(
 
 @dataclass(frozen=True)
 class AgentNames:
-    """The C names of one agent; `features` and `actions` in the agent's order."""
+    """The C names of one agent; `features`, `actions` and `outputs` in the agent's order."""
 
     act: str
     finite: str
@@ -85,8 +77,8 @@ class AgentNames:
     exported_observe: str
     exported_steps: str
     module: str  # of Rust
-    outputs: tuple[str, ...] = ()  # in the agent's order
-    n_outputs: str = ""
+    outputs: tuple[str, ...]
+    n_outputs: str
 
 
 @dataclass(frozen=True)
@@ -125,7 +117,7 @@ class Names:
 
 
 def of_agent(
-    prefix: str, agent: str, features: Iterable[str], actions: Iterable[str], outputs: Iterable[str] = ()
+    prefix: str, agent: str, features: Iterable[str], actions: Iterable[str], outputs: Iterable[str]
 ) -> AgentNames:
     """The names of an agent; `agent` in lower case, `features`, `actions` and `outputs` in upper case."""
     own = f"{prefix}_{agent}"
@@ -186,7 +178,7 @@ def name_member(name: str) -> str:
 def ensure_distinct(names: Names, agents: Mapping[str, AgentNames]) -> None:
     """Names that are legal one by one may meet once they are joined: InputError then. `agents`: by lower-case name."""
     in_c = [*_iterate_names(names), *(name for each in agents.values() for name in _iterate_names(each))]
-    in_modules = [*of_modules(agents), *MODULE_TEAM_NAMES]
+    in_modules = [*of_modules(agents), *TEAM_FUNCTIONS]
     in_rust = [each.module for each in agents.values()]
     for group in (in_c, in_modules, in_rust):
         twice = sorted(name for name, count in Counter(group).items() if count > 1)
@@ -217,7 +209,6 @@ class Labels:
     c: tuple[str, ...]
     c_type: str
     python: tuple[str, ...]
-    python_type: str
     javascript: tuple[str, ...]
     rust: tuple[str, ...]
     rust_type: str
@@ -231,28 +222,18 @@ def labels_of(given: Sequence[Label | None]) -> Labels | None:
         return None
     texts, numbers = [each for each in labels if isinstance(each, str)], [e for e in labels if not isinstance(e, str)]
     if texts:
-        c, python, other = (tuple(_quote_text(each, way) for each in texts) for way in (_octal, _long, _brace_letter))
-        return Labels(c, "char *const", python, "str", other, other, "&str", json.dumps(texts))
+
+        def quote(escape: Callable[[str], str]) -> tuple[str, ...]:
+            return tuple(f'"{"".join(x if x in PLAIN else escape(x) for x in text)}"' for text in texts)
+
+        c = quote(lambda letter: "".join(f"\\{byte:03o}" for byte in letter.encode()))
+        python = quote(lambda letter: f"\\U{ord(letter):08x}")
+        other = quote(lambda letter: f"\\u{{{ord(letter):x}}}")
+        return Labels(c, "char *const", python, other, other, "&str", json.dumps(texts))
     if all(isinstance(each, int) and abs(each) <= LONG for each in numbers):
         plain = tuple(map(str, numbers))
         kind = "int" if all(abs(each) < INT for each in numbers) else "long long"
-        return Labels(plain, kind, plain, "int", plain, plain, "i64", json.dumps(numbers))
+        return Labels(plain, kind, plain, plain, plain, "i64", json.dumps(numbers))
     doubles = [float(each) for each in numbers]
     written, decimal = tuple(map(short_hex, doubles)), tuple(map(decimal_literal, doubles))
-    return Labels(written, "double", decimal, "float", decimal, decimal, "f64", json.dumps(doubles))
-
-
-def _quote_text(text: str, escaped: Callable[[str], str]) -> str:
-    return f'"{"".join(each if each in PLAIN else escaped(each) for each in text)}"'
-
-
-def _octal(letter: str) -> str:
-    return "".join(f"\\{byte:03o}" for byte in letter.encode())
-
-
-def _long(letter: str) -> str:
-    return f"\\U{ord(letter):08x}"
-
-
-def _brace_letter(letter: str) -> str:
-    return f"\\u{{{ord(letter):x}}}"
+    return Labels(written, "double", decimal, decimal, decimal, "f64", json.dumps(doubles))

@@ -5,7 +5,7 @@ Assumes: a checked profile of a world in which nobody pushes anybody and no spee
 Does not: know what is proved, or write text (codegen/targets/rendered.py).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -17,9 +17,7 @@ from codegen.lowering.model import Agent, Double, Model, Place, Region
 from codegen.world import RegionSpec
 
 OFF = 2.0**-40  # by which a number may be off: proofs leave 2^-30 for all that adds up in an episode
-MAX_OFF = (
-    2.0**-32
-)  # of a position: twice of a difference of two, and half of what proofs leave is for their own roundings
+MAX_OFF = 2.0**-32  # of a position: twice of a difference of two, and half of what proofs leave is for roundings
 MAX_NOISE = 1.0  # beyond which nothing is near anything
 MAX_STEPS = 100
 
@@ -111,28 +109,28 @@ def ensure_followed(world: ir.WorldSpec, steps: int) -> None:
         what = "the proof is about episodes in which agents push each other or have a speed limit"
         why = "where agents push, what a number is off by grows more than the room that proofs leave for it"
         raise InputError(f"{what}: {why}", "--certificate", "take a certificate about decisions: it holds in any state")
-    if steps > MAX_STEPS or _add_up(world, steps) > MAX_OFF:
+    off = velocity = 0.0  # of a position and a velocity from those of an episode of the proof, each number being off
+    for _ in range(min(steps, MAX_STEPS)):
+        off += abs(world.dt) * velocity + OFF
+        velocity = abs(1.0 - world.damping) * velocity + OFF
+    if steps > MAX_STEPS or off > MAX_OFF:
         what = f"the proof is about {steps} steps, in which too much adds up"
         advice = f"a monitor follows at most {MAX_STEPS} steps, fewer where steps are long or nothing damps"
         raise InputError(what, "--certificate", advice)
 
 
-def _add_up(world: ir.WorldSpec, steps: int) -> float:
-    """Bounds how far a position may be from that of an episode of the proof, if each number may be off at each step."""
-    position = velocity = 0.0
-    for _ in range(steps):
-        position += abs(world.dt) * velocity + OFF
-        velocity = abs(1.0 - world.damping) * velocity + OFF
-    return position
-
-
 def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
-    """Returns how a profile's world moves after a start. InputError for worlds whose motion is not followed, and for
-    episodes in which too much may add up.
-    """
+    """Returns how a profile's world moves after a start. InputError as `ensure_followed`."""
     ensure_followed(profile.world, start.steps)
-    world = profile.world
-    agents = tuple(_track_agent(profile, model, number, start) for number in range(len(profile.agents)))
+    world, places = profile.world, {place.name: place for place in model.places.values()}
+    agents: list[Tracked] = []
+    for number, policy in enumerate(profile.agents):
+        (entity,) = (one for one in world.agents if one.name == policy.agent)
+        added = accelerations(entity, policy.actions) * world.dt
+        pushes = tuple((Double.of(x), Double.of(y)) for x, y in added.tolist())
+        x, y, vx, vy = (places[f"{policy.agent}.{axis}"] for axis in ("x", "y", "vx", "vy"))
+        followed = policy.agent in start.followed
+        agents.append(Tracked(model.agents[number], number, (x, y), (vx, vy), pushes, followed))
     moving = {place.upper for each in agents for place in (*each.positions, *each.velocities)}
     still = tuple(place for upper, place in model.places.items() if upper not in moving)
     region = region_of(start.region)
@@ -140,7 +138,7 @@ def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
     return Track(
         region=region,
         last=start.steps,
-        agents=agents,
+        agents=tuple(agents),
         still=still,
         kept=Double.of(1.0 - world.damping),
         off=Double.of(near),
@@ -155,18 +153,3 @@ def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
 
 def _axes(model: Model, name: str) -> tuple[Place, Place]:
     return model.places[f"{name}_X"], model.places[f"{name}_Y"]
-
-
-def _track_agent(profile: ir.PolicyProfile, model: Model, number: int, start: Start) -> Tracked:
-    policy, world = profile.agents[number], profile.world
-    (entity,) = (one for one in world.agents if one.name == policy.agent)
-    added = accelerations(entity, policy.actions) * world.dt
-    pushes = tuple((Double.of(x), Double.of(y)) for x, y in added.tolist())
-    positions, velocities = (_places(model, policy.agent, name) for name in (("x", "y"), ("vx", "vy")))
-    followed = policy.agent in start.followed
-    return Tracked(model.agents[number], number, positions, velocities, pushes, followed)
-
-
-def _places(model: Model, agent: str, axes: Sequence[str]) -> tuple[Place, Place]:
-    by_name = {place.name: place for place in model.places.values()}
-    return by_name[f"{agent}.{axes[0]}"], by_name[f"{agent}.{axes[1]}"]

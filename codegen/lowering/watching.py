@@ -15,7 +15,7 @@ import numpy as np
 from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError
-from codegen.lowering.covering import Cover, Lookup, look_up
+from codegen.lowering.covering import LARGEST, Cover, Lookup, doubles_of, lookup
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
 from codegen.lowering.tracking import Edges, Start, Track, track
@@ -275,8 +275,13 @@ def _watch_start(profile: ir.PolicyProfile, model: Model, start: Start, certific
 
 
 def _watch_places(world: ir.WorldSpec, places: Iterable[Place]) -> list[Watched]:
-    """Coordinates, each with what it can be."""
-    ranges = _ranges(world)
+    """Coordinates, each with its range: speeds have limits where the world states them, other lengths the IR's."""
+    ranges = dict.fromkeys(world.coordinates(), (-ir.MAX_LENGTH, ir.MAX_LENGTH))
+    for agent in world.agents:
+        if agent.max_speed is not None:
+            limit = agent.max_speed * ROUNDED
+            ranges |= {f"{agent.name}.v{axis}": (-limit, limit) for axis in "xy"}
+    ranges |= {each.name: (each.low, each.high) for each in world.variables}
     return [Watched(place, *map(Double.of, ranges[place.name])) for place in places]
 
 
@@ -329,19 +334,21 @@ def _watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certific
         places[upper] = Place(at, one.name, upper, f"{model.prefix.upper()}_S_{upper}", ())
     ranges = zip(places.values(), cover.variables, strict=True)
     watched = [Watched(place, Double.of(one.low), Double.of(one.high)) for place, one in ranges]
-    fallbacks = [
-        replace(_make_fallback(agent, policy), action=_place_action(policy, cover.rests.get(agent.name)))
-        for agent, policy in zip(model.agents, profile.agents, strict=True)
-    ]
+    fallbacks: list[Fallback] = []
+    for agent, policy in zip(model.agents, profile.agents, strict=True):
+        rest = cover.rests.get(agent.name)
+        action = next((at for at, each in enumerate(policy.actions) if each.name == rest), 0)
+        fallbacks.append(replace(_make_fallback(agent, policy), action=action))
     inside = f"w is in a set of which the claim is proved, {'for ever' if cover.ever else 'until the last step'}"
     inside += ", with what is remembered before the decision" if model.remembers else ""
     bounds = {place.upper: cover.bounds(at) for at, place in enumerate(places.values())}
     watched, open_ = _order_watched(watched, bounds)
+    found = lookup(cover.steps, f"certificate {certificate[:12]}")
     return Watch(
         model=model,
         certificate=certificate,
         claim=claim,
-        check=look_up(cover, f"certificate {certificate[:12]}"),
+        check=replace(found, sums=cover.sums, ever=cover.ever),
         said=Said(inside, NEVER if cover.ever else LAST),
         places=places,
         watched=watched,
@@ -361,8 +368,8 @@ def watch_inputs(profile: ir.PolicyProfile, model: Model) -> Watch:
         for feature in agent.features:
             name = f"{agent.lower.upper()}_{feature.upper}"
             places[name] = Place(len(places), f"{agent.name}: {feature.name}", name, f"{upper}_I_{name}", ())
-            ends = (Double.of(_finite(float(end))) for end in (feature.low_seen, feature.high_seen))
-            watched.append(Watched(places[name], *ends))
+            ends = np.clip([float(feature.low_seen), float(feature.high_seen)], -LARGEST, LARGEST)
+            watched.append(Watched(places[name], *doubles_of(ends)))
     fallbacks = tuple(_make_fallback(*both) for both in zip(model.agents, profile.agents, strict=True))
     check = InputCheck(sum(len(each.outputs) for each in fallbacks))
     said = Said("all observations are as they should be", NEVER, NEVER, OUTPUT)
@@ -391,27 +398,6 @@ def _make_fallback(agent: Agent, policy: ir.AgentPolicy) -> Fallback:
         rest = min(max(0.0, low), high)
         outputs.append(Given(f"{name}_FALLBACK", Double.of(low), Double.of(high), Double.of(rest)))
     return Fallback(agent, 0 if outputs else _at_rest(policy), tuple(outputs))
-
-
-def _place_action(policy: ir.AgentPolicy, name: str | None) -> int:
-    """The place of an action among those of a profile; the first one where it has none of this name."""
-    return next((at for at, action in enumerate(policy.actions) if action.name == name), 0)
-
-
-def _finite(value: float) -> float:
-    """The nearest finite number."""
-    most = float(np.finfo(np.float64).max)
-    return min(max(value, -most), most)
-
-
-def _ranges(world: ir.WorldSpec) -> dict[str, tuple[float, float]]:
-    """Returns each coordinate's range: speeds have limits where the world states them, other lengths the IR's."""
-    ranges = dict.fromkeys(world.coordinates(), (-ir.MAX_LENGTH, ir.MAX_LENGTH))
-    for agent in world.agents:
-        if agent.max_speed is not None:
-            limit = agent.max_speed * ROUNDED
-            ranges |= {f"{agent.name}.v{axis}": (-limit, limit) for axis in "xy"}
-    return ranges | {each.name: (each.low, each.high) for each in world.variables}
 
 
 def _at_rest(policy: ir.AgentPolicy) -> int:

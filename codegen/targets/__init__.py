@@ -6,6 +6,7 @@ Does not: write files or check them (agreement/selfcheck.py).
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 from codegen import ir
 from codegen.deciding import REMEMBERING, SUMMING, ensure_forgets, ensure_plain
@@ -18,17 +19,17 @@ Emitter = Callable[[Model, ir.PolicyProfile], Mapping[str, str | bytes]]
 TARGETS: dict[str, Emitter] = {
     "c": rendered.emit_c,
     "shared": rendered.emit_shared,
-    "python": rendered.emit_python,
+    "python": rendered.one_text("python/module.py.j2", ".py"),  # standard library; numpy in batch functions alone
     "json": rendered.emit_json,
-    "javascript": rendered.emit_javascript,
-    "rust": rendered.emit_rust,
-    "smt": rendered.emit_smt,
+    "javascript": rendered.one_text("javascript/module.js.j2", ".mjs"),  # for pages and Node.js
+    "rust": rendered.one_text("rust/module.rs.j2", ".rs"),  # `mod PREFIX;` takes the file in
+    "smt": rendered.one_text("smt/trees.smt2.j2", ".smt2"),  # trees as functions over Float32
     "svg": svg.emit,
     "st": st.emit,
     onnx.NEW_TARGET: onnx.emit,
-    onnx.OLD_TARGET: onnx.emit_old,
-    "jax": rendered.emit_jax,
-    "torch": rendered.emit_torch,
+    onnx.OLD_TARGET: partial(onnx.emit, old=True),
+    "jax": rendered.one_text("arrays/module.py.j2", "_jax.py", library="jax", where="jnp"),
+    "torch": rendered.one_text("arrays/module.py.j2", "_torch.py", library="torch", where="torch"),
 }
 USUAL = ("c", "python", "json")
 RECIPROCAL = ("jax", "torch", onnx.NEW_TARGET, onnx.OLD_TARGET)  # which may multiply with one in place of dividing

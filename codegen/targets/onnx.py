@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
+from codegen.deciding import kind_decided
 from codegen.errors import InputError, MissingToolError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.lowering.model import Agent, Model
@@ -38,16 +39,7 @@ FEWEST_CLASSES = 2
 def new(onnx: Any, tree: ir.Tree, numbers: str, rows: str, number: str) -> list[Any]:
     """Nodes of TreeEnsemble: `rows` [N, n] of these numbers in, the leaf's `number`, int64 [N], out."""
     make = onnx.helper.make_node
-    attributes = _ensemble(onnx, tree, numbers)
-    return [
-        make("TreeEnsemble", [rows], ["weight"], domain=DOMAIN, **attributes),
-        make("Cast", ["weight"], ["weight_int"], to=onnx.TensorProto.INT64),
-        make("Reshape", ["weight_int", "all_rows"], [number]),
-    ]
-
-
-def _ensemble(onnx: Any, tree: ir.Tree, numbers: str) -> dict[str, Any]:
-    """Splits and leaves in two lists, each in preorder; a tree of one leaf is a split with that leaf on both sides."""
+    # splits and leaves in two lists, each in preorder; a tree of one leaf is a split with that leaf on both sides
     splits, leaves = list(ir.splits(tree)), [int(leaf) for leaf in ir.leaves(tree)]
     alone = not splits
     place = {node: index for index, node in enumerate(splits)} | {leaf: index for index, leaf in enumerate(leaves)}
@@ -59,7 +51,7 @@ def _ensemble(onnx: Any, tree: ir.Tree, numbers: str) -> dict[str, Any]:
     leaf = (tree.feature == ir.NO_FEATURE).astype(int)
     ends = {f"nodes_{side}leafs": leaf[nodes].tolist() for side, nodes in sides.items()}
     tensor = onnx.numpy_helper.from_array
-    return {
+    attributes = {
         **children,
         **ends,
         "n_targets": 1,
@@ -71,6 +63,11 @@ def _ensemble(onnx: Any, tree: ir.Tree, numbers: str) -> dict[str, Any]:
         "leaf_targetids": [0] * len(leaves),
         "leaf_weights": tensor(tree.action[leaves].astype(numbers)),
     }
+    return [
+        make("TreeEnsemble", [rows], ["weight"], domain=DOMAIN, **attributes),
+        make("Cast", ["weight"], ["weight_int"], to=onnx.TensorProto.INT64),
+        make("Reshape", ["weight_int", "all_rows"], [number]),
+    ]
 
 
 def old_classes(onnx: Any, tree: ir.Tree, numbers: str, n_actions: int, rows: str, number: str) -> list[Any]:
@@ -79,7 +76,14 @@ def old_classes(onnx: Any, tree: ir.Tree, numbers: str, n_actions: int, rows: st
     Each leaf has a weight for every class, 1 for its own and 0 for the others, and there are two classes at least:
     runtimes read ensembles whose leaves name one class only as binary, and answer another class then.
     """
-    attributes = _nodes(tree) | _classes(tree, max(n_actions, FEWEST_CLASSES))
+    leaves, classes = ir.leaves(tree), np.arange(max(n_actions, FEWEST_CLASSES))
+    attributes = _nodes(tree) | {  # weights of a node lie side by side, as runtimes expect them
+        "classlabels_int64s": classes.tolist(),
+        "class_treeids": [0] * (len(leaves) * len(classes)),
+        "class_nodeids": np.repeat(leaves, len(classes)).tolist(),
+        "class_ids": np.tile(classes, len(leaves)).tolist(),
+        "class_weights": (tree.action[leaves][:, None] == classes).astype(float).ravel().tolist(),
+    }
     more = _pack_doubles(onnx, attributes, ("nodes_values", "class_weights"), numbers)
     node = onnx.helper.make_node
     return [node("TreeEnsembleClassifier", [rows], [number, "scores"], domain=DOMAIN, post_transform="NONE", **more)]
@@ -126,19 +130,6 @@ def _nodes(tree: ir.Tree) -> dict[str, list[Any]]:
         "nodes_truenodeids": np.where(split, tree.left, 0).tolist(),
         "nodes_falsenodeids": np.where(split, tree.right, 0).tolist(),
         "nodes_missing_value_tracks_true": [0] * n,
-    }
-
-
-def _classes(tree: ir.Tree, n_classes: int) -> dict[str, list[Any]]:
-    """The leaves: which class each one scores with 1. Weights of a node lie side by side, as runtimes expect them."""
-    leaves = ir.leaves(tree)
-    classes = np.arange(n_classes)
-    return {
-        "classlabels_int64s": classes.tolist(),
-        "class_treeids": [0] * (len(leaves) * n_classes),
-        "class_nodeids": np.repeat(leaves, n_classes).tolist(),
-        "class_ids": np.tile(classes, len(leaves)).tolist(),
-        "class_weights": (tree.action[leaves][:, None] == classes).astype(float).ravel().tolist(),
     }
 
 
@@ -230,13 +221,13 @@ class _Place(NamedTuple):
 
 
 def _places(rows: Sequence[Sequence[ir.Sum]]) -> list[_Place]:
-    longest = max(len(each.terms) for row in rows for each in row)
-    return [_Place(*_tables([[_term(each, place) for each in row] for row in rows])) for place in range(longest)]
-
-
-def _tables(terms: list[list[tuple[float, int]]]) -> tuple[Any, Any]:
-    weights, features = ([[term[part] for term in row] for row in terms] for part in (0, 1))
-    return np.array(weights, np.float64), np.array(features, np.int64)
+    """The terms of sums, one place after the other."""
+    places: list[_Place] = []
+    for place in range(max(len(each.terms) for row in rows for each in row)):
+        terms = [[_term(each, place) for each in row] for row in rows]
+        weights, features = ([[term[part] for term in row] for row in terms] for part in (0, 1))
+        places.append(_Place(np.array(weights, np.float64), np.array(features, np.int64)))
+    return places
 
 
 def _term(each: ir.Sum, place: int) -> tuple[float, int]:
@@ -253,24 +244,10 @@ INPUT, OUTPUT, NUMBERS = "x", "action", "outputs"
 NEW_TARGET, OLD_TARGET = "onnx", "onnx-old"
 
 
-class _Body(NamedTuple):
-    """The nodes of a graph and its constants."""
-
-    nodes: list[Any]
-    constants: list[Any]
-
-
-def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, bytes]:
-    """The models with TreeEnsemble. MissingToolError without the package onnx."""
-    return _files(model, profile, old=False)
-
-
-def emit_old(model: Model, profile: ir.PolicyProfile) -> dict[str, bytes]:
-    """The models with TreeEnsembleClassifier or TreeEnsembleRegressor. Errors as `emit`."""
-    return _files(model, profile, old=True)
-
-
-def _files(model: Model, profile: ir.PolicyProfile, *, old: bool) -> dict[str, bytes]:
+def emit(model: Model, profile: ir.PolicyProfile, *, old: bool = False) -> dict[str, bytes]:
+    """The models with TreeEnsemble; if `old`, with TreeEnsembleClassifier or TreeEnsembleRegressor. MissingToolError
+    without the package onnx.
+    """
     try:
         onnx: Any = import_module("onnx")
     except ImportError:
@@ -289,38 +266,7 @@ def _serialize_model(onnx: Any, model: Model, agent: Agent, policy: ir.AgentPoli
     helper, opsets = onnx.helper, NEW_OPSETS
     if old:
         opsets = OLD_OPSETS if policy.tree.compared == FLOAT32 and agent.single else DOUBLE_OPSETS
-    body = _body(onnx, policy, old=old)
-    graph = helper.make_graph(
-        body.nodes,
-        f"{model.prefix}_{agent.lower}",
-        [helper.make_tensor_value_info(INPUT, _kind(onnx, policy.numbers), ["N", len(agent.features)])],
-        [_answer(onnx, policy)],
-        initializer=body.constants,
-    )
-    made = helper.make_model(
-        graph,
-        opset_imports=[helper.make_opsetid(*each) for each in opsets.items()],
-        ir_version=OLD_IR if old else NEW_IR,
-        producer_name=comment(model.tool),
-    )
-    helper.set_model_props(made, _facts(model, agent, policy))
-    onnx.checker.check_model(made, full_check=True)
-    return made.SerializeToString(deterministic=True)
-
-
-def _kind(onnx: Any, numbers: str) -> int:
-    return onnx.TensorProto.FLOAT if numbers == FLOAT32 else onnx.TensorProto.DOUBLE
-
-
-def _answer(onnx: Any, policy: ir.AgentPolicy) -> Any:
-    make = onnx.helper.make_tensor_value_info
-    if policy.outputs:
-        return make(NUMBERS, _kind(onnx, policy.tree.gives), ["N", len(policy.outputs)])
-    return make(OUTPUT, onnx.TensorProto.INT64, ["N"])
-
-
-def _body(onnx: Any, policy: ir.AgentPolicy, *, old: bool) -> _Body:
-    """From observations to actions or outputs: sums that are tested, the tree, sums that its leaf gives."""
+    # from observations to actions or outputs: sums that are tested, the tree, sums that its leaf gives
     tree, adding = policy.tree, Adding(onnx, policy.tree.arithmetic)
     seen = adding.cast(INPUT) if tree.arithmetic == DOUBLE_SUMS else INPUT
     compared = tree.compared if tree.sums else policy.numbers
@@ -340,18 +286,35 @@ def _body(onnx: Any, policy: ir.AgentPolicy, *, old: bool) -> _Body:
         nodes += adding.nodes[before:]
     reshaped = any(node.op_type == "Reshape" for node in chosen)
     flat = [onnx.numpy_helper.from_array(np.array([-1], np.int64), "all_rows")] if reshaped else []
-    return _Body(nodes, [*adding.constants, *flat])
-
-
-def _facts(model: Model, agent: Agent, policy: ir.AgentPolicy) -> dict[str, str]:
-    """Returns the facts that the file states about itself."""
-    given = {"outputs": ",".join(output.name for output in policy.outputs)} if policy.outputs else {}
-    return {
+    if policy.outputs:
+        answer = helper.make_tensor_value_info(NUMBERS, _kind(onnx, tree.gives), ["N", len(policy.outputs)])
+    else:
+        answer = helper.make_tensor_value_info(OUTPUT, onnx.TensorProto.INT64, ["N"])
+    graph = helper.make_graph(
+        nodes,
+        f"{model.prefix}_{agent.lower}",
+        [helper.make_tensor_value_info(INPUT, _kind(onnx, policy.numbers), ["N", len(agent.features)])],
+        [answer],
+        initializer=[*adding.constants, *flat],
+    )
+    made = helper.make_model(
+        graph,
+        opset_imports=[helper.make_opsetid(*each) for each in opsets.items()],
+        ir_version=OLD_IR if old else NEW_IR,
+        producer_name=comment(model.tool),
+    )
+    stated = {
         "profile": model.content_hash,
         "agent": agent.name,
         "features": ",".join(feature.name for feature in agent.features),
-        **({} if given else {"actions": ",".join(action.name for action in agent.actions)}),
-        **given,
+        kind_decided(policy): ",".join(each.name for each in policy.outputs or agent.actions),
         **({"labels": agent.labels.json} if agent.labels else {}),
         "made_by": comment(f"{model.algorithm}, preset {model.preset}, seed {model.seed}"),
     }
+    helper.set_model_props(made, stated)
+    onnx.checker.check_model(made, full_check=True)
+    return made.SerializeToString(deterministic=True)
+
+
+def _kind(onnx: Any, numbers: str) -> int:
+    return onnx.TensorProto.FLOAT if numbers == FLOAT32 else onnx.TensorProto.DOUBLE

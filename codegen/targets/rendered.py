@@ -13,7 +13,7 @@ array modules nest `where` over the bits of float32 numbers, in their order: XLA
 zero, and a GPU may.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 
 import numpy as np
@@ -42,6 +42,15 @@ def emit_shared(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
     return {**emit_c(model, profile), f"{model.prefix}_shared.c": harness(model, "c", whole=False)}
 
 
+def one_text(template: str, ending: str, **values: str) -> Callable[[Model, ir.PolicyProfile], dict[str, str]]:
+    """The emitter of PREFIX and `ending`, which is one template. `values`: what this takes beside the model."""
+
+    def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+        return {f"{model.prefix}{ending}": render(template, model=model, **values)}
+
+    return emit
+
+
 @lru_cache(maxsize=1)
 def usual_c(profile: ir.PolicyProfile) -> tuple[Model, str, str]:
     """The model of a profile, and name and text of the header that it gets without options. It is kept, as a
@@ -52,42 +61,12 @@ def usual_c(profile: ir.PolicyProfile) -> tuple[Model, str, str]:
     return model, name, header
 
 
-def emit_python(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
-    """One module that needs the standard library only (numpy inside the batch functions)."""
-    return {f"{model.prefix}.py": render("python/module.py.j2", model=model)}
-
-
-def emit_javascript(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
-    """An ES module for pages and Node.js."""
-    return {f"{model.prefix}.mjs": render("javascript/module.js.j2", model=model)}
-
-
-def emit_rust(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
-    """A module; `mod PREFIX;` takes the file in."""
-    return {f"{model.prefix}.rs": render("rust/module.rs.j2", model=model)}
-
-
 def emit_json(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
     """The profile and a reference reader to start from, the same for every profile of float32 agents."""
     return {
         f"{model.prefix}.json": dumps(profile),
         f"{model.prefix}_reader.py": render("json/reader.py.j2", model=model),
     }
-
-
-def emit_smt(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
-    """Every tree as a function over Float32, for solvers."""
-    return {f"{model.prefix}.smt2": render("smt/trees.smt2.j2", model=model)}
-
-
-def emit_jax(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
-    """A module that decides for whole batches on any device."""
-    return {f"{model.prefix}_jax.py": render("arrays/module.py.j2", model=model, library="jax", where="jnp")}
-
-
-def emit_torch(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
-    """The same for PyTorch."""
-    return {f"{model.prefix}_torch.py": render("arrays/module.py.j2", model=model, library="torch", where="torch")}
 
 
 def emit_monitors(watch: Watch, targets: Iterable[str]) -> dict[str, str]:

@@ -3,7 +3,7 @@
 Does: has trees extracted from an expert, an expert trained, trees of other programs read and replayed, or a profile
   compiled, and says what came out; notes the command line that repeats an extraction.
 Assumes: `maviper.extraction.run` extracts, shows progress and writes; `maviper.importing.trees` reads trees;
-  `maviper.compilation.run` compiles and proves; training needs the extra `maviper[train]`.
+  `maviper.compilation.compile` compiles and proves; training needs the extra `maviper[train]`.
 Does not: know how trees are grown or algorithms learn; read, emit or compare anything itself.
 """
 
@@ -286,7 +286,7 @@ def compile_verb(
     console.line("compiling", str(profile))
     from codegen.policy_json import content_hash
     from maviper.cli.results import say_agreement, say_contracts, say_proofs
-    from maviper.compilation.run import compile_and_prove
+    from maviper.compilation.compile import compile_and_prove
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
 

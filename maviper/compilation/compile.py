@@ -1,4 +1,5 @@
-"""Compiling a profile: text, then the proof by replay that text, profile and learned tree decide alike.
+"""Compiling a profile: text, then the proof by replay that text, profile and learned tree decide alike; with all that
+can be asked for, passes before it, test vectors, proofs, contracts and monitors after it.
 
 Does: emits the targets and joins codegen's self-check with on-policy observations and whole episodes.
 Assumes: the profile's world is one of ours; for others there is no replay of episodes, which is said.
@@ -6,37 +7,42 @@ Does not: write files, unless it is told where.
 """
 
 import operator
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property, partial, reduce
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from codegen import ir
-from codegen.agreement import selfcheck
+from codegen.agreement import selfcheck, vectors
 from codegen.agreement.compiled import Build, build
 from codegen.agreement.selfcheck import Agreement, Report
-from codegen.deciding import shape_decided, sums_in, take_actions
-from codegen.errors import DisagreementError
+from codegen.deciding import ensure_floats, ensure_plain, shape_decided, sums_in, take_actions
+from codegen.equivalence.contracts import contracts_of
+from codegen.errors import DisagreementError, InputError
 from codegen.floats import FLOAT32
 from codegen.form import layout
-from codegen.lowering.lower import AUTO
+from codegen.lowering.lower import AUTO, FREESTANDING
 from codegen.profiles import ensure
 from codegen.rows import Shown
 from codegen.targets import USUAL
-from codegen.targets.rendered import facts
+from codegen.targets.rendered import LANGUAGES, facts
 from maviper.episodes.play import Episodes, Policies
 from maviper.episodes.trees import in_parts, on_policy
 from maviper.evaluation.comparison import Fidelity, fidelity
 from maviper.files import runs
 from maviper.importing.edits import BEFORE as BEFORE_EDIT
+from maviper.options import CompileOptions, make_request
 from maviper.worlds import World
 from maviper.worlds.matching import NO_WORLD, matching_world, not_ours
+from verify.claims.parameters import Number
 
 if TYPE_CHECKING:
+    from maviper.compilation.monitors import Proved
     from maviper.compilation.proofs import Proofs, Proven
 
 SOLVER_ROWS = 1_000  # an agent; a solver takes milliseconds each
+MONITOR = "monitor"  # the target
 BEFORE_REPAIR = "profile before repair"  # in the provenance of a repaired profile
 
 
@@ -82,6 +88,92 @@ class Compiled(Shown):
         """True if nothing had to be skipped, and every proof that was asked for was found."""
         asked = (each for each in (self.proofs, self.proven) if each is not None)
         return not self.report.skipped and all(each.complete for each in asked)
+
+
+def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
+    """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
+    asked, targets = make_request(CompileOptions, options), tuple(targets)
+    watched, targets = split_targets(targets, asked.certificate, asked.noise, sums=bool(sums_in(profile)))
+    for option, given in (
+        ("--prove", asked.prove),
+        ("--pass", asked.passes),
+        ("--region", asked.region is not None),
+        ("--test-vectors", asked.test_vectors),
+    ):
+        if given:
+            ensure_plain(profile, option)
+        if given and option == "--prove":
+            ensure_floats(profile, option)
+    if watched and "c" in targets and asked.style == FREESTANDING:
+        what = f"monitors calculate with floats, and the style {FREESTANDING} has none"
+        raise InputError(what, "--style", "use another style, or leave the target monitor out")
+    if asked.prove:
+        from maviper.compilation import proofs  # here, so that compiling alone loads no solver
+
+        proofs.ensure_askable(targets, asked.solver_units)
+    if asked.contracts or asked.frama_c:
+        _ensure_contracts(targets, asked.frama_c)
+    notes: tuple[str, ...] = ()
+    if asked.passes or asked.region is not None:
+        from maviper.compilation.passes import run_passes  # here, since most are compiled as they are
+
+        better = run_passes(profile, asked.passes, None if asked.region is None else str(asked.region))
+        profile, notes = better.profile, better.notes
+    proved_region: Proved | None = None  # what a monitor watches, with room for noise
+    if asked.certificate is not None:
+        from maviper.compilation import monitors  # here, so that compiling alone loads no checker
+
+        proved_region = monitors.noisy(monitors.load_proof(asked.certificate, profile), asked.noise)
+    code = compile_profile(profile, targets, asked.prefix, asked.style)
+    more = vectors.files(code.build, targets) if asked.test_vectors else {}
+    if watched:
+        from maviper.compilation import monitors
+
+        more = {**more, **monitors.files_of(code.build, proved_region, targets)}
+    proved = proven = None
+    if asked.prove:
+        from maviper.compilation import proofs
+
+        proved = proofs.prove(code.build, asked.solver_units, asked.effort)
+        more = {**more, **proofs.files_of(proved, code.build.model)}
+    if asked.contracts or asked.frama_c:
+        contracts = contracts_of(code.build.profile, code.build.model)
+        more = {**more, **contracts.files}
+        if asked.frama_c:
+            from maviper.compilation import proofs
+
+            proven = proofs.prove_contracts(code.build, contracts)
+            more = {**more, **proofs.record_of(proven, contracts, code.build)}
+    return replace(code, notes=notes, proofs=proved, proven=proven, beside=more)
+
+
+def split_targets(
+    targets: Sequence[str], certificate: Path | None, noise: Number | None = None, *, sums: bool = False
+) -> tuple[bool, tuple[str, ...]]:
+    """Returns whether a monitor is asked for, and the other targets, with C where a monitor can be written for none.
+
+    InputError for a monitor without a certificate, and for a certificate or noise without one. Trees with `sums` have
+    monitors without a certificate too, of their inputs and outputs.
+    """
+    asked = MONITOR in targets
+    if noise is not None and not asked:
+        raise InputError("noise is only for the target monitor", "--noise", "leave it out, or add --target monitor")
+    if asked != (certificate is not None) and not (sums and asked):
+        what = "a monitor is made from a certificate" if asked else "a certificate is only for the target monitor"
+        raise InputError(what, "--certificate", "give --target monitor and --certificate FILE together")
+    others = tuple(target for target in targets if target != MONITOR)
+    return asked, others if not asked or set(others) & set(LANGUAGES) else (*others, "c")
+
+
+def _ensure_contracts(targets: tuple[str, ...], proved: bool) -> None:
+    """InputError where there is no C to have a contract, MissingToolError where what proves them is not there."""
+    if "c" not in targets:
+        what = "contracts are of the C, and the target c is not asked for"
+        raise InputError(what, "--target", "write --target c,contracts")
+    if proved:
+        from maviper.compilation import proofs
+
+        proofs.ensure_installed()
 
 
 def compile_profile(
@@ -143,19 +235,15 @@ def _play_episodes(made: Build, world: World) -> tuple[list[Agreement], tuple[Fi
     for seeds in in_parts(made.profile):
         episodes = on_policy(made.profile, world, seeds=seeds)
         faithful.append(fidelity(made.profile, world, episodes))
-        grown = _check_grown(made.profile, episodes, boundaries=not agreements)
+        grown = [  # boundaries once
+            selfcheck.check_grown(policy, seen.reshape(-1, seen.shape[-1]), boundaries=not agreements)
+            for policy, seen in zip(made.profile.agents, episodes.observations, strict=True)
+            if policy.grown is not None
+        ]
         agreements.append(grown + (_drive_episodes(made, world, episodes, seeds) if made.compilable else []))
         del episodes  # before the next ones are played
     joined = [reduce(selfcheck.merge_agreements, each) for each in zip(*agreements, strict=True)]
     return joined, tuple(reduce(operator.add, each) for each in zip(*faithful, strict=True))
-
-
-def _check_grown(profile: ir.PolicyProfile, episodes: Episodes, boundaries: bool) -> list[Agreement]:
-    return [
-        selfcheck.check_grown(policy, seen.reshape(-1, seen.shape[-1]), boundaries)
-        for policy, seen in zip(profile.agents, episodes.observations, strict=True)
-        if policy.grown is not None
-    ]
 
 
 def _drive_episodes(made: Build, world: World, episodes: Episodes, seeds: range) -> list[Agreement]:

@@ -70,15 +70,11 @@ def tie_trees(origins: Mapping[str, Origin], world: World, said: Spoken) -> ir.P
         sources.append(origin.kind)
     provenance = ir.Provenance("imported", "none", 0, "", ", ".join(dict.fromkeys(sources)), facts)
     profile = ensure(ir.PolicyProfile(world.spec, tuple(policies), provenance))
-    return replace(profile, agents=_play_policies(world, profile.agents))
-
-
-def _play_policies(world: World, policies: Sequence[ir.AgentPolicy]) -> tuple[ir.AgentPolicy, ...]:
-    """The policies with what they meet in EPISODES episodes of the world."""
-    counting = Counting(world, policies)
+    # what the policies meet in episodes of the world
+    counting = Counting(world, profile.agents)
     seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + EPISODES)
-    measures.evaluate(world, [counting] * len(policies), seeds)
-    return counting.annotate_policies()
+    measures.evaluate(world, [counting] * len(profile.agents), seeds)
+    return replace(profile, agents=counting.annotate_policies())
 
 
 def _by_agent(origins: Mapping[str, Origin], world: World) -> list[Origin]:
@@ -144,7 +140,9 @@ def _giving(
     profile = profile_of({agent: origin}, Names(features.names, outputs=names), FLOAT32)
     (policy,) = profile.agents
     for own, spec in zip(policy.outputs, outputs, strict=True):
-        if not _wider(own, spec):
+        low = own.low is None or (spec.low is not None and own.low <= spec.low)
+        high = own.high is None or (spec.high is not None and own.high >= spec.high)
+        if not (low and high):  # the source cuts away what the world does not
             what = f"the source cuts {spec.name} to [{own.low}, {own.high}], and the world to [{spec.low}, {spec.high}]"
             raise InputError(what, agent, "leave the cut out, or test the sum: if u > 1: return 1.0")
     kept = zip(world.features[place], policy.features, strict=True)
@@ -152,12 +150,6 @@ def _giving(
     policy = replace(policy, agent=agent, team=world.team_of(agent), features=seen, outputs=outputs)
     (before, *_) = {key.rpartition(" ")[0] for key in profile.provenance.training if key.endswith(" given")}
     return policy, {f"{agent}{key.removeprefix(before)}": value for key, value in profile.provenance.training.items()}
-
-
-def _wider(own: ir.OutputSpec, spec: ir.OutputSpec) -> bool:
-    """Returns True if bounds change nothing once a number is cut to others."""
-    low = own.low is None or (spec.low is not None and own.low <= spec.low)
-    return low and (own.high is None or (spec.high is not None and own.high >= spec.high))
 
 
 # --- features

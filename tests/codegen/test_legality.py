@@ -13,7 +13,8 @@ from codegen.errors import ProfileError
 from codegen.lowering.lower import lower
 from codegen.paths import illegal_leaves, mask_of
 from codegen.profiles import check
-from codegen.targets.rendered import emit_c, emit_python
+from codegen.targets import emit_model
+from codegen.targets.rendered import emit_c
 from tests.support.teams import nested
 
 ACTIONS = 3
@@ -103,7 +104,7 @@ def test_generated_code_says_which_actions_are_legal():
     header = emit_c(model, profile)["walk.h"]
     assert "WALK_WALKER_GO_1 = 1, /* legal where LEGAL_1 is 1 */" in header
     assert "takes legal actions only" in header
-    module = emit_python(model, profile)["walk.py"]
+    module = emit_model(model, profile, ["python"])["walk.py"]
     assert "GO_1 = 1  # legal where LEGAL_1 is 1" in module and "Takes legal actions only" in module
     free = profile_of(tree_of((-1, 0, -1, -1, 0)), tuple(replace(each, legal_if="") for each in CHOICES))
     assert "legal" not in emit_c(lower(free), free)["walk.h"].replace("LEGAL_", "")

@@ -189,7 +189,7 @@ def test_the_command_says_and_writes_what_was_proved(profile, tmp_path, capsys):
 
 def test_a_fault_that_the_replay_let_through_ends_in_exit_4(profile, tmp_path, capsys, monkeypatch):
     """The solver alone, the replay being switched off."""
-    from maviper.compilation import compile, run
+    from maviper.compilation import compile
 
     def replaced(loaded, targets, prefix, style):
         files = emit(loaded, targets, prefix, style)
@@ -197,7 +197,7 @@ def test_a_fault_that_the_replay_let_through_ends_in_exit_4(profile, tmp_path, c
         made = Build(loaded, lower(loaded, prefix, style), files)
         return compile.Compiled(made, selfcheck.Report((), (), ""))
 
-    monkeypatch.setattr(run, "compile_profile", replaced)
+    monkeypatch.setattr(compile, "compile_profile", replaced)
     (tmp_path / "profile.json").write_text(policy_json.dumps(profile))
     command = ["compile", str(tmp_path / "profile.json"), "--prove", "-o", str(tmp_path / "out")]
     assert main.run(command) == ExitCode.DISAGREES

@@ -14,7 +14,7 @@ from codegen import ir
 from codegen.agreement import probes, selfcheck
 from codegen.errors import InputError
 from codegen.targets import emit
-from maviper.compilation.run import compile_and_prove
+from maviper.compilation.compile import compile_and_prove
 from tests.support import crates, summed
 from tests.support.games import NAMES, doubled, random_profile
 

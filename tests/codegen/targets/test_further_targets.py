@@ -84,7 +84,7 @@ def test_all_names_in_code_are_of_the_list(profile, style):
     listed = {name for agent in model.agents for name in names._iterate_names(agent.names)} | set(
         names._iterate_names(model.names)
     )
-    modules = {*names.of_modules(agent.lower for agent in model.agents), *names.MODULE_TEAM_NAMES}
+    modules = {*names.of_modules(agent.lower for agent in model.agents), *names.TEAM_FUNCTIONS}
     files = emit(profile, ["c", "python", "javascript"], style=style)
     texts = {name.rpartition(".")[2]: text for name, text in files.items()} | {"harness": harness(model, "c")}
     for ending, pattern in DEFINED.items():

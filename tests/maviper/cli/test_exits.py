@@ -129,7 +129,7 @@ def test_commands_without_runs_are_run_again(capsys, monkeypatch, tmp_path):
     for name, stops, arguments in (
         ("verify", "maviper.verification.run.one_by_one", [tmp_path / "profile.json", "-o", place]),
         ("repair", "maviper.verification.repair.repair", [tmp_path / "profile.json", "-o", place]),
-        ("compile", "maviper.compilation.run.compile_profile", [tmp_path / "profile.json", "-o", place]),
+        ("compile", "maviper.compilation.compile.compile_profile", [tmp_path / "profile.json", "-o", place]),
         ("show", "maviper.evaluation.show.rules", [tmp_path / "profile.json"]),
         ("demo", "maviper.tour.extract_live", ["-o", place]),
     ):

@@ -21,7 +21,7 @@ CLAIM = '[[property]]\nlabel = "q"\nformula = "angle < 0.25 implies acts(cart) =
 STATES = "states-1-distinct_targets.json"
 FOLDERS = {  # command -> its work, its arguments, and files that another may have put there
     "compare": ("maviper.reproduction.compare.make_cells", "physical-deception", ("best.json", "cells.csv")),
-    "compile": ("maviper.compilation.run.compile_and_prove", "cart.json", ()),
+    "compile": ("maviper.compilation.compile.compile_and_prove", "cart.json", ()),
     "demo": ("maviper.tour._extract_trees", "", ("profile.json", "report.html")),
     "diff": ("maviper.verification.diff.compare_profiles", "cart.json other.json", ("difference.json", "against.json")),
     "extract": ("maviper.extraction.run._find", "physical-deception", ("profile.json",)),

@@ -15,8 +15,8 @@ from codegen.lowering.lower import lower
 from codegen.lowering.tracking import ensure_followed
 from codegen.lowering.watching import watch
 from maviper import load, verify
+from maviper.compilation.compile import split_targets
 from maviper.compilation.monitors import Proved, load_proof, lower_monitor, noisy
-from maviper.compilation.run import split_targets
 from maviper.episodes.trees import on_policy
 from maviper.page.document import Contents
 from maviper.page.page import page, with_proof

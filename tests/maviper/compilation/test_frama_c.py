@@ -15,7 +15,7 @@ from codegen.policy_json import dumps
 from codegen.targets import emit
 from maviper.cli import main
 from maviper.compilation import proofs
-from maviper.compilation.run import compile_and_prove
+from maviper.compilation.compile import compile_and_prove
 from tests.support.observations import blind
 from tests.support.outside import installed
 from tests.support.remembering import GIVING, HEATER, WHOLE, adding

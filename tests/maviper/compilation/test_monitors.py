@@ -17,8 +17,8 @@ from codegen.lowering.watching import watch
 from codegen.targets import emit, rendered
 from codegen.world import RegionSpec
 from maviper import load
+from maviper.compilation.compile import compile_and_prove, split_targets
 from maviper.compilation.monitors import load_proof, lower_monitor
-from maviper.compilation.run import compile_and_prove, split_targets
 from tests.benchmarks import monitor as benchmark
 from tests.support import monitors
 from tests.support.generated import FOLDER

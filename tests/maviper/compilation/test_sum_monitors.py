@@ -15,8 +15,8 @@ from codegen.sums import DOUBLE_SUMS, FLOAT64_SUMS
 from codegen.targets import emit, rendered
 from maviper.cli import main
 from maviper.compilation import covers
+from maviper.compilation.compile import compile_and_prove, split_targets
 from maviper.compilation.monitors import load_proof, lower_monitor
-from maviper.compilation.run import compile_and_prove, split_targets
 from maviper.files.profiles import load
 from tests.support import monitors
 from tests.support.generated import FOLDER
