@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -336,45 +335,6 @@ def test_a_profile_of_a_hundred_thousand_nodes(document, place):
     changed["agents"][1] |= {"tree": chain + [{"action": "stay"}] * (n + 1), "grown": None}
     (place / "profile.json").write_text(json.dumps(changed))
     assert run("-q", "show", place / "profile.json") == ExitCode.INPUT
-
-
-# --- places that cannot be written
-
-
-def blocked(place, kind):
-    """An output folder that refuses files, for root too."""
-    if kind == "a file in the way":
-        (place / "out").write_text("here first")
-        return place / "out"
-    if kind == "a file above":
-        (place / "out").write_text("here first")
-        return place / "out" / "deeper"
-    if kind == "not a file system":
-        return Path("/proc/maviper")
-    return place / ("x" * 300)
-
-
-@pytest.mark.parametrize("kind", ["a file in the way", "a file above", "not a file system", "a name too long"])
-@pytest.mark.parametrize("command", ["compile", "verify", "demo", "train", "extract"])
-@pytest.mark.usefixtures("few_observations")
-def test_output_folders_that_cannot_be(document, place, kind, command, monkeypatch):
-    (place / "profile.json").write_text(json.dumps(document))
-    out = blocked(place, kind)
-    if command == "extract":
-        out = out / "profile.json"
-    monkeypatch.setitem(sys.modules, "torch", None if command != "train" else sys.modules.get("torch"))
-    thing = {"compile": [place / "profile.json"], "verify": [place / "profile.json"], "demo": []}.get(command)
-    if thing is None:
-        thing = ["physical-deception", "--iterations", "1"] if command == "extract" else ["physical-deception"]
-    before = sorted(path.name for path in place.iterdir())
-    assert run("-q", command, *thing, "-o", out) in (ExitCode.INPUT, ExitCode.MISSING)
-    assert sorted(path.name for path in place.iterdir()) == before
-
-
-def test_extract_into_a_folder_with_a_files_name_is_refused(place):
-    (place / "folder.json").mkdir()
-    asked = ("-q", "extract", "physical-deception", "--iterations", "1", "-o", place / "folder.json")
-    assert run(*asked) == ExitCode.INPUT
 
 
 LAST = """

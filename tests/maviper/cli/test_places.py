@@ -112,18 +112,22 @@ def fill(place, kind):
     """A place for results where there can be none, for root too."""
     if kind == "a name too long":
         return place / ("x" * 300)
+    if kind == "not a file system":
+        return Path("/proc/maviper")
     (place / "taken").write_text("here first")
     return place / "taken" / "deeper" if kind == "a file above" else place / "taken"
 
 
-@pytest.mark.parametrize("kind", ["a file in the way", "a file above", "a name too long"])
+@pytest.mark.parametrize("kind", ["a file in the way", "a file above", "a name too long", "not a file system"])
 @pytest.mark.parametrize("command", FOLDERS)
 def test_a_folder_that_cannot_be(place, command, kind, monkeypatch):
     forbid(command, monkeypatch)
-    assert run(f"{command} {FOLDERS[command][1]} -o", fill(place, kind)) == ExitCode.INPUT
+    out, before = fill(place, kind), sorted(place.rglob("*"))
+    assert run(f"{command} {FOLDERS[command][1]} -o", out) == ExitCode.INPUT
+    assert sorted(place.rglob("*")) == before
 
 
-@pytest.mark.parametrize("kind", ["a folder in the way", "a file above", "a name too long"])
+@pytest.mark.parametrize("kind", ["a folder in the way", "a file above", "a name too long", "not a file system"])
 @pytest.mark.parametrize("command", [*FILES, "extract"])
 def test_a_file_that_cannot_be(place, command, kind, monkeypatch, capsys):
     forbid(command, monkeypatch)
