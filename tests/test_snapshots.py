@@ -8,6 +8,7 @@ from pathlib import Path
 from codegen import policy_json
 from maviper.cli import main
 from tests.support.altered import of_goals
+from tests.support.verifying import every_command
 from verify.certificates.games import to_json
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
@@ -15,16 +16,10 @@ from verify.claims.region import Region
 FOLDER = "tests/golden"
 
 
-def commands(group=main.cli, path=()):
-    yield path
-    for name, command in sorted(getattr(group, "commands", {}).items()):
-        yield from commands(command, (*path, name))
-
-
 def test_help_texts(golden, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
     text = ""
-    for path in commands():
+    for path, _ in every_command():
         assert main.run([*path, "--help"]) == 0
         text += f"$ {' '.join(('maviper', *path))} --help\n{capsys.readouterr().out}\n"
     golden(FOLDER, {"help.txt": text})

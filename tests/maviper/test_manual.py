@@ -26,6 +26,7 @@ from maviper.worlds.games.features import GROUPS
 from maviper.worlds.remembering import LAST_ACTION
 from tests.benchmarks import compact, trusted
 from tests.support import pictures
+from tests.support.verifying import every_command
 from verify.claims import decisions
 from verify.claims.formula import holds
 from verify.question import EFFORTS, LIMITS, Budgets
@@ -294,13 +295,6 @@ def test_commands_and_options_in_the_text_exist(name):
 
 
 GENERAL = {"--help", *options.GENERAL}
-
-
-def every_command(group=main.cli, path=()):
-    for name, command in group.commands.items():
-        yield (*path, name), command
-        if isinstance(command, click.Group):
-            yield from every_command(command, (*path, name))
 
 
 def test_every_command_is_in_some_page():

@@ -1,4 +1,4 @@
-"""What several tests of verification use: a command's end, and what is said of a damaged file."""
+"""What several tests use of commands: all that there are, how one ends, and what is said of a damaged file."""
 
 import json
 
@@ -7,6 +7,13 @@ import pytest
 import maviper
 from codegen.errors import InputError
 from maviper.cli import main
+
+
+def every_command(group=main.cli, path=()):
+    """(words, command) of all commands and groups, each after the group that it is in."""
+    yield path, group
+    for name, command in sorted(getattr(group, "commands", {}).items()):
+        yield from every_command(command, (*path, name))
 
 
 def run(capsys, *arguments):

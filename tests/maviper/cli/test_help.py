@@ -10,18 +10,13 @@ from maviper import manual
 from maviper.cli import main
 from maviper.cli.options import Verb, Verbs
 from maviper.options.extraction import SETTINGS
+from tests.support.verifying import every_command
 
 WIDTH = 80
 UNLISTED = {"train", "reproduce"}
 
 
-def every(group=main.cli, path=()):
-    yield path, group
-    for name, command in getattr(group, "commands", {}).items():
-        yield from every(command, (*path, name))
-
-
-COMMANDS = dict(every())
+COMMANDS = dict(every_command())
 NAMED = pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
 
 
@@ -76,15 +71,9 @@ def test_long_helps_have_headings(name, capsys):
 
 
 def test_there_are_few_options():
-    every_option = [each for command in visible() for each in command.params if isinstance(each, click.Option)]
+    shown = [command for path, command in COMMANDS.items() if not {*path[:1]} & UNLISTED]
+    every_option = [each for command in shown for each in command.params if isinstance(each, click.Option)]
     assert sum(not each.hidden for each in every_option) <= 120
-
-
-def visible():
-    yield main.cli
-    for path, command in COMMANDS.items():
-        if path and path[0] not in UNLISTED:
-            yield command
 
 
 def test_general_flags_stand_before_or_after_a_command(capsys):

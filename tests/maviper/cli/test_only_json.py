@@ -13,6 +13,7 @@ from maviper.cli import main
 from tests.support.far import far
 from tests.support.stated import BRAKES, PROPERTIES, profile
 from tests.support.systems import CART
+from tests.support.verifying import every_command
 
 
 @pytest.fixture(scope="module")
@@ -58,16 +59,8 @@ ASKED = {  # every command
 }
 
 
-def every(group=main.cli, path=()):
-    for name, command in group.commands.items():
-        if isinstance(command, click.Group):
-            yield from every(command, (*path, name))
-        else:
-            yield " ".join((*path, name))
-
-
 def test_every_command_is_asked():
-    assert {*ASKED} >= {*every()}
+    assert {*ASKED} >= {" ".join(path) for path, command in every_command() if not isinstance(command, click.Group)}
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ import re
 import shutil
 from pathlib import Path
 
-import click
 import pytest
 
 from codegen import policy_json
@@ -14,6 +13,7 @@ from maviper.cli import main
 from maviper.extraction import exploiting
 from tests.support.observations import blind
 from tests.support.teams import tree
+from tests.support.verifying import every_command
 
 ROOT = Path(__file__).parents[3]
 GAME = ROOT / "generated" / "verdicts" / "physical_deception"
@@ -95,16 +95,8 @@ def forbid(command, monkeypatch):
     monkeypatch.setattr((FOLDERS | FILES)[command][0], lambda *_, **__: pytest.fail("the work began"))
 
 
-def commands_of(group, before=""):
-    for name, command in group.commands.items():
-        if isinstance(command, click.Group):
-            yield from commands_of(command, f"{before}{name} ")
-        else:
-            yield f"{before}{name}", command
-
-
 def test_all_commands_that_write_are_asked():
-    writing = {name for name, command in commands_of(main.cli) if any(each.name == "output" for each in command.params)}
+    writing = {" ".join(p) for p, command in every_command() if any(each.name == "output" for each in command.params)}
     assert writing == {*FOLDERS, *(name.partition(" --")[0] for name in FILES)} - {"verify --claim"}
 
 
