@@ -143,13 +143,9 @@ def _tell_interruption() -> int:
 
 def _tell(with_traceback: bool, code: int, what: str, where: str = "", next_step: str = "") -> int:
     with contextlib.suppress(OSError):  # standard error may be full; the code says the rest
-        _print(with_traceback, what, where, next_step)
+        if with_traceback:
+            traceback.print_exc()
+        first, *more = f"error: {what}".split("\n")
+        below = (line for part in ("\n".join(more), where, next_step) for line in part.split("\n") if line)
+        print("\n".join(map(visible, [first, *(f"  {line}" for line in below)])), file=sys.stderr)
     return code
-
-
-def _print(with_traceback: bool, what: str, where: str, next_step: str) -> None:
-    if with_traceback:
-        traceback.print_exc()
-    first, *more = f"error: {what}".split("\n")
-    lines = [first, *(f"  {line}" for part in ("\n".join(more), where, next_step) for line in part.split("\n") if line)]
-    print("\n".join(map(visible, lines)), file=sys.stderr)

@@ -241,7 +241,12 @@ def evaluate(console: "Console", subject: str, exploit: str | None, **options: A
     if exploit is not None:
         _ensure_unread(given & {"replaced", "team", "why"}, "with --exploit")
         asked = cast("ExploitOptions", {name: options[name] for name in table_of(ExploitOptions)})
-        return _exploit(console, subject, exploit, asked)
+        from maviper.extraction.exploiting import exploit_team, lines
+
+        console.line("exploiting", f"{exploit} of {subject}")
+        exploitability = exploit_team(subject, exploit, console, **asked)
+        console.give(exploitability.document(), lines(exploitability))
+        return ExitCode.DONE
     _ensure_unread(given & {"networks", *RARE}, "without --exploit TEAM")
     console.line("evaluating", subject)
     from maviper.evaluation.run import document, evaluate_live, lines, request
@@ -259,16 +264,6 @@ def _ensure_unread(names: Collection[str], where: str) -> None:
     for name in names:
         flag = {"replaced": "--with"}.get(name, f"--{name.replace('_', '-')}")
         raise InputError(f"{flag} has no effect {where}", flag, "leave it out")
-
-
-def _exploit(console: "Console", subject: str, team: str, options: ExploitOptions) -> int:
-    """Says what the opponents of a team gain."""
-    from maviper.extraction.exploiting import exploit_team, lines
-
-    console.line("exploiting", f"{team} of {subject}")
-    exploitability = exploit_team(subject, team, console, **options)
-    console.give(exploitability.document(), lines(exploitability))
-    return ExitCode.DONE
 
 
 @click.command(

@@ -60,7 +60,16 @@ def extract(console: "Console", expert: str, output: Path, **options: Unpack[Ext
     from maviper.extraction.run import extract_named, request
     from maviper.files.runs import PROFILE_FILE
 
-    asked = request(options, _command(expert, options))
+    # the command line that asks for the same, without what only says how it runs on
+    context = click.get_current_context()
+    said = [
+        f"--set {name}={value}" if name in SETTINGS else f"--{name.replace('_', '-')} {value}"
+        for name, values in sorted(options.items())
+        if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
+        for value in (cast("tuple[object, ...]", values) if isinstance(values, tuple) else (values,))
+        if name != "resume"
+    ]
+    asked = request(options, " ".join(["maviper extract", expert, *said]))
     profile = extract_named(expert, output, asked, console)
     file = output if output.suffix == ".json" else output / PROFILE_FILE
     console.line("next", f"maviper verify {file} -o report")
@@ -75,18 +84,6 @@ def _describe(profile: "PolicyProfile") -> dict[str, Any]:
 
     sizes = {policy.agent: len(ir.leaves(policy.tree)) for policy in profile.agents}
     return {"id": content_hash(profile), "leaves": sizes}
-
-
-def _command(expert: str, options: Mapping[str, object]) -> str:
-    """The command line that asks for the same, without what only says how it runs on."""
-    context = click.get_current_context()
-    said = [
-        f"--set {name}={value}" if name in SETTINGS else f"--{name.replace('_', '-')} {value}"
-        for name, values in sorted(options.items())
-        if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
-        for value in (cast("tuple[object, ...]", values) if isinstance(values, tuple) else (values,))
-    ]
-    return " ".join(["maviper extract", expert, *(text for text in said if not text.startswith("--resume"))])
 
 
 @click.command(cls=Verb, example="maviper train predator-prey,prey=1 --seeds 4 --jobs 2 -o run")

@@ -7,7 +7,7 @@ Does not: prove, look for counterexamples, choose guards or decide verdicts.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
@@ -33,11 +33,13 @@ from maviper.options import DiffOptions, RepairOptions
 from maviper.options.verbs import QUESTION
 
 if TYPE_CHECKING:
+    from codegen.ir import PolicyProfile
     from maviper.console import Console
     from maviper.verification.compared import OutputsCompared
     from maviper.verification.diff import Compared
+    from maviper.verification.guarding import Guarded
     from maviper.verification.repair import Repaired
-    from maviper.verification.robust import Changes, Radii
+    from maviper.verification.robust import Changes
 
 
 ROBUST = "--claim robust"
@@ -177,12 +179,12 @@ def repair(
     trees are deeper, and with 3 if no repair was found. Then nothing is written.
     """
     console.line("repairing", str(profile))
-    from codegen.policy_json import content_hash, dumps
-    from maviper.cli.results import exit_code, say_repair, say_verdict
+    from codegen.policy_json import dumps
+    from maviper.cli.results import say_repair
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.page.page import FILE, page_of, unplayable
-    from maviper.verification.repair import COST_FILE, region_text, repair_profile, request_call
+    from maviper.verification.repair import region_text, repair_profile, request_call
     from verify.spending import listening
 
     if claim.endswith(".toml"):
@@ -197,21 +199,14 @@ def repair(
     with console.following("repairing") as listener, listening(listener):
         outcome = repair_profile(before, name, region, asked, profile.name)
     if outcome.after is None:
-        _say_unrepaired(outcome, output, given, console)
-        console.give({"repaired": False, "reason": outcome.repair.reason})
-        return ExitCode.INCONCLUSIVE
+        subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
+        console.line("not repaired", f"{subject}: {outcome.repair.reason}")
+        console.line("", f"{format_count(len(outcome.repair.guards), 'guard')} set; nothing was written")
+        return _end_unrepaired(outcome.repair.reason, output, given, console)
     say_repair(outcome, console)
-    for result in outcome.results:
-        say_verdict(outcome.after, result, console)
     page = {} if unplayable(outcome.after) else {FILE: page_of(outcome.after, outcome.results)}
     files = outputs.without_given(output, {**outcome.files, **page}, {Path(region).name: Path(region)})
-    outputs.write_set(output, files, outputs.REPAIR, keep=given)
-    console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(outcome.after)[:16]}")
-    for name in outcome.certificates:
-        console.line("certificate", f"{output / name}; maviper check {output / name}")
-    verdicts = [result.verdict.value for result in outcome.results]
-    told = {"repaired": True, "verdicts": verdicts, "wrote": str(output)}
-    console.give(told | json.loads(outcome.files[COST_FILE]))
+    code = _write_repaired(outcome, outcome.after, files, output, given, console)
     console.result("next", f"maviper diff {profile} {output / runs.PROFILE_FILE}")
     depth, most = outcome.repair.depth, asked.max_depth
     if most is not None and depth > most:
@@ -220,20 +215,18 @@ def repair(
             f"the trees have depth {depth}, more than the {most} asked for; extract with a smaller --max-depth",
         )
         return ExitCode.VIOLATED
-    return exit_code([result.verdict for result in outcome.results])
+    return code
 
 
 def _repair_stated(
     console: "Console", profile: Path, world: Path, output: Path, region: str, options: Mapping[str, Any]
 ) -> int:
     """Repairs by the claims of a world file."""
-    from codegen.policy_json import content_hash, dumps
-    from maviper.cli.results import exit_code, say_verdict
+    from codegen.policy_json import dumps
     from maviper.evaluation.comparison import say_sizes
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.verification.guarding import MAX_BYTES, WORLD_FILE, ensure_unasked, repair_stated
-    from maviper.verification.repair import COST_FILE
     from verify.spending import listening
 
     ensure_unasked(region, options)
@@ -248,33 +241,48 @@ def _repair_stated(
         console.line("guard", guard.words)
     if done.after is None:
         console.line("not repaired", f"{world}: {done.reason}; nothing was written")
-        if outputs.clear(output, outputs.REPAIR, given.values()):
-            console.line("removed", f"the files of an earlier repair in {output}")
-        console.give({"repaired": False, "reason": done.reason})
-        return ExitCode.INCONCLUSIVE
+        return _end_unrepaired(done.reason, output, given.values(), console)
     console.line("repaired", say_sizes(before, done.after, done.guarded) or "nothing: each claim holds as it is")
+    files = outputs.without_given(output, done.files, given)
+    code = _write_repaired(done, done.after, files, output, given.values(), console)
+    console.result("next", f"maviper evaluate {output / runs.PROFILE_FILE} --world WORLD")
+    return code
+
+
+def _end_unrepaired(reason: str, output: Path, given: Collection[Path], console: "Console") -> int:
+    """Ends without a repair. What an earlier one left goes, as it would be taken for this one's."""
+    from maviper.files import outputs
+
+    if outputs.clear(output, outputs.REPAIR, given):
+        console.line("removed", f"the files of an earlier repair in {output}")
+    console.give({"repaired": False, "reason": reason})
+    return ExitCode.INCONCLUSIVE
+
+
+def _write_repaired(
+    done: "Repaired | Guarded",
+    after: "PolicyProfile",
+    files: Mapping[str, str | bytes],
+    output: Path,
+    given: Collection[Path],
+    console: "Console",
+) -> int:
+    """Says the verdicts on the repaired profile, and writes it with its files; the exit code of the verdicts."""
+    from codegen.policy_json import content_hash
+    from maviper.cli.results import exit_code, say_verdict
+    from maviper.files import outputs, runs
+    from maviper.verification.repair import COST_FILE
+
     for result in done.results:
-        say_verdict(done.after, result, console)
-    outputs.write_set(output, outputs.without_given(output, done.files, given), outputs.REPAIR, keep=given.values())
-    console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(done.after)[:16]}")
+        say_verdict(after, result, console)
+    outputs.write_set(output, files, outputs.REPAIR, keep=given)
+    console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(after)[:16]}")
     for name in done.certificates:
         console.line("certificate", f"{output / name}; maviper check {output / name}")
     verdicts = [result.verdict for result in done.results]
     told = {"repaired": True, "verdicts": [each.value for each in verdicts], "wrote": str(output)}
     console.give(told | json.loads(done.files[COST_FILE]))
-    console.result("next", f"maviper evaluate {output / runs.PROFILE_FILE} --world WORLD")
     return exit_code(verdicts)
-
-
-def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], console: "Console") -> None:
-    """Why there is no repair. What an earlier one left goes, as it would be taken for this one's."""
-    from maviper.files import outputs
-
-    subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
-    console.line("not repaired", f"{subject}: {outcome.repair.reason}")
-    console.line("", f"{format_count(len(outcome.repair.guards), 'guard')} set; nothing was written")
-    if outputs.clear(output, outputs.REPAIR, given):
-        console.line("removed", f"the files of an earlier repair in {output}")
 
 
 @click.command(
@@ -365,26 +373,7 @@ def tell_radii(
     agent, certify, least, most = (asked.get(key) for key in ("agent", "certify", "least", "most"))
     loaded = load(profile, sums=True)
     gives = bool(find_agent(loaded, agent).outputs)
-    _ensure_asked(gives, least, most)
-    kept = outputs.CHANGES if gives else outputs.ROBUST
-    if output is not None:
-        runs.room(output)
-        outputs.ensure_free(output, kept, {}, [profile, observations], None if certify else outputs.NOTHING)
-    table = radii(loaded, observations, agent, bool(certify), asked.get("error"))
-    if isinstance(table, Changes):
-        code = _tell_changes(console, table, most)
-    else:
-        code = _tell_radii(console, table, least, bool(certify))
-    if output is not None:
-        outputs.write_set(output, table.files, kept, keep=[profile, observations])
-    console.give(table.document(), table.files[kept.mark].splitlines() if output is None else ())
-    return code
-
-
-def _ensure_asked(gives: bool, least: Fraction | None, most: Fraction | None) -> None:
-    """InputError for a bound of what the other kind of agent has, or one that decides nothing: known before anything is
-    proved.
-    """
+    # a bound of what the other kind of agent has, or one that decides nothing, is known before anything is proved
     if most is not None and not gives:
         raise InputError("most is for agents that give numbers", ROBUST, "write least=NUMBER, of radii")
     if least is not None and gives:
@@ -393,14 +382,24 @@ def _ensure_asked(gives: bool, least: Fraction | None, most: Fraction | None) ->
         raise InputError(f"no radius is below {least}, so this cannot fail", ROBUST, "write a number above 0")
     if most is not None and most < 0:
         raise InputError("no output changes by less than 0, so this cannot hold", ROBUST, "write 0 or more")
-
-
-def _tell_radii(console: "Console", table: "Radii", least: Fraction | None, certify: bool) -> ExitCode:
-    """Says what sums up the radii."""
-    console.line("radii", table.line)
-    if certify:
-        console.line("proved", f"{len(table.certificates)} radii; the independent checker accepted each certificate")
-    return ExitCode.DONE if least is None or table.least >= least else ExitCode.VIOLATED
+    kept = outputs.CHANGES if gives else outputs.ROBUST
+    if output is not None:
+        runs.room(output)
+        outputs.ensure_free(output, kept, {}, [profile, observations], None if certify else outputs.NOTHING)
+    table = radii(loaded, observations, agent, bool(certify), asked.get("error"))
+    if isinstance(table, Changes):
+        code = _tell_changes(console, table, most)
+    else:
+        console.line("radii", table.line)
+        if certify:
+            console.line(
+                "proved", f"{len(table.certificates)} radii; the independent checker accepted each certificate"
+            )
+        code = ExitCode.DONE if least is None or table.least >= least else ExitCode.VIOLATED
+    if output is not None:
+        outputs.write_set(output, table.files, kept, keep=[profile, observations])
+    console.give(table.document(), table.files[kept.mark].splitlines() if output is None else ())
+    return code
 
 
 def _tell_changes(console: "Console", table: "Changes", most: Fraction | None) -> ExitCode:

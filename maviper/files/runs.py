@@ -222,7 +222,12 @@ def _exchange(place: Path, folder_: Path, names: Sequence[str], gone: Sequence[s
         for name in (*names, *gone):
             (old / name).parent.mkdir(parents=True, exist_ok=True)
             with contextlib.suppress(FileNotFoundError):
-                _keep(folder_ / name, old / name)
+                try:
+                    (old / name).hardlink_to(folder_ / name)
+                except FileNotFoundError:
+                    raise
+                except OSError:  # a file system without links
+                    shutil.copy2(folder_ / name, old / name)
         moved: list[str] = []
         try:
             for name in names:
@@ -238,16 +243,6 @@ def _exchange(place: Path, folder_: Path, names: Sequence[str], gone: Sequence[s
                 elif name in names and not (place / name).exists():
                     (folder_ / name).unlink(missing_ok=True)
             raise
-
-
-def _keep(path: Path, beside: Path) -> None:
-    """The same file under another name, or a copy where the file system has no links."""
-    try:
-        beside.hardlink_to(path)
-    except FileNotFoundError:
-        raise
-    except OSError:
-        shutil.copy2(path, beside)
 
 
 def room(path: Path) -> None:
@@ -272,12 +267,14 @@ def folder_while_filled(path: Path) -> Generator[None]:
                 each.rmdir()
 
 
-def unwritten(path: Path, error: OSError) -> MaviperError:
-    """Returns the error for a file that cannot be written: MissingToolError where there is no room for it."""
+def unwritten(path: Path, error: OSError, other: str = "folder") -> MaviperError:
+    """Returns the error for a file that cannot be written: MissingToolError where there is no room for it, else
+    InputError that advises another folder, or file.
+    """
     what, where = f"cannot write {path.name}", f"{path}: {error.strerror}"
     if error.errno in NO_ROOM:
         return MissingToolError(what, where, "make room, then run the command again")
-    return InputError(what, where, "choose another folder with -o")
+    return InputError(what, where, f"choose another {other} with -o")
 
 
 def ensure_visible(path: Path) -> Path:
@@ -304,20 +301,11 @@ def target(path: Path, usual: str = PROFILE_FILE) -> Path:
         if ensure_visible(path).is_dir():
             raise InputError("the output is a folder, but a file is needed", str(path), f"-o {path / usual}")
         _ensure_no_device(path)
-    except OSError as error:
-        raise InputError(
-            f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another file with -o"
-        ) from None
-    folder(path.parent)
-    try:
+        folder(path.parent)
         with tempfile.TemporaryFile(dir=path.parent):  # some folders, such as /proc, take no files
             pass
     except OSError as error:
-        if error.errno in NO_ROOM:
-            raise unwritten(path, error) from None
-        raise InputError(
-            f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another file with -o"
-        ) from None
+        raise unwritten(path, error, "file") from None
     return path
 
 
@@ -442,28 +430,17 @@ def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume:
     return True
 
 
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None
-
-
 @contextlib.contextmanager
 def working_alone(folder: Path) -> Generator[None]:
     """Holds the folder of a run that was claimed. InputError while another process, or thread, holds it."""
-    opened = None
-    try:
-        if fcntl is not None:
-            with contextlib.suppress(OSError):
-                opened = os.open(folder / CONFIG_FILE, os.O_RDONLY)
-        if fcntl is not None and opened is not None:
-            try:
+    with contextlib.ExitStack() as stack:
+        opened = None
+        try:
+            if fcntl is not None:
+                opened = stack.enter_context((folder / CONFIG_FILE).open("rb"))
                 fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError as error:
-                if error.errno in (errno.EAGAIN, errno.EACCES):
-                    advice = "wait for its end, or stop it and go on with --resume"
-                    raise InputError("another process works on the run in the folder", str(folder), advice) from None
+        except OSError as error:  # of a folder where nothing can be locked nobody is refused
+            if opened is not None and error.errno in (errno.EAGAIN, errno.EACCES):
+                advice = "wait for its end, or stop it and go on with --resume"
+                raise InputError("another process works on the run in the folder", str(folder), advice) from None
         yield
-    finally:
-        if opened is not None:
-            os.close(opened)
