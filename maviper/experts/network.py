@@ -215,11 +215,9 @@ MAX_HIDDEN = 4096
 MAX_BYTES = 64 * 2**20
 # world -> (file name, trained seeds, the one of the best score on its finalists' episodes)
 CLONES = {  # networks that imitated a script first
-    "physical-deception": ("physical_deception.clone", (0, 1, 2), 2),
-    "physical-deception,velocity=1": ("physical_deception_velocity.clone", (0, 1, 2), 1),
-    "cooperative-navigation": ("cooperative_navigation.clone", (0, 1, 2), 1),
-    "predator-prey": ("predator_prey.clone", (0, 1, 2), 0),
-    "predator-prey,observation=mpe2": ("predator_prey_mpe2.clone", (0, 1), 0),
+    "physical-deception": ("physical_deception.clone", (2,), 2),
+    "cooperative-navigation": ("cooperative_navigation.clone", (1,), 1),
+    "predator-prey": ("predator_prey.clone", (0,), 0),
 }
 LEARNED = {  # networks that learned by reward alone
     "physical-deception": ("physical_deception", (0, 1, 2), 2),

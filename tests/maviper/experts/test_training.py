@@ -249,7 +249,6 @@ def test_experts_are_met_in_their_share_of_games_and_are_not_learned_from(monkey
     ("name", "said"),
     [
         ("predator-prey@clone", "learned from a script"),
-        ("predator-prey,observation=mpe2@clone-1", "learned from a script"),
         ("physical-deception", "another game"),
         ("predator-pray", "predator-prey"),
     ],
