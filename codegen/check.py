@@ -27,7 +27,6 @@ from codegen.ir import (
     NO_FEATURE,
     UNSCALED,
     WEIGHTS,
-    ActionSpec,
     AgentPolicy,
     FeatureSpec,
     GrownTree,
@@ -38,12 +37,14 @@ from codegen.ir import (
     WorldSpec,
     depth,
 )
-from codegen.memory import memory_faults
-from codegen.paths import illegal_leaves, mask_of
+from codegen.memory import MAX_VALUE, describe_update, values_in
+from codegen.paths import boxes_of, illegal_leaves, mask_of
 from codegen.sums import ARITHMETICS, DOUBLE_SUMS, MAX_INNER, OBSERVED, choose_numbers, divisor_of
 
 MAX_VIOLATIONS: Final = 20
 MAX_TERMS = 1_000  # of a sum
+MAX_PARTS = 2  # of a variable's name, between dots
+LEAST_MARGIN = 1e-9  # of contacts: lengths divided by it stay far below the largest double
 
 
 class Violation(NamedTuple):
@@ -53,15 +54,8 @@ class Violation(NamedTuple):
     message: str
 
 
-MAX_PARTS = 2  # of a variable's name, between dots
-LEAST_MARGIN = 1e-9  # of contacts: lengths divided by it stay far below the largest double
-
-
 Besides: TypeAlias = Callable[[PolicyProfile], Iterable[Violation]]  # of further rules
-
-
-def _none_besides(_: PolicyProfile) -> Iterable[Violation]:
-    return ()
+Found: TypeAlias = Iterator[tuple[str, str]]  # path below the agent's, and what is wrong
 
 
 def violations(profile: PolicyProfile) -> Iterator[Violation]:
@@ -111,21 +105,10 @@ def _world(world: WorldSpec) -> Iterator[Violation]:
     taken += [entity.name for entity in world.agents]
     yield from _names(f"{path}.landmarks", "entity", [entity.name for entity in world.landmarks], taken)
     yield from _numbers(world)
-    yield from _variables(world)
-    if world.episode_steps < 1:
-        yield Violation(f"{path}.episode_steps", "must be at least 1")
-    landmarks = [entity.name for entity in world.landmarks]
-    for index, goal in enumerate(world.goals):
-        if goal not in landmarks:
-            yield Violation(f"{path}.goals[{index}]", f"no landmark '{goal}'; {suggestion(goal, landmarks)}")
-
-
-def _variables(world: WorldSpec) -> Iterator[Violation]:
-    """Rules about coordinates that belong to no entity; their names may have one dot, as in "agent_0.angle"."""
-    own = len(world.variables)
-    seen = {identifier(name) for name in world.coordinates()[: -own or None]}
+    # coordinates that belong to no entity; their names may have one dot, as in "agent_0.angle"
+    seen = {identifier(name) for name in world.coordinates()[: -len(world.variables) or None]}
     for index, variable in enumerate(world.variables):
-        here = f"$.world.variables[{index}]"
+        here = f"{path}.variables[{index}]"
         parts = variable.name.split(".")
         if len(parts) > MAX_PARTS or not all(NAME.fullmatch(part) for part in parts):
             yield Violation(here, f"not a legal name of a variable: {variable.name!r} (a name, or NAME.NAME)")
@@ -135,6 +118,12 @@ def _variables(world: WorldSpec) -> Iterator[Violation]:
         if not -MAX_LENGTH <= variable.low <= variable.high <= MAX_LENGTH:
             what = f"needs a range with low <= high within {MAX_LENGTH:g}, has [{variable.low}, {variable.high}]"
             yield Violation(here, what)
+    if world.episode_steps < 1:
+        yield Violation(f"{path}.episode_steps", "must be at least 1")
+    landmarks = [entity.name for entity in world.landmarks]
+    for index, goal in enumerate(world.goals):
+        if goal not in landmarks:
+            yield Violation(f"{path}.goals[{index}]", f"no landmark '{goal}'; {suggestion(goal, landmarks)}")
 
 
 def _numbers(world: WorldSpec) -> Iterator[Violation]:
@@ -179,7 +168,12 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
         yield from _feature(f"{path}.features[{index}]", feature, known, 2.0**32 if policy.whole else MAX_LENGTH)
     names = [feature.name for feature in policy.features]
     for index, action in enumerate(policy.actions):
-        yield from _action(f"{path}.actions[{index}]", action, names)
+        here = f"{path}.actions[{index}]"
+        if action.legal_if and action.legal_if not in names:
+            what = f"no feature '{escape_text(action.legal_if)}'; {suggestion(action.legal_if, names)}"
+            yield Violation(f"{here}.legal_if", what)
+        if action.effect is not None and not all(abs(part) <= MAX_LENGTH for part in action.effect):
+            yield Violation(f"{here}.effect", f"must be within {MAX_LENGTH:g} on each axis")
     for index, feature in enumerate(policy.features):
         factor, offset = feature.scale
         plain = feature.scale == UNSCALED or (policy.whole and feature.initial is None)
@@ -205,21 +199,13 @@ def _feature(path: str, feature: FeatureSpec, known: Sequence[str], most: float)
             yield Violation(f"{path}.meaning", f"no coordinate '{coordinate}'; {suggestion(coordinate, known)}")
 
 
-def _action(path: str, action: ActionSpec, features: Sequence[str]) -> Iterator[Violation]:
-    if action.legal_if and action.legal_if not in features:
-        what = f"no feature '{escape_text(action.legal_if)}'; {suggestion(action.legal_if, features)}"
-        yield Violation(f"{path}.legal_if", what)
-    if action.effect is not None and not all(abs(part) <= MAX_LENGTH for part in action.effect):
-        yield Violation(f"{path}.effect", f"must be within {MAX_LENGTH:g} on each axis")
-
-
 def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
     """Yields the faults of the tree that acts, of its numbers and leaves, and of the tree that was grown."""
     tree, numbers = policy.tree, policy.numbers
     counts = (len(policy.features) + len(tree.sums), len(tree.vectors) if policy.outputs else len(policy.actions))
     broken = list(_tree(f"{path}.tree", policy.tree, *counts, preorder=True))
     yield from broken
-    for where, what in (*_sum_faults(policy), *memory_faults(policy)) if not broken else ():
+    for where, what in (*_sum_faults(policy), *_memory_faults(policy)) if not broken else ():
         yield Violation(f"{path}.{where}", what)
     if not broken and int(depth(policy.tree).max()) > MAX_DEPTH:
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
@@ -247,17 +233,6 @@ def _tree(path: str, tree: Tree | GrownTree, n_features: int, n_actions: int, pr
     if not 1 <= n <= MAX_NODES:
         yield Violation(path, f"{n} nodes; 1 to {MAX_NODES} are allowed")
         return
-    broken = False
-    for violation in _nodes(path, tree, n_features, n_actions):
-        broken = True
-        yield violation
-    if not broken:
-        yield from _shape(path, tree, preorder)
-
-
-def _nodes(path: str, tree: Tree | GrownTree, n_features: int, n_actions: int) -> Iterator[Violation]:
-    """Rules about single nodes."""
-    n = len(tree.feature)
     split = tree.feature != NO_FEATURE
     child_ok = (tree.left > 0) & (tree.left < n) & (tree.right > 0) & (tree.right < n)
     no_child = (tree.left == NO_CHILD) & (tree.right == NO_CHILD)
@@ -273,13 +248,10 @@ def _nodes(path: str, tree: Tree | GrownTree, n_features: int, n_actions: int) -
     for name, bad, message in rules:
         for node in np.flatnonzero(bad):
             yield Violation(f"{path}[{node}].{name}", message)
-
-
-def _shape(path: str, tree: Tree | GrownTree, preorder: bool) -> Iterator[Violation]:
-    """Every node is reached exactly once from the root (no cycle, nothing shared or left over)."""
-    seen = np.zeros(len(tree.feature), dtype=bool)
-    stack = [0]
-    reached = 0
+    if any(bad.any() for _, bad, _ in rules):
+        return
+    # every node is reached exactly once from the root: no cycle, nothing shared or left over
+    seen, stack, reached = np.zeros(n, dtype=bool), [0], 0
     while stack:
         node = stack.pop()
         if seen[node]:
@@ -290,13 +262,10 @@ def _shape(path: str, tree: Tree | GrownTree, preorder: bool) -> Iterator[Violat
             return
         seen[node] = True
         reached += 1
-        if tree.feature[node] != NO_FEATURE:
+        if split[node]:
             stack += [int(tree.right[node]), int(tree.left[node])]
     for node in np.flatnonzero(~seen)[:1]:
         yield Violation(f"{path}[{node}]", "cannot be reached from the root")
-
-
-Found: TypeAlias = Iterator[tuple[str, str]]  # path below the agent's, and what is wrong
 
 
 def _whole_faults(policy: AgentPolicy) -> Found:
@@ -346,7 +315,12 @@ def _sum_faults(policy: AgentPolicy) -> Found:
     if tree.gives not in (kept if policy.outputs else (FLOAT32,)):
         yield "gives", f"must be {' or '.join(kept if policy.outputs else (FLOAT32,))} here"
     yield from _all_sums(policy)
-    yield from _thresholds(policy)
+    if tree.numbers == FLOAT32 and tree.compared == FLOAT64:  # a single feature is compared with one of its own numbers
+        single = (tree.feature != NO_FEATURE) & (tree.feature < len(policy.features))
+        with np.errstate(over="ignore"):
+            rounded = tree.threshold.astype(np.float32) != tree.threshold
+        for node in np.flatnonzero(single & rounded):
+            yield f"tree[{node}].threshold", "is no float32, which the feature is"
     for index, output in enumerate(policy.outputs):
         for fault in _output(output, tree):
             yield f"outputs[{index}]", fault
@@ -419,17 +393,6 @@ def _number(value: float, numbers: str) -> str | None:
     return None
 
 
-def _thresholds(policy: AgentPolicy) -> Found:
-    """A test of a single feature compares with one of its own numbers."""
-    tree = policy.tree
-    if tree.numbers == FLOAT32 and tree.compared == FLOAT64:
-        single = (tree.feature != NO_FEATURE) & (tree.feature < len(policy.features))
-        with np.errstate(over="ignore"):
-            rounded = tree.threshold.astype(np.float32) != tree.threshold
-        for node in np.flatnonzero(single & rounded):
-            yield f"tree[{node}].threshold", "is no float32, which the feature is"
-
-
 def _output(output: OutputSpec, tree: Tree) -> Iterator[str]:
     for bound in (output.low, output.high):
         if bound is None:
@@ -441,11 +404,56 @@ def _output(output: OutputSpec, tree: Tree) -> Iterator[str]:
         yield f"needs low <= high, has [{output.low}, {output.high}]"
 
 
-def ensure(profile: PolicyProfile, where: str = "profile", besides: Besides = _none_besides) -> PolicyProfile:
+def _memory_faults(policy: AgentPolicy) -> Found:
+    """Yields every broken rule about memory, of a policy whose tree is sound."""
+    known = {each.name: each for each in policy.memory}
+    if not known and not any(each.acts or each.updates for each in policy.actions):
+        return
+    if policy.features[-len(known) :] != policy.memory or len(known) == len(policy.features):
+        yield "features", "some are observed, and those that are remembered come last"
+    for each in policy.memory:
+        ends = (each.low, each.initial or 0, each.high)
+        if any(not abs(end) <= MAX_VALUE or end != int(end) for end in ends) or not ends[0] <= ends[1] <= ends[2]:
+            yield "features", f"{each.name} is remembered: low <= initial <= high, whole numbers up to {MAX_VALUE}"
+        if each.meaning is not None:
+            yield "features", f"{each.name} is remembered, and measures nothing"
+    if policy.outputs or any(each.legal_if or each.effect for each in policy.actions):
+        yield "actions", "an agent that remembers has no outputs, effects or masks"
+    plain = [each.name for each in policy.actions if not each.acts]
+    if any(each.acts for each in policy.actions[: len(plain)]):
+        yield "actions", "those that are taken come first"
+    for place, action in enumerate(policy.actions):
+        named = [each.memory for each in action.updates]
+        if bool(action.acts) != bool(named) or (action.acts and action.acts not in plain):
+            yield f"actions[{place}]", "acts names an action without updates, where there are updates"
+        if len({*named}) < len(named) or any(each not in known for each in named):
+            yield f"actions[{place}].updates", "each names one thing that is remembered"
+        elif any(
+            each.value == 0 if each.adds else not known[each.memory].low <= each.value <= known[each.memory].high
+            for each in action.updates
+        ):
+            yield f"actions[{place}].updates", "what is set lies in its range, and nothing adds 0"
+        elif any(each.adds for each in action.updates):
+            yield from _leaving(policy, place, known)
+
+
+def _leaving(policy: AgentPolicy, action: int, known: dict[str, FeatureSpec]) -> Found:
+    """The leaves of an action whose additions may leave a range: their tests have to keep a counter below its end."""
+    places = {each.name: place for place, each in enumerate(policy.features)}
+    for leaf, box in boxes_of(policy.tree):
+        for each in policy.actions[action].updates if policy.tree.action[leaf] == action else ():
+            spec = known[each.memory]
+            least, most = values_in(box, places[each.memory], spec)
+            stays = spec.low <= least + each.value and most + each.value <= spec.high
+            if each.adds and least <= most and not stays:
+                yield f"tree[{leaf}]", f"{describe_update(each)} may leave its range: test it before"
+
+
+def ensure(profile: PolicyProfile, where: str = "profile", besides: Besides | None = None) -> PolicyProfile:
     """The profile itself when it keeps these rules, and those that `besides` yields the breaches of; otherwise
     ProfileError with all that is broken.
     """
-    broken = (*violations(profile), *besides(profile))
+    broken = [*violations(profile), *(besides(profile) if besides else ())]
     if broken:
         lines = [f"{where}: {escape_text(item.path)}: {escape_text(item.message)}" for item in broken[:MAX_VIOLATIONS]]
         more = [f"... and {len(broken) - MAX_VIOLATIONS} more"] if len(broken) > MAX_VIOLATIONS else []

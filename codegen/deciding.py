@@ -135,7 +135,7 @@ def kind_decided(policy: AgentPolicy) -> str:
 
 def describe_leaf(policy: AgentPolicy, leaf: int) -> str:
     """The action of a leaf, or the sums that it gives, in words."""
-    return ", ".join(describe_given(policy, leaf)) or describe_action(policy.actions[_chosen(policy, leaf)])
+    return ", ".join(describe_given(policy, leaf)) or describe_action(policy.actions[int(policy.tree.action[leaf])])
 
 
 def describe_action(action: ir.ActionSpec) -> str:
@@ -146,7 +146,8 @@ def describe_action(action: ir.ActionSpec) -> str:
 def describe_given(policy: AgentPolicy, leaf: int) -> Iterator[str]:
     """What a leaf gives for each output, in words; nothing of an agent that takes actions."""
     names = [feature.name for feature in policy.features]
-    for output, each in zip(policy.outputs, _vector(policy, leaf), strict=True):
+    for place, output in enumerate(policy.outputs):
+        each = policy.tree.vectors[int(policy.tree.action[leaf])][place]
         yield f"{output.name} = {describe_sum(each.terms, names, DIGITS)}"
 
 
@@ -160,15 +161,6 @@ def describe_decision(policy: AgentPolicy, observation: Any, sign: str = " = ", 
         f"{output.name}{sign}{value:.6g}{' ' + output.unit if units and output.unit not in NO_UNIT else ''}"
         for output, value in named
     )
-
-
-def _chosen(policy: AgentPolicy, leaf: int) -> int:
-    """The place of a leaf's action among the actions, or of its vector among the vectors."""
-    return int(policy.tree.action[leaf])
-
-
-def _vector(policy: AgentPolicy, leaf: int) -> tuple[ir.Sum, ...]:
-    return policy.tree.vectors[_chosen(policy, leaf)] if policy.outputs else ()
 
 
 def size(policy: AgentPolicy) -> int:

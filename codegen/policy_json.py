@@ -114,8 +114,10 @@ HOW = ("set", "add")
 
 
 def _document(profile: PolicyProfile) -> dict[str, Any]:
-    world = profile.world
-    provenance = profile.provenance
+    world, provenance, region = profile.world, profile.provenance, profile.region
+    variables = [
+        {"name": one.name, "unit": one.unit, "range": [float(one.low), float(one.high)]} for one in world.variables
+    ]
     version, semantics = _semantics(
         [policy.whole or policy.numbers for policy in profile.agents],
         summing=any(policy.tree.arithmetic for policy in profile.agents),
@@ -139,7 +141,7 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
             "contact_force": float(world.contact_force),
             "contact_margin": float(world.contact_margin),
             "options": dict(world.options),
-            **({"variables": [_variable(one) for one in world.variables]} if world.variables else {}),
+            **({"variables": variables} if variables else {}),
         },
         "agents": [_agent(policy) for policy in profile.agents],
         "provenance": {
@@ -151,7 +153,7 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
             "training": dict(provenance.training),
             "evaluation": dict(provenance.evaluation),
         },
-        **({} if profile.region is None else {"region": _region(profile.region)}),
+        **({} if region is None else {"region": _region(region)}),
     }
 
 
@@ -165,21 +167,14 @@ def _region(region: RegionSpec) -> dict[str, Any]:
 
 
 def _entity(entity: EntitySpec) -> dict[str, Any]:
-    speed = None if entity.max_speed is None else float(entity.max_speed)
-    moving = {"force": float(entity.force), "max_speed": speed}
-    start = None if entity.start is None else [float(bound) for bound in entity.start]
     return {
         "name": entity.name,
         "size": float(entity.size),
-        **moving,
+        "force": float(entity.force),
+        "max_speed": None if entity.max_speed is None else float(entity.max_speed),
         "collides": entity.collides,
-        "start_box": start,
+        "start_box": None if entity.start is None else [float(bound) for bound in entity.start],
     }
-
-
-def _variable(variable: VariableSpec) -> dict[str, Any]:
-    bounds = [float(variable.low), float(variable.high)]
-    return {"name": variable.name, "unit": variable.unit, "range": bounds}
 
 
 def _agent(policy: AgentPolicy) -> dict[str, Any]:
@@ -206,28 +201,21 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
         }
         for action in policy.actions
     ]
-    grown = policy.grown
+    tree, grown = policy.tree, policy.grown
+    outputs = [{"name": each.name, "unit": each.unit, "low": each.low, "high": each.high} for each in policy.outputs]
     return {
         "agent": policy.agent,
         "team": policy.team,
         **({} if (numbers := policy.whole or policy.numbers) == FLOAT32 else {"numbers": numbers}),
         "features": features,
         "actions": actions,
-        **_summing(policy),
+        **({"arithmetic": tree.arithmetic} if tree.arithmetic else {}),
+        **({"gives": tree.gives, "outputs": outputs} if outputs else {}),
         "tree": nodes_of(policy),
         "grown": None
         if grown is None
         else {name: getattr(grown, name).tolist() for name in GrownJson.__struct_fields__},
     }
-
-
-def _summing(policy: AgentPolicy) -> dict[str, Any]:
-    """Returns the entries that only an agent with sums or outputs has; nothing for the others."""
-    tree = policy.tree
-    if not tree.arithmetic:
-        return {}
-    outputs = [{"name": each.name, "unit": each.unit, "low": each.low, "high": each.high} for each in policy.outputs]
-    return {"arithmetic": tree.arithmetic, **({"gives": tree.gives, "outputs": outputs} if outputs else {})}
 
 
 # --- decoding

@@ -43,7 +43,10 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
         message, _, path = str(error).partition(" - at `")
         raise make_fault(f"{where}: {escape_text(path.rstrip('`') or '$')}: {escape_text(message)}") from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise ProfileError("not readable as JSON", f"{where}: {_locate_break(text, error)}", RESTORE) from None
+        data = text.encode() if isinstance(text, str) else text
+        offset = re.search(r"\(byte (\d+)\)", str(error))
+        path = place(data[: int(offset[1]) if offset else None].decode(errors="replace"))
+        raise ProfileError("not readable as JSON", f"{where}: {escape_text(f'{path}: {error}')}", RESTORE) from None
     profile = decode(raw, where, find_besides)
     expected = content_hash(profile)
     if raw.content_hash is not None and raw.content_hash != expected:
@@ -68,14 +71,6 @@ def _ensure_whole(text: str | bytes, where: str) -> None:
 def schema() -> dict[str, Any]:
     """The JSON schema (draft 2020-12) of a profile."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **msgspec.json.schema(ProfileJson)}
-
-
-def _locate_break(text: str | bytes, error: Exception) -> str:
-    """The path at which a JSON text breaks, and the decoder's words."""
-    data = text.encode() if isinstance(text, str) else text
-    offset = re.search(r"\(byte (\d+)\)", str(error))
-    readable = data[: int(offset[1])] if offset else data
-    return escape_text(f"{place(readable.decode(errors='replace'))}: {error}")
 
 
 NUMBER = re.compile(r"-?\d{1,30}(\.\d{1,60})?|-?\d{1,99}/[1-9]\d{0,99}")  # as the verifier writes bounds

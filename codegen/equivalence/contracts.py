@@ -8,7 +8,7 @@ Assumes: a checked profile, and a model of it, from which only names and the sty
 Does not: run anything (maviper/compilation/proofs.py), or look at the lowered trees.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import floor
 
@@ -304,16 +304,12 @@ def _smt_whole(number: int) -> str:
     return f"#x{number % (1 << 32):08x}"
 
 
-def _thresholds(trees: Sequence[ir.Tree]) -> list[np.float32]:
-    """Every threshold once, in the order of the trees; the two zeros are two."""
-    numbers = (number for tree in trees for number in tree.threshold[tree.feature != ir.NO_FEATURE])
-    return list({number.tobytes(): number for number in numbers}.values())
-
-
 def _bits_axioms(profile: ir.PolicyProfile, bits: str) -> list[Axiom]:
     """For each threshold, which bits the numbers have that are at most it."""
     axioms: list[Axiom] = []
-    for threshold in _thresholds([policy.tree for policy in profile.agents if not policy.tree.arithmetic]):
+    trees = [policy.tree for policy in profile.agents if not policy.tree.arithmetic]
+    thresholds = (each for tree in trees for each in tree.threshold[tree.feature != ir.NO_FEATURE])
+    for threshold in {each.tobytes(): each for each in thresholds}.values():  # each once; the two zeros are two
         number = int(threshold.view(np.uint32))
         digits = f"{number:08x}"
         compared = f"(uint32_t){bits}_of(x) >= 0x{digits}" if number >= SIGN else f"{bits}_of(x) <= 0x{digits}"

@@ -21,14 +21,12 @@ from pycparser import c_ast, c_generator
 from pycparser.c_parser import ParseError
 
 from codegen.equivalence.structure import enumerators, functions_in, odd_lines, resolve_function, syntax
-from codegen.numbers import neighbour
+from codegen.numbers import BEYOND, nearest_single
 
 MAX_STEPS = 1_000_000  # statements run for one function, on all its paths together
 SHAPES = {"const float *x": "float", "const int *x": "int32_t"}  # of what a function is given: numbers, or their bits
 HEXADECIMAL = re.compile(r"0x([0-9a-f]+)\.?([0-9a-f]*)p([+-]?\d{1,4})")
 BITS_BODY = "{ union { float f; int32_t i; } u; u.f = x; return u.i; }"
-LARGEST = float(np.finfo(np.float32).max)
-TOO_LARGE = Fraction(LARGEST) + Fraction(2) ** 103  # what rounds to infinity, ties included
 FLOAT, SIGNED, UNSIGNED = "float", "int32_t", "uint32_t"
 _COMPARE = {
     FLOAT: {"<=": "fp.leq", "<": "fp.lt", ">": "fp.gt", ">=": "fp.geq", "==": "fp.eq"},
@@ -312,32 +310,20 @@ def _constant(item: Any) -> Any:
         return number
     if item.type != "float" or not text.endswith("f"):
         raise Unreadable(f"the constant {item.value}, which is no float")
-    if text.startswith("0x"):
-        exact = _hexadecimal(text[:-1])
-        if Fraction(float(_nearest(exact))) != exact:
-            raise Unreadable(f"the constant {item.value}, which is no float32")
+    hexadecimal = HEXADECIMAL.fullmatch(text[:-1])
+    if hexadecimal:
+        whole, part, power = hexadecimal.groups()
+        exact = int(whole + part, 16) * Fraction(2) ** (int(power) - 4 * len(part))
+    elif text.startswith("0x"):
+        raise Unreadable(f"the constant {text[:-1]}")
     else:
         exact = Fraction(text[:-1])
-    return Term(FLOAT, f"((_ to_fp 8 24) #x{int(_nearest(exact).view(np.uint32)):08x})")
-
-
-def _hexadecimal(text: str) -> Fraction:
-    """A hexadecimal constant, exactly."""
-    match = HEXADECIMAL.fullmatch(text)
-    if match is None:
-        raise Unreadable(f"the constant {text}")
-    whole, part, power = match.groups()
-    return int(whole + part, 16) * Fraction(2) ** (int(power) - 4 * len(part))
-
-
-def _nearest(exact: Fraction) -> np.float32:
-    """The float32 that a compiler makes of a constant, which is not negative: the nearest one, ties to even."""
-    if exact >= TOO_LARGE:
+    if exact >= BEYOND:
         raise Unreadable("a constant beyond the floats")
-    near = np.float32(min(float(exact), LARGEST))  # rounded twice, so that the answer may be the one beside it
-    beside = [near, *(neighbour(near, side) for side in (0.0, np.inf))]
-    finite = [each for each in beside if np.isfinite(each)]
-    return min(finite, key=lambda each: (abs(Fraction(float(each)) - exact), int(each.view(np.uint32)) & 1))
+    near = nearest_single(exact)  # as compilers make one
+    if hexadecimal and Fraction(float(near)) != exact:
+        raise Unreadable(f"the constant {item.value}, which is no float32")
+    return Term(FLOAT, f"((_ to_fp 8 24) #x{int(near.view(np.uint32)):08x})")
 
 
 def _bits(kind: str, number: int) -> Term:

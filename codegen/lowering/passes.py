@@ -158,11 +158,10 @@ def _nest_tree(tree: Tree, parts: Mapping[int, Tree] = MappingProxyType({})) -> 
 
 
 def _arrays(root: _Node, numbers: str) -> Tree:
-    return in_preorder(root, lambda node: node if isinstance(node, int) else _parts(node), numbers)
+    def parts(node: _Node) -> int | tuple[int, float, _Node, _Node]:
+        return node if isinstance(node, int) else (node.feature, node.threshold, node.left, node.right)
 
-
-def _parts(node: _Split) -> tuple[int, float, _Node, _Node]:
-    return node.feature, node.threshold, node.left, node.right
+    return in_preorder(root, parts, numbers)
 
 
 def _tests(node: _Node) -> Iterator[tuple[int, float]]:

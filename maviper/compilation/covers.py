@@ -34,7 +34,7 @@ from verify.checker.covers.invariants import names_of
 from verify.checker.covers.rounding import ceiling, floor
 from verify.checker.flows.steps import SetList
 from verify.checker.systems.proofs import Cover as CoverProof
-from verify.checker.systems.proofs import FlowSets, Invariant, InvariantPart, SystemCertificate, Walks
+from verify.checker.systems.proofs import FlowSets, Invariant, SystemCertificate, Walks
 from verify.reports.systems import period
 from verify.systems.claims import SystemClaim
 from verify.systems.expressions import Number
@@ -253,28 +253,23 @@ def _list_steps(
     claim, proof = certificate.claim, certificate.proof
     match proof:
         case Walks():
-            return [[_within(list_columns(statement, _list_regions(certificate)), claim.regions or ((),), ranges)]]
+            columns = list_columns(statement, _list_regions(certificate))
+            return [[_within(columns, claim.regions or ((),), ranges)]]
         case CoverProof() | FlowSets():
             return [[_together(lists[step])] for step in range(claim.steps + 1)]
         case Invariant():
-            return [_list_parts(certificate, proof, statement, ranges, lists)]
-
-
-def _list_parts(
-    certificate: SystemCertificate, proof: Invariant, statement: Statement, ranges: Sequence[Variable], lists: Lists
-) -> list[Boxes]:
-    claim, columns = certificate.claim, list_columns(statement, _list_regions(certificate))
-    anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
-
-    def list_boxes(at: int, part: InvariantPart) -> Boxes:
-        if not part.regions:
-            return _meeting(columns, claim, _together(lists[at]), set(part.widths))
-        return _within(columns, [_without_roundings(statement, each.region) for each in part.regions], anywhere)
-
-    parts = [list_boxes(at, part) for at, part in enumerate(proof.parts)]
-    if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
-        parts.append(_within(columns, claim.assuming, anywhere))
-    return parts
+            columns = list_columns(statement, _list_regions(certificate))
+            anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
+            found: list[Boxes] = []
+            for at, part in enumerate(proof.parts):
+                if part.regions:
+                    regions = [_without_roundings(statement, each.region) for each in part.regions]
+                    found.append(_within(columns, regions, anywhere))
+                else:
+                    found.append(_meeting(columns, claim, _together(lists[at]), set(part.widths)))
+            if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
+                found.append(_within(columns, claim.assuming, anywhere))
+            return [found]
 
 
 def split_modes(statement: Statement, boxes: Boxes, where: str) -> Boxes:
