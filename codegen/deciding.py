@@ -123,6 +123,11 @@ def list_decided(policy: AgentPolicy) -> list[str]:
     return [each.name for each in policy.outputs or policy.actions if not getattr(each, "acts", "")]
 
 
+def list_bounds(policy: AgentPolicy) -> list[tuple[str, float | None, float | None]]:
+    """The name, low and high of each number that an agent gives, None without a bound; nothing where it acts."""
+    return [(each.name, each.low, each.high) for each in policy.outputs]
+
+
 def shape_decided(policy: AgentPolicy) -> tuple[int, ...]:
     """The shape of one decision: () for an action, (n_outputs,) for numbers."""
     return (len(policy.outputs),) if policy.outputs else ()

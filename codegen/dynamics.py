@@ -121,7 +121,10 @@ class Motion:
         faster += push
         for agent, entity in enumerate(self._world.agents):
             if entity.max_speed is not None:
-                _limit(faster[agent], entity.max_speed)
+                x, y = faster[agent]
+                speed = np.sqrt(x * x + y * y)
+                fast = np.flatnonzero(speed > entity.max_speed)
+                faster[agent][:, fast] = faster[agent][:, fast] / speed[fast] * entity.max_speed
         moved = position.copy()
         moved[: len(velocity)] += (faster if self._velocity_first else velocity) * self._world.dt
         return moved, faster
@@ -153,13 +156,6 @@ class Motion:
         for axis in (0, 1):
             np.subtract.at(push[:, axis], (self._second[pair[movable]], row[movable]), force[axis, movable])
             np.add.at(push[:, axis], (self._first[pair], row), force[axis])
-
-
-def _limit(velocity: Float64, max_speed: float) -> None:
-    """Cuts the speed of one agent, `velocity` [2, batch], in place."""
-    speed = np.sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1])
-    fast = np.flatnonzero(speed > max_speed)
-    velocity[:, fast] = velocity[:, fast] / speed[fast] * max_speed
 
 
 def motionless(

@@ -56,12 +56,8 @@ def nearest_single(exact: Fraction) -> np.float32:
         return np.float32(math.inf if exact > 0 else -math.inf)
     close = np.float32(float(max(-MAX_FLOAT32, min(MAX_FLOAT32, exact))))
     beside = [neighbour(close, -math.inf), close, neighbour(close, math.inf)]
-    return min((each for each in beside if np.isfinite(each)), key=lambda each: _distance(each, exact))
-
-
-def _distance(number: np.float32, exact: Fraction) -> tuple[Fraction, int]:
-    odd = int(np.float32(number).view(np.uint32)) & 1
-    return abs(Fraction(float(number)) - exact), odd
+    finite = [np.float32(each) for each in beside if np.isfinite(each)]
+    return min(finite, key=lambda each: (abs(Fraction(float(each)) - exact), int(each.view(np.uint32)) & 1))
 
 
 def nearest_number(exact: Fraction, numbers: str) -> float:

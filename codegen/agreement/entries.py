@@ -19,7 +19,7 @@ from codegen import ir
 from codegen.agreement import probes
 from codegen.boxes import is_inside
 from codegen.check import identifier
-from codegen.deciding import decide
+from codegen.deciding import decide, list_bounds
 from codegen.ir import Bool, Float64, Floats, Int32, Int64
 from codegen.memory import initial_memory, step_memory
 from codegen.numbers import at_most
@@ -140,8 +140,8 @@ def constants_of(profile: ir.PolicyProfile) -> list[float | str]:
         expected += [float(end) for both in ends for end in both]
         expected += [str(feature.meaning) if feature.meaning else "" for feature in policy.features]
         expected += [f"{identifier(action.name).upper()}={place}" for place, action in enumerate(policy.actions)]
-        for output in policy.outputs:
-            expected += [output.name, *(np.nan if bound is None else bound for bound in (output.low, output.high))]
+        for name, *bounds in list_bounds(policy):
+            expected += [name, *(np.nan if bound is None else bound for bound in bounds)]
     return expected
 
 

@@ -114,15 +114,10 @@ class Cover:
 
     def bounds(self, variable: int) -> tuple[float, float]:
         """Between which numbers a variable is in every state of which something is proved."""
-        found = [_between(parts, variable) for parts in self.steps]
-        return min(low for low, _ in found), max(high for _, high in found)
-
-
-def _between(parts: Sequence[Boxes], variable: int) -> tuple[float, float]:
-    """Between which numbers a variable is in all parts; without a state, anywhere."""
-    low = max(float(part.low[:, variable].min(initial=np.inf)) for part in parts)
-    high = min(float(part.high[:, variable].max(initial=-np.inf)) for part in parts)
-    return low, high
+        # of a step, in all parts; without a state, anywhere
+        low = [max(float(part.low[:, variable].min(initial=np.inf)) for part in parts) for parts in self.steps]
+        high = [min(float(part.high[:, variable].max(initial=-np.inf)) for part in parts) for parts in self.steps]
+        return min(low), max(high)
 
 
 class Grid(NamedTuple):

@@ -21,6 +21,7 @@ from typing import Any
 
 from codegen import ir
 from codegen.check import identifier
+from codegen.deciding import list_bounds
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.floats import FLOAT32
 from codegen.importers.names import NUMBERED, Renaming, format_first, legal, renaming
@@ -139,11 +140,11 @@ def _giving(
     _ensure_count(len(origin.vectors[0]), names, agent, "output")
     profile = profile_of({agent: origin}, Names(features.names, outputs=names), FLOAT32)
     (policy,) = profile.agents
-    for own, spec in zip(policy.outputs, outputs, strict=True):
-        low = own.low is None or (spec.low is not None and own.low <= spec.low)
-        high = own.high is None or (spec.high is not None and own.high >= spec.high)
-        if not (low and high):  # the source cuts away what the world does not
-            what = f"the source cuts {spec.name} to [{own.low}, {own.high}], and the world to [{spec.low}, {spec.high}]"
+    for (_, low, high), spec in zip(list_bounds(policy), outputs, strict=True):
+        below = low is None or (spec.low is not None and low <= spec.low)
+        above = high is None or (spec.high is not None and high >= spec.high)
+        if not (below and above):  # the source cuts away what the world does not
+            what = f"the source cuts {spec.name} to [{low}, {high}], and the world to [{spec.low}, {spec.high}]"
             raise InputError(what, agent, "leave the cut out, or test the sum: if u > 1: return 1.0")
     kept = zip(world.features[place], policy.features, strict=True)
     seen = tuple(replace(spec, name=own.name) for spec, own in kept)

@@ -126,39 +126,31 @@ def test_each_broken_rule_of_the_world_is_named_with_its_path(change, path, prof
     assert [item.path for item in found] == [path], found
 
 
+MEANINGS = [
+    ir.Meaning((), "sign"),  # always 0 has one spelling
+    ir.Meaning((), "positive"),
+    ir.Meaning((), "zero"),
+    ir.Meaning(((1, "agent_0.x"),), "cosine"),
+    ir.Meaning(((0.3, "agent_0.x"),)),  # its product would be rounded
+    ir.Meaning(((0.5, "agent_0.x"),), "sign"),
+]
+RANGES = [(np.nan, 1.0), (0.0, np.nan), (1.0, -1.0), (-np.inf, 0.0), (0.0, 1e10)]
+
+
 @pytest.mark.parametrize(
-    "meaning",
+    ("group", "change", "path"),
     [
-        ir.Meaning((), "sign"),  # always 0 has one spelling
-        ir.Meaning((), "positive"),
-        ir.Meaning((), "zero"),
-        ir.Meaning(((1, "agent_0.x"),), "cosine"),
-        ir.Meaning(((0.3, "agent_0.x"),)),  # its product would be rounded
-        ir.Meaning(((0.5, "agent_0.x"),), "sign"),
+        *(("features", {"meaning": meaning}, "features[0].meaning") for meaning in MEANINGS),
+        *(("features", {"low": low, "high": high}, "features[0]") for low, high in RANGES),
+        *(("actions", {"effect": (0.0, part)}, "actions[0].effect") for part in (np.nan, -np.inf, 1e10)),
     ],
 )
-def test_a_meaning_says_one_thing(meaning, profile):
-    policy = profile.agents[1]
-    features = (replace(policy.features[0], meaning=meaning), *policy.features[1:])
-    agents = (profile.agents[0], replace(policy, features=features), *profile.agents[2:])
-    found = check(replace(profile, agents=agents))
-    assert [item.path for item in found] == ["$.agents[1].features[0].meaning"], found
-
-
-@pytest.mark.parametrize("part", [np.nan, -np.inf, 1e10])
-def test_a_push_has_a_size(part, profile):
-    first, *rest = profile.agents
-    actions = (replace(first.actions[0], effect=(0.0, part)), *first.actions[1:])
-    found = check(replace(profile, agents=(replace(first, actions=actions), *rest)))
-    assert [item.path for item in found] == ["$.agents[0].actions[0].effect"], found
-
-
-@pytest.mark.parametrize("bounds", [(np.nan, 1.0), (0.0, np.nan), (1.0, -1.0), (-np.inf, 0.0), (0.0, 1e10)])
-def test_a_range_is_one(bounds, profile):
-    first, *rest = profile.agents
-    features = (replace(first.features[0], low=bounds[0], high=bounds[1]), *first.features[1:])
-    found = check(replace(profile, agents=(replace(first, features=features), *rest)))
-    assert [item.path for item in found] == ["$.agents[0].features[0]"], found
+def test_each_broken_rule_of_a_feature_or_an_action_is_named_with_its_path(group, change, path, profile):
+    first, policy, *rest = profile.agents
+    one, *others = getattr(policy, group)
+    changed = replace(policy, **{group: (replace(one, **change), *others)})
+    found = check(replace(profile, agents=(first, changed, *rest)))
+    assert [item.path for item in found] == [f"$.agents[1].{path}"], found
 
 
 def test_a_region_has_doubles_within_its_bounds(profile):

@@ -11,12 +11,9 @@ import numpy as np
 import pytest
 
 from codegen.agreement import readback, selfcheck
-from codegen.errors import InputError
-from codegen.lowering.lower import lower
 from codegen.targets import emit
 from codegen.world import RegionSpec
 from maviper.worlds import find
-from tests.support.chains import renamed
 from tests.support.games import NAMES, random_profile
 
 pytestmark = pytest.mark.usefixtures("few_completions", "unoptimised")
@@ -139,12 +136,6 @@ def test_the_header_says_what_it_reads():
     lines = {found[1]: found[0] for found in re.finditer(r"^    \w+_W_(\w+) = .*$", header, re.MULTILINE)}
     assert lines["GOAL_X"].endswith("/* read by agent_0, agent_1 */")
     assert lines["ADVERSARY_0_VX"].endswith("/* not read */")
-
-
-@pytest.mark.parametrize("second", ["world_a", "a_batch"])
-def test_names_of_modules_that_would_meet_are_refused(second, profile):
-    with pytest.raises(InputError, match="same name"):
-        lower(renamed(profile, "a", second))
 
 
 @pytest.mark.slow

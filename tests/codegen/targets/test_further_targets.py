@@ -64,10 +64,12 @@ def test_a_missing_tool_is_said(profile, monkeypatch):
     assert report.skipped == ("mjs: node is not installed", "rs: rustc is not installed") and not report.agreements
 
 
-@pytest.mark.parametrize("second", ["a_rows", "a_batch", "team", "all"])
-def test_agents_whose_functions_would_meet_are_refused(profile, second):
+@pytest.mark.parametrize(
+    ("first", "second"), [("a", "a_rows"), ("a", "a_batch"), ("a", "world_a"), ("b", "team"), ("b", "all")]
+)
+def test_agents_whose_functions_would_meet_are_refused(profile, first, second):
     with pytest.raises(InputError, match="same name"):
-        lower(renamed(profile, "a" if second.startswith("a_") else "b", second))
+        lower(renamed(profile, first, second))
 
 
 DEFINED = {

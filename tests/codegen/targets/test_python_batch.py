@@ -1,6 +1,7 @@
 """The batch function of the Python module: any number of rows, in any layout, decide as the tree does."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -42,26 +43,22 @@ def profile_of(tree, n_features, n_actions=5):
     return ensure(ir.PolicyProfile(world, (policy,), ir.Provenance("test", "none", 0, "", "test")))
 
 
-@pytest.mark.parametrize("n_features", [TILED - 1, TILED, 18])
-@pytest.mark.parametrize("rows", [0, 1, TILE - 1, TILE, TILE + 1, BLOCK, BLOCK + 3 * TILE + 5])
-def test_any_number_of_rows(n_features, rows):
+WALKING = 7  # levels
+COPIED = [0, 1, TILE - 1, TILE, TILE + 1, BLOCK, BLOCK + 3 * TILE + 5]
+
+
+@pytest.mark.parametrize(
+    ("n_features", "levels", "rows"),
+    [
+        *product([TILED - 1, TILED, 18], [5], COPIED),
+        *product([18], [WALKING], [0, 1, 8_192, 8_193, 20_000]),
+    ],
+)
+def test_any_number_of_rows(n_features, levels, rows):
     rng = np.random.default_rng(rows)
-    policy, tiled, batch = batch_of(full_tree(n_features, 5, 5, rng), n_features)
-    assert tiled == (n_features >= TILED)
+    policy, tiled, batch = batch_of(full_tree(n_features, 5, levels, rng), n_features)
+    assert tiled == (n_features >= TILED and levels != WALKING)
     x = rng.uniform(-1, 1, (rows, n_features)).astype(np.float32)
-    x[rng.random(x.shape) < 0.05] = np.nan
-    x[: rows // 2 : 7] = rng.choice(probes.SPECIAL["float32"], (len(x[: rows // 2 : 7]), n_features))
-    found = batch(x)
-    assert found.dtype == np.int64
-    np.testing.assert_array_equal(found, ir.act(policy, x))
-
-
-@pytest.mark.parametrize("rows", [0, 1, 8_192, 8_193, 20_000])
-def test_any_number_of_rows_walks(rows):
-    rng = np.random.default_rng(rows)
-    policy, tiled, batch = batch_of(full_tree(18, 5, 7, rng), 18)
-    assert not tiled
-    x = rng.uniform(-1, 1, (rows, 18)).astype(np.float32)
     x = np.where(rng.random(x.shape) < 0.3, rng.choice(probes.SPECIAL["float32"], x.shape), x)
     found = batch(x)
     assert found.dtype == np.int64

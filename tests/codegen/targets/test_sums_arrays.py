@@ -9,7 +9,6 @@ import pytest
 from codegen import ir
 from codegen.agreement import probes, readback, selfcheck
 from codegen.agreement.compiled import Build
-from codegen.errors import InputError
 from codegen.lowering.lower import lower
 from codegen.sums import FLOAT64_SUMS
 from codegen.targets import emit
@@ -103,13 +102,6 @@ def test_without_float64_jax_says_so():
     (text,) = files("jax").values()
     with pytest.raises(RuntimeError, match="sums of agent_0 are added as float64, which JAX has not yet"):
         readback.load_python(text)["act_agent_0"](np.zeros(5, np.float32))
-
-
-@pytest.mark.parametrize("library", LIBRARIES)
-def test_float64_agents_are_refused_by_name(library):
-    profile = summed.every(1)["outputs, float64"]
-    with pytest.raises(InputError, match=f"the target {library} has no float64 agents, and agent_0 compares float64"):
-        emit(profile, [library])
 
 
 @pytest.mark.slow

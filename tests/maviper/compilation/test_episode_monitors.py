@@ -24,6 +24,7 @@ from maviper.worlds.matching import matching_world
 from tests.benchmarks import monitor as benchmark
 from tests.maviper.page.browsers import in_node
 from tests.support import monitors
+from tests.support.certificates import rehashed
 from tests.support.generated import FOLDER
 from tests.support.monitored import acting
 from tests.support.monitors import (
@@ -41,7 +42,6 @@ from tests.support.monitors import (
 from tests.support.pages import STATE
 from tests.support.pushed import move_game
 from verify.certificates.games import to_json
-from verify.checker.certificate import body_hash
 
 VERDICTS = FOLDER.parent / "verdicts"
 NAME = "certificate-7-reaches.json.xz"
@@ -260,9 +260,8 @@ def test_every_speed_is_an_input(lasting):
 def test_a_certificate_with_other_edges_is_refused(lasting, tmp_path):
     profile, path = lasting
     body = json.loads(path.read_text())
-    body.pop("content_hash")
     body["edges"] = {name: [low, "2"] for name, (low, _) in body["edges"].items()}
-    (tmp_path / "edited.json").write_text(json.dumps(body | {"content_hash": body_hash(body)}))
+    (tmp_path / "edited.json").write_text(rehashed(body))
     with pytest.raises(RefusedError, match="refused"):
         load_proof(tmp_path / "edited.json", profile)
     with pytest.raises(InputError, match="no room for noise"):
