@@ -250,7 +250,10 @@ def list_shuffled(profile: PolicyProfile, team: str) -> list[PolicyProfile]:
     """The controls: the same trees, with the actions of leaves in every other order of small teams, else in SAMPLED
     random ones.
     """
-    leaves = [_actions_of_leaves(policy) if team in ("", policy.team) else [] for policy in profile.agents]
+    leaves: list[list[int]] = [
+        policy.tree.action[ir.leaves(policy.tree)].tolist() if team in ("", policy.team) else []
+        for policy in profile.agents
+    ]
     if prod(map(_count_orders, leaves)) > SMALL:
         shuffled = (shuffle_leaves(profile, team, seed) for seed in range(10 * SAMPLED))
         found: dict[tuple[bytes, ...], PolicyProfile] = {}
@@ -258,10 +261,6 @@ def list_shuffled(profile: PolicyProfile, team: str) -> list[PolicyProfile]:
             found[tuple(each.tree.action.tobytes() for each in one.agents)] = one
         return list(found.values())
     return [_with_leaves(profile, orders) for orders in product(*map(_list_orders, leaves)) if list(orders) != leaves]
-
-
-def _actions_of_leaves(policy: AgentPolicy) -> list[int]:
-    return [int(action) for action in policy.tree.action[ir.leaves(policy.tree)]]
 
 
 def _count_orders(actions: Sequence[int]) -> int:

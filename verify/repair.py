@@ -13,7 +13,7 @@ Intervals are the exact ones of the deployed arithmetic, taken closed, so that s
 its agent engaged with the agent's landmark, so no leaf below it is met again and the search ends.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
@@ -129,7 +129,8 @@ class _Grid:
         self._ends: list[list[Fraction]] = []
         for feature, (low, high) in zip(self._features, reach, strict=True):
             below, above = box.low.get(feature), box.high.get(feature)
-            lines = [line for line in _lines(question.claim) if _between(below, line, above)]
+            least, most = (-np.inf if below is None else below), (np.inf if above is None else above)
+            lines = [line for line in _lines(question.claim) if least < line < most]
             first = low if below is None else max(low, self._end(feature, below))
             last = high if above is None else min(high, self._end(feature, above))
             self._lines.append(lines)
@@ -253,10 +254,6 @@ def _lines(claim: DecisionClaim) -> list[float]:
     above = max(above, SMALLEST) if above else above
     below = -max(float(np.nextafter(np.float32(above), np.float32(np.inf))), SMALLEST)
     return sorted({-near, below, above, near} if near > -below else {below, above})
-
-
-def _between(below: float | None, line: float, above: float | None) -> bool:
-    return (below is None or below < line) and (above is None or line < above)
 
 
 def _reach(region: Region, agent: str, landmark: str, axis: str) -> Interval:
@@ -416,8 +413,14 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
             return Repair(profile, roles, tuple(guards.values()), rounds, False, reason)
         rounds += 1
         tell(len(guards), leaves, "guards set, at most one per leaf")
-        for policy in _astray(team, profile, roles, outcome.state, outcome.goal):
-            leaf = _leaf(policy, team.semantics, _at(outcome.state, outcome.goal))
+        at, goal = dict(outcome.state), outcome.goal
+        at |= {f"{ir.GOAL}.{axis}": at[f"{goal}.{axis}"] for axis in "xy"} if goal is not None else {}
+        for policy in team.policies:  # as they were before the repair
+            now = profile.policy(policy.agent)
+            action = int(now.tree.action[_leaf(now, team.semantics, at)])
+            if holds(for_goal(engages(now, roles[now.agent], team.claim), goal), at, {now.agent: action}):
+                continue
+            leaf = _leaf(policy, team.semantics, at)
             above = {(policy.agent, node) for node in upwards(policy.tree, leaf)}
             assert not above & guards.keys(), f"the guard above leaf {leaf} of {policy.agent} does not hold"
             one = team.guard(policy, leaf, roles[policy.agent])
@@ -433,24 +436,6 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
         if again.verdict is Verdict.PROVED:
             guards = fewer
     return Repair(team.insert_guards(guards), roles, tuple(guards[key] for key in sorted(guards)), rounds, True)
-
-
-def _astray(
-    team: _Team, profile: PolicyProfile, roles: Mapping[str, str], state: Mapping[str, Fraction], goal: str | None
-) -> Sequence[AgentPolicy]:
-    """The agents, with their trees before the repair, that are not engaged with their landmarks at a point."""
-    at, astray = _at(state, goal), list[AgentPolicy]()
-    for before in team.policies:
-        now = profile.policy(before.agent)
-        action = int(now.tree.action[_leaf(now, team.semantics, at)])
-        if not holds(for_goal(engages(now, roles[now.agent], team.claim), goal), at, {now.agent: action}):
-            astray.append(before)
-    return astray
-
-
-def _at(state: Mapping[str, Fraction], goal: str | None) -> dict[str, Fraction]:
-    """The point with the coordinates of the goal."""
-    return {**state, **({f"{ir.GOAL}.{axis}": state[f"{goal}.{axis}"] for axis in "xy"} if goal is not None else {})}
 
 
 def _leaf(policy: AgentPolicy, semantics: str, at: Mapping[str, Fraction]) -> int:

@@ -141,7 +141,18 @@ class VerifyOptions:
 
     def ensure_usable(self) -> "VerifyOptions":
         """The options themselves; InputError for a limit that is out of its range, or that nothing reads."""
-        self._check_world()
+        for name, option in self.unusual.items():  # options that are about games alone, or about stated systems alone
+            if self.world is None and name in OF_SYSTEMS and OF_SYSTEMS[name].needs == "world":
+                raise make_world_error(option)
+            if self.world is not None and name not in (*OF_SYSTEMS, "world", "file", "claims", "verdict_only"):
+                advice = "leave it out; the file states claims and regions"
+                raise InputError(f"{option} has no effect with --system", option, advice)
+        if self.verdict_only and self.run_reference:
+            what = "--run-reference has no effect with --verdict-only"
+            raise InputError(what, "--run-reference", "leave one of them out")
+        if self.max_boxes is not None and self.max_boxes < 1:
+            what = f"--set max_boxes must be at least 1, given {self.max_boxes}"
+            raise InputError(what, "--set max_boxes", "leave it out for the usual")
         if self.jobs != DASK and int(self.jobs) < 1:
             raise InputError(f"--jobs must be at least 1, given {self.jobs}", "--jobs", "leave it out for one")
         if not 0 < self.units < 2**32:
@@ -155,21 +166,6 @@ class VerifyOptions:
         if self.verdict_only and self.where:
             raise InputError("--where has no effect with --verdict-only", "--where", "leave one of them out")
         return self
-
-    def _check_world(self) -> None:
-        """InputError for options that are about games alone, or about stated systems alone."""
-        for name, option in self.unusual.items():
-            if self.world is None and name in OF_SYSTEMS and OF_SYSTEMS[name].needs == "world":
-                raise make_world_error(option)
-            if self.world is not None and name not in (*OF_SYSTEMS, "world", "file", "claims", "verdict_only"):
-                advice = "leave it out; the file states claims and regions"
-                raise InputError(f"{option} has no effect with --system", option, advice)
-        if self.verdict_only and self.run_reference:
-            what = "--run-reference has no effect with --verdict-only"
-            raise InputError(what, "--run-reference", "leave one of them out")
-        if self.max_boxes is not None and self.max_boxes < 1:
-            what = f"--set max_boxes must be at least 1, given {self.max_boxes}"
-            raise InputError(what, "--set max_boxes", "leave it out for the usual")
 
     @property
     def unusual(self) -> dict[str, str]:
@@ -276,7 +272,25 @@ def questions(
     for claim, place, zones, by_file in posed:
         question = _question(about, viewed, claim, place, options, zones)
         asked_for.append(Asked(question, _line(words, question) if by_file else command(profile_name, question)))
-    _check_limits([one.claim for one in asked_for], options)
+    # options that a claim cannot follow, or that none of them reads
+    claims = [one.claim for one in asked_for]
+    fixed = [claim for claim in claims if options.semantics not in claim.arithmetics]
+    if fixed:
+        what = f"{fixed[0].name} is decided for the deployed arithmetic only"
+        raise InputError(what, "--set semantics", "leave it out, or ask only about the other claims")
+    read = {limit for claim in claims for limit in claim.limits}
+    if "solver_units" not in read:
+        if options.solver_units is not None:
+            what = "none of these claims is decided by the solver"
+            raise InputError(what, "--set solver_units", "leave it out")
+        if options.smt is not None:
+            what = "none of these claims gives a query to the solver"
+            raise InputError(what, "--smt", f"{', '.join(EPISODE_CLAIMS)} are decided by zones")
+    if "max_zones" not in read and options.max_zones is not None:
+        raise InputError("none of these claims is decided by zones", "--set max_zones", "leave it out")
+    if "max_cells" not in read and options.where:
+        what = f"--where is about single decisions; {', '.join(EPISODE_CLAIMS)} are about episodes"
+        raise InputError(what, "--where", "leave it out: the report has the share of sampled starts that fail")
     return asked_for
 
 
@@ -347,27 +361,6 @@ def number(value: Fraction | float | str | None, parameter: str) -> Fraction | N
     if value is None or isinstance(value, Fraction):
         return value
     return exact(value if isinstance(value, str) else repr(value), parameter)
-
-
-def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
-    """InputError for options that a claim cannot follow, or that none of them reads."""
-    fixed = [claim for claim in claims if options.semantics not in claim.arithmetics]
-    if fixed:
-        what = f"{fixed[0].name} is decided for the deployed arithmetic only"
-        raise InputError(what, "--set semantics", "leave it out, or ask only about the other claims")
-    read = {limit for claim in claims for limit in claim.limits}
-    if "solver_units" not in read:
-        if options.solver_units is not None:
-            what = "none of these claims is decided by the solver"
-            raise InputError(what, "--set solver_units", "leave it out")
-        if options.smt is not None:
-            what = "none of these claims gives a query to the solver"
-            raise InputError(what, "--smt", f"{', '.join(EPISODE_CLAIMS)} are decided by zones")
-    if "max_zones" not in read and options.max_zones is not None:
-        raise InputError("none of these claims is decided by zones", "--set max_zones", "leave it out")
-    if "max_cells" not in read and options.where:
-        what = f"--where is about single decisions; {', '.join(EPISODE_CLAIMS)} are about episodes"
-        raise InputError(what, "--where", "leave it out: the report has the share of sampled starts that fail")
 
 
 def from_file(

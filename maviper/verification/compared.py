@@ -381,7 +381,16 @@ class OutputsCompared(Shown):
             "difference": FORM,
             "profiles": [content_hash(self.first), content_hash(self.second)],
             "verdict": self.verdict.value,
-            "agents": [_facts(one) for one in self.agents],
+            "agents": [
+                {
+                    "agent": one.agent,
+                    "verdict": one.verdict.value,
+                    "reason": one.reason,
+                    "cells": one.searched.cells,
+                    "outputs": [_apart(each) for each in one.searched.apart],
+                }
+                for one in self.agents
+            ],
         }
 
     @property
@@ -409,7 +418,17 @@ def compare_outputs(
 
 
 def _agent(first: ir.PolicyProfile, second: ir.PolicyProfile, agent: str, max_cells: int) -> Agent:
-    one, other = _comparable(first, second, agent)
+    for profile in (first, second):
+        names = [policy.agent for policy in profile.agents]
+        if agent not in names:
+            raise UnknownNameError("agent", agent, names, "--agent")
+    one, other = first.policy(agent), second.policy(agent)
+    named = [[(each.name, each.unit) for each in policy.outputs] for policy in (one, other)]
+    differing = [name for name in ALIKE if getattr(one, name) != getattr(other, name)]
+    differing += ["outputs"] if named[0] != named[1] else []
+    if differing:
+        what = f"{agent} has different {differing[0]} in the two profiles"
+        raise InputError(what, "", "compare policies that observe the same, and do or give the same")
     comparison = search(one, other, *ranges(one), max_cells)
     if any(each.found for each in comparison.apart):
         return Agent(agent, comparison, Verdict.VIOLATED, "")
@@ -423,36 +442,11 @@ def _agent(first: ir.PolicyProfile, second: ir.PolicyProfile, agent: str, max_ce
     return Agent(agent, comparison, Verdict.UNKNOWN, why)
 
 
-def _comparable(first: ir.PolicyProfile, second: ir.PolicyProfile, agent: str) -> tuple[ir.AgentPolicy, ir.AgentPolicy]:
-    for profile in (first, second):
-        names = [policy.agent for policy in profile.agents]
-        if agent not in names:
-            raise UnknownNameError("agent", agent, names, "--agent")
-    one, other = first.policy(agent), second.policy(agent)
-    named = [[(each.name, each.unit) for each in policy.outputs] for policy in (one, other)]
-    differing = [name for name in ALIKE if getattr(one, name) != getattr(other, name)]
-    differing += ["outputs"] if named[0] != named[1] else []
-    if differing:
-        what = f"{agent} has different {differing[0]} in the two profiles"
-        raise InputError(what, "", "compare policies that observe the same, and do or give the same")
-    return one, other
-
-
 def _same(one: ir.Tree, other: ir.Tree) -> bool:
     arrays = ("feature", "threshold", "left", "right", "action")
     texts = ("numbers", "arithmetic", "sums", "vectors", "gives")
     alike = all(getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in arrays)
     return alike and all(repr(getattr(one, name)) == repr(getattr(other, name)) for name in texts)
-
-
-def _facts(one: Agent) -> dict[str, Any]:
-    return {
-        "agent": one.agent,
-        "verdict": one.verdict.value,
-        "reason": one.reason,
-        "cells": one.searched.cells,
-        "outputs": [_apart(each) for each in one.searched.apart],
-    }
 
 
 def _apart(each: Apart) -> dict[str, Any]:

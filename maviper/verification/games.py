@@ -60,7 +60,12 @@ def iterate_states_near(
     that the game makes there. First the nearest ones, then those of some farther away in which the claim seems to fail.
     """
     drawable, goal = _list_drawable(profile, statement), _find_goal_in(profile, state)
-    bounds = _bound_all(claim, drawable)
+    ranges = _list_ranges(drawable)
+    boxes = [bounds_of(region, ranges) for region in claim.regions] or [ranges]
+    bounds = {  # of the box around all regions of the claim, but for differences
+        one.name: (min(each[one.name][0] for each in boxes), max(each[one.name][1] for each in boxes))
+        for one in drawable
+    }
     for step in (0, 1, -1):
         moved = {one.name: place_in(state[one.name], bounds[one.name], step) for one in drawable}
         yield with_noise(profile, statement, {**moved, **_at_goal(goal, moved)})
@@ -114,16 +119,6 @@ def _iterate_broken_states(
 
 def _list_ranges(drawable: Sequence[Variable]) -> dict[str, Interval]:
     return {one.name: one.range for one in drawable}
-
-
-def _bound_all(claim: SystemClaim, drawable: Sequence[Variable]) -> dict[str, Interval]:
-    """The box around all regions of a claim, but for differences."""
-    ranges = _list_ranges(drawable)
-    boxes = [bounds_of(region, ranges) for region in claim.regions] or [ranges]
-    return {
-        one.name: (min(each[one.name][0] for each in boxes), max(each[one.name][1] for each in boxes))
-        for one in drawable
-    }
 
 
 def _find_goal_in(profile: PolicyProfile, state: State) -> str | None:

@@ -137,27 +137,21 @@ def repair_profile(
     after = _with_provenance(unmeasured, world, expert)
     cost = measure_cost(before, after, claim.team, region, world, expert, asked.episodes)
     done = replace(unmeasured, after=after, cost=cost, results=tuple(verify_claims([question.of(after)])))
-    return replace(done, files=_files(done, name, region_name, asked))
+    verified = command(runs.PROFILE_FILE, Question(Game(after), claim, region))
+    made = ["maviper", "repair", name, *shlex.split(verified)[3:], "--episodes", str(asked.episodes)]
+    made += ["--max-depth", str(asked.max_depth)] if asked.max_depth is not None else []
+    files: dict[str, str | bytes] = {
+        runs.PROFILE_FILE: policy_json.dumps(after),
+        COST_FILE: layout(document(done, shlex.join(made))) + "\n",
+    }
+    files |= region_text(region_name, before)
+    facts = report.document(after, done.results, [verified], digests(files))
+    return replace(done, files=files | report_files(facts) | done.certificates)
 
 
 def region_text(name: str, profile: ir.PolicyProfile) -> dict[str, str]:
     """The region's file as results have it, name -> text: none where it is the start region."""
     return {} if name == "start" else {Path(name).name: region_toml(find_region(name, profile))}
-
-
-def _files(done: Repaired, name: str, region_name: str, asked: Any) -> dict[str, str | bytes]:
-    """Profile, costs, region, report and certificate, name -> text."""
-    assert done.after is not None
-    verified = command(runs.PROFILE_FILE, Question(Game(done.after), done.claim, done.region))
-    made = ["maviper", "repair", name, *shlex.split(verified)[3:], "--episodes", str(asked.episodes)]
-    made += ["--max-depth", str(asked.max_depth)] if asked.max_depth is not None else []
-    files: dict[str, str | bytes] = {
-        runs.PROFILE_FILE: policy_json.dumps(done.after),
-        COST_FILE: layout(document(done, shlex.join(made))) + "\n",
-    }
-    files |= region_text(region_name, done.before)
-    facts = report.document(done.after, done.results, [verified], digests(files))
-    return files | report_files(facts) | done.certificates
 
 
 def _with_provenance(done: Repaired, world: ParticleWorld | None, expert: Player | None) -> ir.PolicyProfile:

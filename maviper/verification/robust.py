@@ -252,7 +252,15 @@ def robust(
     """
     policy = find_agent(ensure(profile), agent)
     if policy.outputs:
-        return _changes(policy, path, certify, error)
+        if certify:
+            what = f"{policy.agent} gives numbers, and radii are proved of agents that take actions"
+            raise InputError(
+                what, "--certify", 'leave it out; `maviper verify` proves name = "robust" (`maviper guide claims`)'
+            )
+        if error is None:
+            what = f"{policy.agent} gives numbers: how far may its features be off?"
+            raise InputError(what, OPTION, f"write {OPTION} 0.01, or {OPTION} {policy.features[0].name}=0.01")
+        return find_changes(policy, read_observations(path, policy), read_errors(error, policy))
     if policy.tree.arithmetic:
         ensure_plain(profile, "a radius")
     ensure_floats(profile, "a radius")
@@ -266,18 +274,6 @@ def robust(
         if certify:
             made.append(_certificate(_question(profile, policy, each, one), row))
     return Radii(policy, observations, radii, tuple(made))
-
-
-def _changes(policy: AgentPolicy, path: Path, certify: bool, error: str | None) -> Changes:
-    if certify:
-        what = f"{policy.agent} gives numbers, and radii are proved of agents that take actions"
-        raise InputError(
-            what, "--certify", 'leave it out; `maviper verify` proves name = "robust" (`maviper guide claims`)'
-        )
-    if error is None:
-        what = f"{policy.agent} gives numbers: how far may its features be off?"
-        raise InputError(what, OPTION, f"write {OPTION} 0.01, or {OPTION} {policy.features[0].name}=0.01")
-    return find_changes(policy, read_observations(path, policy), read_errors(error, policy))
 
 
 def find_agent(profile: PolicyProfile, agent: str | None) -> AgentPolicy:

@@ -25,7 +25,7 @@ from codegen.numbers import nearest_number, neighbour
 from codegen.wording import visible
 from maviper.files import runs
 from maviper.verification import games, worlds
-from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims, resolve_region
+from maviper.verification.ask import Asked, VerifyOptions, pose_claims, resolve_region
 from maviper.verification.files.places import repeat_options
 from maviper.verification.files.systems import CLAIM_FILE, counterexample_document, read_earlier
 from maviper.verification.procedures import Procedure
@@ -154,7 +154,16 @@ class StatedWorld:
         region = resolve_region(profile, None, options.region)
         posed = pose_claims(profile, None, region, options)
         if any(map(worlds.counts_steps, posed)):
-            return _state_episodes(profile, posed, options)
+            started = worlds.start_of(profile, posed)
+            world = stated = worlds.state_episodes(profile, posed, started)
+            if started.nowhere:  # a file states no empty start, so that of such a region is put in afterwards
+                stated = worlds.state_episodes(profile, posed, started.widened)
+            joined = _join_game(profile, stated.statement, world.source, options)
+            made = StatedEpisodes(**vars(joined), started=started, again=repeat_options(options))
+            if not made.empty:
+                return made
+            system = replace(made.statement.system, start=started.states)
+            return replace(made, statement=replace(made.statement, system=system))
         world, places = worlds.state_decisions(profile, posed)
         made = _join_game(profile, world.statement, world.source, options)
         claims = (replace(each, region=f"of {where}") for each, where in zip(made.claims, places, strict=True))
@@ -391,22 +400,6 @@ class StatedEpisodes(StatedWorld):
         """The first of some episodes that breaks a claim."""
         played = (replay_course(self.profile, self.statement.system, claim, course) for course in courses)
         return next(filter(None, played), None)
-
-
-def _state_episodes(profile: PolicyProfile, posed: Sequence[Posed], options: VerifyOptions) -> StatedEpisodes:
-    """Makes the world of claims about episodes, like `of_game`. A file states no empty start, so that of a region
-    without starts at rest is put in afterwards.
-    """
-    started = worlds.start_of(profile, posed)
-    world = stated = worlds.state_episodes(profile, posed, started)
-    if started.nowhere:
-        stated = worlds.state_episodes(profile, posed, started.widened)
-    joined = _join_game(profile, stated.statement, world.source, options)
-    made = StatedEpisodes(**vars(joined), started=started, again=repeat_options(options))
-    if not made.empty:
-        return made
-    system = replace(made.statement.system, start=started.states)
-    return replace(made, statement=replace(made.statement, system=system))
 
 
 def _join_game(profile: PolicyProfile, statement: Statement, source: str, options: VerifyOptions) -> StatedWorld:

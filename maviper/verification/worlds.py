@@ -27,7 +27,7 @@ from typing import NamedTuple, cast
 from codegen.deciding import list_decided
 from codegen.dynamics import accelerations, partners
 from codegen.errors import InputError
-from codegen.ir import AgentPolicy, PolicyProfile
+from codegen.ir import PolicyProfile
 from maviper.verification.ask import Posed
 from maviper.worlds.stated.certified import WORLD_FILE
 from maviper.worlds.stated.observing import (
@@ -50,6 +50,7 @@ from verify.claims.files import properties
 from verify.claims.formula import for_goal, names_goal
 from verify.claims.observed import View, over, variable
 from verify.claims.region import Interval, Region
+from verify.claims.region_files import velocities_of
 from verify.claims.wording import account_of
 from verify.decimals import plain
 from verify.decimals import text as number_text
@@ -82,20 +83,17 @@ class World(NamedTuple):
     @staticmethod
     def of(head: str, document: Table) -> World:
         """The file with a comment above it."""
-        return World(document, head + _spell_document(document))
+        top = "".join(
+            f"{key} = {_spell(value)}\n" for key, value in document.items() if not isinstance(value, dict | list)
+        )
+        tables = {key: cast("Table", value) for key, value in document.items() if isinstance(value, dict)}
+        below = "".join(_spell_table(key, value) for key, value in tables.items())
+        return World(document, head + top + below + spell_claims(cast("list[Table]", document.get("property", []))))
 
     @property
     def statement(self) -> Statement:
         """The statements of its tables, whose errors tell lines of the text. InputError for a fault."""
         return state_world(self.document, Place(WORLD_FILE, self.source))
-
-
-def _spell_document(document: Table) -> str:
-    """The tables as text: a line for each value of a table, in TOML."""
-    top = "".join(f"{key} = {_spell(value)}\n" for key, value in document.items() if not isinstance(value, dict | list))
-    tables = {key: cast("Table", value) for key, value in document.items() if isinstance(value, dict)}
-    below = "".join(_spell_table(key, value) for key, value in tables.items())
-    return top + below + spell_claims(cast("list[Table]", document.get("property", [])))
 
 
 def spell_claims(claims: Iterable[Table]) -> str:
@@ -175,7 +173,15 @@ def state_observations(profile: PolicyProfile, view: View, region: Region, error
             ranges[name], units[name] = (-most, most), units[variable(profile, view, agent, feature)]
     agents: Table = {}
     for policy in profile.agents:
-        agents |= _observing(profile, view, policy, errors)
+        observed: Table = {each.name: variable(profile, view, policy.agent, each.name) for each in policy.features}
+        given: Table = {"actions": dict[str, object]((each.name, Table()) for each in policy.actions)}
+        if not policy.actions:
+            given = {"outputs": {each.name: _unit(each.unit) for each in policy.outputs}}
+        agents[policy.agent] = {"team": policy.team, "features": observed, **given}
+        if policy.agent in errors:
+            copy, erring = copy_called(policy.agent), errors[policy.agent]
+            off = {name: f"{read} + {copy}.{name}" if name in erring else read for name, read in observed.items()}
+            agents[copy] = {"like": policy.agent, "features": off, **given}
     document: Table = {
         "name": "observations",
         "observed": True,
@@ -200,21 +206,6 @@ def errors_in(source: str, profile: PolicyProfile, where: str) -> dict[str, dict
         for name, most in errors_of(described, {each.name: each for each in agents[agent].features}, place).items():
             largest[name] = max(most, largest.get(name, most))
     return stated
-
-
-def _observing(profile: PolicyProfile, view: View, policy: AgentPolicy, errors: Errors) -> Table:
-    """The tables of an agent, and of its copy."""
-    observed: Table = {each.name: variable(profile, view, policy.agent, each.name) for each in policy.features}
-    given: Table = {"actions": dict[str, object]((each.name, Table()) for each in policy.actions)}
-    if not policy.actions:
-        given = {"outputs": {each.name: _unit(each.unit) for each in policy.outputs}}
-    tables: Table = {policy.agent: {"team": policy.team, "features": observed, **given}}
-    if policy.agent in errors:
-        copy = copy_called(policy.agent)
-        erring = errors[policy.agent]
-        off = {name: f"{read} + {copy}.{name}" if name in erring else read for name, read in observed.items()}
-        tables[copy] = {"like": policy.agent, "features": off, **given}
-    return tables
 
 
 def _unit(unit: str) -> str:
@@ -409,7 +400,16 @@ def start_of(profile: PolicyProfile, posed: Sequence[Posed]) -> Started:
     _ensure_affine(profile)
     for each in posed:
         _ensure_in_steps(each)
-    return _ensure_one_start(posed)
+    region = posed[0].region
+    if any(each.region != region for each in posed):
+        what = "claims about episodes of teams that test sums start in one region"
+        raise InputError(what, "--region", "ask about one region after the other")
+    goal, *others = region.goal_cases
+    if others:
+        what = f"episodes of teams that test sums have one goal, and region {region.name or 'given'} has several"
+        advice = f'write goals = ["{goal}"] into a region file, and ask about one goal after the other'
+        raise InputError(what, "--region", advice)
+    return Started(region, goal)
 
 
 def state_episodes(profile: PolicyProfile, posed: Sequence[Posed], started: Started) -> World:
@@ -423,9 +423,12 @@ def state_episodes(profile: PolicyProfile, posed: Sequence[Posed], started: Star
     roundings, _ = list_noise(profile, moving.ranges, {})
     places = {name: ends for name, ends in moving.ranges.items() if not name.startswith(f"{PLACE}.")}
     ranges = {**places, **{name: (-most, most) for name, most in roundings.items()}}
-    still = dict.fromkeys(_list_velocities(profile), (ZERO, ZERO))
+    still = dict.fromkeys(velocities_of(profile.world), (ZERO, ZERO))
     begun = {name: ends for name, ends in {**ranges, **starts, **still}.items() if name in ranges}
-    where = [*list_conditions(region, None), *_list_speeds(region)]
+    speeds = {name: ends for name, ends in region.box.items() if name.endswith((".vx", ".vy"))}  # some exclude rest
+    where = list_conditions(region, None)
+    where += [f"{name} >= {number_text(low)}" for name, (low, _) in speeds.items() if low > 0]
+    where += [f"{name} <= {number_text(high)}" for name, (_, high) in speeds.items() if high < 0]
     document: Table = {
         "name": profile.world.name.partition(",")[0],
         "steps": steps,
@@ -459,20 +462,6 @@ def _ensure_in_steps(posed: Posed) -> EpisodeClaim:
         what = f"{claim.name} for ever is not decided of teams that test sums"
         raise InputError(what, "--steps", "name a number of steps")
     return claim
-
-
-def _ensure_one_start(posed: Sequence[Posed]) -> Started:
-    """The region in which all episodes start, and the goal there."""
-    region = posed[0].region
-    if any(each.region != region for each in posed):
-        what = "claims about episodes of teams that test sums start in one region"
-        raise InputError(what, "--region", "ask about one region after the other")
-    goal, *others = region.goal_cases
-    if others:
-        what = f"episodes of teams that test sums have one goal, and region {region.name or 'given'} has several"
-        advice = f'write goals = ["{goal}"] into a region file, and ask about one goal after the other'
-        raise InputError(what, "--region", advice)
-    return Started(region, goal)
 
 
 def _ensure_affine(profile: PolicyProfile) -> None:
@@ -528,17 +517,6 @@ def _list_pushes(profile: PolicyProfile, agent: str) -> list[tuple[Fraction, Fra
     entity = next(each for each in world.agents if each.name == agent)
     pushes = accelerations(entity, profile.policy(agent).actions) * world.dt
     return [(Fraction(float(x)), Fraction(float(y))) for x, y in pushes]
-
-
-def _list_speeds(region: Region) -> list[str]:
-    """The bounds of velocities that exclude rest."""
-    bounds = {name: ends for name, ends in region.box.items() if name.endswith((".vx", ".vy"))}
-    lows = [f"{name} >= {number_text(low)}" for name, (low, _) in bounds.items() if low > 0]
-    return lows + [f"{name} <= {number_text(high)}" for name, (_, high) in bounds.items() if high < 0]
-
-
-def _list_velocities(profile: PolicyProfile) -> list[str]:
-    return [f"{entity.name}.v{axis}" for entity in profile.world.agents for axis in "xy"]
 
 
 def _push(profile: PolicyProfile, agent: str) -> Table:

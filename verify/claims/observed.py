@@ -17,7 +17,7 @@ from functools import lru_cache
 from typing import Final, NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import AgentPolicy, FeatureSpec, Meaning, PolicyProfile, VariableSpec, WorldSpec
+from codegen.ir import AgentPolicy, Meaning, PolicyProfile, VariableSpec, WorldSpec
 
 RAISED: Final = "_raised"  # ends the name of a copy
 MIRRORED: Final = "_mirrored"
@@ -107,10 +107,15 @@ def over(profile: PolicyProfile, view: View) -> PolicyProfile:
     for policy in policies:
         names = [variable(profile, view, policy.agent, feature.name) for feature in policy.features]
         for name, feature in zip(names, policy.features, strict=True):
-            _add(variables, VariableSpec(name, feature.unit, feature.low, feature.high))
+            one = VariableSpec(name, feature.unit, feature.low, feature.high)
+            before = variables.setdefault(name, one)
+            if before != one:
+                what = f"agents that share {name} give it unlike ranges or units"
+                said = ", ".join(f"[{each.low:g}, {each.high:g}] {each.unit}" for each in (before, one))
+                raise InputError(what, f"--shared: {said}", "do not share it, or state the same range and unit")
         opposite = _opposite(view, policy)
         features = tuple(
-            _read(feature, name, -1.0 if feature.name in opposite else 1.0)
+            replace(feature, meaning=Meaning(((-1.0 if feature.name in opposite else 1.0, name),)))
             for feature, name in zip(policy.features, names, strict=True)
         )
         seen.append(replace(policy, features=features, grown=None))
@@ -154,15 +159,3 @@ def variable(profile: PolicyProfile, view: View, agent: str, feature: str) -> st
         return f"{agent}.{feature}"
     alone = len(profile.agents) == 1
     return feature if alone or feature in view.shared else f"{view.original(agent)}.{feature}"
-
-
-def _read(feature: FeatureSpec, name: str, sign: float) -> FeatureSpec:
-    return replace(feature, meaning=Meaning(((sign, name),)))
-
-
-def _add(variables: dict[str, VariableSpec], one: VariableSpec) -> None:
-    before = variables.setdefault(one.name, one)
-    if before != one:
-        what = f"agents that share {one.name} give it unlike ranges or units"
-        said = ", ".join(f"[{each.low:g}, {each.high:g}] {each.unit}" for each in (before, one))
-        raise InputError(what, f"--shared: {said}", "do not share it, or state the same range and unit")

@@ -12,7 +12,7 @@ from typing import TypeGuard
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile, WorldSpec
-from verify.claims.region import Difference, Interval, Pair, Region
+from verify.claims.region import Difference, Interval, Region
 from verify.decimals import number, text
 from verify.exact import MAX_NUMBER
 from verify.toml_places import Place, parse
@@ -107,7 +107,14 @@ def region_of(document: Mapping[str, object], world: WorldSpec, where: Place, ve
             raise UnknownNameError("coordinate", name, box, where / "box" / name)
         box[name] = _interval(bounds, where / "box" / name)
     differences = _differences(document, list(box), where)
-    apart = _apart(document, [entity.name for entity in world.agents + world.landmarks], where)
+    entities = [entity.name for entity in world.agents + world.landmarks]
+    distances: dict[tuple[str, str], Fraction] = {}  # of those stated for a pair, in either order, the largest
+    for pair, least in _table(document, "apart", where).items():
+        a, b = _pair(pair, entities, "entity", where / "apart" / pair)
+        a, b = (b, a) if (b, a) in distances else (a, b)
+        distance = number(least, where / "apart" / pair)
+        distances[a, b] = max(distance, distances.get((a, b), distance))
+    apart = tuple((a, b, least) for (a, b), least in distances.items())
     goals = document.get("goals", list(world.goals))
     if not is_list(goals) or (not goals and world.goals):
         raise InputError("goals must be a list of landmarks", where / "goals", ADVICE)
@@ -128,17 +135,6 @@ def _differences(document: Mapping[str, object], names: Sequence[str], where: Pl
         before = differences.get((a, b), (low, high))
         differences[a, b] = _make_interval(max(low, before[0]), min(high, before[1]), where / "difference" / pair)
     return tuple((a, b, bounds) for (a, b), bounds in differences.items())
-
-
-def _apart(document: Mapping[str, object], entities: Sequence[str], where: Place) -> tuple[Pair, ...]:
-    """The pairs kept apart; of the distances that are stated for a pair, in either order, the largest."""
-    distances: dict[tuple[str, str], Fraction] = {}
-    for pair, least in _table(document, "apart", where).items():
-        a, b = _pair(pair, entities, "entity", where / "apart" / pair)
-        a, b = (b, a) if (b, a) in distances else (a, b)
-        distance = number(least, where / "apart" / pair)
-        distances[a, b] = max(distance, distances.get((a, b), distance))
-    return tuple((a, b, least) for (a, b), least in distances.items())
 
 
 def is_list(value: object) -> TypeGuard[list[object]]:

@@ -35,15 +35,10 @@ def list_conditions(node: Node) -> list[tuple[Node, ...]]:
             return [(first,)]
         case Joined(_, Level.OR, first, rest):
             parts = [first, *(other for _, other in rest)]
-            denied = [inside for part in parts if (inside := _find_denied(part)) is not None]
+            denied = [part.value for part in parts if isinstance(part, Prefixed) and part.signs.count("not") % 2]
             return [(each,) for each in denied] if len(denied) == len(parts) else [tuple(denied)] if denied else []
         case _:
             return []
-
-
-def _find_denied(node: Node) -> Node | None:
-    """Returns what a tree denies; None where it says that something holds."""
-    return node.value if isinstance(node, Prefixed) and node.signs.count("not") % 2 else None
 
 
 def spell(node: Node, least: int = Level.IMPLIES) -> str:

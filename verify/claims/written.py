@@ -269,8 +269,11 @@ class _Formulas:
             case Prefixed(_, signs, inside) if "not" in signs:
                 claim = self.claim(inside)
                 return negate(claim) if len(signs) % 2 else claim
-            case Listed():
-                return self._expand_list(node)
+            case Listed():  # `acts(agent) in [a, b]`, or `not in`
+                if not _is_action(node.value):
+                    raise self._source.wrong("only actions are listed", node.token.place, "write acts(AGENT) in [a, b]")
+                formula = disjunction(*(self._takes(node.value, name) for name in node.names))
+                return negate(formula) if node.denied else formula
             case NameNode(token) if token.text in TRUTHS:
                 return TRUTHS[token.text]
             case NameNode(token) if token.text not in (*self._known.coordinates, *self._known.constants):
@@ -292,7 +295,12 @@ class _Formulas:
         named = [isinstance(side, NameNode) for side in (left, right)]
         words = [self._is_word(left), self._is_word(right)]
         if not ((any(acting) and all(a or n for a, n in zip(acting, named, strict=True))) or all(words)):
-            return self._compare_nodes(left, sign, right)
+            one, other = self._evaluate_side(left, right), self._evaluate_side(right, left)
+            self.sums.same(one, other, sign)
+            try:
+                return compare_sums(one.value, sign.text, other.value)
+            except OverflowError as error:
+                raise self._source.wrong(str(error), sign.place, "simplify the formula") from None
         if sign.text not in ("==", "!="):
             what = f"names are not ordered by {sign.text}"
             raise self._source.wrong(what, sign.place, "write ==, != or a coordinate")
@@ -305,14 +313,6 @@ class _Formulas:
             return False
         known = (*self._known.coordinates, *self._known.constants, *TRUTHS)
         return node.token.text not in known and "." not in node.token.text
-
-    def _compare_nodes(self, left: Node, sign: Token, right: Node) -> Formula:
-        one, other = self._evaluate_side(left, right), self._evaluate_side(right, left)
-        self.sums.same(one, other, sign)
-        try:
-            return compare_sums(one.value, sign.text, other.value)
-        except OverflowError as error:
-            raise self._source.wrong(str(error), sign.place, "simplify the formula") from None
 
     def _evaluate_side(self, node: Node, other: Node) -> Typed[CoordinateSum]:
         """One side of a comparison: beside a feature, a number is the float that it is read as."""
@@ -361,13 +361,6 @@ class _Formulas:
         if name.text not in known:
             raise self._source.unknown(f"action of {policy.agent}", name, known)
         return _acts(policy, name.text)
-
-    def _expand_list(self, node: Listed) -> Formula:
-        """`acts(agent) in [a, b]`, or `not in`."""
-        if not _is_action(node.value):
-            raise self._source.wrong("only actions are listed", node.token.place, "write acts(AGENT) in [a, b]")
-        formula = disjunction(*(self._takes(node.value, name) for name in node.names))
-        return negate(formula) if node.denied else formula
 
     # --- predicates
 

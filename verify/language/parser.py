@@ -249,7 +249,16 @@ class _Parser:
         value = self._operand(least)
         while (level := self._level()) >= least:
             if self._is("in", "not"):
-                value = self._parse_list(value)
+                denied = self._take().text == "not"
+                if denied:
+                    self._take()
+                self._need("[", "after in")
+                names = [self._take()]
+                while self._is(","):
+                    self._take()
+                    names.append(self._take())
+                self._need("]", "after the actions")
+                value = Listed(value.token, value, denied, tuple(names))
                 continue
             right = level in (Level.IMPLIES, Level.POWER)  # grouped from there
             rest: list[tuple[Token, Node]] = []
@@ -291,8 +300,18 @@ class _Parser:
         else:
             what = f"cannot begin with {token.text!r} here" if token.text else "the text ends too early"
             raise self._source.wrong(what, token.place, HINTS.get(token.text, MAY_BEGIN))
-        if isinstance(operand, NameNode) and self._is("("):
-            return self._parse_call(operand.token)
+        if isinstance(operand, NameNode) and self._is("("):  # the arguments of a function; a comma may end them
+            self._take()
+            self._deeper()
+            arguments: list[Node] = []
+            while not (arguments and self._is(")")):
+                arguments.append(self._value(Level.IMPLIES))
+                if not self._is(","):
+                    break
+                self._take()
+            self._depth -= 1
+            self._need(")", f"after the arguments of {operand.token.text}")
+            return CallNode(operand.token, tuple(arguments))
         return self._parse_unit(operand.token) if isinstance(operand, NumberNode) and self._is("[") else operand
 
     def _signs(self, *texts: str) -> tuple[str, ...]:
@@ -300,32 +319,6 @@ class _Parser:
         while self._is(*texts):
             signs.append(self._take().text)
         return tuple(signs)
-
-    def _parse_call(self, function: Token) -> Node:
-        """The arguments of a function; a comma may end them."""
-        self._take()
-        self._deeper()
-        arguments: list[Node] = []
-        while not (arguments and self._is(")")):
-            arguments.append(self._value(Level.IMPLIES))
-            if not self._is(","):
-                break
-            self._take()
-        self._depth -= 1
-        self._need(")", f"after the arguments of {function.text}")
-        return CallNode(function, tuple(arguments))
-
-    def _parse_list(self, value: Node) -> Node:
-        denied = self._take().text == "not"
-        if denied:
-            self._take()
-        self._need("[", "after in")
-        names = [self._take()]
-        while self._is(","):
-            self._take()
-            names.append(self._take())
-        self._need("]", "after the actions")
-        return Listed(value.token, value, denied, tuple(names))
 
     def _parse_unit(self, number: Token) -> Node:
         """A number with the unit behind it."""

@@ -59,7 +59,9 @@ def unit_of(text: str, where: object) -> Unit:
             for symbol, power in DERIVED.get(factor[2], ((factor[2], 1),)):
                 powers[symbol] = powers.get(symbol, Fraction(0)) + exponent * power
         place = factor.end()
-    return _unit(powers, where)
+    if any(abs(power) > MAX_POWER for power in powers.values()):
+        raise InputError(f"powers in a unit may be at most {MAX_POWER}", where, ADVICE)
+    return times(PURE, tuple(powers.items()))
 
 
 def times(one: Unit, other: Unit, power: int | Fraction = 1) -> Unit:
@@ -78,12 +80,6 @@ def find_factor(one: Unit, other: Unit) -> Fraction | None:
     if sum(power for _, power in powers) or any(symbol not in SECONDS or power % 1 for symbol, power in powers):
         return None
     return prod((SECONDS[symbol] ** int(power) for symbol, power in powers), start=Fraction(1))
-
-
-def _unit(powers: dict[str, Fraction], where: object) -> Unit:
-    if any(abs(power) > MAX_POWER for power in powers.values()):
-        raise InputError(f"powers in a unit may be at most {MAX_POWER}", where, ADVICE)
-    return times(PURE, tuple(powers.items()))
 
 
 def format_unit(unit: Unit) -> str:
@@ -269,7 +265,7 @@ def _relate(source: Source, token: Token, sides: list[Node], signs: list[Token],
         if not one and not other:
             continue
         for at, names in ((place, one), (place + 1, other)):
-            operands[at] = _mark_mode(sides[at]) if names else operands[at]
+            operands[at] = NameNode(sides[at].token._replace(kind=MODE)) if names else operands[at]
         if sign.text not in EQUALITY:
             raise source.wrong(f"modes are not ordered by {sign.text}", sign.place, BY_EQUALITY)
         if one and other and tuple(one) != tuple(other):
@@ -278,11 +274,6 @@ def _relate(source: Source, token: Token, sides: list[Node], signs: list[Token],
             at, names = (place + 1, one) if one else (place, other)
             operands[at] = _number(source, sides[at], names)
     return Joined(token, Level.RELATION, operands[0], tuple(zip(signs, operands[1:], strict=True)))
-
-
-def _mark_mode(node: Node) -> Node:
-    """The name of a mode where it may stand."""
-    return NameNode(node.token._replace(kind=MODE))
 
 
 def _number(source: Source, node: Node, names: Sequence[str]) -> Node:

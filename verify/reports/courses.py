@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from itertools import groupby
 from math import ceil, floor, isfinite
@@ -206,7 +206,8 @@ def draw_courses(
         ]
         rest = [*named, *(name for name in counterexample["states"] if name not in named)]
         last, states = tell_end(counterexample), counterexample["states"]
-        shown = [name for name in rest if all(_drawable(value) for value in counterexample["states"][name])]
+        # what no float64 is near is told in words
+        shown = [name for name in rest if all(not isinstance(y, str) and abs(y) < MAX_HEIGHT for y in states[name])]
         ready |= {
             "plots": [_plot(result, name, units[name], dt, [states[name]]) for name in shown[:MAX_DRAWN]],
             "moment": moment(counterexample["step"], dt),
@@ -263,11 +264,6 @@ def is_still(result: Mapping[str, Any]) -> bool:
     return result["kind"] == DECISIONS
 
 
-def _drawable(value: float | str) -> bool:
-    """Returns True if a picture can hold the value; what no float64 is near is told in words."""
-    return not isinstance(value, str) and abs(value) < MAX_HEIGHT
-
-
 def _legend(result: Mapping[str, Any]) -> str:
     """Describes the bands, and what of the claim they do not show."""
     regions, told = result["regions"], BANDS[result["name"]]
@@ -303,7 +299,12 @@ def _plot(
     values = [value for episode in episodes for value in episode[first:]] or [episodes[0][-1]]
     bounds = [_ends(region["box"][name]) for region in result["regions"] if name in region["box"]]
     known = {end for ends in bounds for end in ends if end is not None}
-    low, high = _span(values, known)
+    low, high = min(values), max(values)  # with some room, and the bounds that are not far from all values
+    far = STRETCH * (high - low or abs(low) or 1.0)
+    near = [end for end in known if low - far <= end <= high + far]
+    low, high = min([low, *near]), max([high, *near])
+    room = (high - low) / 20 or abs(low) / 20 or 1.0
+    low, high = low - room, high + room
     width, height = VIEW - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
 
     def x(step: int) -> float:
@@ -343,16 +344,6 @@ def _plot(
 
 def _ends(written: Sequence[str | None]) -> tuple[float | None, ...]:
     return tuple(None if end is None else nearest_double(Fraction(end)) for end in written)
-
-
-def _span(values: Sequence[float], bounds: Collection[float]) -> tuple[float, float]:
-    """Returns the range that is plotted: all values, and the bounds that are not far from them, with some room."""
-    low, high = min(values), max(values)
-    far = STRETCH * (high - low or abs(low) or 1.0)
-    near = [end for end in bounds if low - far <= end <= high + far]
-    low, high = min([low, *near]), max([high, *near])
-    room = (high - low) / 20 or abs(low) / 20 or 1.0
-    return low - room, high + room
 
 
 def _band(

@@ -90,6 +90,8 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
     profile, claim, evidence = result.question.profile, result.claim, result.evidence
     measured, counterexample = evidence.shares, evidence.counterexample
     unread = OF_PLACES if claim.of == OWN and result.viewed is not None else ()
+    meanings = MEANINGS | (REAL_MEANINGS if result.semantics == REAL else {})
+    meanings = meanings if claim.per_state else MEANINGS | LEAVES_MEANINGS
     return {
         "kind": claim.kind.value,
         "property": claim.name,
@@ -109,7 +111,7 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
         "region_name": name_region(profile, result.region),
         "region": region_document(result.region),
         "verdict": result.verdict.value,
-        "meaning": of_states(result.question, _meaning(result)),
+        "meaning": of_states(result.question, meanings[result.verdict]),
         "reason": result.reason,
         "conflict": None if measured.conflict is None else measured.conflict.document(),
         "contested": None if measured.contested is None else measured.contested.document(),
@@ -143,13 +145,6 @@ def _where(profile: PolicyProfile, result: DecisionResult) -> dict[str, Any]:
 
 def _alone(reason: str) -> str:
     return f"Z3 decides alone, without a second engine or a certificate: {reason}"
-
-
-def _meaning(result: DecisionResult) -> str:
-    """The verdict in words."""
-    meanings = REAL_MEANINGS if result.semantics == REAL else {}
-    meanings = meanings if result.claim.per_state else LEAVES_MEANINGS
-    return meanings.get(result.verdict, MEANINGS[result.verdict])
 
 
 def _format_parameter(value: Parameter, name: str) -> str:

@@ -79,12 +79,17 @@ def _share(span: Span) -> dict[str, Any]:
 def _agent(difference: Difference, one: AgentDifference, counted: Estimates) -> dict[str, Any]:
     zones = _merge_zones([_zone(difference, one, zone) for zone in one.zones[:FIRST]])
     state = None if one.example is None else _state(one.example)
+    goals: dict[str, dict[str, Any]] = {}  # goal -> its zones, and their share of the region's states with it
+    for place, failing in enumerate(one.failing):
+        if failing.goal is not None:
+            share = None if one.share is None else sum(one.share.zones[place]) * len(one.failing) / one.share.region
+            goals[failing.goal] = {"zones": len(failing.zones), "share": share}
     return {
         "agent": one.agent,
         "verdict": one.verdict.value,
         "reason": one.reason,
         "share": _share(one.span),
-        "goals": _by_goal(one),
+        "goals": goals,
         **_uniform(one.unmeasured, counted.uniform[one.agent]),
         "met": None if counted.met is None else counted.met[one.agent].document(),
         "found": len(one.zones),
@@ -92,16 +97,6 @@ def _agent(difference: Difference, one: AgentDifference, counted: Estimates) -> 
         "example": next((zone["example"] for zone in zones if zone["example"]), state),
         "zones": zones,
     }
-
-
-def _by_goal(one: AgentDifference) -> dict[str, dict[str, Any]]:
-    """Goal -> how many zones it has, and their share of the region's states with this goal."""
-    facts: dict[str, dict[str, Any]] = {}
-    for place, failing in enumerate(one.failing):
-        if failing.goal is not None:
-            share = None if one.share is None else sum(one.share.zones[place]) * len(one.failing) / one.share.region
-            facts[failing.goal] = {"zones": len(failing.zones), "share": share}
-    return facts
 
 
 def _merge_zones(zones: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -23,7 +23,6 @@ from verify.kinds import MACHINE
 from verify.reports.drawing import VIEW
 from verify.reports.telling import EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE, POSITIONS, SHARES, Telling
 from verify.result import Verdict
-from verify.states.episodes import Episode, Way
 from verify.verdicts.episodes import EpisodeEvidence, EpisodeResult
 
 MEANINGS = {
@@ -141,7 +140,10 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     state = {name: float(value) for name, value in evidence.state.position.items()}
     marks = {entity.name: (state[f"{entity.name}.x"], state[f"{entity.name}.y"]) for entity in profile.world.landmarks}
     ours = [way.agent for way in evidence.ways]
-    ways = _courses(profile, evidence.episode, ours)
+    names, course = profile.world.coordinates(), evidence.episode.coordinates
+    ways: dict[str, list[tuple[float, float]]] = {}  # agent -> its places, step by step; our own agents come first
+    for agent in (*ours, *(entity.name for entity in profile.world.agents)):
+        ways[agent] = course[:, [names.index(f"{agent}.x"), names.index(f"{agent}.y")]].tolist()
     places = [*marks.values(), *(place for way in ways.values() for place in way)]
     ends = [(min(values), max(values)) for values in zip(*places, strict=True)]
     middle_x, middle_y = ((low + high) / 2 for low, high in ends)
@@ -168,30 +170,15 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
         for agent, way in ways.items()
     ]
     meetings = [
-        {"from": draw(ways[way.agent][way.step]), "to": draw(_place_of(way, ways, marks)), "says": f"step {way.step}"}
+        {
+            "from": draw(ways[way.agent][way.step]),
+            "to": draw(ways[way.landmark][way.step] if way.landmark in ways else marks[way.landmark]),
+            "says": f"step {way.step}",
+        }
         for way in evidence.ways
         if result.claim.apart and way.nearest < result.claim.radius
     ]
     return {"size": VIEW, "landmarks": landmarks, "courses": courses, "meetings": meetings}
-
-
-def _place_of(
-    way: Way, ways: Mapping[str, Sequence[tuple[float, float]]], marks: Mapping[str, tuple[float, float]]
-) -> tuple[float, float]:
-    """Where the other one is when an agent comes nearest to it."""
-    return ways[way.landmark][way.step] if way.landmark in ways else marks[way.landmark]
-
-
-def _courses(profile: PolicyProfile, episode: Episode, ours: Sequence[str]) -> dict[str, list[tuple[float, float]]]:
-    """Agent -> its places, step by step; our own agents come first."""
-    names = profile.world.coordinates()
-    agents = dict.fromkeys([*ours, *(entity.name for entity in profile.world.agents)])
-    return {
-        agent: [
-            (float(at[names.index(f"{agent}.x")]), float(at[names.index(f"{agent}.y")])) for at in episode.coordinates
-        ]
-        for agent in agents
-    }
 
 
 def words(result: EpisodeResult, told: Mapping[str, Any]) -> list[str]:

@@ -188,17 +188,12 @@ def _of_game(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]
     named += f" {facts['observations']}" if "observations" in facts else ""
     real = ", real arithmetic" if facts["semantics"] == REAL else ""
     proved = _extent(facts) if result.verdict is Verdict.PROVED else ""
-    return f"{named}, region {facts['region_name'] or 'given'}{proved}{real}", _under(result, facts)
-
-
-def _under(result: AnyResult, facts: Mapping[str, Any]) -> list[str]:
-    """The lines under what was asked: of its kind, of a counterexample, and of where it holds. A terminal waits for
-    templates only where there is one of these.
-    """
+    asked = f"{named}, region {facts['region_name'] or 'given'}{proved}{real}"
+    # a terminal waits for templates only where there is a counterexample, or where the claim holds
     there = {"counterexample": facts["counterexample"], "where": "where" in facts}
     parts = [render(f"report/lines-{part}.txt.j2", result=facts) for part, told in there.items() if told]
     texts = [*telling_of(result).words(result, facts), *parts]
-    return [visible(line) for text in texts for line in text.split("\n") if line]
+    return asked, [visible(line) for text in texts for line in text.split("\n") if line]
 
 
 def _show_involved(result: AnyResult, facts: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -109,6 +109,15 @@ def document(
     semantics = f"{semantics} {GIVEN}" if statement.acting else semantics
     certificates = [result.evidence.certificate for result in results]
     counted = {name_units(certificate.proof)[1] for certificate in certificates if certificate}
+    errors, claims = _errors(system), [result.claim for result in results]
+    limits, kinds = [STATEMENT], {claim.about_decisions for claim in claims}
+    if reference.get("steps"):
+        limits.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
+    ever = EVER if any(claim.says.ever for claim in claims) else ""
+    limits += [STEPS.format(ever=ever) if system.flow is None else PERIODS] if False in kinds else []
+    limits += [] if system.flow is None else [ONE_READING]
+    limits += [OUTSIDE] if False in kinds and system.pieces and all(piece.where for piece in system.pieces) else []
+    limits += [SINGLE] if True in kinds else []
     return {
         "report": FORM,
         "profile": content_hash(profile),
@@ -120,14 +129,23 @@ def document(
         "steps": system.steps,
         "dt": period(statement),
         "pieces": len(system.pieces),
-        "variables": _variables(system),
+        "variables": [
+            {
+                "name": each.name,
+                "unit": each.unit,
+                "range": list(map(plain, each.range)),
+                **({"modes": list(each.modes)} if each.modes else {}),
+                "error": list(map(plain, errors[each.name])),
+            }
+            for each in system.variables
+        ],
         "start": region_facts(system.start),
         "reference": dict(reference),
         "results": [facts(result, place) for place, result in enumerate(results, 1)],
         "command": command,
         "semantics": semantics if system.flow is None else OF_FLOWS,
         "trusted": [*rests_on(enclosed, counted, system.flow is not None), *readers(profile)],
-        "limits": _limits(system, reference, [result.claim for result in results]),
+        "limits": limits,
     }
 
 
@@ -195,21 +213,6 @@ def _errors(system: System) -> dict[str, Interval]:
     return errors
 
 
-def _variables(system: System) -> list[dict[str, Any]]:
-    """Unit, range and error of each variable; numbers are exact texts."""
-    errors = _errors(system)
-    return [
-        {
-            "name": each.name,
-            "unit": each.unit,
-            "range": list(map(plain, each.range)),
-            **({"modes": list(each.modes)} if each.modes else {}),
-            "error": list(map(plain, errors[each.name])),
-        }
-        for each in system.variables
-    ]
-
-
 def region_facts(region: Polytope) -> dict[str, Any]:
     """A polytope: bounds of single variables, and all else as conditions; numbers are exact texts."""
     box: dict[str, list[Fraction | None]] = {}
@@ -235,18 +238,6 @@ def _condition(half: HalfSpace) -> str:
         sign = (" - " if told else "-") if factor < 0 else " + " if told else ""
         told += f"{sign}{times}{name}"
     return f"{told or '0'} {'<' if half.strict else '<='} {plain(-half.form.constant)}"
-
-
-def _limits(system: System, reference: Mapping[str, Any], claims: Sequence[SystemClaim]) -> list[str]:
-    """Lists what verdicts about some claims do not say."""
-    limits, kinds = [STATEMENT], {claim.about_decisions for claim in claims}
-    if reference.get("steps"):
-        limits.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
-    ever = EVER if any(claim.says.ever for claim in claims) else ""
-    limits += [STEPS.format(ever=ever) if system.flow is None else PERIODS] if False in kinds else []
-    limits += [] if system.flow is None else [ONE_READING]
-    limits += [OUTSIDE] if False in kinds and system.pieces and all(piece.where for piece in system.pieces) else []
-    return limits + ([SINGLE] if True in kinds else [])
 
 
 def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:

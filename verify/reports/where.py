@@ -144,7 +144,12 @@ def _select_bounds(
 ) -> list[tuple[str, tuple[Fraction, bool] | None, tuple[Fraction, bool] | None]]:
     """(coordinate or difference, lower end, upper end) of the bounds that no others and not the region's box imply."""
     bounds = failing.bounds(zone)
-    tied = _find_tied(failing, bounds)
+    names = ["", *failing.problem.places]
+    tied: dict[str, str] = {}  # coordinate -> the first one, or "" for zero, from which it has one constant distance
+    for place, name in enumerate(names):
+        for other in names[:place]:
+            if other not in tied and (name, other) in bounds and not bounds[name, other][0] + bounds[other, name][0]:
+                tied.setdefault(name, other)
     ends: dict[tuple[str, str], list[tuple[Fraction, bool] | None]] = {}
     for (a, b), (most, below) in bounds.items():
         low, high = region.box[a or b]
@@ -180,17 +185,6 @@ def _cut(region: Region, part: Region) -> list[str]:
         for name, (low, high), (least, most) in rows
         if low > least or high < most
     ]
-
-
-def _find_tied(failing: Failing, bounds: Bounds) -> dict[str, str]:
-    """Coordinate -> the first one, or "" for zero, from which it has one constant distance."""
-    names = ["", *failing.problem.places]
-    tied: dict[str, str] = {}
-    for place, name in enumerate(names):
-        for other in names[:place]:
-            if other not in tied and (name, other) in bounds and not bounds[name, other][0] + bounds[other, name][0]:
-                tied.setdefault(name, other)
-    return tied
 
 
 def _part(result: DecisionResult) -> dict[str, Any]:

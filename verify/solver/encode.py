@@ -12,9 +12,8 @@ A sum of more than two coordinates rounds after each addition. Its exact sum plu
 it, so that what is proved is proved; an answer is a candidate, which the referee judges.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -246,7 +245,7 @@ class _Encoder:
         if len(acting) == 1:
             (agent,) = acting
             assert self._profile is not None
-            return self._encode_choice(self._profile.policy(agent), partial(self._once_chosen, claim, agent))
+            return self._follow_tree(self._profile.policy(agent), claim)
         if isinstance(claim, And):
             return conjunction(*(self.encode_formula(part) for part in _group_parts(claim.parts, And)))
         if isinstance(claim, Or):
@@ -255,20 +254,19 @@ class _Encoder:
         parts = [self.at[name] if weight == 1 else number(weight) * self.at[name] for weight, name in claim.terms]
         return (less_than if claim.strict else at_most)(add_terms(parts), number(claim.bound))
 
-    def _once_chosen(self, claim: Formula, agent: str, action: int) -> Test:
-        return self.encode_formula(substitute_actions(claim, {agent: action}))
-
-    def _encode_choice(self, policy: ir.AgentPolicy, of_action: Callable[[int], Test]) -> Test:
-        """`of_action` of the action that the tree chooses, as nested conditions over the world state."""
-        tree = policy.tree
-        formulas: dict[int, Test] = {}
-        ends = {action: of_action(action) for action in dict.fromkeys(tree.action[ir.leaves(tree)].tolist())}
+    def _follow_tree(self, policy: ir.AgentPolicy, claim: Formula) -> Test:
+        """The claim once the agent has chosen, as nested conditions over the world state."""
+        tree, agent, formulas = policy.tree, policy.agent, dict[int, Test]()
+        taken = dict.fromkeys(tree.action[ir.leaves(tree)].tolist())
+        ends = {action: self.encode_formula(substitute_actions(claim, {agent: action})) for action in taken}
         columns = zip(tree.left.tolist(), tree.right.tolist(), tree.action.tolist(), strict=True)
         for node, (left, right, action) in reversed([*enumerate(columns)]):  # preorder: children come after parents
             if left == ir.NO_CHILD:
                 formulas[node] = ends[action]
                 continue
-            below, above = self._recall_tests(policy, node)
+            if (agent, node) not in self._asked:
+                self._asked[agent, node] = self._tests(policy, node)
+            below, above = self._asked[agent, node]
             first, second = formulas.pop(left), formulas.pop(right)
             formulas[node] = (
                 disjunction(conjunction(below, first), conjunction(above, second))
@@ -295,13 +293,6 @@ class _Encoder:
             node = parent
         return path
 
-    def _recall_tests(self, policy: ir.AgentPolicy, node: int) -> tuple[Test, Test]:
-        """Makes tests as `_tests` does, once for each node."""
-        asked = policy.agent, node
-        if asked not in self._asked:
-            self._asked[asked] = self._tests(policy, node)
-        return self._asked[asked]
-
     def _tests(self, policy: ir.AgentPolicy, node: int) -> tuple[Test, Test]:
         """(goes left, goes right) of a split, in terms of world coordinates."""
         feature = policy.features[int(policy.tree.feature[node])]
@@ -322,11 +313,14 @@ class _Encoder:
             measured = measured + self._error(policy.agent, feature.name)
         if rounds:
             measured = measured + self._rounding(policy.agent, feature.name, meaning)
-        if meaning.function == "zero":
-            return _zero_tests(measured, threshold, slack)
-        if line is None:
+        if line is None and not (meaning.function == "zero" and 0 <= threshold < 1):
             always = constant(threshold >= 1)
             return always, negation(always)
+        if line is None:
+            # "is zero" (0 or 1): a difference of two float64 numbers is zero iff they are equal, so rounding does not
+            # matter; what it adds to longer sums is in `measured`. Being equal has nothing to spare
+            apart = disjunction(measured <= number(-slack), measured >= number(slack)) if slack else measured != 0
+            return apart, measured == 0
         if slack:
             return at_most(measured, number(line.end - slack)), at_least(measured, number(line.end + slack))
         return on_line(measured, line)
@@ -386,25 +380,14 @@ class _Arithmetic(NamedTuple):
 def _line(meaning: ir.Meaning, threshold: float, by: _Arithmetic) -> HalfLine | None:
     """The sums whose test goes left; None when all or none do. One coordinate with an error is no float64 number."""
     if meaning.function:
-        return _sign_line(threshold) if meaning.function == "sign" else _positive_line(threshold)
+        least = -1 if meaning.function == "sign" else 0  # else "is positive": 0 or 1
+        return HalfLine(Fraction(0), strict=threshold < 0) if least <= threshold < 1 else None
     if by.semantics == REAL:
         return HalfLine(Fraction(threshold), strict=False)
     if threshold == LAST_BELOW_ZERO and not (by.single or by.noisy):
         return HalfLine(Fraction(0), strict=True)  # what is rounded is float64, or a sum of two: 0 only from 0
     alone = len(meaning.terms) == 1 and not by.noisy
     return last_double(threshold, by.single) if alone else half_line(threshold, by.single)
-
-
-def _zero_tests(measured: Real, threshold: float, slack: Fraction) -> tuple[Test, Test]:
-    """Makes tests as `_tests` does, for "is zero" (0 or 1). A difference of two float64 numbers is zero iff they are
-    equal, so rounding does not matter; what it adds to longer sums is in `measured`. Being equal has nothing to spare.
-    """
-    if not 0 <= threshold < 1:
-        always = constant(threshold >= 1)
-        return always, negation(always)
-    if slack:
-        return disjunction(measured <= number(-slack), measured >= number(slack)), measured == 0
-    return measured != 0, measured == 0
 
 
 def _read_terms(feature: FeatureSpec, at: dict[str, Real]) -> Terms:
@@ -415,15 +398,3 @@ def _read_terms(feature: FeatureSpec, at: dict[str, Real]) -> Terms:
                 f"feature {feature.name} observes {name}, which regions cannot bound yet", str(feature.meaning)
             )
     return terms
-
-
-def _positive_line(threshold: float) -> HalfLine | None:
-    """The numbers for which "is positive" (0 or 1) is at most `threshold`; None when all or none are."""
-    return HalfLine(Fraction(0), strict=False) if 0 <= threshold < 1 else None
-
-
-def _sign_line(threshold: float) -> HalfLine | None:
-    """The numbers whose sign is at most `threshold`; None when all or none are."""
-    if threshold < -1 or threshold >= 1:
-        return None
-    return HalfLine(Fraction(0), strict=threshold < 0)

@@ -90,7 +90,8 @@ def _run_solver(
     solver.set("random_seed", 0)
     solver.add(*constraints)
     result = solver.check()
-    spent = _count_units(solver)
+    statistics = solver.statistics()
+    spent = int(statistics.get_key_value("rlimit count")) if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
     if result == z3.unknown and "interrupted" in solver.reason_unknown():
         raise KeyboardInterrupt  # Ctrl-C during the search, which the solver catches itself
     if result == z3.unknown:
@@ -128,11 +129,6 @@ def _standard(term: z3.ExprRef, known: dict[int, tuple[z3.ExprRef, z3.ExprRef]])
             made = _JOINED.get(kind, term.decl())(*parts)
         known[place] = term, made
     return known[place][1]
-
-
-def _count_units(solver: z3.Solver) -> int:
-    statistics = solver.statistics()
-    return int(statistics.get_key_value("rlimit count")) if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
 
 
 def false_facts(definitions: str, facts: Sequence[str]) -> list[int]:
@@ -185,18 +181,13 @@ def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> S
         beyond = beyond or (bool(asked.beyond) and beyond_any(part))
         if answer.holds is None or cut_off:
             used = question.budgets.solver_units - left[goal]
-            open_reasons.append(_open(question, goal, answer, used, answered[goal]))
+            parts = len(question.parts)  # which share the budget of a goal
+            after = f"{used:,} resource units" + (f" and {answered[goal]} of {parts} parts" if parts > 1 else "")
+            open_reasons.append(tell_of_goal(goal, f"{answer.reason or 'the budget ended'} after {after}"))
     if open_reasons:
         hint = "smaller trees may be decided" if beyond else question.budgets.hint()
         return SolverDecision(Verdict.UNKNOWN, spent, reason=f"{'; '.join(open_reasons)}; {hint}")
     return SolverDecision(Verdict.PROVED, spent)
-
-
-def _open(question: DecisionQuestion, goal: str | None, answer: Answer, spent: int, answered: int) -> str:
-    """Why there is no answer for a goal, whose parts share its budget. `answered`: how many of the parts were."""
-    parts = len(question.parts)
-    after = f" and {answered} of {parts} parts" if parts > 1 else ""
-    return tell_of_goal(goal, f"{answer.reason or 'the budget ended'} after {spent:,} resource units{after}")
 
 
 def about_nothing(question: DecisionQuestion) -> tuple[str, int]:
@@ -206,17 +197,12 @@ def about_nothing(question: DecisionQuestion) -> tuple[str, int]:
         return "the region holds no world state", anything.resources
     if question.claim.assume == TRUE:
         return "", anything.resources
-    met = _meeting(question)
+    assume, units = question.claim.assume, question.budgets.solver_units
+    met = [ask(region_only(question.region, assume, goal), units) for goal in question.goals]
     spent = anything.resources + sum(answer.resources for answer in met)
     if all(answer.holds is False for answer in met):
         return "no world state of the region meets the assumption", spent
     return "", spent
-
-
-def _meeting(question: DecisionQuestion) -> list[Answer]:
-    """For each goal, whether some world state of the region meets the assumption."""
-    region, assume, units = question.region, question.claim.assume, question.budgets.solver_units
-    return [ask(region_only(region, assume, goal), units) for goal in question.goals]
 
 
 BITS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 44, 52)  # behind the binary point

@@ -126,8 +126,10 @@ def verify(
         counterexample = explain(beside, state, replays)
         explanation = explain_counterexample(beside, counterexample)
     measured = measure(beside, SAMPLE_SEED)
-    if verdict is Verdict.PROVED:
-        _ensure_none_violates(beside)
+    if verdict is Verdict.PROVED:  # float64 sampling may misjudge a state on a boundary, so the referee confirms it
+        wrong = next(violating_samples(beside), None)
+        if wrong is not None:
+            raise AssertionError(f"proved, yet {wrong} violates {claim.name}")
     steady = verdict is Verdict.PROVED and claim.eps and zoned.certificate is not None
     controls = beside.controls if verdict in SETTLED else []
     units = beside.budgets.solver_units // max(len(controls), 1)
@@ -248,15 +250,6 @@ def _decide_control(control: DecisionQuestion, units: int) -> Verdict:
         return decision.verdict
     state, _ = confirm_point(decision.part or control, decision.goal, decision.answer)
     return Verdict.UNKNOWN if state is None else decision.verdict
-
-
-def _ensure_none_violates(question: DecisionQuestion) -> None:
-    """AssertionError for a sampled violation of a proved claim, if the referee confirms one: float64 sampling may
-    misjudge a state on a boundary.
-    """
-    wrong = next(violating_samples(question), None)
-    if wrong is not None:
-        raise AssertionError(f"proved, yet {wrong} violates {question.claim.name}")
 
 
 def _alive(question: DecisionQuestion, visited: Visited | None) -> DecisionResult:

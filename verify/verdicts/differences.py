@@ -137,10 +137,13 @@ def difference(
     proved = [one.agent for one in by_agent if one.verdict is Verdict.PROVED and one.failing]
     certificate, branches = None, 0
     if proved:
-        outcome = _no_difference(question_of(*proved))
+        question = question_of(*proved)
+        outcome = zones.decide(question)
+        if outcome.verdict is Verdict.VIOLATED:
+            raise AssertionError(f"no zone in which the profiles act differently, yet {outcome.state} is in one")
         if outcome.verdict is Verdict.PROVED:
             both = None if state else (first, second)  # else the certificate is about the pair as one profile
-            certificate = certify(question_of(*proved), outcome, pair=both)
+            certificate = certify(question, outcome, pair=both)
             branches = check_certificate(certificate, *(both or (pair,)))
         else:  # what is not certified is not proved
             answer = {"verdict": outcome.verdict, "reason": outcome.reason}
@@ -165,7 +168,9 @@ def _compare_agent(question: DecisionQuestion, agent: str, unmeasured: str) -> A
     shown = (example(question, zone) for zone in islice(outcome.zones, TRIED))
     state = next(filter(None, shown), None)
     if state is None and not list_whole(question.profile):  # of Z3, numbers that are whole may be any
-        state = _confirm_zone(question, outcome.zones[0])
+        goal = outcome.zones[0].failing.goal
+        answer = solver.decide(question.for_one_goal(goal)).answer
+        state = None if answer is None else confirm_point(question, goal, answer)[0]
     if state is None:
         return replace(outcome, verdict=Verdict.UNKNOWN, reason=ONLY_REAL)
     return replace(outcome, example=state)
@@ -197,7 +202,11 @@ def example(question: DecisionQuestion, zone: Zone) -> State | None:
     point = {name: round_whole(number) if name in whole else number for name, number in point.items()}
     for state in _candidates(question, point, failing.goal):
         if _meets(question, zone, state):
-            return _round_state(question, zone, state)
+            for places in range(1, MAX_PLACES):  # as few decimals as all coordinates together allow
+                position = {name: round(value, places) + 0.0 for name, value in state.position.items()}
+                if _meets(question, zone, rounded := State(position, state.goal)):
+                    return rounded
+            return state
     return None
 
 
@@ -226,21 +235,6 @@ def _meets(question: DecisionQuestion, zone: Zone, state: State) -> bool:
     )
 
 
-def _round_state(question: DecisionQuestion, zone: Zone, state: State) -> State:
-    """The same state with as few decimals as all coordinates together allow."""
-    for places in range(1, MAX_PLACES):
-        rounded = State({name: round(value, places) + 0.0 for name, value in state.position.items()}, state.goal)
-        if _meets(question, zone, rounded):
-            return rounded
-    return state
-
-
-def _confirm_zone(question: DecisionQuestion, zone: Zone) -> State | None:
-    """A state near a zone that no state of its middle represents, as Z3 finds one."""
-    answer = solver.decide(question.for_one_goal(zone.failing.goal)).answer
-    return None if answer is None else confirm_point(question, zone.failing.goal, answer)[0]
-
-
 def _by_solver(question: DecisionQuestion, agent: str) -> AgentDifference:
     """The answer by Z3 alone: without zones and without a certificate."""
     decision = solver.decide(question)
@@ -250,14 +244,6 @@ def _by_solver(question: DecisionQuestion, agent: str) -> AgentDifference:
     if state is None:
         return AgentDifference(agent, Verdict.UNKNOWN, ONLY_REAL)
     return AgentDifference(agent, Verdict.VIOLATED, WITHOUT_ZONES, example=state)
-
-
-def _no_difference(question: DecisionQuestion) -> zones.Outcome:
-    """The zone engine's answer about agents without zones in which they act differently."""
-    outcome = zones.decide(question)
-    if outcome.verdict is Verdict.VIOLATED:
-        raise AssertionError(f"no zone in which the profiles act differently, yet {outcome.state} is in one")
-    return outcome
 
 
 def _together(differences: Sequence[AgentDifference], question: DecisionQuestion | None) -> Span:

@@ -178,7 +178,18 @@ def _judge_question(question: EpisodeQuestion, samples: int | None = None) -> _J
     """
     decision, violating = _settle_question(question, _samples(question.claim) if samples is None else samples)
     if decision.verdict is Verdict.UNKNOWN and question.claim.by_edges:
-        return _by_edges(question, violating)
+        outcome = unbounded.decide(question)  # edges that agents never cross; who has some is followed alone
+        decision = ZonesDecision(outcome.verdict, outcome.zones, outcome.reason)
+        certificate = outcome.certificate
+        if certificate is None:
+            return _Judged(decision, violating)
+        if not _has_start(question):
+            return _Judged(_unknown(decision, NO_START), violating)
+        try:
+            branches = check_certificate(certificate, question.profile)
+        except RejectedError as error:
+            raise AssertionError(f"the checker refuses the edges of {question.claim.name}: {error}") from error
+        return _Judged(replace(decision, followed=certificate.proof.followed), violating, certificate, branches)
     if decision.verdict is not Verdict.PROVED:
         return _Judged(decision, violating)
     if not _has_start(question):
@@ -192,22 +203,6 @@ def _judge_question(question: EpisodeQuestion, samples: int | None = None) -> _J
         return _Judged(decision, violating, uncertified=str(error))
     except RejectedError as error:
         raise AssertionError(f"the checker refuses the proof of {question.claim.name}: {error}") from error
-
-
-def _by_edges(question: EpisodeQuestion, violating: Share) -> _Judged:
-    """The verdict by edges that agents never cross; each agent that has some is followed alone."""
-    outcome = unbounded.decide(question)
-    decision = ZonesDecision(outcome.verdict, outcome.zones, outcome.reason)
-    certificate = outcome.certificate
-    if certificate is None:
-        return _Judged(decision, violating)
-    if not _has_start(question):
-        return _Judged(_unknown(decision, NO_START), violating)
-    try:
-        branches = check_certificate(certificate, question.profile)
-    except RejectedError as error:
-        raise AssertionError(f"the checker refuses the edges of {question.claim.name}: {error}") from error
-    return _Judged(replace(decision, followed=certificate.proof.followed), violating, certificate, branches)
 
 
 def _unknown(decision: ZonesDecision, reason: str) -> ZonesDecision:

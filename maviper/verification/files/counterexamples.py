@@ -136,28 +136,29 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Rep
     """
     data = runs.read(path, MAX_BYTES)
     if kinds.kind_of(data) is kinds.SYSTEM_COUNTEREXAMPLE:
-        return _replay_statement(path, profile, world)
+        from maviper.verification.files import systems
+
+        original, claim, again, same, by_same = systems.replay(path, profile, world)
+        actions: dict[str, list[str]] = {} if again is None else counterexample(again)["actions"]
+        return Replayed(
+            property=systems.name_claim(claim),
+            violated=again is not None,
+            actions={agent: " ".join(names) for agent, names in actions.items()},
+            before={agent: " ".join(names) for agent, names in original.actions.items()},
+            by=(),
+            same_policy=by_same,
+            says=(PLAYED if again is None or again.seconds is None else FOLLOWED) + ("" if same else OTHER_SYSTEM),
+        )
     ensure_plain(profile, READER)
     called = kinds.COUNTEREXAMPLE.called
     kinds.ensure(data, str(path), called, kinds.COUNTEREXAMPLE, kinds.EPISODE_COUNTEREXAMPLE)
     about_episode = kinds.kind_of(data) is kinds.EPISODE_COUNTEREXAMPLE
-    return _ensure_same(path, (_replay_episode if about_episode else _replay_state)(path, profile))
-
-
-def _replay_statement(path: Path, profile: PolicyProfile, world: Path | None) -> Replayed:
-    from maviper.verification.files import systems
-
-    original, claim, again, same, by_same = systems.replay(path, profile, world)
-    actions: dict[str, list[str]] = {} if again is None else counterexample(again)["actions"]
-    return Replayed(
-        property=systems.name_claim(claim),
-        violated=again is not None,
-        actions={agent: " ".join(names) for agent, names in actions.items()},
-        before={agent: " ".join(names) for agent, names in original.actions.items()},
-        by=(),
-        same_policy=by_same,
-        says=(PLAYED if again is None or again.seconds is None else FOLLOWED) + ("" if same else OTHER_SYSTEM),
-    )
+    played = (_replay_episode if about_episode else _replay_state)(path, profile)
+    wrong = [agent for agent, action in played.actions.items() if played.before.get(agent, action) != action]
+    if played.same_policy and wrong:
+        where = f"{path}: $.actions.{wrong[0]}: the policy takes {played.actions[wrong[0]][:40]}"
+        raise InputError("the counterexample was edited after it was written", where, ADVICE)
+    return played
 
 
 def _replay_state(path: Path, profile: PolicyProfile) -> Replayed:
@@ -211,15 +212,6 @@ def _words(name: str, stated: str) -> str:
     return name if stated == name else f"{name} (in the file: '{escape_text(stated)}')"
 
 
-def _ensure_same(path: Path, replay: Replayed) -> Replayed:
-    """The replay itself; InputError where the file is about this very policy, and says that it acts otherwise."""
-    wrong = [agent for agent, action in replay.actions.items() if replay.before.get(agent, action) != action]
-    if replay.same_policy and wrong:
-        where = f"{path}: $.actions.{wrong[0]}: the policy takes {replay.actions[wrong[0]][:40]}"
-        raise InputError("the counterexample was edited after it was written", where, ADVICE)
-    return replay
-
-
 def _strange_parts(claim: Formula, team: str, profile: PolicyProfile) -> list[str]:
     """Goals and actions of a formula that the profile does not have; its agents are known."""
     actions, parts = {policy.agent: policy.actions for policy in profile.team(team)}, list(atoms(claim))
@@ -228,27 +220,6 @@ def _strange_parts(claim: Formula, team: str, profile: PolicyProfile) -> list[st
         *sorted({atom.landmark for atom in parts if isinstance(atom, Goal)} - set(profile.world.goals)),
         *(f"action {number} of {agent}" for agent, number in acts if not 0 <= number < len(actions[agent])),
     ]
-
-
-def _read(path: Path) -> tuple[CounterexampleJson, State]:
-    document = runs.decode_file(path, MAX_BYTES, CounterexampleJson, "not a counterexample", ADVICE)
-    if document.counterexample not in FORMS:
-        raise InputError(
-            "a counterexample of another version", f"{path}: '{escape_text(document.counterexample[:40])}'", ADVICE
-        )
-    try:
-        position, errors = (
-            {name: _value(value) for name, value in values.items()} for values in (document.position, document.errors)
-        )
-        _ = document.view and view_from(document.view)
-    except ValueError as error:
-        raise InputError("not a counterexample", f"{path}: {escape_text(error)}", ADVICE) from None
-    state = State(position, goal_of(document.goal), errors)
-    semantics = MACHINE if document.counterexample == FORM else REAL
-    if document.semantics != semantics or (semantics == MACHINE and (document.deployed or not state.floats)):
-        what = f"'{escape_text(document.semantics[:20])}' where {document.counterexample} is of {semantics} arithmetic"
-        raise InputError("not a counterexample", f"{path}: {what}", ADVICE)
-    return document, state
 
 
 def _value(stated: float | str) -> Value:
@@ -262,7 +233,23 @@ def _value(stated: float | str) -> Value:
 
 def read_counterexample(path: Path, profile: PolicyProfile) -> tuple[CounterexampleJson, State, Formula]:
     """A file, the state and the formula in it, both known to a profile's world or its view. InputError otherwise."""
-    stored, state = _read(path)
+    stored = runs.decode_file(path, MAX_BYTES, CounterexampleJson, "not a counterexample", ADVICE)
+    if stored.counterexample not in FORMS:
+        raise InputError(
+            "a counterexample of another version", f"{path}: '{escape_text(stored.counterexample[:40])}'", ADVICE
+        )
+    try:
+        position, errors = (
+            {name: _value(value) for name, value in values.items()} for values in (stored.position, stored.errors)
+        )
+        _ = stored.view and view_from(stored.view)
+    except ValueError as error:
+        raise InputError("not a counterexample", f"{path}: {escape_text(error)}", ADVICE) from None
+    state = State(position, goal_of(stored.goal), errors)
+    semantics = MACHINE if stored.counterexample == FORM else REAL
+    if stored.semantics != semantics or (semantics == MACHINE and (stored.deployed or not state.floats)):
+        what = f"'{escape_text(stored.semantics[:20])}' where {stored.counterexample} is of {semantics} arithmetic"
+        raise InputError("not a counterexample", f"{path}: {what}", ADVICE)
     if stored.view is not None:
         profile = over(profile, view_from(stored.view))
     return stored, state, resolve_formula(stored.formula, stored.team, [state], profile, path)

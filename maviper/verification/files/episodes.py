@@ -69,24 +69,20 @@ def document(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     """Returns the contents of the file of a violated claim."""
     claim, evidence = result.claim, result.evidence
     assert evidence.state is not None and evidence.episode is not None
+    broken = {**claim.parameters, "steps": claim.steps}  # of a claim for ever, as many steps as it takes
     return {
         "counterexample": FORM,
         "profile": content_hash(profile),
         "property": claim.shown,
         "claim": claim.name,
         "team": claim.team,
-        "parameters": {name: _encode_parameter(value) for name, value in _list_parameters(claim).items()},
+        "parameters": {name: _encode_parameter(value) for name, value in broken.items()},
         "region": region_document(result.region),
         "goal": goal_text(evidence.state.goal),
         "position": dict(evidence.state.position),
         "actions": _name_actions(profile, evidence.episode),
         "explanation": {} if evidence.explanation is None else evidence.explanation.document(),
     }
-
-
-def _list_parameters(claim: EpisodeClaim) -> dict[str, Parameter]:
-    """The parameters that an episode breaks: of a claim for ever, as many steps as it takes."""
-    return {**claim.parameters, "steps": claim.steps}
 
 
 def _name_actions(profile: PolicyProfile, episode: Episode) -> dict[str, str]:
@@ -113,9 +109,14 @@ def replay(path: Path, profile: PolicyProfile) -> ReplayedEpisode:
     """
     stored = _read(path)
     claim = _claim(stored, profile, path)
-    _ensure_known(stored, profile, path)
+    strange = sorted(set(stored.actions) - {entity.name for entity in profile.world.agents})
+    start = State(stored.position, goal_of(stored.goal))
+    ensure_of_world(profile.world, [start], strange, path)
+    for name, value in stored.position.items():
+        if value and name.endswith((".vx", ".vy")):
+            raise InputError("not a counterexample", f"{path}: {name} is not 0, but episodes start at rest", ADVICE)
     playable(profile)
-    episode, by = replay_course(profile, State(stored.position, goal_of(stored.goal)), claim.steps)
+    episode, by = replay_course(profile, start, claim.steps)
     return ReplayedEpisode(stored, fails(profile, claim, episode.coordinates), _name_actions(profile, episode), by)
 
 
@@ -157,15 +158,6 @@ def _value(name: str, value: int | str | list[str]) -> Any:
     if kind is Fraction and isinstance(value, str):
         return read_number(value)
     raise ValueError(f"{name} is {str(value)[:40]!r}")
-
-
-def _ensure_known(episode: EpisodeJson, profile: PolicyProfile, path: Path) -> None:
-    """InputError for a start or actions that the profile's world does not have."""
-    strange = sorted(set(episode.actions) - {entity.name for entity in profile.world.agents})
-    ensure_of_world(profile.world, [State(episode.position, goal_of(episode.goal))], strange, path)
-    for name, value in episode.position.items():
-        if value and name.endswith((".vx", ".vy")):
-            raise InputError("not a counterexample", f"{path}: {name} is not 0, but episodes start at rest", ADVICE)
 
 
 def ensure_of_world(world: WorldSpec, states: Sequence[State], strange: Sequence[str], path: Path) -> None:

@@ -8,9 +8,8 @@ Does not: prove, or change what is checked.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
 from typing import Any, cast
 
@@ -243,21 +242,14 @@ def replay(
             again = truly(statement, profile, claim, again) if again and statement.acting else again
         else:
             claim = replace(claim, at_samples=bool(document.at_samples))
-            again = flow_replayed(profile, statement.system, claim, _read_course(document, start, errors))
+            # a list is of what changes from period to period, and its last member stays
+            longer = [document.longer] if isinstance(document.longer, str) else document.longer
+            ways = [document.way] if isinstance(document.way, int) else document.way
+            if not longer or not ways:
+                raise ValueError("a list of periods or delays is empty")
+            course = FlowCourse(start, errors or [{}], list(map(read_number, longer)), ways, document.rank)
+            again = flow_replayed(profile, statement.system, claim, course)
     except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
         raise InputError("not a readable counterexample", f"{path}: {escape_text(error)}", ADVICE) from None
     same = document.system == documents.content_hash(statement.system)
     return document, claim, again, same, document.profile == content_hash(profile)
-
-
-def _read_course(
-    document: CounterexampleJson, start: Mapping[str, Fraction], errors: Sequence[Mapping[str, Fraction]]
-) -> FlowCourse:
-    """Reads the course of an episode of a flow from its file. A list is of what changes from period to period, and its
-    last member stays. ValueError for an empty one.
-    """
-    longer = [document.longer] if isinstance(document.longer, str) else document.longer
-    ways = [document.way] if isinstance(document.way, int) else document.way
-    if not longer or not ways:
-        raise ValueError("a list of periods or delays is empty")
-    return FlowCourse(start, errors or [{}], list(map(read_number, longer)), ways, document.rank)
