@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from codegen.errors import InputError
+from verify.claims.built_in import PARAMETER_NAMES
 from verify.claims.built_in import Agree as Agree
 from verify.claims.built_in import Aligned as Aligned
 from verify.claims.built_in import AliveLeaves as AliveLeaves
@@ -28,7 +29,6 @@ from verify.claims.built_in import Reaches as Reaches
 from verify.claims.built_in import StaysIn as StaysIn
 from verify.claims.built_in import Steady as Steady
 from verify.claims.built_in import Symmetric as Symmetric
-from verify.claims.parameters import NAMES
 
 
 def name_of(claim: str | Claim) -> str:
@@ -46,7 +46,7 @@ def complete_parameters(claim: str | Claim, given: Mapping[str, Any]) -> dict[st
     said = {name: value for name, value in given.items() if value is not None}
     if not isinstance(claim, Claim):
         return said
-    twice = [name for name in said if name in (*NAMES, "team")]
+    twice = [name for name in said if name in (*PARAMETER_NAMES, "team")]
     if twice:
         what = f"the claim is an object, which has {', '.join(twice)} itself"
         raise InputError(what, twice[0], f"write it among the parameters of {type(claim).__name__}")

@@ -268,7 +268,7 @@ def no_kept_processes():
 # Numbers of what is sampled, by name, with the modules that hold one; a test of the house finds those left out.
 SAMPLED = {
     "SAMPLES": (
-        *("verify.states.shares", "verify.solver.leaves", "verify.counterexamples.search", "verify.extent.largest"),
+        *("verify.states.shares", "verify.solver.solve", "verify.counterexamples.search", "verify.extent.largest"),
         *("verify.repair", "verify.verdicts.episodes", "maviper.verification.diff", "maviper.evaluation.comparison"),
         "maviper.extraction.refitting",
     ),

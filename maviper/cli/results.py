@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from maviper.console import Console
-from verify.reports.report import as_lines, telling_of
-from verify.reports.telling import NOWHERE, WEAK
+from verify.reports.report import NOWHERE, WEAK, as_lines, telling_of
 from verify.result import AnyResult, Verdict
 
 CAVEATS = (NOWHERE, WEAK, "no certificate", "not replayed", "proved again")  # in lines on what a verdict rests on

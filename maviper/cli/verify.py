@@ -173,7 +173,7 @@ def verify(
 
 def _read_robust(claims: Sequence[str]) -> tuple[Path, dict[str, Any]]:
     """The claim `robust` as read: the file of observations, and the rest by name."""
-    from verify.claims.calls import read_call
+    from verify.claims.catalogue import read_call
     from verify.decimals import number
 
     if len(claims) > 1:
@@ -283,7 +283,7 @@ def _ensure_free(
     """InputError where files that were given, or of somebody else, would be written over."""
     from codegen.policy_json import dumps
     from maviper.files import outputs, runs
-    from maviper.verification.files.places import file_names, list_given
+    from maviper.verification.files.states import file_names, list_given
 
     texts = {runs.PROFILE_FILE: dumps(profile), **(stated.beside if stated else {})}
     known = outputs.without_given(folder, texts, given)
@@ -294,7 +294,7 @@ def _ensure_free(
 def _folders(output: Path | None, asked: "Sequence[Asked]", options: "VerifyOptions", console: "Console") -> None:
     """Folders for what will be written, before anything is decided; questions for other programs at once."""
     from maviper.files import runs
-    from maviper.verification.files.places import ensure_free
+    from maviper.verification.files.states import ensure_free
 
     if output is not None and options.cells is not None:
         ensure_free(output, asked, options)
@@ -347,7 +347,7 @@ def _write(
 ) -> list[tuple[str, str]]:
     """Writes all files, without those of an earlier run; labels and texts of each, with the command that reads it."""
     from maviper.files import outputs, runs
-    from maviper.verification.files.places import list_given
+    from maviper.verification.files.states import list_given
 
     page, no_page, page_file = dict[str, str](), "", Path()
     if done.stated is None:  # no page plays a system, and what makes pages takes long to load

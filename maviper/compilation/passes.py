@@ -81,7 +81,7 @@ def _merge_leaves(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
 
 
 def _drop_leaves(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
-    from verify.solver.leaves import dead_leaves
+    from verify.solver.solve import dead_leaves
 
     if profile.region is not None:
         what = "the profile already has a region, outside which its trees may have changed"

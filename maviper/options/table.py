@@ -2,7 +2,7 @@
 
 Does: reads the table; completes what was given; gives a function the signature and the text that the table says.
 Assumes: each field of the TypedDict is `Annotated[type, Option(...)]`, or a parameter of claims
-  (`verify.claims.parameters`); a help text is one sentence.
+  (`verify.claims.built_in`); a help text is one sentence.
 Does not: make options of the command line (`maviper.cli.options`), or check what a value means.
 """
 
@@ -18,8 +18,8 @@ from types import MappingProxyType, UnionType
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from codegen.errors import InputError, MaviperError, UnknownNameError, escape_text, suggestion
-from verify.claims import parameters
-from verify.claims.parameters import Form
+from verify.claims.built_in import PARAMETERS as CLAIMED
+from verify.claims.built_in import Form
 from verify.kinds import ALWAYS
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
@@ -121,7 +121,7 @@ def table_of(options: type) -> Mapping[str, Option]:
 
 def of_claims(name: str) -> Option:
     """A parameter that some claims read; without it, as the claim says."""
-    (spec,) = (each for each in parameters.PARAMETERS if each.name == name)
+    (spec,) = (each for each in CLAIMED if each.name == name)
     words = (ALWAYS,) if spec.form is Form.STEPS else ()
     return Option(None, PARAMETERS, spec.help, spec.form.value, commas=spec.form is Form.NAMES, words=words)
 

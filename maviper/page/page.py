@@ -72,7 +72,7 @@ from verify.claims.wording import OwnFormula
 from verify.kinds import MACHINE, REAL
 from verify.result import AnyResult, Verdict
 from verify.systems.remembering import with_memory
-from verify.verdicts.memories import unite_actions
+from verify.verdicts.differences import unite_actions
 
 FILE = "play.html"
 MAX_RULES = 200  # leaves of an agent that a page shows as text, where scripts are off

@@ -25,15 +25,13 @@ from maviper.files.profiles import find_region
 from maviper.options import VERIFY_SETTINGS, SystemOptions, complete_options, table_of
 from maviper.options import VerifyOptions as Options
 from verify.checker.thresholds import sides
-from verify.claims import parameters
-from verify.claims.calls import spell_call, write_call
-from verify.claims.catalogue import MAX_ZONES, Claim, find_claim
+from verify.claims.built_in import PARAMETER_NAMES, Form, of_form
+from verify.claims.catalogue import MAX_ZONES, Claim, find_claim, spell_call, write_call
 from verify.claims.claim import Parameter, check_range
 from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.files import Reading, Stated, read_claim, read_properties
 from verify.claims.formula import Formula
 from verify.claims.observed import View
-from verify.claims.parameters import Form
 from verify.claims.region import Region
 from verify.claims.region_files import START
 from verify.claims.terms import Compared, read_as_compared
@@ -124,8 +122,8 @@ class VerifyOptions:
     @classmethod
     def of(cls, options: Mapping[str, Any]) -> "VerifyOptions":
         """The options by name, parameters of claims among them; None: as usual."""
-        stated = {key: options[key] for key in parameters.NAMES if options.get(key) is not None}
-        return cls(parameters=stated, **{key: value for key, value in options.items() if key not in parameters.NAMES})
+        stated = {key: options[key] for key in PARAMETER_NAMES if options.get(key) is not None}
+        return cls(parameters=stated, **{key: value for key, value in options.items() if key not in PARAMETER_NAMES})
 
     @classmethod
     def about(cls, claim: str | BuiltIn, region: str, options: Mapping[str, Any]) -> "VerifyOptions":
@@ -136,7 +134,7 @@ class VerifyOptions:
             what = f"{claim.__name__} is a class of claims, and no claim"
             raise InputError(what, "claim", f"write claims.{claim.__name__}(), with its parameters")
         asked = complete_options(Options, complete_parameters(claim, options))
-        asked |= {key: number(asked[key], key) for key in parameters.of_form(Form.NUMBER)}
+        asked |= {key: number(asked[key], key) for key in of_form(Form.NUMBER)}
         return cls.of({"names": (name_of(claim),), "region": region, **asked})
 
     def ensure_usable(self) -> "VerifyOptions":

@@ -39,8 +39,16 @@ from verify.reports import differences as report
 from verify.result import Verdict
 from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import sample
-from verify.verdicts.differences import Difference, difference
-from verify.verdicts.memories import UNSHARED, forget, make_whole, name_memory, say_alike, unite_actions
+from verify.verdicts.differences import (
+    UNSHARED,
+    Difference,
+    difference,
+    forget,
+    make_whole,
+    name_memory,
+    say_alike,
+    unite_actions,
+)
 
 CERTIFICATE_FILE, REPORT_FILE = "certificate.json", "difference.json"
 MAX_NODES = 10**12

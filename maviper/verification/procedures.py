@@ -16,9 +16,8 @@ from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash
 from maviper.verification.bench import Bench, rollouts, state_replays
-from maviper.verification.files import episodes as episode_files
-from maviper.verification.files.counterexamples import document
-from maviper.verification.files.places import zones_and_region
+from maviper.verification.files.counterexamples import document, episode_document
+from maviper.verification.files.states import zones_and_region
 from verify.claims.region_files import name_region
 from verify.claims.wording import spell_decisions
 from verify.kinds import MACHINE
@@ -125,7 +124,7 @@ def _judge_episodes(question: EpisodeQuestion, bench: object) -> tuple[Verdict, 
 
 
 def _episode_counterexample(profile: PolicyProfile, result: EpisodeResult) -> tuple[dict[str, Any], str] | None:
-    return None if result.evidence.state is None else (episode_files.document(profile, result), "from its start")
+    return None if result.evidence.state is None else (episode_document(profile, result), "from its start")
 
 
 EPISODES = Procedure(_answer_episodes, _judge_episodes, _episode_counterexample)

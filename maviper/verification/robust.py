@@ -38,7 +38,7 @@ from verify.exact import MAX_NUMBER
 from verify.extent.radius import Ends, Radius, ends_of, radius
 from verify.question import DecisionQuestion, Question
 from verify.subjects import Game
-from verify.verdicts.opinions import by_zones
+from verify.verdicts.decisions import by_zones
 
 CHANGED = ("row", "output", "value", "least", "most", "change", "exact")
 MARK = "changes.csv"

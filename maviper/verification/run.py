@@ -28,8 +28,7 @@ from maviper.files import jobs as processes
 from maviper.files import runs
 from maviper.verification.ask import DASK, Asked, Jobs, VerifyOptions, make_world_error, questions
 from maviper.verification.bench import Bench
-from maviper.verification.files.places import region_file, repeat_command
-from maviper.verification.files.states import states_files
+from maviper.verification.files.states import region_file, repeat_command, states_files
 from maviper.verification.procedures import DECISIONS, EPISODES, Procedure
 from verify.certificates.games import to_json
 from verify.kinds import Kind

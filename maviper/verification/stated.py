@@ -26,16 +26,16 @@ from codegen.wording import visible
 from maviper.files import runs
 from maviper.verification import games, worlds
 from maviper.verification.ask import Asked, VerifyOptions, pose_claims, resolve_region
-from maviper.verification.files.places import repeat_options
+from maviper.verification.files.states import repeat_options
 from maviper.verification.files.systems import CLAIM_FILE, counterexample_document, read_earlier
+from maviper.verification.games import find_by_rules, measure_reference, replay_words
 from maviper.verification.procedures import Procedure
-from maviper.verification.reference import find_by_rules, measure_reference, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays, leave_stated
 from maviper.worlds.stated.observing import ensure_observed
 from maviper.worlds.stated.systems import file_of, read
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
-from verify.claims.calls import read_call
+from verify.claims.catalogue import read_call
 from verify.claims.formula import Linear, atoms, below, negate, normal
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED

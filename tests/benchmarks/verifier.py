@@ -46,7 +46,7 @@ from verify.solver.encode import query
 from verify.solver.solve import ask, decide
 from verify.solver.terms import half_line
 from verify.subjects import Game
-from verify.verdicts.opinions import by_zones
+from verify.verdicts.decisions import by_zones
 from verify.zones import engine as zones
 from verify.zones import search
 

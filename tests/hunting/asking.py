@@ -33,8 +33,7 @@ from verify.kinds import Kind
 from verify.result import Verdict
 from verify.solver.solve import Answer, decide
 from verify.states.state import State
-from verify.verdicts.decisions import Result, verify
-from verify.verdicts.opinions import Zoned, by_zones
+from verify.verdicts.decisions import Result, Zoned, by_zones, verify
 
 SECOND = 60  # of so many questions one is also asked of the other engine
 FRONT = 300  # and one of the whole front door

@@ -45,7 +45,7 @@ from maviper.options.extraction import (
 )
 from maviper.reproduction import run as reproduction
 from maviper.verification.ask import VerifyOptions as Asked
-from verify.claims import parameters
+from verify.claims.built_in import PARAMETER_NAMES
 from verify.claims.catalogue import NAMES, ZONES, readable
 
 PLAIN = {"margin", "radius", "kappa", "eps", "steps", "landmarks", "others", "order"}  # None: as usual
@@ -70,7 +70,7 @@ OWN = {
     "import": {"agents"},
     "repair": {"claim", "region"},
 }
-WITHIN_A_CLAIM = {"team", *parameters.NAMES}  # on the command line; of Python they are options of the function too
+WITHIN_A_CLAIM = {"team", *PARAMETER_NAMES}  # on the command line; of Python they are options of the function too
 REQUESTS = {
     ReproduceOptions: reproduction.Request,
 }
@@ -217,7 +217,7 @@ def test_every_built_in_claim_has_a_class_with_what_it_reads():
 
 
 def test_every_parameter_of_a_claim_is_an_option_of_verify():
-    assert [name for name in table_of(VerifyOptions) if name in parameters.NAMES] == list(parameters.NAMES)
+    assert [name for name in table_of(VerifyOptions) if name in PARAMETER_NAMES] == list(PARAMETER_NAMES)
 
 
 @pytest.mark.parametrize(

@@ -1,19 +1,24 @@
-"""Claims of either kind by name: about single decisions (decisions.py) and about whole episodes (episodes.py).
+"""Claims of either kind by name, about single decisions and about whole episodes; and as calls, `reaches(radius=0.4)`.
 
-Does: finds a claim for a profile; tells which parameters a name reads, their usual values, and what it says in general.
-Assumes: parameters have their types; their ranges are checked here. built_in.py declares the claims.
-Does not: read files or decide.
+Does: finds a claim for a profile; tells which parameters a name reads, their usual values, and what it says in general;
+  reads a call as the table that a property file would have, and writes a claim as one.
+Assumes: parameters have their types; their ranges are checked here. built_in.py declares the claims. Whoever reads the
+  table of a call (files.py) checks names and values.
+Does not: read files, decide, or evaluate a call: a value is one of TOML, or a word, which stands for a text.
 """
 
-from collections.abc import Mapping, Sequence
+import json
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
 from typing import Any, cast
 
 from codegen.dynamics import COINCIDENT, partners
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import PolicyProfile, WorldSpec
-from verify.claims.built_in import CLAIMS, OfEpisodes
+from verify.claims.built_in import CLAIMS, Form, OfEpisodes, of_form
 from verify.claims.built_in import Claim as BuiltIn
 from verify.claims.claim import (
     Parameter,
@@ -27,9 +32,9 @@ from verify.claims.claim import (
 )
 from verify.claims.decisions import PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
-from verify.claims.parameters import Form, of_form
 from verify.claims.relations import RELATIONS
 from verify.claims.wording import ACCOUNTS, BUILT_IN, WITH_ERRORS, account_of
+from verify.decimals import text
 
 Claim = DecisionClaim | EpisodeClaim
 NAMES = tuple(CLAIMS)
@@ -221,3 +226,75 @@ def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool
         what = f"{name} needs a team of {wanted} agents, one for each landmark"
         raise InputError(what, "", f"teams: {', '.join(known)}")
     return fitting[0]
+
+
+CALL = re.compile(r"\s*(\w+)\s*(?:\((.*)\)\s*)?", re.DOTALL)
+WORD = re.compile(r"[\w.+/:@-]+")  # a text without quotes
+PIECE = re.compile(r""""(?:[^"\\]|\\.)*"|'[^']*'|[\[{]|[\]}]|,|[^"'\[\]{},]+""")
+ADVICE = "write NAME or NAME(PARAMETER=VALUE, ...), such as reaches(radius=0.4, steps=25)"
+
+
+def read_call(written: str) -> dict[str, Any]:
+    """The table of a property file that says the same. Decimals are texts, as there. InputError for what is no call."""
+    call = CALL.fullmatch(written)
+    if call is None:
+        raise InputError("not a claim", escape_text(written), ADVICE)
+    table: dict[str, Any] = {"name": call[1]}
+    for part in _split(call[2] or "", written):
+        key, equals, value = (each.strip() for each in part.partition("="))
+        if not (equals and key.isidentifier() and value):
+            raise InputError(f"'{escape_text(part.strip())}' is no parameter", escape_text(written), ADVICE)
+        if key in table:
+            raise InputError(f"{key} is given twice", escape_text(written), "leave one of them out")
+        table[key] = _read_value(value, written)
+    return table
+
+
+def _split(listed: str, written: str) -> Iterator[str]:
+    """The parts between commas that stand in no quotes and no brackets."""
+    pieces, depth, part = PIECE.findall(listed), 0, ""
+    if "".join(pieces) != listed:
+        raise InputError("a quotation mark is not closed", escape_text(written), ADVICE)
+    for piece in pieces:
+        depth += (piece in "[{") - (piece in "]}")
+        if piece == "," and not depth:
+            yield part
+        part = "" if piece == "," and not depth else part + piece
+    if part.strip():
+        yield part
+
+
+def _read_value(value: str, written: str) -> Any:
+    try:
+        read = tomllib.loads(f"value = {value}", parse_float=str)
+    except (ValueError, RecursionError):
+        read = {}
+    if read.keys() == {"value"}:
+        return read["value"]
+    if WORD.fullmatch(value):
+        return value
+    if value[0] == "[" and value[-1] == "]" and value.count("[") == 1:
+        return [_read_value(each.strip(), written) for each in _split(value[1:-1], written)]
+    raise InputError(
+        f"cannot read the value {escape_text(value)}", escape_text(written), 'texts stand in quotes: "..."'
+    )
+
+
+def write_call(claim: Claim, zones: int | None = None) -> str:
+    """A built-in claim as `read_call` reads it, with its team. `zones`: how many may be visited; None: as usual."""
+    said: dict[str, Parameter] = {"team": claim.team, **select_stated(claim), **({ZONES: zones} if zones else {})}
+    words = {"label": claim.label, "assume": getattr(claim, "assumption", "")}
+    return spell_call(claim.name, said | {key: value for key, value in words.items() if value})
+
+
+def spell_call(name: str, said: Mapping[str, Parameter]) -> str:
+    """The call of a name with these parameters."""
+    return f"{name}({', '.join(f'{key}={_write_value(value)}' for key, value in said.items())})"
+
+
+def _write_value(value: Parameter) -> str:
+    if isinstance(value, Fraction):
+        return text(value)
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return str(value) if isinstance(value, int) else f"[{', '.join(map(_write_value, value))}]"

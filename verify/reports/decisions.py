@@ -27,9 +27,9 @@ from verify.decimals import plain
 from verify.decimals import text as decimal
 from verify.kinds import MACHINE, REAL
 from verify.reports.drawing import MARK, VIEW, around, label_place
-from verify.reports.telling import POSITIONS, SHARES, WITH_CERTIFICATE, WITHOUT_CERTIFICATE, Telling
+from verify.reports.report import POSITIONS, SHARES, WITH_CERTIFICATE, WITHOUT_CERTIFICATE, Telling
 from verify.result import Margin, Verdict
-from verify.solver.leaves import LeafFinding
+from verify.solver.solve import LeafFinding
 from verify.states import shares
 from verify.states.real import write_value, write_values
 from verify.verdicts.decisions import DecisionEvidence, DecisionResult, of_states

@@ -21,7 +21,7 @@ from verify.claims.wording import account_of, region_document
 from verify.decimals import plain
 from verify.kinds import MACHINE
 from verify.reports.drawing import VIEW
-from verify.reports.telling import EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE, POSITIONS, SHARES, Telling
+from verify.reports.report import EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE, POSITIONS, SHARES, Telling
 from verify.result import Verdict
 from verify.verdicts.episodes import EpisodeEvidence, EpisodeResult
 

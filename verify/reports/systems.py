@@ -38,7 +38,7 @@ from verify.reports.courses import (
     tell_start,
     within,
 )
-from verify.reports.telling import NOWHERE, WEAK, Telling, describe_sets, readers, rests_on, sets
+from verify.reports.report import NOWHERE, WEAK, Telling, describe_sets, readers, rests_on, sets
 from verify.result import Result, Verdict
 from verify.subjects import ClosedLoop, Subject
 from verify.systems import documents

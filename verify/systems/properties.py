@@ -22,7 +22,7 @@ import numpy as np
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
 from codegen.numbers import nearest_number, neighbour
-from verify.claims.calls import read_call
+from verify.claims.catalogue import read_call
 from verify.claims.files import CLAIMS, Table, properties, read_each
 from verify.claims.formula import (
     Acts,

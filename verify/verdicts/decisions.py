@@ -1,20 +1,43 @@
-"""From a question to a verdict that carries its evidence.
+"""From a question about single decisions to a verdict that carries its evidence.
 
-Does: asks the solver goal by goal, confirms counterexamples, measures the region's shares, runs the shuffled control.
-Assumes: a checked profile; replays are given by the caller.
-Does not: write reports (reports/report.py).
+Does: asks the zone engine first, has its proofs checked, and Z3 goal by goal as the second opinion; confirms
+  counterexamples, measures the region's shares, runs the shuffled control; bisects for the largest closing margin, or
+  error of features, up to which a claim stays proved, over a grid of decimals.
+Assumes: a checked profile; replays are given by the caller; a claim only gets harder with its margin, as every claim
+  does that asks for engagement, and with larger errors.
+Does not: write reports (reports/report.py), or guess: a question without an answer counts as not proved. A disagreement
+  of the engines or a refused proof is no verdict: both are our bugs, and raise AssertionError.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import msgspec
+
 from codegen.intervals import Share
+from codegen.ir import PolicyProfile
+from codegen.policy_json import content_hash
 from codegen.wording import visible
-from verify.checker.decisions import DecisionCertificate, Premise
+from verify.certificates.games import may_name
+from verify.checker.certificate import Certificate
+from verify.checker.decisions import (
+    FORM,
+    MET,
+    MET_PARTED,
+    PARTED,
+    DecisionCertificate,
+    DecisionHeader,
+    FormulaClaim,
+    GoalProofs,
+    Premise,
+    check_certificate,
+    check_premise,
+)
+from verify.checker.reading import RejectedError
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import TRUE, Condition, agents, conjunction, negate
 from verify.claims.region import goal_text
@@ -22,18 +45,164 @@ from verify.claims.wording import OwnFormula
 from verify.counterexamples.explanation import Explanation, explain_counterexample
 from verify.counterexamples.search import Counterexample, Stronger, confirm_point, explain, near, violating_samples
 from verify.kinds import MACHINE, REAL
-from verify.question import DecisionQuestion
+from verify.question import UNITS_A_NODE, DecisionQuestion
 from verify.result import SETTLED, Control, Cost, Evidence, Margin, Opinion, Result, Verdict
 from verify.solver import solve
-from verify.solver.leaves import LeafFinding, leaf_findings
-from verify.solver.solve import Answer, SolverDecision, about_nothing, decide
+from verify.solver.solve import Answer, LeafFinding, SolverDecision, about_nothing, decide, leaf_findings
 from verify.states.acting import Replay
 from verify.states.shares import SAMPLE_SEED, Shares, measure
 from verify.states.state import State
-from verify.verdicts.opinions import Zoned, agreeing, by_zones, largest_eps, room, with_premises
+from verify.zones import engine as zones
+from verify.zones.engine import BeyondZonesError, Room
 
 if TYPE_CHECKING:
     from verify.extent.largest import Where
+
+
+STEP = Fraction(1, 1000)  # the grid, in the world's length unit
+MAX_QUESTIONS = 12
+WIDEST = Fraction(2)  # beyond the sides of the start regions nothing is ahead
+
+
+def room(question: DecisionQuestion) -> Margin | None:
+    """Up to which margin a proved claim holds; None for claims that a margin does not make harder."""
+    if not question.claim.hardens:
+        return None
+
+    def by_solver(margin: Fraction) -> bool:
+        return decide(question.with_margin(margin)).verdict is Verdict.PROVED
+
+    start = question.claim.margin
+    try:
+        proved_at = Room(question, STEP, steps_from(start)).is_proved_at
+    except BeyondZonesError:
+        proved_at = by_solver
+    return largest_margin(proved_at, start)
+
+
+def steps_from(start: Fraction) -> int:
+    """Returns the maximum number of steps of the grid to ask about."""
+    return max(0, int((WIDEST - start) / STEP))
+
+
+def largest_margin(proved_at: Callable[[Fraction], bool], start: Fraction) -> Margin:
+    """The largest margin (or error) of the grid found proved from `start` (which is) on, by bisection.
+
+    `proved_at`: whether the claim is proved with a margin (or error).
+    """
+    steps = steps_from(start)
+    if not steps:
+        return Margin(start, None, 0)
+    if proved_at(start + steps * STEP):
+        return Margin(start + steps * STEP, None, 1)
+    low, high, asked = 0, steps, 1
+    while high - low > 1 and asked < MAX_QUESTIONS:
+        middle = (low + high) // 2
+        asked += 1
+        if proved_at(start + middle * STEP):
+            low = middle
+        else:
+            high = middle
+    return Margin(start + low * STEP, start + high * STEP, asked)
+
+
+ENGINE = "zones"
+
+
+@dataclass(frozen=True)
+class Zoned:
+    """The zone engine's answer, and for a proof its certificate, accepted by the checker."""
+
+    opinion: Opinion
+    goal: str | None = None
+    state: Mapping[str, Fraction] | None = None
+    part: DecisionQuestion | None = None  # of the question, that fails in the state
+    certificate: DecisionCertificate | None = None
+    branches: int = 0  # that the certificate's proofs close
+    beyond: str = ""  # why the question is beyond zones
+
+
+def by_zones(question: DecisionQuestion) -> Zoned:
+    """The zone engine's opinion, within as many search nodes as the solver's units buy (UNITS_A_NODE)."""
+    claim = question.claim
+    try:
+        outcome = zones.decide(question.spending(max_nodes=max(1, question.budgets.solver_units // UNITS_A_NODE)))
+    except zones.BeyondZonesError as error:
+        return Zoned(Opinion(ENGINE, Verdict.SKIPPED, 0, "search nodes"), beyond=str(error))
+    opinion = Opinion(ENGINE, outcome.verdict, outcome.nodes, "search nodes")
+    if outcome.verdict is not Verdict.PROVED:
+        return Zoned(opinion, outcome.goal, outcome.state, outcome.part)
+    made = certify(question, outcome, claim if may_name(claim) else None)
+    try:
+        return Zoned(opinion, certificate=made, branches=check_certificate(made, question.origin))
+    except RejectedError as error:
+        raise AssertionError(f"the checker refuses the zone engine's proof of {claim.name}: {error}") from error
+
+
+def certify(
+    question: DecisionQuestion,
+    outcome: zones.Outcome,
+    named: DecisionClaim | None = None,
+    pair: tuple[PolicyProfile, PolicyProfile] | None = None,
+) -> DecisionCertificate:
+    """The certificate of a proof. `pair`: two profiles that the question is about as one."""
+    origin = question.origin if pair is None else pair[0]
+    view = None if question.viewed is None else question.viewed.view
+    header = DecisionHeader(
+        certificate=FORM if question.parts == (question,) else PARTED,
+        profile=content_hash(origin),
+        inhabitant=outcome.inhabitant,
+        semantics=question.semantics,
+        region=question.region,
+        against="" if pair is None else content_hash(pair[1]),
+        view=view,
+        eps=question.claim.eps,
+    )
+    proofs = {goal_text(goal): proof for goal, proof in outcome.proofs.items()}
+    return Certificate(header, FormulaClaim(named, question.formula), GoalProofs(proofs))
+
+
+def with_premises(
+    certificate: DecisionCertificate, question: DecisionQuestion, premises: Sequence[Premise]
+) -> DecisionCertificate:
+    """The certificate of a formula with the left sides of its implications, of which the checker accepts the states."""
+    header = certificate.header
+    if certificate.claim.property is not None:
+        return certificate
+    for premise in premises:
+        try:
+            check_premise(premise, question.profile, header.region, header.semantics)
+        except RejectedError as error:
+            raise AssertionError(f"the checker refuses a state of {question.claim.name}: {error}") from error
+    form = MET if header.certificate == FORM else MET_PARTED
+    return replace(
+        certificate,
+        header=msgspec.structs.replace(header, certificate=form),
+        claim=msgspec.structs.replace(certificate.claim, premises=tuple(premises)),
+    )
+
+
+def largest_eps(question: DecisionQuestion) -> Margin:
+    """Up to which errors of features a claim that holds with its own keeps holding: each with a checked proof."""
+
+    def is_proved_at(eps: Fraction) -> bool:
+        return by_zones(question.with_eps(eps)).opinion.verdict is Verdict.PROVED
+
+    return largest_margin(is_proved_at, question.claim.eps)
+
+
+def agreeing(zoned: Zoned, second: Opinion) -> Verdict:
+    """The verdict of the two: AssertionError when both have one and they differ."""
+    first = zoned.opinion
+    undecided = (Verdict.UNKNOWN, Verdict.SKIPPED)
+    if first.verdict in undecided or second.verdict is Verdict.VACUOUS:  # zones do not ask what the assumption leaves
+        return second.verdict
+    if second.verdict not in (*undecided, first.verdict):
+        raise AssertionError(
+            f"the engines disagree: {first.engine} {first.verdict.value}, {second.engine} {second.verdict.value}"
+        )
+    return first.verdict
+
 
 UNIT = "resource units"
 FEW = 2_000  # states that a control is tried in: most are violated in every tenth

@@ -1,9 +1,9 @@
 """Counterexamples as files, and their replay.
 
-Does: writes a counterexample with its claim and a test of it; replays one by reference, compiled C and environment, and
-  judges one of real arithmetic by exact measurements.
-Assumes: results of `verify.verdicts.decisions.verify`; a profile of the same world, the same policy or a better one.
-Does not: look for counterexamples; the files of those about whole episodes are in episodes.py.
+Does: writes a counterexample with its claim, of whole episodes the start and the actions; replays one by reference,
+  compiled C and environment, and judges one of real arithmetic by exact measurements.
+Assumes: results of `verify.verdicts`; a profile of the same world, the same policy or a better one.
+Does not: look for counterexamples.
 """
 
 from __future__ import annotations
@@ -12,35 +12,44 @@ import builtins
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
 from codegen.deciding import ensure_plain
-from codegen.errors import InputError, escape_text
-from codegen.ir import PolicyProfile
+from codegen.errors import InputError, UnknownNameError, escape_text
+from codegen.ir import PolicyProfile, WorldSpec
 from codegen.policy_json import content_hash
 from codegen.rows import Shown
 from maviper.files import kinds, runs
 from maviper.files.profiles import READER
-from maviper.verification.bench import replay_state
-from maviper.verification.files import episodes as episode_files
+from maviper.verification.bench import replay_course, replay_state
+from verify.claims.catalogue import ZONES, find_episode_claim, readable
+from verify.claims.claim import Parameter
 from verify.claims.decisions import OWN, PLAIN, formula
+from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates, read_formula
 from verify.claims.observed import over, view_from
 from verify.claims.region import goal_of, goal_text
-from verify.claims.wording import BUILT_IN, formula_document, view_document
+from verify.claims.region_files import positions
+from verify.claims.wording import BUILT_IN, formula_document, region_document, view_document
 from verify.counterexamples.search import Counterexample
 from verify.exact import MAX_NUMBER, read_number
 from verify.kinds import MACHINE, REAL
 from verify.reports.courses import counterexample
 from verify.reports.decisions import deployed_facts
 from verify.states.acting import REFERENCE
+from verify.states.episodes import Episode, fails, playable
 from verify.states.real import Value, value_of, write_values
 from verify.states.state import State, error_name, true_at
 from verify.verdicts.decisions import DecisionResult
 
+if TYPE_CHECKING:
+    from verify.verdicts.episodes import EpisodeResult
+
+EPISODE_FORM = "maviper-episode-counterexample-1"
 FORM, REAL_FORM = "maviper-counterexample-1", "maviper-counterexample-2"  # of deployed, of real arithmetic
 FORMS = (FORM, REAL_FORM)
 MAX_BYTES = 1 << 24
@@ -73,6 +82,22 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     semantics: str = MACHINE
     deployed: DeployedJson | None = None  # of real arithmetic; None where the state is no float64 state
     view: dict[str, list[str]] | None = None  # of claims over observations: how these are put together
+
+
+class EpisodeJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file."""
+
+    counterexample: str
+    profile: str  # content hash
+    property: str  # as it is shown
+    claim: str  # its name
+    team: str
+    parameters: dict[str, int | str | list[str]]  # of the claim; exact numbers are texts
+    region: dict[str, Any]  # in which it was found
+    goal: str
+    position: dict[str, float]  # of the start, at rest
+    actions: dict[str, str]  # agent -> what it did, step by step, with spaces between
+    explanation: dict[str, Any] = {}  # as in the report; replays do not read it
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,6 +142,42 @@ def document(profile: PolicyProfile, result: DecisionResult, example: Counterexa
         **real,
         "explanation": {} if explanation is None else explanation.document(),
     }
+
+
+def episode_document(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
+    """Returns the contents of the file of a violated claim."""
+    claim, evidence = result.claim, result.evidence
+    assert evidence.state is not None and evidence.episode is not None
+    broken = {**claim.parameters, "steps": claim.steps}  # of a claim for ever, as many steps as it takes
+    return {
+        "counterexample": EPISODE_FORM,
+        "profile": content_hash(profile),
+        "property": claim.shown,
+        "claim": claim.name,
+        "team": claim.team,
+        "parameters": {name: _encode_parameter(value) for name, value in broken.items()},
+        "region": region_document(result.region),
+        "goal": goal_text(evidence.state.goal),
+        "position": dict(evidence.state.position),
+        "actions": _name_actions(profile, evidence.episode),
+        "explanation": {} if evidence.explanation is None else evidence.explanation.document(),
+    }
+
+
+def _name_actions(profile: PolicyProfile, episode: Episode) -> dict[str, str]:
+    """Agent -> its actions by name, in order."""
+    return {
+        entity.name: " ".join(
+            profile.policy(entity.name).actions[int(action)].name for action in episode.actions[:, place]
+        )
+        for place, entity in enumerate(profile.world.agents)
+    }
+
+
+def _encode_parameter(value: Parameter) -> int | str | list[str]:
+    if isinstance(value, tuple):
+        return list(value)
+    return value if isinstance(value, int) else str(value)
 
 
 def ensure_counterexample(path: Path) -> None:
@@ -184,17 +245,63 @@ def _replay_state(path: Path, profile: PolicyProfile) -> Replayed:
 
 
 def _replay_episode(path: Path, profile: PolicyProfile) -> Replayed:
-    episode = episode_files.replay(path, profile)
-    stored = episode.file
+    """The episode of a file. DisagreementError when compiled C or environment take another course."""
+    stored = runs.decode_file(path, MAX_BYTES, EpisodeJson, "not a counterexample", ADVICE)
+    _ensure_version(stored.counterexample, (EPISODE_FORM,), path)
+    claim = _read_claim(stored, profile, path)
+    strange = sorted(set(stored.actions) - {entity.name for entity in profile.world.agents})
+    start = State(stored.position, goal_of(stored.goal))
+    _ensure_of_world(profile.world, [start], strange, path)
+    for name, value in stored.position.items():
+        if value and name.endswith((".vx", ".vy")):
+            raise InputError("not a counterexample", f"{path}: {name} is not 0, but episodes start at rest", ADVICE)
+    playable(profile)
+    episode, by = replay_course(profile, start, claim.steps)
     return Replayed(
         property=_words(stored.claim, stored.property),
-        violated=episode.violated,
-        actions=episode.actions,
+        violated=fails(profile, claim, episode.coordinates),
+        actions=_name_actions(profile, episode),
         before=stored.actions,
-        by=(REFERENCE, *episode.by),
+        by=(REFERENCE, *by),
         same_policy=content_hash(profile) == stored.profile,
-        says=f"replayed by {', '.join((REFERENCE, *episode.by))}",
+        says=f"replayed by {', '.join((REFERENCE, *by))}",
     )
+
+
+def _ensure_version(form: str, known: Sequence[str], path: Path) -> None:
+    if form not in known:
+        raise InputError("a counterexample of another version", f"{path}: '{escape_text(form[:40])}'", ADVICE)
+
+
+def _read_claim(stored: EpisodeJson, profile: PolicyProfile, path: Path) -> EpisodeClaim:
+    """The claim of the file; InputError for a name or a parameter that there is not, or out of its range."""
+    if stored.claim not in EPISODE_CLAIMS:
+        raise UnknownNameError("claim", stored.claim, EPISODE_CLAIMS, str(path))
+    read = readable(stored.claim)
+    for name in stored.parameters:
+        if name not in read:
+            raise UnknownNameError("parameter", name, read, str(path))
+    try:
+        given = {name: _read_parameter(name, value) for name, value in stored.parameters.items() if name != ZONES}
+        claim = find_episode_claim(stored.claim, profile, stored.team, **given)
+    except InputError as error:
+        error.where = f"{path}: {error.where}" if error.where else str(path)
+        raise
+    except ValueError as error:
+        raise InputError("not a counterexample", f"{path}: {escape_text(error)}"[:200], ADVICE) from None
+    return claim
+
+
+def _read_parameter(name: str, value: int | str | list[str]) -> Any:
+    """A parameter as claims take it. ValueError for one of another kind."""
+    kind = {"steps": int, "radius": Fraction}.get(name, tuple)
+    if kind is tuple and isinstance(value, list):
+        return tuple(value)
+    if kind is int and isinstance(value, int):
+        return value
+    if kind is Fraction and isinstance(value, str):
+        return read_number(value)
+    raise ValueError(f"{name} is {str(value)[:40]!r}")
 
 
 def name_formula(stated: str, claim: Formula, team: str, profile: PolicyProfile) -> str:
@@ -234,10 +341,7 @@ def _value(stated: float | str) -> Value:
 def read_counterexample(path: Path, profile: PolicyProfile) -> tuple[CounterexampleJson, State, Formula]:
     """A file, the state and the formula in it, both known to a profile's world or its view. InputError otherwise."""
     stored = runs.decode_file(path, MAX_BYTES, CounterexampleJson, "not a counterexample", ADVICE)
-    if stored.counterexample not in FORMS:
-        raise InputError(
-            "a counterexample of another version", f"{path}: '{escape_text(stored.counterexample[:40])}'", ADVICE
-        )
+    _ensure_version(stored.counterexample, FORMS, path)
     try:
         position, errors = (
             {name: _value(value) for name, value in values.items()} for values in (stored.position, stored.errors)
@@ -273,5 +377,24 @@ def resolve_formula(
         *sorted(agents(claim) - members),
         *sorted({name for state in states for name in state.errors} - features),
     ]
-    episode_files.ensure_of_world(profile.world, states, strange or _strange_parts(claim, team, profile), path)
+    _ensure_of_world(profile.world, states, strange or _strange_parts(claim, team, profile), path)
     return claim
+
+
+def _ensure_of_world(world: WorldSpec, states: Sequence[State], strange: Sequence[str], path: Path) -> None:
+    """InputError for states that name what a world does not have or leave places out, or that are too far away.
+    `strange`: further names that nobody knows.
+    """
+    placed = {name for state in states for name in state.position}
+    strange = [
+        *sorted(placed - set(world.coordinates())),
+        *strange,
+        *sorted(f"goal {goal or 'none'}" for goal in {state.goal for state in states} - set(world.goals or (None,))),
+        *sorted({f"no {name}" for state in states for name in set(positions(world)) - set(state.position)}),
+    ]
+    if strange:
+        what = ", ".join(map(escape_text, strange[:5]))
+        raise InputError("the counterexample is about another world", f"{path}: {what}", "give its profile")
+    for name, value in (pair for state in states for pair in (*state.position.items(), *state.errors.items())):
+        if abs(value) > MAX_NUMBER:
+            raise InputError("not a counterexample", f"{path}: {escape_text(name)} is beyond {MAX_NUMBER}", ADVICE)

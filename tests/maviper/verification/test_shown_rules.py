@@ -10,8 +10,7 @@ from maviper.files.profiles import load
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.run import pose_questions
 from verify.result import Verdict
-from verify.verdicts.decisions import conditions_of, verdict
-from verify.verdicts.opinions import by_zones
+from verify.verdicts.decisions import by_zones, conditions_of, verdict
 
 GENERATED = Path(__file__).parents[3] / "generated"
 SHIPPED = sorted(path.relative_to(GENERATED) for path in GENERATED.rglob("profile.json"))

@@ -73,7 +73,7 @@ def test_an_unknown_says_what_is_open_and_what_may_help(tmp_path, capsys):
 
 def test_verdicts_alone(tmp_path, capsys, monkeypatch):
     """On standard output, and about the statement alone: the environment is not run."""
-    monkeypatch.setattr("maviper.verification.reference.deviation", lambda statement: pytest.fail("it was measured"))
+    monkeypatch.setattr("maviper.verification.games.deviation", lambda statement: pytest.fail("it was measured"))
     (tmp_path / "profile.json").write_text(profile(DRIVES))
     (tmp_path / "cart.toml").write_text(MOUNTAIN + CAR)
     assert verify(tmp_path, "--verdict-only") == ExitCode.VIOLATED
@@ -101,7 +101,7 @@ def test_a_claim_that_shuffled_leaves_fulfil_is_told_to_be_weak(tmp_path, capsys
 
 def test_a_folder_is_refused_before_the_environment_is_measured(tmp_path, capsys, monkeypatch):
     """Steps of an environment take seconds, which nobody waits for to hear that a file is in the way."""
-    monkeypatch.setattr("maviper.verification.reference.deviation", lambda statement: pytest.fail("it was measured"))
+    monkeypatch.setattr("maviper.verification.games.deviation", lambda statement: pytest.fail("it was measured"))
     (tmp_path / "profile.json").write_text(profile(DRIVES))
     (tmp_path / "cart.toml").write_text(MOUNTAIN + CAR)
     (tmp_path / "report").mkdir()

@@ -30,7 +30,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.solver.solve import decide
 from verify.subjects import Game
-from verify.verdicts import opinions
+from verify.verdicts.decisions import by_zones
 from verify.zones import engine as zones
 from verify.zones import tables
 
@@ -40,7 +40,7 @@ EPS = Fraction(1, 25)
 
 def proved(profile, claim, region):
     """The certificate that goes with the verdict, read back from its text."""
-    zoned = opinions.by_zones(Question(Game(profile), claim, region, budgets=Budgets(10**9)))
+    zoned = by_zones(Question(Game(profile), claim, region, budgets=Budgets(10**9)))
     assert zoned.opinion.verdict is Verdict.PROVED and zoned.branches > 0
     text = to_json(zoned.certificate)
     back = read_game(text)
@@ -153,9 +153,7 @@ def test_claims_of_ones_own_are_certified_with_their_errors(profile):
     with pytest.raises(RejectedError):
         check_certificate(altered(made, eps=Fraction(1, 5)), pair)
     assert (
-        opinions.by_zones(
-            Question(Game(pair), replace(own, eps=Fraction(1, 5)), region, budgets=Budgets(10**9))
-        ).opinion.verdict
+        by_zones(Question(Game(pair), replace(own, eps=Fraction(1, 5)), region, budgets=Budgets(10**9))).opinion.verdict
         is Verdict.VIOLATED
     )
 
@@ -170,7 +168,7 @@ def test_no_certificate_of_a_false_claim_is_accepted(profile):
     teams = []
     while len(teams) < 6:
         pair, claim = noisy_roles(rng, profile)
-        zoned = opinions.by_zones(Question(Game(pair), claim, start_region(pair.world), budgets=Budgets(10**9)))
+        zoned = by_zones(Question(Game(pair), claim, start_region(pair.world), budgets=Budgets(10**9)))
         if zoned.certificate is not None:
             teams.append((pair, zoned.certificate))
     passed, refused = judge_changes(rng, teams, 600, ("tree", "region", "property", "errors", "proof"))

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from codegen.errors import InputError
 from tests.support.small import small_profile
-from verify.claims.calls import read_call, spell_call, write_call
-from verify.claims.catalogue import NAMES, find_claim
+from verify.claims.catalogue import NAMES, find_claim, read_call, spell_call, write_call
 from verify.claims.files import read_claim
 from verify.claims.region_files import everywhere
 

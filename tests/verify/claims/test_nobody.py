@@ -30,8 +30,7 @@ from verify.claims.region_files import everywhere
 from verify.claims.wording import BUILT_IN, AliveLeaves, OwnFormula, account_of
 from verify.episodes import composition
 from verify.question import Question, from_start
-from verify.solver import leaves
-from verify.solver.solve import decide
+from verify.solver.solve import decide, leaf_findings
 from verify.states.episodes import at_rest, playable
 from verify.states.state import State, violates
 from verify.subjects import Game
@@ -57,7 +56,7 @@ def test_no_property_is_about_nobody(name, property_name):
         lambda: decide(Question(Game(PAIR), claim, start)),
         lambda: decisions.verify(Question(Game(PAIR), claim, start), {}),
         lambda: verify_claims([Question(Game(PAIR), claim, start)]),
-        lambda: leaves.leaf_findings(Question(Game(PAIR), AliveLeaves(name), start)),
+        lambda: leaf_findings(Question(Game(PAIR), AliveLeaves(name), start)),
     ):
         with pytest.raises(InputError, match="unknown team"):
             ask()

@@ -7,11 +7,12 @@ from maviper.options import table_of
 from maviper.verification.ask import VerifyOptions
 from verify.claims import files
 from verify.claims.built_in import CLAIMS as CLASSES
+from verify.claims.built_in import PARAMETER_NAMES as NAMES
+from verify.claims.built_in import PARAMETERS
 from verify.claims.catalogue import NAMES as CLAIMS
 from verify.claims.catalogue import ZONES, readable
 from verify.claims.decisions import STEADY
 from verify.claims.episodes import EPISODE_CLAIMS
-from verify.claims.parameters import NAMES, PARAMETERS
 from verify.claims.relations import RELATIONS
 from verify.claims.wording import BUILT_IN
 

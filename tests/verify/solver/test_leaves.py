@@ -14,7 +14,7 @@ from verify.claims.region_files import start_region
 from verify.claims.wording import AliveLeaves
 from verify.question import Budgets, Question
 from verify.result import Verdict
-from verify.solver.leaves import dead_leaves, leaf_findings
+from verify.solver.solve import dead_leaves, leaf_findings
 from verify.states.state import inside, observe_state
 from verify.subjects import Game
 from verify.verdicts.decisions import verify

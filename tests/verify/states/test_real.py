@@ -16,7 +16,7 @@ from verify.kinds import REAL
 from verify.question import Question, from_start
 from verify.reports import report
 from verify.result import Verdict
-from verify.solver.leaves import leaf_findings
+from verify.solver.solve import leaf_findings
 from verify.states import noise, shares
 from verify.states.state import State, measurements, violates
 from verify.subjects import Game

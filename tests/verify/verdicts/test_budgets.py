@@ -15,7 +15,7 @@ from verify.claims.wording import AliveLeaves
 from verify.question import Budgets, Question
 from verify.repair import repair
 from verify.result import Verdict
-from verify.solver import encode, leaves, solve
+from verify.solver import encode, solve
 from verify.subjects import Game
 
 pytestmark = pytest.mark.solver
@@ -48,7 +48,7 @@ def test_a_leaf_that_is_left_open_says_what_helps(profile):
     """The second leaf is so thin that no sampled state reaches it."""
     thin = with_trees({"agent_0": tree((2, 0.0, 1, 2), LEFT, (2, 1e-9, 3, 4), RIGHT, LEFT)}, profile)
     question = Question(Game(thin), AliveLeaves("defenders"), everywhere(thin), budgets=Budgets(1))
-    reasons = [one.reason for one in leaves.leaf_findings(question)[0] if one.reason]
+    reasons = [one.reason for one in solve.leaf_findings(question)[0] if one.reason]
     assert reasons and all(one.endswith("resource units; a larger --effort may answer") for one in reasons)
 
 

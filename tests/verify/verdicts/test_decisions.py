@@ -22,8 +22,7 @@ from verify.states import shares
 from verify.states.state import State, inside, sample, violates
 from verify.subjects import Game
 from verify.verdicts import decisions
-from verify.verdicts.decisions import verify
-from verify.verdicts.opinions import Zoned
+from verify.verdicts.decisions import Zoned, verify
 from verify.zones import engine as zones
 
 pytestmark = pytest.mark.solver

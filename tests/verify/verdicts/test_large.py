@@ -10,8 +10,7 @@ from verify.solver import encode
 from verify.solver.encode import query
 from verify.solver.solve import decide
 from verify.states.shares import measure
-from verify.verdicts.decisions import verdict, verify
-from verify.verdicts.opinions import by_zones
+from verify.verdicts.decisions import by_zones, verdict, verify
 
 FEW = 20_000  # solver units, which buy 400 search nodes
 

@@ -26,7 +26,7 @@ from verify.question import Question
 from verify.result import Verdict
 from verify.solver.solve import decide
 from verify.subjects import Game
-from verify.verdicts.opinions import by_zones
+from verify.verdicts.decisions import by_zones
 
 pytestmark = pytest.mark.solver
 SIDE, VIEW = 2.0, View()

@@ -15,8 +15,7 @@ from verify.question import Question
 from verify.result import Verdict
 from verify.solver.solve import decide
 from verify.subjects import Game
-from verify.verdicts.decisions import verify
-from verify.verdicts.opinions import MAX_QUESTIONS, STEP, largest_margin
+from verify.verdicts.decisions import MAX_QUESTIONS, STEP, largest_margin, verify
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 

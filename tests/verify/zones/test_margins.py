@@ -12,7 +12,7 @@ from verify.question import Question
 from verify.result import Verdict
 from verify.solver.solve import decide
 from verify.subjects import Game
-from verify.verdicts.opinions import STEP, largest_margin, room
+from verify.verdicts.decisions import STEP, largest_margin, room
 from verify.zones.engine import BeyondZonesError, Room, ZoneQuery
 
 

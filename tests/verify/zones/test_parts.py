@@ -20,8 +20,7 @@ from verify.question import from_start
 from verify.result import Verdict
 from verify.solver.encode import query
 from verify.solver.solve import ask, decide
-from verify.verdicts.decisions import verify
-from verify.verdicts.opinions import by_zones
+from verify.verdicts.decisions import by_zones, verify
 from verify.zones import engine
 from verify.zones.search import SLOWER
 

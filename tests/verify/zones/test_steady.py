@@ -33,8 +33,7 @@ from verify.states import noise
 from verify.states.state import sample, violates
 from verify.subjects import Game
 from verify.verdicts import decisions as engine
-from verify.verdicts import opinions
-from verify.verdicts.opinions import MAX_QUESTIONS, STEP
+from verify.verdicts.decisions import MAX_QUESTIONS, STEP, by_zones
 from verify.zones import engine as zones
 from verify.zones import tables
 
@@ -114,7 +113,7 @@ def test_zones_alone_give_a_counterexample_with_errors(profile):
         DistinctTargets("defenders", eps=Fraction(1, 4)),
         start_region(roles.world),
     )
-    zoned = opinions.by_zones(Question(Game(roles), claim, region, budgets=Budgets(BUDGET)))
+    zoned = by_zones(Question(Game(roles), claim, region, budgets=Budgets(BUDGET)))
     state = search.near(Question(Game(roles), claim, region), zoned.goal, zoned.state)
     assert state.errors and violates(from_start(roles, claim), state)
     assert all(abs(Fraction(error)) <= claim.eps for error in state.errors.values())
@@ -149,9 +148,7 @@ def test_up_to_which_errors_a_claim_holds(profile):
 def test_what_zones_cannot_decide_is_left_to_z3(profile, name):
     claim = find_property("steady", profile, of=name)
     assert (
-        opinions.by_zones(
-            Question(Game(profile), claim, start_region(profile.world), budgets=Budgets(BUDGET))
-        ).opinion.verdict
+        by_zones(Question(Game(profile), claim, start_region(profile.world), budgets=Budgets(BUDGET))).opinion.verdict
         is Verdict.SKIPPED
     )
 

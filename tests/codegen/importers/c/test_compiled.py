@@ -24,7 +24,7 @@ from codegen.importers.reading import NOT_COMPARED, Said
 from codegen.importers.symbolic import feature
 from tests.benchmarks.interop import c_ifs
 from tests.codegen.importers.origins import label_of
-from verify.reports.telling import readers
+from verify.reports.report import readers
 
 COMPILER = find_compiler()
 ONE_BUILD, ALL_BUILDS = "the C compiler (-O0)", "the C compiler (-O0, -O2, UBSan)"
