@@ -403,9 +403,8 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
         try:
             outcome = engine.decide(team.question.of(profile))
         except engine.BeyondZonesError as error:
-            raise InputError(
-                "the claim needs more than difference bounds", str(error), "it cannot be repaired"
-            ) from None
+            what = "the claim needs more than difference bounds"
+            raise InputError(what, str(error), "it cannot be repaired") from None
         if outcome.verdict is Verdict.PROVED:
             break
         if outcome.state is None:

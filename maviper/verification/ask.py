@@ -169,12 +169,7 @@ class VerifyOptions:
     def unusual(self) -> dict[str, str]:
         """The options that a user gave, by name, each as it is written on the command line."""
         given = [one.name for one in fields(self) if getattr(self, one.name) != getattr(VerifyOptions(), one.name)]
-        called = {
-            "claims": "claim",
-            "names": "claim",
-            "world": "system",
-            "file": "claims",
-        }
+        called = {"claims": "claim", "names": "claim", "world": "system", "file": "claims"}
         return {
             name: f"--set {name}" if name in VERIFY_SETTINGS else "--" + called.get(name, name).replace("_", "-")
             for name in given
@@ -376,9 +371,8 @@ def from_file(
         kinds.ensure(data, str(path), kinds.CLAIMS.called, kinds.CLAIMS)
         source = data.decode()
     except UnicodeDecodeError:
-        raise InputError(
-            "not a readable file of claims", f"{path}: not UTF-8 text", "is this the right file?"
-        ) from None
+        what = "not a readable file of claims"
+        raise InputError(what, f"{path}: not UTF-8 text", "is this the right file?") from None
 
     def region(name: str) -> Region:
         inside = name if name in (START, SEEN, RANGES) else str(path.parent / name)

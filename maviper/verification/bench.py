@@ -188,10 +188,17 @@ class Bench:
         return None if self.world is None else on_policy(self.profile, self.world, keep=False)
 
     def count_visited(self, region: Region) -> Visited | None:
-        """Counts the states of its own episodes inside a region; None where the world cannot be played here."""
-        return (
-            None if self.world is None or self._episodes is None else _count_visited(self.world, self._episodes, region)
-        )
+        """Counts the states of its own episodes inside a region, its goals included; None where nothing plays it."""
+        if self.world is None or self._episodes is None:
+            return None
+        names, inside = np.array([landmark.name for landmark in self.world.spec.landmarks]), 0
+        steps: Sequence[WorldState] = self._episodes.states[1:]
+        for state in steps:  # of one step at a time
+            within = contains(region, self.world.coordinates(state), self.world.spec)
+            if region.goals:
+                within &= np.isin(names[state.goal], region.goals)
+            inside += int(within.sum())
+        return Visited(inside, sum(map(len, steps)), len(self._episodes.states[0]))
 
 
 def state_replays(
@@ -236,18 +243,6 @@ def _in_reference(
         obs = np.where(exact == wrong, obs, wrong)
         actions.append(int(ir.act(policy, obs)[0]))
     return actions
-
-
-def _count_visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
-    """Counts the on-policy states that lie inside a region, its goals included; the states of one step at a time."""
-    names, inside = np.array([landmark.name for landmark in world.spec.landmarks]), 0
-    steps: Sequence[WorldState] = episodes.states[1:]
-    for state in steps:
-        within = contains(region, world.coordinates(state), world.spec)
-        if region.goals:
-            within &= np.isin(names[state.goal], region.goals)
-        inside += int(within.sum())
-    return Visited(inside, sum(map(len, steps)), len(episodes.states[0]))
 
 
 def replay_state(

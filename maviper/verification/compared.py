@@ -9,7 +9,7 @@ Does not: prove more than linear programs do: what they find is replayed by the 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import linprog
@@ -152,20 +152,14 @@ class Found:
     leaves: tuple[int, int]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Apart:
     """The difference of one output. `most`: the bound by linear programs, None where the cells were too many."""
 
     output: str
     unit: str
-    found: Found | None  # None: no difference was met
-    most: float | None
-
-
-@dataclass
-class _Best:
-    found: Found | None = None
-    most: float = 0.0
+    found: Found | None = None  # None: no difference was met
+    most: float | None = 0.0
 
     @property
     def reached(self) -> float:
@@ -187,7 +181,7 @@ class Searched:
 
 def search(first: ir.AgentPolicy, second: ir.AgentPolicy, low: Float64, high: Float64, max_cells: int) -> Searched:
     """The largest differences of two agents over ranges of their features, [n_features] each."""
-    best = [_Best() for _ in first.outputs] or [_Best()]
+    apart = [Apart(output.name, output.unit) for output in first.outputs] or [Apart("action", "")]
     looked, complete, exact = 0, True, True
     for cell in cells(first, second, low, high):
         if looked == max_cells:
@@ -196,52 +190,45 @@ def search(first: ir.AgentPolicy, second: ir.AgentPolicy, low: Float64, high: Fl
         looked += 1
         exact &= not cell.planes
         if first.outputs:
-            exact &= _outputs(first, second, cell, best)
+            exact &= _outputs(first, second, cell, apart)
         elif int(first.tree.action[cell.first]) != int(second.tree.action[cell.second]):
             for point in _points(cell, np.zeros(len(low))):
-                _replay(first, second, cell, point, best)
-                best[0].most = 1.0
-    labels = [(output.name, output.unit) for output in first.outputs] or [("action", "")]
-    apart = (
-        Apart(name, unit, each.found, max(each.most, each.reached) if complete else None)
-        for (name, unit), each in zip(labels, best, strict=True)
-    )
+                _replay(first, second, cell, point, apart)
+                apart[0].most = 1.0
+    for each in apart:
+        each.most = max(each.most or 0.0, each.reached) if complete else None
     return Searched(tuple(apart), looked, complete, exact)
 
 
-def _outputs(first: ir.AgentPolicy, second: ir.AgentPolicy, cell: Cell, best: list[_Best]) -> bool:
+def _outputs(first: ir.AgentPolicy, second: ir.AgentPolicy, cell: Cell, apart: list[Apart]) -> bool:
     """Looks at every output in a cell; whether both leaves give numbers only, so that no program rounds."""
-    n = len(first.features)
-    vectors = [policy.tree.vectors[int(policy.tree.action[leaf])] for policy, leaf in _leaves(first, second, cell)]
+    leaves = (first, cell.first), (second, cell.second)
+    vectors = [policy.tree.vectors[int(policy.tree.action[leaf])] for policy, leaf in leaves]
     constant = True
-    for place, spec in enumerate(first.outputs):
-        given = [affine(vector[place], n) for vector in vectors]
+    for place, specs in enumerate(zip(first.outputs, second.outputs, strict=True)):
+        given = [affine(vector[place], len(first.features)) for vector in vectors]
         constant &= not any(weights.any() for weights, _ in given)
-        other = second.outputs[place]
-        if vectors[0][place] == vectors[1][place] and (spec.low, spec.high) == (other.low, other.high):
+        bounds = [_bounds(spec) for spec in specs]
+        if vectors[0][place] == vectors[1][place] and bounds[0] == bounds[1]:
             continue
-        ends = [_cut(extremes(*each, cell.low, cell.high), s) for each, s in zip(given, (spec, other), strict=True)]
-        bound = max(ends[0][1] - ends[1][0], ends[1][1] - ends[0][0])
-        if bound <= best[place].reached:
+        ends = [np.clip(extremes(*each, cell.low, cell.high), *most) for each, most in zip(given, bounds, strict=True)]
+        if max(ends[0][1] - ends[1][0], ends[1][1] - ends[0][0]) <= apart[place].reached:
             continue
-        pieces = product(_pieces(given[0], spec, cell), _pieces(given[1], other, cell))
-        for sign, (one, two) in product((1, -1), pieces):
-            _piece(first, second, cell, sign, one, two, best, place)
+        pieces = product(*(_pieces(*each, *most, cell) for each, most in zip(given, bounds, strict=True)))
+        for sign, (one, two) in product((1, -1), pieces):  # the extreme of sign * (one - two) in a piece of the cell
+            part = Cell(cell.first, cell.second, cell.low, cell.high, (*cell.planes, *one.planes, *two.planes))
+            weights, offset = sign * (one.weights - two.weights), sign * (one.constant - two.constant)
+            for point in _points(part, weights):
+                apart[place].most = max(apart[place].most or 0.0, float(weights @ point + offset))
+                _replay(first, second, part, point, apart)
     return constant
 
 
-def _leaves(first: ir.AgentPolicy, second: ir.AgentPolicy, cell: Cell) -> Iterator[tuple[ir.AgentPolicy, int]]:
-    yield first, cell.first
-    yield second, cell.second
+def _bounds(spec: ir.OutputSpec) -> tuple[float, float]:
+    return -np.inf if spec.low is None else spec.low, np.inf if spec.high is None else spec.high
 
 
-def _cut(ends: tuple[float, float], spec: ir.OutputSpec) -> tuple[float, float]:
-    low, high = (-np.inf if spec.low is None else spec.low), (np.inf if spec.high is None else spec.high)
-    return min(max(ends[0], low), high), min(max(ends[1], low), high)
-
-
-@dataclass(frozen=True)
-class _Piece:
+class _Piece(NamedTuple):
     """Where a sum is cut to a bound, or is within both: what is given there, and its half spaces."""
 
     weights: Float64
@@ -249,38 +236,17 @@ class _Piece:
     planes: tuple[Plane, ...]
 
 
-def _pieces(given: tuple[Float64, float], spec: ir.OutputSpec, cell: Cell) -> Iterator[_Piece]:
-    weights, constant = given
+def _pieces(weights: Float64, constant: float, low: float, high: float, cell: Cell) -> Iterator[_Piece]:
     least, most = extremes(weights, constant, cell.low, cell.high)
-    low, high = (-np.inf if spec.low is None else spec.low), (np.inf if spec.high is None else spec.high)
     none = np.zeros_like(weights)
-    above, below = Plane(-weights, constant - high), Plane(weights, low - constant)
     if most > high:
-        yield _Piece(none, high, (above,) if least < high else ())
+        yield _Piece(none, high, (Plane(-weights, constant - high),) if least < high else ())
     if least < low:
-        yield _Piece(none, low, (below,) if most > low else ())
+        yield _Piece(none, low, (Plane(weights, low - constant),) if most > low else ())
     if most >= low and least <= high:
         within = [Plane(weights, high - constant)] if most > high else []
         within += [Plane(-weights, constant - low)] if least < low else []
         yield _Piece(weights, constant, tuple(within))
-
-
-def _piece(
-    first: ir.AgentPolicy,
-    second: ir.AgentPolicy,
-    cell: Cell,
-    sign: int,
-    one: _Piece,
-    two: _Piece,
-    best: list[_Best],
-    place: int,
-) -> None:
-    """The extreme of sign * (one - two) in a piece of a cell, kept where it is the largest."""
-    part = Cell(cell.first, cell.second, cell.low, cell.high, (*cell.planes, *one.planes, *two.planes))
-    weights, constant = sign * (one.weights - two.weights), sign * (one.constant - two.constant)
-    for point in _points(part, weights):
-        best[place].most = max(best[place].most, float(weights @ point + constant))
-        _replay(first, second, part, point, best)
 
 
 def _points(cell: Cell, weights: Float64) -> Iterator[Float64]:
@@ -301,7 +267,7 @@ def _inner(cell: Cell) -> Float64:
     return np.clip(0.0, cell.low + inset, cell.high - inset)
 
 
-def _replay(first: ir.AgentPolicy, second: ir.AgentPolicy, cell: Cell, point: Float64, best: list[_Best]) -> None:
+def _replay(first: ir.AgentPolicy, second: ir.AgentPolicy, cell: Cell, point: Float64, best: list[Apart]) -> None:
     """Both references at a point and a little beside it."""
     middle = _inner(cell)
     if cell.planes:

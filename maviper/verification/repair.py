@@ -82,9 +82,8 @@ def request_call(written: str, given: RepairOptions) -> tuple[str, Any]:
     name = call.pop("name")
     for key in call:
         if key not in (*PARAMETERS, "team"):
-            raise InputError(
-                f"a repair reads no {key} of a claim", "--claim", f"leave it out; {name} is repaired alone"
-            )
+            what = f"a repair reads no {key} of a claim"
+            raise InputError(what, "--claim", f"leave it out; {name} is repaired alone")
     said = {key: value for key, value in given.items() if value is not None}
     return name, request(name, cast("RepairOptions", said | call))
 

@@ -272,7 +272,10 @@ def robust(
     made: list[DecisionCertificate] = []
     for row, (each, one) in enumerate(zip(observations, radii, strict=True), 1):
         if certify:
-            made.append(_certificate(_question(profile, policy, each, one), row))
+            certificate = by_zones(_question(profile, policy, each, one)).certificate
+            if certificate is None:  # our bug
+                raise AssertionError(f"the radius of row {row} is not proved")
+            made.append(certificate)
     return Radii(policy, observations, radii, tuple(made))
 
 
@@ -300,14 +303,6 @@ def _question(
         box[feature.meaning.terms[0][1]] = Fraction(value) - size, Fraction(value) + size
     claim = OwnFormula(policy.team, statement=Acts(policy.agent, radius.action))
     return Question(Game(viewed.profile, viewed=viewed), claim, Region(box, ()))
-
-
-def _certificate(question: DecisionQuestion, row: int) -> DecisionCertificate:
-    """The accepted certificate. AssertionError where zones do not prove the radius: that is our bug."""
-    made = by_zones(question).certificate
-    if made is None:
-        raise AssertionError(f"the radius of row {row} is not proved")
-    return made
 
 
 def read_observations(path: Path, policy: AgentPolicy) -> tuple[tuple[float, ...], ...]:

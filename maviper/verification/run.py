@@ -1,6 +1,6 @@
 """Verification: the answers to questions, and all files that belong to them.
 
-Does: chooses what is done with each kind of claim; joins the verifier with simulator, compiled code and reference
+Does: one table of what is done with each kind of claim; joins the verifier with simulator, compiled code and reference
   environment; makes the report's files.
 Assumes: the profile's world is one of ours; otherwise only the reference replays.
 Does not: decide verdicts, print or write files.
@@ -21,34 +21,138 @@ from codegen.deciding import only_acts, sums_in
 from codegen.errors import InputError
 from codegen.form import layout
 from codegen.lowering.render import render
-from codegen.policy_json import dumps
+from codegen.policy_json import content_hash, dumps
 from codegen.profiles import ensure
 from codegen.rows import Shown
 from maviper.files import jobs as processes
 from maviper.files import runs
 from maviper.verification.ask import DASK, Asked, Jobs, VerifyOptions, make_world_error, questions
-from maviper.verification.bench import Bench
-from maviper.verification.files.states import region_file, repeat_command, states_files
-from maviper.verification.procedures import DECISIONS, EPISODES, Procedure
+from maviper.verification.bench import Bench, rollouts, state_replays
+from maviper.verification.files.counterexamples import document, episode_document
+from maviper.verification.files.states import region_file, repeat_command, states_files, zones_and_region
 from verify.certificates.games import to_json
-from verify.kinds import Kind
-from verify.question import AnyClaim, Question
+from verify.claims.region_files import name_region
+from verify.claims.wording import spell_decisions
+from verify.kinds import MACHINE, Kind
+from verify.question import AnyClaim, DecisionQuestion, EpisodeQuestion, Question
 from verify.reports import report
 from verify.reports.courses import tables
 from verify.result import AnyResult, Verdict
+from verify.solver.encode import Query, query, reaching
+from verify.solver.solve import smt_lib
 from verify.spending import tell
+from verify.verdicts import decisions
+from verify.verdicts.decisions import DecisionResult
 
 if TYPE_CHECKING:
     from maviper.verification.stated import StatedWorld
+    from verify.verdicts.episodes import EpisodeResult
+
+
+def _nothing(*_: object) -> dict[str, str]:
+    return {}
+
+
+@dataclass(frozen=True)
+class Procedure:
+    """The functions that handle one kind of claim."""
+
+    answer: Callable[[Any, Any, str | None], AnyResult]  # a question, by its bench; where it holds, for the file named
+    verdict: Callable[[Any, Any], tuple[Verdict, str]]  # of a question, by its bench, with the reason
+    counterexample: Callable[[ir.PolicyProfile, Any], tuple[dict[str, Any], str] | None]  # and where it is, in words
+    # files of where a result holds, which has a number; and what the solver is asked of a question, which has one
+    places: Callable[[ir.PolicyProfile, int, Any], dict[str, str]] = _nothing
+    solver_files: Callable[[int, Any], dict[str, str]] = _nothing
+
+
+def _answer_decision(question: DecisionQuestion, bench: Bench, region_file: str | None) -> DecisionResult:
+    replays = state_replays(bench.made, question.profile, question.claim.team, bench.world)
+
+    def decide(asked: DecisionQuestion) -> DecisionResult:
+        return decisions.verify(asked, replays, bench.count_visited(asked.region), bench.skipped)
+
+    result = decide(question)
+    if region_file is None:
+        return result
+    from verify.extent.largest import where as located  # imported here, as few ask where
+
+    where = located(question, result.verdict, region_file)
+    inner = decide(question.within(where.part.region)) if where.part else None
+    return replace(result, evidence=replace(result.evidence, where=where, verdict_in_largest_region=inner))
+
+
+def _decision_counterexample(profile: ir.PolicyProfile, result: DecisionResult) -> tuple[dict[str, Any], str] | None:
+    if result.evidence.counterexample is None:
+        return None
+    where = "in its world state" if result.viewed is None else "at its observation"
+    return document(profile, result, result.evidence.counterexample), where
+
+
+def _queries(question: DecisionQuestion, goal: str | None) -> Iterator[tuple[str, Query]]:
+    """Yields the queries to the solver for one goal, each with a name that suits a file."""
+    team = question.team
+    if question.claim.per_state:
+        yield question.claim.name, query(question, goal, however_large=True)
+        return
+    for policy in team:
+        for leaf in map(int, ir.leaves(policy.tree)):
+            asked = reaching(policy, leaf, question.region, goal, semantics=question.semantics)
+            yield f"{question.claim.name}-{policy.agent}-{leaf}", asked
+
+
+def _solver_files(number: int, question: DecisionQuestion) -> dict[str, str]:
+    claim = question.claim
+    return {
+        f"{number:02d}-{name}-{goal or 'no-goal'}.smt2": render(
+            "smt/question.smt2.j2",
+            profile=content_hash(question.origin),
+            claim=f"{claim.shown}: {claim.written or spell_decisions(claim)}",
+            assume=claim.assumption,
+            leaf=not claim.per_state,
+            region=name_region(question.profile, question.region) or "given",
+            goal=goal,
+            semantics=question.semantics,
+            exact=made.exact,
+            text=smt_lib(made),
+        )
+        for goal in question.goals
+        for name, made in _queries(question, goal)
+    }
+
+
+def _judge_decision(question: DecisionQuestion, bench: object) -> tuple[Verdict, str]:
+    return decisions.verdict(question)
+
+
+DECISIONS = Procedure(_answer_decision, _judge_decision, _decision_counterexample, zones_and_region, _solver_files)
+
+
+def _answer_episodes(question: EpisodeQuestion, bench: Bench, region_file: str | None) -> EpisodeResult:
+    from verify.verdicts import episodes  # here, as most claims are about decisions
+
+    return episodes.verify_episodes(question.by(MACHINE), rollouts(bench.made, bench.world), bench.skipped)
+
+
+def _judge_episodes(question: EpisodeQuestion, bench: object) -> tuple[Verdict, str]:
+    from verify.verdicts import episodes
+
+    return episodes.verdict(question.by(MACHINE))
+
+
+def _episode_counterexample(profile: ir.PolicyProfile, result: EpisodeResult) -> tuple[dict[str, Any], str] | None:
+    return None if result.evidence.state is None else (episode_document(profile, result), "from its start")
+
+
+EPISODES = Procedure(_answer_episodes, _judge_episodes, _episode_counterexample)
 
 
 def _systems() -> Procedure:
-    from maviper.verification.stated import SYSTEMS
+    from maviper.verification.stated import answer_question, judge_question, tell_counterexample
 
-    return SYSTEMS
+    return Procedure(answer_question, judge_question, tell_counterexample)  # the solver gives a second opinion alone
 
 
-PROCEDURES: Mapping[Kind, Callable[[], Procedure]] = {
+PROCEDURES: Mapping[Kind, Callable[[], Procedure]] = {  # beside TELLINGS of verify/reports/report.py
     Kind.DECISIONS: lambda: DECISIONS,
     Kind.LEAVES: lambda: DECISIONS,
     Kind.EPISODES: lambda: EPISODES,
@@ -146,11 +250,7 @@ def question_files(questions: Sequence[Question[AnyClaim]]) -> dict[str, str]:
 
 def report_files(facts: Mapping[str, Any], form: ModuleType = report) -> dict[str, str]:
     """report.html, report.json and report.txt of a document, name -> text. `form`: of games, or of stated systems."""
-    return {
-        "report.json": form.as_json(facts),
-        "report.txt": form.as_text(facts),
-        "report.html": form.as_html(facts),
-    }
+    return {"report.json": form.as_json(facts), "report.txt": form.as_text(facts), "report.html": form.as_html(facts)}
 
 
 def certificate_files(results: Sequence[AnyResult]) -> dict[str, str]:

@@ -29,7 +29,6 @@ from maviper.verification.ask import Asked, VerifyOptions, pose_claims, resolve_
 from maviper.verification.files.states import repeat_options
 from maviper.verification.files.systems import CLAIM_FILE, counterexample_document, read_earlier
 from maviper.verification.games import find_by_rules, measure_reference, replay_words
-from maviper.verification.procedures import Procedure
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays, leave_stated
 from maviper.worlds.stated.observing import ensure_observed
 from maviper.worlds.stated.systems import file_of, read
@@ -69,19 +68,9 @@ ROUNDED = (
     "sums was found"
 )
 NO_DECISION = "the claim fails within the agents' roundings, but no state that breaks it was found"
-OF_OBSERVATIONS = ("effort", "jobs", "file", "region", "observations", "shared", "verdict_only")  # options
-OF_GAMES = (
-    "claims",
-    "names",
-    "file",
-    "region",
-    "team",
-    "parameters",
-    "effort",
-    "jobs",
-    "max_boxes",
-    "verdict_only",
-)  # options
+# the options that are read
+OF_OBSERVATIONS = ("effort", "jobs", "file", "region", "observations", "shared", "verdict_only")
+OF_GAMES = ("claims", "names", "file", "region", "team", "parameters", "effort", "jobs", "max_boxes", "verdict_only")
 NO_OBSERVATION = "the claim fails within the agents' roundings, but no observation that breaks it was found"
 NO_STATE = "the claim fails within the agents' roundings, but no state of the game that does was found"
 LOOSER = ("a bound that is looser by a little more than a rounding", "a smaller region")
@@ -184,7 +173,8 @@ class StatedWorld:
         words += ["--claims", CLAIM_FILE] if CLAIM_FILE in self.beside else []
         words += [] if options.effort == "normal" else ["--effort", options.effort]
         words += [] if options.max_boxes is None else ["--set", f"max_boxes={options.max_boxes}"]
-        return shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
+        words += ["--run-reference"] if options.run_reference else []
+        return shlex.join(words)
 
     @property
     def asked(self) -> list[Asked]:
@@ -228,7 +218,7 @@ class StatedWorld:
         confirm = partial(find_by_rules, self.statement, self.profile, claim) if bent else None
         rounding = self.rounds or bool(self.statement.acting)
         if rounding:
-            confirm = _unknown if bent else partial(self.confirm, claim)
+            confirm = _find_nothing if bent else partial(self.confirm, claim)
         result = verify_system(question, confirm, beside, self._attempt(claim), self._find_first(claim))
         if result.reason == ENCLOSED and rounding:
             unfound = self.unfound or (NO_DECISION if claim.about_decisions else ROUNDED)
@@ -433,9 +423,8 @@ def _example(profile: PolicyProfile) -> str:
     return f"acts({policy.agent}) == {first}" if policy.actions else f"out({policy.agent}).{first} <= 1"
 
 
-def _unknown(counterexample: SystemCounterexample) -> SystemCounterexample | None:
+def _find_nothing(_: SystemCounterexample) -> None:
     """Nothing is known of the real agents' sums where rules are enclosed."""
-    return None
 
 
 NEVER = "no state meets the condition: {words}"
@@ -448,14 +437,14 @@ def with_conditions(result: SystemResult, world: StatedWorld) -> SystemResult:
     """
     if result.verdict not in (Verdict.PROVED, Verdict.UNKNOWN):
         return result
-    premises: list[SystemPremise] = []
+    premises, unproved = list[SystemPremise](), SystemEvidence(boxes=result.evidence.boxes)
     for denied in result.claim.conditions:
         answer, words = answer_alone(result.question, denied.claim, world), visible(" ".join(denied.words.split()))
         shown = answer.evidence.counterexample
         if answer.verdict is Verdict.PROVED:
-            return _leave_unproved(result, Verdict.VACUOUS, NEVER.format(words=words))
+            return replace(result, verdict=Verdict.VACUOUS, reason=NEVER.format(words=words), evidence=unproved)
         if shown is None and result.verdict is Verdict.PROVED:
-            return _leave_unproved(result, Verdict.UNKNOWN, UNFOUND.format(words=words))
+            return replace(result, verdict=Verdict.UNKNOWN, reason=UNFOUND.format(words=words), evidence=unproved)
         if shown is not None:
             premises.append(SystemPremise(negate(answer.claim.formula), shown.states[0]))
     certificate = result.evidence.certificate
@@ -471,10 +460,6 @@ def answer_alone(question: Question[SystemClaim], claim: SystemClaim, world: Sta
     return alone.answer(replace(question, claim=claim), beside=False)
 
 
-def _leave_unproved(result: SystemResult, verdict: Verdict, reason: str) -> SystemResult:
-    return replace(result, verdict=verdict, reason=reason, evidence=SystemEvidence(boxes=result.evidence.boxes))
-
-
 MOST = 16  # bounds that are tried
 SAID = "fails only where {name} is rounded when it is observed: proved with {moved} in place of {stated}"
 
@@ -486,7 +471,11 @@ def with_bound(result: SystemResult, world: StatedWorld) -> SystemResult:
         return result
     numbers = find_numbers(world.statement, world.origin.agents)
     for stated, moved in list(_iterate_moved(claim, numbers))[:MOST]:
-        formula = with_comparisons(normal(claim.formula), partial(_move, stated, moved))
+
+        def move(atom: Linear, stated: Linear = stated, moved: Linear = moved) -> Linear:
+            return moved if atom == stated else atom
+
+        formula = with_comparisons(normal(claim.formula), move)
         again = answer_alone(result.question, replace(claim, formula=formula), world)
         if again.verdict is Verdict.PROVED:
             left = any(stated in atoms(condition.claim.formula) for condition in claim.conditions)
@@ -495,10 +484,6 @@ def with_bound(result: SystemResult, world: StatedWorld) -> SystemResult:
             )
             return replace(result, evidence=replace(result.evidence, rounding=said))
     return result
-
-
-def _move(stated: Linear, moved: Linear, atom: Linear) -> Linear:
-    return moved if atom == stated else atom
 
 
 def _iterate_moved(claim: SystemClaim, numbers: Mapping[str, str]) -> Iterator[tuple[Linear, Linear]]:
@@ -524,19 +509,18 @@ def _spell(atom: Linear, left: bool) -> str:
     return f"{name} {'>' if low else '<'}{'' if strict else '='} {plain(atom.bound / weight)}"
 
 
-def _answer(question: Question[SystemClaim], bench: StatedWorld, region_file: str | None) -> SystemResult:
-    """Nothing is said of where a claim holds: what an answer leaves open is a set of states, which the report names."""
+def answer_question(question: Question[SystemClaim], bench: StatedWorld, region_file: str | None) -> SystemResult:
+    """The answer of a world. Where a claim holds is not said: what an answer leaves open, the report names."""
     return with_bound(with_conditions(bench.answer(question), bench), bench)
 
 
-def _verdict(question: Question[SystemClaim], bench: StatedWorld) -> tuple[Verdict, str]:
+def judge_question(question: Question[SystemClaim], bench: StatedWorld) -> tuple[Verdict, str]:
+    """The verdict of `answer_question` and its reason alone."""
     result = with_conditions(bench.answer(question, beside=False), bench)
     return result.verdict, result.reason
 
 
-def _counterexample(profile: PolicyProfile, result: SystemResult) -> tuple[dict[str, Any], str] | None:
+def tell_counterexample(profile: PolicyProfile, result: SystemResult) -> tuple[dict[str, Any], str] | None:
+    """What the file of a violated claim says, and where that is, in words."""
     found = result.evidence.counterexample
     return None if found is None else (counterexample_document(result.question, found), "from its start, in world.toml")
-
-
-SYSTEMS = Procedure(_answer, _verdict, _counterexample)  # the solver gives a second opinion alone

@@ -275,9 +275,8 @@ def _read_value(value: str, written: str) -> Any:
         return value
     if value[0] == "[" and value[-1] == "]" and value.count("[") == 1:
         return [_read_value(each.strip(), written) for each in _split(value[1:-1], written)]
-    raise InputError(
-        f"cannot read the value {escape_text(value)}", escape_text(written), 'texts stand in quotes: "..."'
-    )
+    what = f"cannot read the value {escape_text(value)}"
+    raise InputError(what, escape_text(written), 'texts stand in quotes: "..."')
 
 
 def write_call(claim: Claim, zones: int | None = None) -> str:

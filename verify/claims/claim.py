@@ -79,9 +79,8 @@ def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
         readable(policy)
         for action in policy.actions:
             if action.effect is None and profile.world.agents:  # without entities there is nothing to push
-                raise InputError(
-                    f"action {action.name} of {policy.agent} has no effect", "", "claims need every effect"
-                )
+                what = f"action {action.name} of {policy.agent} has no effect"
+                raise InputError(what, "", "claims need every effect")
     return profile.team(team)
 
 
@@ -98,9 +97,8 @@ def readable(policy: AgentPolicy) -> None:
     """
     for feature in policy.features:
         if feature.meaning is None:
-            raise InputError(
-                f"feature {feature.name} of {policy.agent} has no meaning", "", "claims need every meaning"
-            )
+            what = f"feature {feature.name} of {policy.agent} has no meaning"
+            raise InputError(what, "", "claims need every meaning")
         # of the smallest float64 numbers a half is none; rounding to float32 hides that
         if policy.numbers != FLOAT32 and any(abs(weight) < 1 for weight, _ in feature.meaning.terms):
             what = f"feature {feature.name} of {policy.agent}, which compares {policy.numbers}, has a weight below 1"
@@ -109,11 +107,8 @@ def readable(policy: AgentPolicy) -> None:
     plain = (threshold == 0) | (threshold == below_zero(policy.numbers))  # x <= 0, and x < 0, which code writes so
     tiny = ~plain & (np.abs(threshold) < np.finfo(policy.numbers).tiny)
     for node in np.flatnonzero(tiny):
-        raise InputError(
-            f"node {node} of {policy.agent} has a subnormal threshold",
-            "",
-            "processors may flush such numbers to zero: write x <= 0, x < 0, or a normal number",
-        )
+        what = f"node {node} of {policy.agent} has a subnormal threshold"
+        raise InputError(what, "", "processors may flush such numbers to zero: write x <= 0, x < 0, or a normal number")
 
 
 def ensure_landmarks(name: str, profile: PolicyProfile) -> None:
@@ -128,9 +123,8 @@ def ensure_landmark_each(name: str, profile: PolicyProfile, team: str) -> None:
     ensure_landmarks(name, profile)
     ensure_team(profile, team)
     if len(profile.team(team)) > len(profile.world.landmarks):
-        raise InputError(
-            f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
-        )
+        what = f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
+        raise InputError(what)
 
 
 def check_landmarks(profile: PolicyProfile, team: str, landmarks: Sequence[str]) -> None:

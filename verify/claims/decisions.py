@@ -34,11 +34,8 @@ def matchings(n_agents: int, n_landmarks: int) -> list[tuple[int, ...]]:
     """
     count = math.perm(n_landmarks, n_agents)
     if count > MAX_MATCHINGS:
-        raise InputError(
-            f"{n_agents} agents and {n_landmarks} landmarks have {count:,} matchings, more than {MAX_MATCHINGS}",
-            "",
-            "claim own_target (in episodes: name the landmarks), which fixes one of them",
-        )
+        what = f"{n_agents} agents and {n_landmarks} landmarks have {count:,} matchings, more than {MAX_MATCHINGS}"
+        raise InputError(what, "", "claim own_target (in episodes: name the landmarks), which fixes one of them")
     return list(permutations(range(n_landmarks), n_agents))
 
 
@@ -254,9 +251,8 @@ class NoDouble(DecisionClaim):
             return negate(conjunction(closing(policy, landmark, self.margin), *others))
 
         if len(team) < 2:
-            raise InputError(
-                "no_double is about teams of two or more", f"team {self.team}", "it says nothing about a single agent"
-            )
+            what = "no_double is about teams of two or more"
+            raise InputError(what, f"team {self.team}", "it says nothing about a single agent")
         pairs = combinations(range(len(team)), 2)
         return conjunction(
             *(disjunction(not_only(a, landmark), not_only(b, landmark)) for a, b in pairs for landmark in landmarks)

@@ -169,11 +169,8 @@ class KeepsApart(EpisodeClaim):
                 raise UnknownNameError("entity", name, known, "others")
         super().ensure(profile)
         if not self.pairs(profile):
-            raise InputError(
-                f"{self.name} needs at least two entities",
-                f"team {self.team}",
-                "name the others to keep apart from",
-            )
+            what = f"{self.name} needs at least two entities"
+            raise InputError(what, f"team {self.team}", "name the others to keep apart from")
 
     def check_ranges(self) -> None:
         """InputError also for a radius that says nothing."""

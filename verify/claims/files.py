@@ -16,6 +16,7 @@ from codegen.errors import InputError, PartlyReadError, UnknownNameError, escape
 from codegen.ir import GOAL, PolicyProfile
 from verify.claims.built_in import Form, of_form
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, check_zones, find_claim, read_call, readable
+from verify.claims.claim import teams as teams_of
 from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, ensure_askable
 from verify.claims.formula import Formula, agents
 from verify.claims.region import Region
@@ -91,24 +92,19 @@ class _Table:
 
     def question(self, find_region: FindRegion, default: Region | None) -> Stated:
         """The claim, its region, and what may be spent on it."""
-        given: dict[str, Any] = {key: self._number(key) for key in NUMBERS if key in self._table}
-        given |= {key: self._count(key) for key in COUNTS if key in self._table}
-        claim: Claim = self._own(given) if "formula" in self._table else self._read_built_in(given)
-        whole = "region" not in self._table
-        region = default or everywhere(self._profile) if whole else self._region(find_region)
+        table = self._table
+        given: dict[str, Any] = {key: number(table[key], self._place / key) for key in NUMBERS if key in table}
+        given |= {key: self._count(key) for key in COUNTS if key in table}
+        claim: Claim = self._own(given) if "formula" in table else self._read_built_in(given)
+        usual = default or everywhere(self._profile) if "region" not in table else None
+        region = usual or self._region(find_region)
         return Stated(claim, region, given.get(ZONES))
-
-    def _where(self, key: str = "") -> Place:
-        return self._place / key if key else self._place
 
     def _text(self, key: str, default: str = "") -> str:
         value = self._table.get(key, default)
         if not isinstance(value, str) or (key in self._table and not value.strip()):
-            raise InputError(f"{key} must be a text, and not empty", self._where(key), f'write {key} = "..."')
+            raise InputError(f"{key} must be a text, and not empty", self._place / key, f'write {key} = "..."')
         return value
-
-    def _number(self, key: str) -> Fraction:
-        return number(self._table[key], self._where(key))
 
     def _count(self, key: str) -> int | str:
         value = self._table[key]
@@ -116,16 +112,16 @@ class _Table:
             return ALWAYS
         if isinstance(value, bool) or not isinstance(value, int):
             advice = f"write {key} = 25" + (f' or {key} = "{ALWAYS}"' if key in of_form(Form.STEPS) else "")
-            raise InputError(f"{key} must be a whole number", self._where(key), advice)
+            raise InputError(f"{key} must be a whole number", self._place / key, advice)
         return value
 
     def _read_built_in(self, given: dict[str, Any]) -> Claim:
         if "name" not in self._table:
-            raise InputError("a claim needs a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
+            raise InputError("a claim needs a name or a formula", self._place, f"names: {', '.join(NAMES)}")
         for key in LISTS:
             names: object = self._table.get(key, [])
             if not is_list(names) or not all(isinstance(name, str) for name in names):
-                raise InputError(f"{key} must be a list of names", self._where(key), 'write ["...", "..."]')
+                raise InputError(f"{key} must be a list of names", self._place / key, 'write ["...", "..."]')
             given |= {key: names} if names else {}
         given |= {key: self._text(key) for key in TEXTS if key in self._table}
         parameters = {key: value for key, value in given.items() if key != ZONES}
@@ -136,35 +132,31 @@ class _Table:
                 check_zones(given[ZONES])
         except InputError as error:
             key = error.where if error.where in self._table else "name"
-            error.where = str(self._where("team" if "team" in self._table and "team" in error.what else key))
+            error.where = str(self._place / ("team" if "team" in self._table and "team" in error.what else key))
             raise
         if claim.per_state:
             return self._with_words(cast("DecisionClaim", claim))
         if "assume" in self._table:
-            raise InputError(f"{claim.name} has no assumption", self._where("assume"), "restrict it by a region")
+            raise InputError(f"{claim.name} has no assumption", self._place / "assume", "restrict it by a region")
         return replace(claim, label=self._label())
 
     def _own(self, given: Mapping[str, Any]) -> DecisionClaim:
         """A user's formula. Its team is that of the agents whose actions it speaks of."""
         for key in ("name", *NUMBERS, *TEXTS, *LISTS, *COUNTS):
             if key in self._table and key not in OF_FORMULAS:
-                raise InputError(
-                    f"a claim with a formula has no {key}", self._where(key), "remove it, or remove the formula"
-                )
+                what = f"a claim with a formula has no {key}"
+                raise InputError(what, self._place / key, "remove it, or remove the formula")
         written = self._text("formula")
         stated = self._parse_formula("formula", given.get("margin", ZERO), given.get("radius", RADIUS))
         acting = agents(stated.formula)
-        teams = list(dict.fromkeys(policy.team for policy in self._profile.agents if policy.agent in acting))
-        known = list(dict.fromkeys(policy.team for policy in self._profile.agents))
+        known = teams_of(self._profile)
+        teams = [each for each in known if any(one.agent in acting for one in self._profile.team(each))]
         team = self._text("team") or (teams[0] if teams else known[0])
         if team not in known:
-            raise UnknownNameError("team", team, known, self._where("team"))
+            raise UnknownNameError("team", team, known, self._place / "team")
         if any(other != team for other in teams):
-            raise InputError(
-                f"the formula is about actions of the {' and the '.join(sorted({team, *teams}))}",
-                self._where("formula"),
-                "a claim is about one team: write one claim per team",
-            )
+            what = f"the formula is about actions of the {' and the '.join(sorted({team, *teams}))}"
+            raise InputError(what, self._place / "formula", "a claim is about one team: write one claim per team")
         claim = OwnFormula(
             team,
             **given,
@@ -176,7 +168,7 @@ class _Table:
         try:
             return self._with_words(ensure_askable(self._profile, claim))
         except InputError as error:
-            error.where = str(self._where(error.where)) if error.where in self._table else error.where
+            error.where = str(self._place / error.where) if error.where in self._table else error.where
             raise
 
     def _with_words(self, claim: DecisionClaim) -> DecisionClaim:
@@ -185,23 +177,16 @@ class _Table:
             return replace(claim, label=self._label())
         assumed = self._parse_formula("assume", claim.margin, claim.radius)
         if agents(assumed.formula):
-            raise InputError(
-                "an assumption is about states, so it must not mention actions",
-                self._where("assume"),
-                'write formula = "ASSUMPTION implies CLAIM" instead',
-            )
-        return replace(
-            claim,
-            assume=assumed.formula,
-            label=self._label(),
-            assumption=self._text("assume"),
-            rounded=tuple({**dict(claim.rounded), **assumed.rounded}.items()),
-        )
+            what = "an assumption is about states, so it must not mention actions"
+            raise InputError(what, self._place / "assume", 'write formula = "ASSUMPTION implies CLAIM" instead')
+        rounded = tuple({**dict(claim.rounded), **assumed.rounded}.items())
+        label, assumption = self._label(), self._text("assume")
+        return replace(claim, assume=assumed.formula, label=label, assumption=assumption, rounded=rounded)
 
     def _label(self) -> str:
         label = self._text("label")
         if "\n" in label or not label.isprintable():
-            raise InputError("a label must be one line", self._where("label"), "shorten it")
+            raise InputError("a label must be one line", self._place / "label", "shorten it")
         return label
 
     def _parse_formula(self, key: str, margin: Fraction, radius: Fraction) -> StatedFormula:
@@ -218,7 +203,7 @@ class _Table:
             radius=radius,
             observed=find_numbers(profile),
         )
-        stated = read_statement(text, vocabulary, lambda place: self._where(key).of_offset(text, place))
+        stated = read_statement(text, vocabulary, lambda place: (self._place / key).of_offset(text, place))
         return stated if self._reading is None or "eps" in self._table else stated.read_by(self._reading)
 
     def _region(self, find_region: FindRegion) -> Region:
@@ -227,13 +212,12 @@ class _Table:
             try:
                 return find_region(region)
             except InputError as error:
-                error.where = f"{self._where('region')}\n{error.where}" if error.where else str(self._where("region"))
+                error.where = "\n".join(filter(None, [str(self._place / "region"), str(error.where)]))
                 raise
         if not is_table(region):
-            raise InputError('region must be "start", a file, or a table', self._where("region"), ADVICE)
-        own_region = region_of(
-            region, self._profile.world, self._where("region"), find_observed_velocities(self._profile)
-        )
+            raise InputError('region must be "start", a file, or a table', self._place / "region", ADVICE)
+        velocities = find_observed_velocities(self._profile)
+        own_region = region_of(region, self._profile.world, self._place / "region", velocities)
         return replace(own_region, name=f"of {self._place.words}")
 
 

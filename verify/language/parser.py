@@ -214,11 +214,8 @@ class _Parser:
 
     def _need(self, text: str, after: str) -> None:
         if not self._is(text):
-            raise self._source.wrong(
-                f"expected {text!r} {after}, not {self._here.text or 'the end'!r}",
-                self._here.place,
-                HINTS.get(self._here.text, f"{text} may stand here"),
-            )
+            what = f"expected {text!r} {after}, not {self._here.text or 'the end'!r}"
+            raise self._source.wrong(what, self._here.place, HINTS.get(self._here.text, f"{text} may stand here"))
         self._take()
 
     def _level(self) -> int:

@@ -65,16 +65,12 @@ def label_place(mark: Mapping[str, Any], taken: list[Rectangle]) -> tuple[float,
     """Centre of a label beside its mark where it covers nothing, if there is such a place; takes that place."""
     half = len(mark["label"]) * LETTER / 2
     side = half + MARK + 2
-    best: tuple[float, Rectangle] | None = None
+    boxes: list[Rectangle] = []
     for dx, dy in ((0, -16), (0, 17), (side, 0), (-side, 0), (side, -13), (-side, 13), (0, -29), (0, 30)):
         x = min(max(mark["x"] + dx, half), VIEW - half)
         y = min(max(mark["y"] + dy, TALL), VIEW - TALL)
-        box = (x - half, y - TALL, x + half, y + TALL)
-        covered = sum(_overlap(box, other) for other in taken)
-        if best is None or covered < best[0]:
-            best = covered, box
-    assert best is not None
-    box = best[1]
+        boxes.append((x - half, y - TALL, x + half, y + TALL))
+    box = min(boxes, key=lambda each: sum(_overlap(each, other) for other in taken))
     taken.append(box)
     return round((box[0] + box[2]) / 2, 2), round((box[1] + box[3]) / 2, 2)
 

@@ -394,7 +394,6 @@ def _read_terms(feature: FeatureSpec, at: dict[str, Real]) -> Terms:
     terms = feature.meaning.terms if feature.meaning else ()
     for _, name in terms:
         if name not in at:
-            raise InputError(
-                f"feature {feature.name} observes {name}, which regions cannot bound yet", str(feature.meaning)
-            )
+            what = f"feature {feature.name} observes {name}, which regions cannot bound yet"
+            raise InputError(what, str(feature.meaning))
     return terms

@@ -198,9 +198,8 @@ def agreeing(zoned: Zoned, second: Opinion) -> Verdict:
     if first.verdict in undecided or second.verdict is Verdict.VACUOUS:  # zones do not ask what the assumption leaves
         return second.verdict
     if second.verdict not in (*undecided, first.verdict):
-        raise AssertionError(
-            f"the engines disagree: {first.engine} {first.verdict.value}, {second.engine} {second.verdict.value}"
-        )
+        what = f"the engines disagree: {first.engine} {first.verdict.value}, {second.engine} {second.verdict.value}"
+        raise AssertionError(what)
     return first.verdict
 
 

@@ -16,7 +16,7 @@ each zone of it is (a, b] between whole numbers, or ends at one, and holds a who
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import islice, pairwise
@@ -340,11 +340,18 @@ def example(question: DecisionQuestion, zone: Zone) -> State | None:
     for size in failing.problem.sizes:
         ends.append(ends[-1] + size * size)
     matrices = [cells[start:end] for start, end in pairwise(ends)]
-    wanted = _spread(question.region)
+    # places in the region's box, all entities at different ones; velocities are 0 where they may be
+    wanted: dict[str, Fraction] = {}
+    for number, (name, (low, high)) in enumerate(question.region.box.items()):
+        part = (number // 2 + 1) * SPREAD[number % 2] % 1
+        place = low + round((high - low) * part, 1)
+        wanted[name] = place if name.endswith((".x", ".y")) else min(max(Fraction(0), low), high)
     point = zones.middle(failing.problem, matrices, tuple(wanted), wanted)
     whole = list_whole(question.profile)
-    point = {name: round_whole(number) if name in whole else number for name, number in point.items()}
-    for state in _candidates(question, point, failing.goal):
+    point = {name: round_whole(value) if name in whole else value for name, value in point.items()}
+    states = [nearest(point, question.region, failing.goal)]
+    states += [exact_point(point, question.region, failing.goal)] if question.semantics != MACHINE else []
+    for state in states:
         if _meets(question, zone, state):
             for places in range(1, MAX_PLACES):  # as few decimals as all coordinates together allow
                 position = {name: round(value, places) + 0.0 for name, value in state.position.items()}
@@ -352,22 +359,6 @@ def example(question: DecisionQuestion, zone: Zone) -> State | None:
                     return rounded
             return state
     return None
-
-
-def _spread(region: Region) -> dict[str, Fraction]:
-    """Coordinate -> a place in the region's box, all entities at different ones; velocities are 0 where they may be."""
-    places: dict[str, Fraction] = {}
-    for number, (name, (low, high)) in enumerate(region.box.items()):
-        part = (number // 2 + 1) * SPREAD[number % 2] % 1
-        place = low + round((high - low) * part, 1)
-        places[name] = place if name.endswith((".x", ".y")) else min(max(Fraction(0), low), high)
-    return places
-
-
-def _candidates(question: DecisionQuestion, point: dict[str, Fraction], goal: str | None) -> Iterator[State]:
-    yield nearest(point, question.region, goal)
-    if question.semantics != MACHINE:
-        yield exact_point(point, question.region, goal)
 
 
 def _meets(question: DecisionQuestion, zone: Zone, state: State) -> bool:

@@ -104,9 +104,7 @@ EpisodeResult = Result[EpisodeClaim, EpisodeEvidence]
 
 
 def verify_episodes(
-    question: EpisodeQuestion,
-    rollouts: Mapping[str, EpisodeReplay],
-    skipped: Sequence[str] = (),
+    question: EpisodeQuestion, rollouts: Mapping[str, EpisodeReplay], skipped: Sequence[str] = ()
 ) -> EpisodeResult:
     """The verdict on a claim about episodes: by sampled starts, then by zones; `rollouts` replay counterexamples."""
     profile, claim, region = question.profile, question.claim, question.region

@@ -209,7 +209,7 @@ def verify_system(
     if known is not None:
         outcome = ReachOutcome(Verdict.VIOLATED, counterexample=known)
     else:
-        outcome = _confirm_outcome(_decide(question), confirm)
+        outcome = _confirm_outcome(renew(question, flows.decide if flowing else reach.decide), confirm)
     broken = attempt() if attempt is not None and outcome.verdict is Verdict.UNKNOWN else None
     if broken is not None:
         outcome = replace(outcome, verdict=Verdict.VIOLATED, reason="", counterexample=broken, open=None, helps=())
@@ -219,9 +219,16 @@ def verify_system(
     own = Opinion(ENGINE, outcome.verdict, outcome.states, UNIT)
     own = Opinion(BOXES, outcome.verdict, outcome.boxes, BOXES) if by_boxes else own
     own = Opinion(FLOWS, outcome.verdict, outcome.boxes, SETS) if flowing else own
+    opinions = [own]
+    if settled and not flowing:
+        second = unrolled.opinion(question)
+        if second.verdict in SETTLED and second.verdict is not outcome.verdict:
+            said = f"{ENGINE} {outcome.verdict.value}, {second.engine} {second.verdict.value}"
+            raise AssertionError(f"the engines disagree on {question.claim.name}: {said}")
+        opinions.append(second)
     evidence = SystemEvidence(
         control=_ask_controls(question) if settled else Control(),
-        opinions=(own, _agreeing(question, outcome.verdict)) if settled and not flowing else (own,),
+        opinions=tuple(opinions),
         certificate=certificate,
         branches=outcome.branches,
         counterexample=outcome.counterexample,
@@ -241,10 +248,6 @@ def _ask_controls(question: Question[SystemClaim]) -> Control:
     most, engine = CONTROLS // max(len(controls), 1), flows if flowing else reach
     limits = {"max_boxes": most if flowing else min(most, EACH), "samples": FEW}
     return Control.of(engine.decide_control(control.spending(**limits)).verdict for control in controls)
-
-
-def _decide(question: Question[SystemClaim]) -> ReachOutcome:
-    return renew(question, flows.decide if is_flow(question) else reach.decide)
 
 
 def _find_approach(question: Question[SystemClaim], outcome: ReachOutcome) -> ClosestApproach | None:
@@ -270,12 +273,3 @@ def _confirm_outcome(outcome: ReachOutcome, confirm: Confirm | None) -> ReachOut
     if again is None:
         return replace(outcome, verdict=Verdict.UNKNOWN, reason=ENCLOSED, helps=NARROWER, counterexample=None)
     return replace(outcome, counterexample=again)
-
-
-def _agreeing(question: Question[SystemClaim], verdict: Verdict) -> Opinion:
-    """The solver's opinion; AssertionError where it has another one."""
-    second = unrolled.opinion(question)
-    if second.verdict in SETTLED and second.verdict is not verdict:
-        said = f"{ENGINE} {verdict.value}, {second.engine} {second.verdict.value}"
-        raise AssertionError(f"the engines disagree on {question.claim.name}: {said}")
-    return second

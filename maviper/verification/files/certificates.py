@@ -31,7 +31,7 @@ from verify.claims.catalogue import describe_left_out, opponents_words, select_s
 from verify.claims.claim import Parameter
 from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or, agents
 from verify.claims.observed import over
-from verify.claims.region import Interval, Region
+from verify.claims.region import Region
 from verify.claims.region_files import everywhere, is_start
 from verify.claims.views import describe_view
 from verify.decimals import plain
@@ -73,19 +73,15 @@ def _write_formula(formula: Formula, profile: PolicyProfile) -> str:
 
 
 def _bounds(region: Region, profile: PolicyProfile) -> Iterator[str]:
-    usual = _usual(profile)
+    try:
+        usual = everywhere(profile).box
+    except InputError:  # no damping bounds the velocities
+        usual = {}
     for name, bounds in region.box.items():
         if usual.get(name) != bounds:
             yield f"{name} in {_interval(*bounds)}"
     yield from (f"{a} - {b} in {_interval(*bounds)}" for a, b, bounds in region.differences)
     yield from (f"{a} and {b} at least {plain(least)} apart" for a, b, least in region.apart)
-
-
-def _usual(profile: PolicyProfile) -> dict[str, Interval]:
-    try:
-        return dict(everywhere(profile).box)
-    except InputError:  # no damping bounds the velocities
-        return {}
 
 
 def _interval(low: Fraction, high: Fraction) -> str:

@@ -366,9 +366,8 @@ def resolve_formula(
     try:
         claim = read_formula(document)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
-        raise InputError(
-            "the counterexample's formula cannot be read", f"{path}: {escape_text(error)}"[:200], ADVICE
-        ) from None
+        what = "the counterexample's formula cannot be read"
+        raise InputError(what, f"{path}: {escape_text(error)}"[:200], ADVICE) from None
     members = {policy.agent for policy in profile.team(team)}
     features = {error_name(policy.agent, feature.name) for policy in profile.agents for feature in policy.features}
     strange = [

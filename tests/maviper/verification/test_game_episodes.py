@@ -77,10 +77,7 @@ def ensure_true(profile, name, radius, steps, region, outcomes):
 
 @pytest.mark.parametrize(
     "seeds",
-    [
-        pytest.param(range(5), marks=pytest.mark.slow),
-        pytest.param(range(5, 80), marks=pytest.mark.nightly),
-    ],
+    [pytest.param(range(5), marks=pytest.mark.slow), pytest.param(range(5, 80), marks=pytest.mark.nightly)],
     ids=["some", "many"],
 )
 def test_verdicts_are_true_of_mpe2(seeds, tmp_path):

@@ -56,11 +56,7 @@ def world(tmp_path):
 
 @pytest.mark.parametrize(
     ("tree", "guards"),
-    [
-        (FILL, [("gap", False, 5.0, "drain")]),
-        (DRAIN, [("gap", True, 5.0, "fill")]),
-        (((0, 3.5), DRAIN, KEEP), []),
-    ],
+    [(FILL, [("gap", False, 5.0, "drain")]), (DRAIN, [("gap", True, 5.0, "fill")]), (((0, 3.5), DRAIN, KEEP), [])],
 )
 def test_a_level_stays_within_its_bounds(world, tree, guards):
     before = valve(tree)

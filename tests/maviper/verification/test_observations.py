@@ -70,14 +70,7 @@ def folder(tmp_path_factory):
     (place / "cart.py").write_text(CART)
     (place / "claims.toml").write_text(CLAIMS)
     assert main.run(["import", "--agents", f"cart={place / 'cart.py'}", "-o", str(place / "profile.json")]) == 0
-    asked = [
-        "verify",
-        str(place / "profile.json"),
-        "--claims",
-        str(place / "claims.toml"),
-        "-o",
-        str(place / "out"),
-    ]
+    asked = ["verify", str(place / "profile.json"), "--claims", str(place / "claims.toml"), "-o", str(place / "out")]
     assert main.run(asked) == 1
     return place
 
@@ -250,10 +243,7 @@ def test_two_agents_agree_where_they_see_the_same(shared, code, tmp_path, capsys
         (["--claim", "monotone(agent=q, feature=spin)"], "unknown agent 'q'"),
         (["--claim", "monotone(agent=a)"], "name them: agent=A, feature=F"),
         (["--claim", "monotone(feature=spin)"], "name them: agent=A, feature=F"),
-        (
-            ["--claim", "monotone(agent=a, feature=spin, direction=up)"],
-            "unknown direction 'up'",
-        ),
+        (["--claim", "monotone(agent=a, feature=spin, direction=up)"], "unknown direction 'up'"),
         (["--claim", "monotone(agent=a, feature=spin, order=[left,stay])"], "every action once"),
         (["--claim", "monotone(agent=a, feature=spin, actions=[up])"], "unknown action 'up'"),
         (["--claim", "monotone(agent=a, feature=spin, actions=[left], order=[left,stay,right])"], "leave out one"),

@@ -216,8 +216,7 @@ RIGHT_WHEN_LEANING = disjunction(
 
 
 @pytest.mark.parametrize(
-    "claim",
-    [OwnFormula("team", statement=RIGHT_WHEN_LEANING), Monotone("team", agent="cart", feature="speed")],
+    "claim", [OwnFormula("team", statement=RIGHT_WHEN_LEANING), Monotone("team", agent="cart", feature="speed")]
 )
 def test_a_planted_leaf_is_found_and_its_old_certificate_refused(claim):
     good = blind({"cart": CART})
