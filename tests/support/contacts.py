@@ -1,4 +1,6 @@
-"""What zones promise where entities collide: every start stays between the bounds of a zone, step by step."""
+"""What zones promise where entities collide: every start stays between the bounds of a zone, step by step; teams
+that touch.
+"""
 
 from fractions import Fraction
 
@@ -6,6 +8,7 @@ import numpy as np
 
 from codegen import ir
 from maviper.worlds import find
+from tests.support.episode_cases import arriving
 from tests.support.teams import tree
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
@@ -89,3 +92,15 @@ def escaped(profile, region, steps, agents, count=100, budget=20_000):
             between = (far >= mine.offset - MOVED) & (far <= mine.offset + more + MOVED)
             missing += not between.all(axis=(1, 2)).any()
     return missing, search.touched
+
+
+SPREAD, TAG = "cooperative-navigation", "predator-prey"
+HALF = Fraction(1, 40)
+
+
+def going(*actions, name=SPREAD):
+    return played(name, [tree(action) for action in actions])
+
+
+HOMING = played(SPREAD, [arriving(k, first=4) for k in range(3)])
+LANES = [(-0.8, -0.8), (0, -0.8), (0.8, -0.8), (-0.8, 0.8), (0, 0.8), (0.8, 0.8)]

@@ -1,8 +1,10 @@
-"""What several tests use of `maviper.episodes.test_ends`."""
+"""A relay whose runners leave, with an expert that keeps what it was asked; teams of trees grown from arrays."""
 
 import numpy as np
 
 from maviper.experts.expert import AS_GIVEN
+from maviper.extraction.growth.exact import CartTree
+from maviper.extraction.growth.joint import grow_jointly
 from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
 from maviper.worlds.outside.sources import parse_source
@@ -35,3 +37,12 @@ class Expert:
         acted = np.where(joint[None] == AS_GIVEN, given[:, None], joint[None])  # [batch, n_joint, n_agents]
         own, wanted = acted[..., agent], self.act([agent], observations, state)
         return (own == wanted) * (1.0 + observations[agent][:, [PLACE]] ** 2) * (1 + (acted == LEFT).sum(axis=2))
+
+
+def train_joint_trees(observations, labels, counts, n_actions, max_depth, seeds, least_right=None, alive=None):
+    """TrainJointTrees with every threshold tried; arguments by agent, `labels` and `alive` [n, n_agents]."""
+    team = [
+        CartTree(obs, labels[:, agent], counts[agent], n_actions[agent], max_depth, seeds[agent])
+        for agent, obs in enumerate(observations)
+    ]
+    return grow_jointly(team, max_depth, len(team) - 1 if least_right is None else least_right, alive)

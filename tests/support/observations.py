@@ -1,6 +1,7 @@
 """Profiles without meanings, and an account of their claims by enumeration of all cells, in numpy alone."""
 
 import json
+from dataclasses import replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -9,7 +10,9 @@ from codegen import ir
 from codegen.dynamics import motionless
 from codegen.profiles import ensure
 from tests.support.brute import end_of
+from tests.support.teams import tree
 from tests.support.zone_cases import random_tree
+from verify.claims.observed import View, over
 
 ACTIONS = ("left", "stay", "right")
 NAMES = ("angle", "spin", "place", "speed")
@@ -18,11 +21,11 @@ NAMES = ("angle", "spin", "place", "speed")
 def blind(trees, features=None, span=2.0, teams=None):
     """A profile of these trees, by agent, whose features have no meanings. `features`: agent -> names."""
     agents = []
-    for agent, tree in trees.items():
-        names = NAMES[: 1 + int(max(tree.feature.max(), 0))] if features is None else features[agent]
+    for agent, grown in trees.items():
+        names = NAMES[: 1 + int(max(grown.feature.max(), 0))] if features is None else features[agent]
         specs = tuple(ir.FeatureSpec(name, "none", -span, span, None) for name in names)
         actions = tuple(ir.ActionSpec(name, None) for name in ACTIONS)
-        agents.append(ir.AgentPolicy(agent, (teams or {}).get(agent, "team"), specs, actions, tree))
+        agents.append(ir.AgentPolicy(agent, (teams or {}).get(agent, "team"), specs, actions, grown))
     world = motionless("imported", "", list(trees))
     return ensure(ir.PolicyProfile(world, tuple(agents), ir.Provenance("hand-made", "none", 0, "", "tests")))
 
@@ -70,3 +73,9 @@ def robust(profile, observations, *options, **parameters):
     said = {"observations": str(observations), **parameters}
     stated = ", ".join(f"{name}={json.dumps(value)}" for name, value in said.items())
     return ["verify", str(profile), "--claim", f"robust({stated})", *map(str, options)]
+
+
+def far(threshold, action):
+    """A profile that speaks of two variables without a range."""
+    whole = over(blind({"car": tree((0, threshold, 1, 2), 0, action)}, {"car": ["gap"]}, ir.MAX_LENGTH), View())
+    return ensure(replace(whole, world=replace(whole.world, options={})))

@@ -1,5 +1,6 @@
 """What zones say beside Z3, the checker, and errors tried one by one at rational points."""
 
+from fractions import Fraction
 from itertools import product
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from tests.support.zone_cases import actions_at, actions_with_errors, everyone, exactly_inside, grid_points, stated
 from verify.checker import decisions
 from verify.checker.certificate import numbers
-from verify.claims.decisions import formula
+from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import for_goal, holds
 from verify.kinds import MACHINE, Semantics
 from verify.question import Question
@@ -15,6 +16,9 @@ from verify.result import Verdict
 from verify.solver.solve import decide
 from verify.subjects import Game
 from verify.zones import engine as zones
+
+EPS = Fraction(1, 10)
+CLAIM = DistinctTargets("defenders", eps=EPS)
 
 
 def stands(profile, claim, state, goal, machine=True):

@@ -18,6 +18,7 @@ import z3
 from codegen.errors import MaviperError
 from codegen.policy_json import content_hash
 from tests.support.altered import altered, of_hashes
+from tests.support.covers import line
 from tests.support.system_cases import box, decided, double_integrator, form, policy, stays, switching, team
 from tests.verify.reach import random_systems
 from verify.checker.accept import accept
@@ -45,14 +46,6 @@ QUESTIONS = 150
 
 
 # --- the questions
-
-
-def line(start, threshold, *, measure=Measure.VALUE, bounds=None, **piece):
-    """A number on a line, pushed by an agent that tests it: (system, profile)."""
-    features = {"a": {"f": Feature(form(x=1), measure, bounds)}}
-    stated = {"where": {}, "move": {"x": form(x=1)}, "effect": {("a", "go"): {"x": form(1)}}, "error": {}} | piece
-    system = System("line", (Variable("x", "1", (F(-9), F(9))),), features, box(x=start), (Piece(**stated),), 3)
-    return system, team(policy("a", ["f"], ["go", "rest"], ((0, threshold), 0, 1)))
 
 
 def avoids(steps, **bounds):
@@ -91,7 +84,7 @@ def by_hand():
         for threshold in (-1.0, -0.5, 0.0, 0.5, 1.0):
             for end in (0, F(1, 2), F(-1, 2), 1, -1):
                 asked = SystemClaim(Pattern.DECIDES, (box(x=(end, end)),), formula=Acts("a", 1))
-                found.append((*line((0, 1), threshold, measure=measure, bounds=bounds), asked))
+                found.append((*line((0, 1), threshold, measure, bounds), asked))
     boxes = [{"x": (F(-9), F(0))}, {"x": (F(0), F(9))}]
     system, profile = line((-1, 1), -5.0)
     second = tuple(Piece(where, {"x": form(n, x=1)}, {}, {}) for n, where in enumerate(boxes))

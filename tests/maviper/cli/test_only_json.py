@@ -10,7 +10,7 @@ import pytest
 
 from codegen import policy_json
 from maviper.cli import main
-from tests.support.far import far
+from tests.support.observations import far
 from tests.support.stated import BRAKES, PROPERTIES, profile
 from tests.support.systems import CART
 from tests.support.verifying import every_command

@@ -17,10 +17,14 @@ from maviper.cli import main
 from maviper.compilation import proofs
 from maviper.compilation.compile import compile_and_prove
 from tests.support.observations import blind
-from tests.support.outside import installed
 from tests.support.remembering import GIVING, HEATER, WHOLE, adding
 from tests.support.teams import tree
 from tests.support.tiers import sweep
+
+installed = pytest.mark.skipif(
+    any(shutil.which(tool) is None for tool in proofs.TOOLS), reason=f"no Frama-C here: {proofs.INSTALL}"
+)
+
 
 STEPS = 500_000  # of Z3, in which the code below is proved; where something is wrong, ten times as many do not do
 

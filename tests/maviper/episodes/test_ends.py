@@ -23,8 +23,7 @@ from maviper.extraction.growth.growing import Growth
 from maviper.extraction.growth.joint import grow_jointly
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
 from maviper.extraction.settings import ALGORITHMS, FITTED_Q, HISTOGRAM, PRESETS, VIPER, Settings
-from tests.support.ends import LEFT, OVER, PLACE, Expert, world_of
-from tests.support.growing import train_joint_trees
+from tests.support.ends import LEFT, OVER, PLACE, Expert, train_joint_trees, world_of
 from tests.support.tiers import first_of
 
 SMALL = {"iterations": 2, "rollouts": 12, "selection_episodes": 6, "max_depth": 3, "refinement": 0}

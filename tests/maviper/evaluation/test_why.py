@@ -1,11 +1,14 @@
 """Why a team falls behind: the terms of small games where they are known, and of ours by playing every branch."""
 
 import json
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from codegen.dynamics import motionless
 from codegen.errors import InputError
+from codegen.ir import ActionSpec, FeatureSpec
 from maviper.cli import main
 from maviper.episodes import measures
 from maviper.episodes.play import Policies, choose_actions, play
@@ -14,7 +17,74 @@ from maviper.evaluation.why import causes, ensure_branched
 from maviper.experts.finding import find_expert
 from maviper.experts.scripted import build_script
 from maviper.worlds import find
-from tests.support.two_bits import EITHER, RELAY, TENTHS, TwoBits
+from maviper.worlds.world import Measure, World
+
+TENTHS = 10  # what both observe first is uniform over so many numbers
+RELAY, EITHER = "relay", "either"
+
+
+@dataclass(frozen=True)
+class Bits:
+    """Games: what was drawn, the bit, how many steps were taken, and what the last one was worth."""
+
+    drawn: np.ndarray
+    bit: np.ndarray
+    taken: np.ndarray
+    worth: np.ndarray
+
+    def __len__(self):
+        return len(self.drawn)
+
+    def __getitem__(self, rows):
+        return Bits(self.drawn[rows], self.bit[rows], self.taken[rows], self.worth[rows])
+
+
+class TwoBits(World):
+    """Two small games of two agents, in which every term of why a team falls behind is known. `relay`: agent 1 sets a
+    bit, then agent 0 has to say it. `either`: one decision, worth 1 unless both are wrong. `measures`: the reward's
+    sum, as `worth`, and as a cost.
+    """
+
+    def __init__(self, game):
+        self.game, names = game, ("agent_0", "agent_1")
+        self.spec = motionless(f"bits-{game}", "", names, 2 if game == RELAY else 1)
+        self.teams = {"agents": names}
+        seen = FeatureSpec("drawn", "none", 0.0, TENTHS - 1.0, None), FeatureSpec("bit", "none", 0.0, 1.0, None)
+        self.features = (seen, seen)
+        self.actions = ((ActionSpec("zero", None), ActionSpec("one", None)),) * 2
+        self.measures = (Measure("agents", "worth"), Measure("agents", "cost", lower_is_better=True))
+
+    def start(self, n, rng):
+        return self._at(rng.integers(TENTHS, size=n))
+
+    def start_from_seeds(self, seeds):
+        return self._at(np.asarray(seeds) % TENTHS)
+
+    @staticmethod
+    def _at(drawn):
+        zeros = np.zeros(len(drawn), dtype=np.int64)
+        return Bits(drawn, zeros, zeros, zeros.astype(float))
+
+    def step(self, state, actions):
+        if self.game == EITHER:
+            return Bits(state.drawn, state.bit, state.taken + 1, 1.0 - actions.all(axis=1))
+        said = np.where(state.taken == 1, actions[:, 0] == state.bit, 0).astype(float)
+        return Bits(state.drawn, np.where(state.taken == 0, actions[:, 1], state.bit), state.taken + 1, said)
+
+    def observe(self, state):
+        seen = np.stack([state.drawn, state.bit], axis=1).astype(np.float32)
+        return seen, seen
+
+    def rewards(self, state):
+        return np.repeat(state.worth[:, None], 2, axis=1)
+
+    def values(self, states):
+        worth = np.sum([state.worth for state in states], axis=0)
+        return np.stack([worth, -worth])
+
+    def reference_env(self):
+        raise NotImplementedError
+
 
 SEEDS = range(200)  # each number ten by ten times
 ALWAYS = lambda action: lambda obs: np.full(len(obs), action)  # noqa: E731

@@ -7,7 +7,7 @@ import pytest
 
 from codegen import ir, policy_json, profiles
 from codegen.deciding import size
-from codegen.ir import AgentPolicy, FeatureSpec, OutputSpec
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, AgentPolicy, FeatureSpec, GrownTree, OutputSpec
 from codegen.lowering.deploy import SummedTree, deploy_tree
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
@@ -20,7 +20,25 @@ from maviper.extraction.growth.sums import with_own_sums
 from maviper.extraction.journal import Journal
 from maviper.extraction.refine import Moves
 from maviper.extraction.settings import Settings
-from tests.support.braking import write_trees
+from maviper.worlds import World
+
+
+def write_trees(world: World, brake: float = 0.2) -> list[GrownTree]:
+    """Four leaves an agent: agent k steers along the longer axis to landmark k, less `brake` seconds of velocity."""
+    left, right, down, up = range(1, 5)
+    trees: list[GrownTree] = []
+    for agent, features in enumerate(world.features):
+        names = [feature.name for feature in features]
+        tests = np.zeros((2, len(names)), np.float32)
+        for axis, signs in (("x", (1.0, 1.0)), ("y", (1.0, -1.0))):
+            tests[:, names.index(f"landmark_{agent}_d{axis}")] = signs
+            tests[:, names.index(f"v{axis}")] = np.multiply(signs, -brake)
+        feature = np.array([len(names), len(names) + 1, len(names) + 1, *[NO_FEATURE] * 4])
+        action = np.array([NO_ACTION] * 3 + [left, down, up, right])
+        one, other = np.array([1, 3, 5, *[NO_CHILD] * 4]), np.array([2, 4, 6, *[NO_CHILD] * 4])
+        trees.append(SummedTree(feature, np.zeros(7), one, other, action, tests, np.zeros((0, 0, len(names) + 1))))
+    return trees
+
 
 EXPERT = "tests.support.steering:pulling"
 SPANS = (OutputSpec("one", "N", -4.0, 4.0), OutputSpec("two", "N", None, 1.0))

@@ -38,8 +38,8 @@ from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, WorldState, find
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
 from tests.support.ends import Expert as LineExpert
+from tests.support.ends import train_joint_trees
 from tests.support.environments import Line
-from tests.support.growing import train_joint_trees
 
 
 @pytest.fixture(scope="module")

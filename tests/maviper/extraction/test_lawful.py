@@ -24,8 +24,7 @@ from maviper.extraction.journal import REFINING
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from maviper.worlds.world import legal_in
-from tests.support.lawful import Player
-from tests.support.other_loops import Code, play_tictactoe
+from tests.support.other_loops import Code, Player, play_tictactoe
 
 ACTIONS = 4
 MASK = (None, 1, 2, 3)  # the first action is always legal, feature 0 is something else

@@ -9,8 +9,7 @@ from codegen import policy_json
 from codegen.errors import ExitCode, InputError
 from maviper.cli import main
 from maviper.files import outputs
-from tests.support.far import far
-from tests.support.observations import blind, robust
+from tests.support.observations import blind, far, robust
 from tests.support.teams import tree
 
 ROOT = Path(__file__).parents[3]

@@ -9,8 +9,7 @@ import pytest
 from codegen import ir, policy_json
 from maviper.cli import main
 from maviper.evaluation import comparison
-from tests.support.far import far
-from tests.support.observations import blind
+from tests.support.observations import blind, far
 from tests.support.teams import tree
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere

@@ -8,8 +8,7 @@ import pytest
 from codegen.errors import InputError
 from tests.support import contact_readings as faults
 from tests.support.altered import altered, read_game
-from tests.support.contact_teams import HALF, HOMING, LANES, SPREAD, TAG, going
-from tests.support.contacts import around
+from tests.support.contacts import HALF, HOMING, LANES, SPREAD, TAG, around, going
 from tests.support.episode_certificates import certified, failures, share_of_bytes_refused
 from tests.support.episode_mutations import judge_mutations
 from tests.support.teams import LEFT, RIGHT, STAY

@@ -9,8 +9,7 @@ import pytest
 from codegen import ir
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from maviper.worlds import find
-from tests.support.contact_teams import HALF, HOMING, LANES, SPREAD, TAG, going
-from tests.support.contacts import around, escaped, played, random_team
+from tests.support.contacts import HALF, HOMING, LANES, SPREAD, TAG, around, escaped, going, played, random_team
 from tests.support.episode_certificates import failures, replays_of
 from tests.support.teams import LEFT, RIGHT, STAY, team, tree
 from tests.support.tiers import first_of

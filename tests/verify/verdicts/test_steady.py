@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from codegen import ir
 from codegen.lowering.deploy import deploy_tree
 from tests.support.meanings import asking, meanings, tied_points, with_meanings
-from tests.support.steady import CLAIM, EPS
+from tests.support.steady_zones import CLAIM, EPS
 from tests.support.strategies import grown_trees
 from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.decisions import DistinctTargets

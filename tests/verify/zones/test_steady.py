@@ -9,8 +9,7 @@ import pytest
 from codegen import ir
 from codegen.floats import FLOAT32
 from codegen.ir import Meaning
-from tests.support.steady import CLAIM, EPS
-from tests.support.steady_zones import agree
+from tests.support.steady_zones import CLAIM, EPS, agree
 from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
 from tests.support.zone_cases import (
     noisy_roles,

@@ -9,9 +9,8 @@ import pytest
 
 from codegen.errors import InputError
 from tests.support.altered import altered, of_hashes
-from tests.support.covers import question
+from tests.support.covers import always, answered, any_taken, question, thermostat
 from tests.support.exact_play import refuted, start
-from tests.support.forever import always, answered, any_taken, thermostat
 from tests.support.system_cases import box, double_integrator, form, policy, switching, team
 from tests.verify.reach import random_modes
 from verify.certificates.proofs import encode_numbers

@@ -8,8 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.support.cover_cases import CASES, PLAIN, after, claimed, line
-from tests.support.covers import question, recipe, shown
+from tests.support.covers import CASES, PLAIN, after, claimed, line, question, recipe, shown
 from tests.support.exact_play import refuted
 from tests.support.system_cases import box, form, policy, stays, team
 from tests.verify.reach import random_modes

@@ -14,8 +14,7 @@ import pytest
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from tests.support.altered import altered, of_hashes
-from tests.support.cover_cases import CASES, PLAIN, after, claimed, line
-from tests.support.covers import question, recipe, shown
+from tests.support.covers import CASES, PLAIN, after, claimed, line, question, recipe, shown
 from tests.support.exact_play import refuted, start
 from tests.support.system_cases import box, double_integrator, form, policy, stays, switching, team
 from verify.certificates.proofs import encode_numbers

@@ -6,7 +6,7 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from tests.support.cover_cases import tie
+from tests.support.covers import tie
 from tests.support.system_cases import form, policy, team
 from tests.verify.reach.random_systems import nested, some
 from verify.checker.covers import boxes, trees
