@@ -32,7 +32,6 @@ from tests.hunting import (
     stated,
 )
 from tests.hunting.planted import put
-from tests.hunting.record import Record
 from tests.support import summed
 from tests.support.giving import tamed
 from tests.support.tiers import sweep
@@ -209,7 +208,7 @@ def test_a_hunt_goes_on_where_it_ended(tmp_path):
 def test_no_word_on_record_is_wrong():
     kept = sorted(FOLDER.glob("*.json"))
     assert set(PLANTED) <= {path.stem for path in kept} <= {*PLANTED, *hunt.READING}
-    assert all(Record(path.stem, FOLDER).wrong == [] for path in kept)
+    assert all(hunt.Record(path.stem, FOLDER).wrong == [] for path in kept)
 
 
 @pytest.mark.parametrize("name", JUDGING)

@@ -22,9 +22,8 @@ from codegen.profiles import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
-from tests.hunting.bounding import Bounded
 from tests.hunting.driving import Plant, Searched
-from tests.hunting.falsifying import ask_claim
+from tests.hunting.falsifying import Bounded, ask_claim
 from tests.support import summed
 from tests.support.giving import tamed
 from verify.decimals import plain

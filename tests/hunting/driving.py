@@ -16,10 +16,9 @@ from functools import cached_property
 
 import numpy as np
 
-from tests.hunting.giving import Agent, nearest
+from tests.hunting.giving import Agent, climb, nearest
 
-CLIMBS = (0.2, 0.05, 0.01, 0.002)  # parts of a range by which the best states are moved
-BEST, AROUND = 24, 16
+BEST = 24
 EXACTLY = 8  # of the best, which are looked at in exact numbers
 
 
@@ -113,11 +112,7 @@ class Searched:
         self.names, self.ends = list(box), np.array([[float(end) for end in each] for each in box.values()])
         sizes = plant.plain["errors"]
         self.erring = {} if claim["kind"] == "decides" else {name: float(size) for name, size in sizes.items()}
-        starts, signs = self._drawn(count)
-        for size in CLIMBS:
-            starts, signs = self._climbed(starts, signs, size)
-        order = np.argsort(-self._values(starts, signs), kind="stable")[:BEST]
-        self.starts, self.signs = starts[order], signs[order]
+        self.starts, self.signs = climb(self._drawn(count), self._values, self._near, BEST)
 
     def _drawn(self, count):
         rng, (low, high) = self.rng, self.ends.T
@@ -126,16 +121,14 @@ class Searched:
         signs = rng.choice([-1.0, 1.0], (count, self.claim["steps"], len(self.erring)))
         return starts, signs
 
-    def _climbed(self, starts, signs, size):
-        """The best, and states beside them."""
-        rng, best = self.rng, np.argsort(-self._values(starts, signs), kind="stable")[:BEST]
-        around, turned = (np.repeat(each[best], AROUND, axis=0) for each in (starts, signs))
-        low, high = self.ends.T
-        moved = around + rng.normal(0, size, around.shape) * (high - low) * (rng.random(around.shape) < 0.6)
-        turned = np.where(rng.random(turned.shape) < 0.2, -turned, turned)
-        return np.concatenate([starts[best], np.clip(moved, low, high)]), np.concatenate([signs[best], turned])
+    def _near(self, states, size):
+        """States beside others, some of whose signs are turned."""
+        (starts, signs), (low, high), rng = states, self.ends.T, self.rng
+        moved = starts + rng.normal(0, size, starts.shape) * (high - low) * (rng.random(starts.shape) < 0.6)
+        return np.clip(moved, low, high), np.where(rng.random(signs.shape) < 0.2, -signs, signs)
 
-    def _values(self, starts, signs):
+    def _values(self, states):
+        starts, signs = states
         columns = dict(zip(self.names, starts.T, strict=True))
         errors = [
             {name: signs[:, step, place] * size for place, (name, size) in enumerate(self.erring.items())}

@@ -17,7 +17,7 @@ from codegen.errors import InputError
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.run import verdicts
 from maviper.verification.stated import StatedWorld
-from tests.hunting import claims, questions, regions, teams
+from tests.hunting import questions, regions, teams
 from tests.hunting.asking import Told
 from tests.support.system_cases import policy, team
 from tests.verify.reach.random_systems import nested, some
@@ -134,16 +134,16 @@ def _game(rng: np.random.Generator) -> tuple[list[str], Any]:
     world = str(rng.choice(list(teams.WORLDS)))
     profile = teams.bare(world)
     whole = teams.TEAMS[world.split(",")[0]]
-    drawn = [claims.drawn(rng, profile, whole) for _ in range(CLAIMS - 1)]
+    drawn = [questions.claim_of(rng, profile, whole) for _ in range(CLAIMS - 1)]
     drawn.append({**drawn[0], "assume": None if drawn[0]["assume"] else _assumed(rng, profile, whole)})
     made, _ = questions.team_of(rng, profile, drawn[0])
-    tables = [claims.property_file(each, regions.table(regions.drawn(rng, made, whole))) for each in drawn]
+    tables = [questions.property_file(each, regions.table(regions.drawn(rng, made, whole))) for each in drawn]
     return tables, partial(_answer_game, made)
 
 
 def _assumed(rng: np.random.Generator, profile: Any, whole: str) -> Any:
     agents, marks = [one.agent for one in profile.team(whole)], [mark.name for mark in profile.world.landmarks]
-    return claims.assumption(rng, agents, marks, profile.world.goals)
+    return questions.assumption(rng, agents, marks, profile.world.goals)
 
 
 def _answer_game(profile: Any, tables: list[str]) -> list[Any]:

@@ -19,8 +19,7 @@ from codegen.policy_json import dumps
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
-from tests.hunting.bounding import Bounded
-from tests.hunting.falsifying import ask_claim
+from tests.hunting.falsifying import Bounded, ask_claim
 from tests.hunting.places import inner
 from tests.hunting.reading import fractions
 from tests.hunting.summing import GOAL, OWN, TEAM, Team

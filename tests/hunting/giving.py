@@ -10,10 +10,12 @@ and its action, holds; `off` says of which agent's copy an output is, which obse
 """
 
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 
 WIDE, NARROW = np.float64, np.float32
+CLIMBS, AROUND = (0.2, 0.05, 0.01, 0.002), 16  # parts of a range by which the best states are moved, each so often
 GRID = 2.0**-16  # sums of two such numbers are float32 numbers, so that no error is rounded twice
 
 
@@ -98,7 +100,7 @@ class States:
     def _gridded(numbers, low, high):
         return np.clip(np.round(numbers / GRID) * GRID, np.ceil(low / GRID) * GRID, np.floor(high / GRID) * GRID)
 
-    def near(self, rng, states, size):
+    def _near(self, rng, states, size):
         """States beside others: some of their numbers are moved by up to a part of the range."""
         found = []
         for numbers, low, high in ((states[0], self.low, self.high), (states[1], -self.off, self.off)):
@@ -127,16 +129,25 @@ class States:
         return one.given(rows)[:, one.outputs.index(name)].astype(WIDE)
 
     def most(self, claim, rng, count):
-        """The most that the terms reach in states that are tried, and the states that reach most, best first."""
-        states = self.drawn(rng, count)
-        for size in (0.2, 0.05, 0.01, 0.002):
-            best = np.argsort(-self.objective(claim, states), kind="stable")[:32]
-            top = tuple(np.repeat(each[best], 16, axis=0) for each in states)
-            moved = self.near(rng, top, size)
-            states = tuple(np.concatenate(pair) for pair in zip((each[best] for each in states), moved, strict=True))
-        values = self.objective(claim, states)
-        best = np.argsort(-values, kind="stable")[:32]
-        return float(values[best[0]]), tuple(each[best] for each in states)
+        """The states in which the terms reach most, of those that are tried, best first."""
+        drawn = self.drawn(rng, count)
+        return climb(drawn, partial(self.objective, claim), partial(self._near, rng), 32)
+
+
+def climb(states, value, near, best):
+    """So many states of which a value is largest, best first. `states`: arrays side by side, a row each; `value`: of
+    all rows; `near`: rows beside others, for how large a part of their range they are moved by.
+    """
+
+    def sort(states):
+        order = np.argsort(-value(states), kind="stable")[:best]
+        return [each[order] for each in states]
+
+    for size in CLIMBS:
+        kept = sort(states)
+        moved = near([np.repeat(each, AROUND, axis=0) for each in kept], size)
+        states = [np.concatenate(pair) for pair in zip(kept, moved, strict=True)]
+    return sort(states)
 
 
 def nearest(exact, numbers):

@@ -23,8 +23,7 @@ from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
 from tests.hunting import giving
-from tests.hunting.bounding import Bounded
-from tests.hunting.falsifying import ask_claim
+from tests.hunting.falsifying import Bounded, ask_claim
 from tests.support import summed
 from tests.support.giving import tamed
 from verify.decimals import plain
@@ -79,7 +78,7 @@ class Case(Bounded):
 
     def searched(self, claim, rng):
         """The claim with the most that its terms reach in states of the box, and the states that reach most."""
-        _, best = self.states.most(claim, rng, SAMPLES)
+        best = self.states.most(claim, rng, SAMPLES)
         claim = claim | {"best": best}
         return claim | {"reached": self.reach(claim, *(each[0].tolist() for each in best))}
 

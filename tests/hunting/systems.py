@@ -18,11 +18,12 @@ import numpy as np
 from codegen.floats import rational_literal
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
-from tests.hunting import curved, stated
+from tests.hunting import stated
 from tests.hunting.asking import Told
 from tests.hunting.sampling import Episodes
-from tests.support.system_cases import ends_of, form
+from tests.support.system_cases import ends_of, form, policy, team
 from tests.verify.reach import random_modes, random_systems
+from tests.verify.reach.random_systems import affine, nested, some
 from verify.certificates.systems import to_json
 from verify.checker.systems.proofs import from_json
 from verify.claims.region import UNBOUNDED
@@ -31,6 +32,7 @@ from verify.solver.unrolled import opinion
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
+from verify.systems.files import statement_of
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, HalfSpace
 from verify.verdicts.systems import verify_system
@@ -77,8 +79,8 @@ def drawn(rng):
     """A case."""
     way = rng.random()
     if way < 0.2:
-        statement, profile, told = curved.case(rng)
-        claim = SystemClaim(Pattern.STAYS_IN, (random_systems.polytope(rng, curved.NAMES),), int(rng.integers(1, 6)))
+        statement, profile, told = draw_curved(rng)
+        claim = SystemClaim(Pattern.STAYS_IN, (random_systems.polytope(rng, NAMES),), int(rng.integers(1, 6)))
         return Case(statement.system, profile, claim, told, statement)
     system, profile, claim = (random_modes if way < 0.6 else random_systems).case(rng)
     return Case(system, profile, claim, plain(documents.document(system)))
@@ -202,4 +204,79 @@ def broken_by_rules(system, agents, states, asked):
         abs(told[name] - value) <= NARROW
         for told, known in zip(states, exact, strict=True)
         for name, value in known.items()
+    )
+
+
+# --- systems whose rules are curved
+
+RANGE = Fraction(4)
+NAMES = ("x", "y")
+ACTIONS = ("go", "rest", "back")
+FACTORS = (Fraction(-1, 2), Fraction(1, 2), Fraction(3, 4), Fraction(1, 4))
+BENT = (Fraction(1, 8), Fraction(-1, 8), Fraction(1, 4))
+PUSHES = (Fraction(1, 8), Fraction(-1, 8), Fraction(1, 2), Fraction(-1, 2), Fraction(0))
+ERROR = Fraction(1, 64)
+CUTS = 4
+
+
+def _rule(random):
+    """A rule: multiples of variables and of products."""
+    terms = {name: some(random, FACTORS) for name in NAMES if random.random() < 0.7} or {"x": Fraction(1, 2)}
+    products = [(some(random, BENT), [some(random, NAMES), some(random, NAMES)])] if random.random() < 0.8 else []
+    return {"constant": "0", "terms": {name: str(weight) for name, weight in terms.items()}, "products": products}
+
+
+def _written(form):
+    """A sum as a world file has it."""
+    found = [f"({weight})*{name}" for name, weight in form["terms"].items()]
+    found += [f"({weight})*{'*'.join(names)}" for weight, names in form.get("products", ())]
+    return " + ".join([f"({form['constant']})", *found])
+
+
+def _plain(form):
+    return {"constant": str(form.constant), "terms": {name: str(weight) for name, weight in form.terms}}
+
+
+def draw_curved(random):
+    """(statement, team, the plain data of the system): squares and products of two variables, within ranges."""
+    features = {f"f{number}": _plain(affine(random, NAMES)) for number in range(2)}
+    pushed, rules = some(random, NAMES), {name: _rule(random) for name in NAMES}
+    pushes = {action: some(random, PUSHES) for action in ACTIONS}
+    errors = {name: ERROR for name in NAMES if random.random() < 0.4}
+    middles = {name: Fraction(int(random.integers(-4, 5)), 4) for name in NAMES}
+    half = some(random, [Fraction(1, 16), Fraction(1, 4), Fraction(1, 2)])
+    lines = ['name = "curved"', "steps = 6", "[variables]"]
+    lines += [f'{name} = {{ range = ["{-RANGE}", "{RANGE}"] }}' for name in NAMES]
+    lines += ["[agents.a.features]", *(f'{name} = "{_written(form)}"' for name, form in features.items())]
+    lines += ["[agents.a.actions]", *(f'{name} = {{ push = "{push}" }}' for name, push in pushes.items())]
+    starts = [f'{name} = ["{middles[name] - half}", "{middles[name] + half}"]' for name in NAMES]
+    lines += [f"[start]\nbox = {{ {', '.join(starts)} }}", "[dynamics.cuts]", *(f"{name} = {CUTS}" for name in NAMES)]
+    lines += ["[dynamics.error]", *(f'{name} = "{error}"' for name, error in errors.items())]
+    lines += ["[dynamics.next]"]
+    lines += [f'{name} = "{_written(rule)}{" + a.push" * (name == pushed)}"' for name, rule in rules.items()]
+    tree = nested(random, 3, 2, len(ACTIONS))
+    return (
+        statement_of("\n".join(lines), "curved"),
+        team(policy("a", list(features), ACTIONS, tree)),
+        {
+            "variables": [[name, "1", str(-RANGE), str(RANGE)] for name in NAMES],
+            "features": {
+                "a": {name: {"form": form, "measure": "value", "bounds": None} for name, form in features.items()}
+            },
+            "start": [
+                {"most": {"constant": str(sign * -middles[name] - half), "terms": {name: str(sign)}}}
+                for name in NAMES
+                for sign in (1, -1)
+            ],
+            "pieces": [
+                {
+                    "where": {name: [str(-RANGE), str(RANGE)] for name in NAMES},
+                    "move": rules,
+                    "effect": [
+                        ["a", action, {pushed: {"constant": str(push), "terms": {}}}] for action, push in pushes.items()
+                    ],
+                    "error": {name: [str(-error), str(error)] for name, error in errors.items()},
+                }
+            ],
+        },
     )
