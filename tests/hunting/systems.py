@@ -213,7 +213,7 @@ RANGE = Fraction(4)
 NAMES = ("x", "y")
 ACTIONS = ("go", "rest", "back")
 FACTORS = (Fraction(-1, 2), Fraction(1, 2), Fraction(3, 4), Fraction(1, 4))
-BENT = (Fraction(1, 8), Fraction(-1, 8), Fraction(1, 4))
+SQUARED = (Fraction(1, 8), Fraction(-1, 8), Fraction(1, 4))
 PUSHES = (Fraction(1, 8), Fraction(-1, 8), Fraction(1, 2), Fraction(-1, 2), Fraction(0))
 ERROR = Fraction(1, 64)
 CUTS = 4
@@ -222,7 +222,7 @@ CUTS = 4
 def _rule(random):
     """A rule: multiples of variables and of products."""
     terms = {name: some(random, FACTORS) for name in NAMES if random.random() < 0.7} or {"x": Fraction(1, 2)}
-    products = [(some(random, BENT), [some(random, NAMES), some(random, NAMES)])] if random.random() < 0.8 else []
+    products = [(some(random, SQUARED), [some(random, NAMES), some(random, NAMES)])] if random.random() < 0.8 else []
     return {"constant": "0", "terms": {name: str(weight) for name, weight in terms.items()}, "products": products}
 
 
