@@ -11,10 +11,10 @@ from codegen.profiles import UNSEEN, check
 from codegen.wording import visible
 from maviper.cli import exits, main
 from maviper.console import Console, say
+from tests.support.altered import sealed
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import team, towards
-from verify.checker.certificate import body_hash
 
 pytestmark = pytest.mark.usefixtures("few_states_throughout")
 STRANGE = [
@@ -181,7 +181,7 @@ def test_whatever_a_certificate_says_is_checked_or_shown_in_plain_letters(place,
     accepted = 0
     for changed in variants({key: value for key, value in document.items() if key != "content_hash"}, name):
         file = tmp_path / "c.json"
-        file.write_text(json.dumps(changed | {"content_hash": body_hash(changed)}))
+        file.write_text(sealed(changed))
         code = main.run(["check", str(file), "--profile", str(beside)])
         out, err = capsys.readouterr()
         assert plain(out.replace("\n", "")) and plain(err.replace("\n", "")) and out.count("\n") <= 1

@@ -25,7 +25,7 @@ from tests.hunting.asking import Told, ending
 from tests.hunting.places import Case
 from tests.hunting.reading import MACHINE, read
 from tests.hunting.regions import value
-from tests.support.altered import read_game
+from tests.support.altered import read_game, sealed
 from tests.support.strategies import with_trees
 from tests.support.teams import nested
 from verify.certificates.games import to_json
@@ -237,7 +237,7 @@ def _forged(asked: Asked, text: str, told: Told, rng: np.random.Generator) -> No
         change(document, rng)
         told.forged += 1
         try:
-            check_certificate(read_game(forging.sealed(document)), asked.question.profile)
+            check_certificate(read_game(sealed(document)), asked.question.profile)
         except (InputError, RejectedError):
             told.refused += 1
             continue

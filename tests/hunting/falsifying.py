@@ -22,8 +22,7 @@ from codegen.ir import CONSTANT, NO_FEATURE, PolicyProfile
 from codegen.policy_json import content_hash
 from codegen.sums import Sum
 from tests.hunting.asking import Told
-from tests.hunting.forging import sealed
-from tests.support.altered import altered
+from tests.support.altered import altered, sealed
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
 from verify.checker.reading import RejectedError

@@ -8,7 +8,6 @@ Does not: check certificates.
 
 import base64
 import copy
-import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
@@ -18,18 +17,12 @@ import numpy as np
 
 from tests.hunting.places import Case
 from tests.hunting.reading import Profile
+from tests.support.altered import sealed
 
 Document = dict[str, Any]
 SAME = "\u200b"  # a name with it looks like the name
 STRANGE = ("nobody", "defenders" + SAME, "аgents", "defenders\r", "agents ", "predators\x1b[31m")
 TRUE: dict[str, Any] = {"all": []}
-
-
-def sealed(document: Mapping[str, Any]) -> str:
-    """The document as a file's text, with its hash made again."""
-    body = {key: value for key, value in document.items() if key != "content_hash"}
-    text = json.dumps(body, ensure_ascii=False, sort_keys=True)
-    return json.dumps(body | {"content_hash": hashlib.sha256(text.encode()).hexdigest()})
 
 
 # --- what a document says

@@ -1,6 +1,7 @@
 """Certificates and their parts with other members, as a forger would make them."""
 
 import dataclasses
+import json
 
 import msgspec
 
@@ -24,6 +25,12 @@ def altered(thing, **members):
             given[part] = altered(held, **inner)
     assert members.keys() <= given.keys(), members.keys() - given.keys()
     return dataclasses.replace(thing, **given)
+
+
+def sealed(document):
+    """The text of a file that holds an edited document, with its hash made again."""
+    body = {key: value for key, value in document.items() if key != "content_hash"}
+    return json.dumps({**body, "content_hash": certificate.body_hash(body)})
 
 
 def of_hashes(profile, system, claim, state, proof):

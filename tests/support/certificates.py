@@ -1,6 +1,5 @@
 """What several tests use of `verify.checker.decisions.test_certificates`."""
 
-import json
 from collections import Counter
 from dataclasses import replace
 from fractions import Fraction
@@ -13,7 +12,7 @@ from tests.support.altered import altered, read_game
 from tests.support.zone_cases import stated
 from verify.certificates.games import to_json
 from verify.checker import decisions
-from verify.checker.certificate import body_hash, numbers
+from verify.checker.certificate import numbers
 from verify.checker.reading import RejectedError
 from verify.claims.decisions import formula
 from verify.claims.wording import BUILT_IN
@@ -113,12 +112,6 @@ def judge_changes(rng, certified, count, kinds):
         if kind not in ("region", "proof"):
             assert decide(Question(Game(other), forged.claim.property, forged.header.region)).verdict is Verdict.PROVED
     return passed, refused
-
-
-def rehashed(document):
-    """The text of an edited document with its hash computed again."""
-    body = {key: value for key, value in document.items() if key != "content_hash"}
-    return json.dumps({**body, "content_hash": body_hash(body)})
 
 
 def ensure_caught(bug, patch, questions):

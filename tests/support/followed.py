@@ -19,7 +19,7 @@ from maviper import load
 from maviper.compilation.monitors import load_proof, lower_monitor, noisy
 from maviper.files import runs
 from tests.support.monitored import OPTIMISED, WITH_CLOCK, acting
-from tests.support.monitors import built
+from tests.support.monitors import built, pointer
 from tests.support.pushed import NOISE, PUSH, move_game
 from verify.checker.certificate import MAX_BYTES
 
@@ -121,9 +121,8 @@ class Followed:
         """The words of whole episodes, and the seconds of their decisions and of the monitor."""
         w, acts = np.ascontiguousarray(w), np.ascontiguousarray(acts, np.int32)
         found, seconds = np.zeros(w.shape[:2], np.int32), np.zeros(2)
-        pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (w, acts, found, seconds)]
         sizes = [ctypes.c_long(size) for size in w.shape[:2]]
-        self._library.follow(*pointers[:2], *sizes, *pointers[2:])
+        self._library.follow(pointer(w), pointer(acts), *sizes, pointer(found), pointer(seconds))
         return found, seconds
 
     def costs(self, w, acts):
@@ -176,13 +175,13 @@ class Followed:
         said, states = [], []
         for step in range(self.steps):
             seen = np.ascontiguousarray(w + sigma * rng.normal(size=w.shape))
-            self._library.look(_at(monitors), _at(seen), n, int(step == 0), _at(words), _at(last))
+            self._library.look(pointer(monitors), pointer(seen), n, int(step == 0), pointer(words), pointer(last))
             said.append(words.copy())
             states.append(w.copy())
             ours, theirs = acting(self.profile, last), acting(self.profile, seen)
             chosen = [(ours if name in self.start.followed else theirs)[name] for name in self._names]
             acts = np.ascontiguousarray(np.column_stack(chosen), np.int32)
-            self._library.tell(_at(monitors), _at(acts), n)
+            self._library.tell(pointer(monitors), pointer(acts), n)
             pushed = np.where(rng.random(count) < share, scale, 0.0)
             w = self.moved(w, dict(zip(self._names, acts.T, strict=True)), pushed, rng)
         return np.stack(said, axis=1), np.stack(states, axis=1)
@@ -246,10 +245,6 @@ def arriving(certificate: Path, states: int):
             "refused": int((calm > 1).sum()),
             "false_alarms": float((noisy[:, 1:] > 1).mean()),
         }  # fmt: skip
-
-
-def _at(array):
-    return array.ctypes.data_as(ctypes.c_void_p)
 
 
 def flying(certificate: Path, profile: Path, states: int, noise: float, sigma: float):

@@ -11,6 +11,8 @@ import numpy as np
 from gymnasium.spaces import Box, Discrete
 from pettingzoo import ParallelEnv
 
+from tests.support.environments import Scripted
+
 LOCK = threading.Lock()  # one simulation a process
 CLOCK = [0]
 COUNTED = "COUNTED_RESETS"  # the environment variable that names a file with a byte for each reset
@@ -98,22 +100,6 @@ def make(mode="sound", length=6):
     return Hostile(mode.replace("_", " "), length)
 
 
-class Parity:
-    """An expert that matches the parity."""
-
-    hash, card, centralized = "", {"algorithm": "by hand"}, False
-
-    def __init__(self, world):
-        self.world, self.agents = world, world.agents
-
-    def act(self, agents, observations, state):
-        return np.stack([1 - observations[agent][:, 0].astype(int) for agent in agents], axis=1)
-
-    def q(self, agent, observations, state, joint, given):
-        raise NotImplementedError
-
-
 def expert(mode="sound", length=6):
-    from maviper.worlds import find
-
-    return Parity(find(f"tests.support.hostile:make,length={length},mode={mode}"))
+    """It matches the parity."""
+    return Scripted(f"tests.support.hostile:make,length={length},mode={mode}", lambda seen: 1 - seen[:, 0].astype(int))

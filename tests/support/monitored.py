@@ -20,7 +20,7 @@ from codegen.observe import observe
 from codegen.targets import emit, rendered
 from maviper.compilation.monitors import lower_monitor
 from maviper.worlds.stated.certified import read_certificate
-from tests.support.monitors import built
+from tests.support.monitors import built, pointer
 from verify.claims.formula import Acts, And, Goal, Linear, Not, Or, read_formula
 from verify.systems.system import Measure
 
@@ -119,7 +119,7 @@ class Made:
     def words(self, w, at):
         """The word of each state, by a monitor that has just been started, at these steps of the proof."""
         w, at, found = np.ascontiguousarray(w), np.ascontiguousarray(at, np.int32), np.zeros(len(w), np.int32)
-        self.library.words(_pointer(w), _pointer(at), ctypes.c_long(len(w)), _pointer(found))
+        self.library.words(pointer(w), pointer(at), ctypes.c_long(len(w)), pointer(found))
         return found
 
     def costs(self, w, at):
@@ -133,15 +133,11 @@ class Made:
         w, at = np.ascontiguousarray(w), np.ascontiguousarray(at, np.int32)
         kept, seconds, times = np.zeros(1, np.int32), np.zeros(2), []
         for part in np.array_split(np.arange(len(w)), ROUNDS):
-            block = _pointer(w[part[0] :]), _pointer(at[part[0] :]), ctypes.c_long(len(part))
-            library.cost(*block, _pointer(kept), _pointer(seconds))
+            block = pointer(w[part[0] :]), pointer(at[part[0] :]), ctypes.c_long(len(part))
+            library.cost(*block, pointer(kept), pointer(seconds))
             times.append(1e9 * seconds / len(part))
         decision, step = np.min(times, axis=0).tolist()
         return {"ratio": step / decision, "decision_ns": decision, "step_ns": step}
-
-
-def _pointer(array):
-    return array.ctypes.data_as(ctypes.c_void_p)
 
 
 @contextmanager

@@ -23,6 +23,11 @@ LANGUAGES = tuple(rendered.LANGUAGES)
 FLAGS = (*STRICT, "-O1", "-ffp-contract=off")
 
 
+def pointer(array):
+    """Where the numbers of an array begin, for a function of C."""
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
 def files(profile, spec, targets=LANGUAGES):
     """The texts of code and monitors, and the lowered monitor."""
     model = lower(profile)
@@ -210,15 +215,19 @@ class TrackTwin(Machine):
         resting = all(w[at] == 0.0 for at, name in enumerate(self.names) if ".v" in name)
         return resting and is_inside(self.proved.region, np.array([w]), tuple(self.names))[0]
 
-    def follows(self, w):
-        ways = [
+    def ways(self):
+        """The states one step on: of those whom the proof does not follow, any action counts."""
+        acts = [
             [act] if policy.agent in self.proved.followed else range(len(policy.actions))
             for policy, act in zip(self.profile.agents, self.acts, strict=True)
         ]
+        return (self.moved(self.last, way) for way in product(*acts))
+
+    def follows(self, w):
         still = [at for at, name in enumerate(self.names) if name.startswith(("landmark", "goal"))]
         if (w[still] != self.last[still]).any():
             return False
-        return any(self._is_led(self.moved(self.last, way), w) for way in product(*ways))
+        return any(self._is_led(after, w) for after in self.ways())
 
     def _is_led(self, after, w):
         """By rounding; of what was at rest exactly, and of speeds that nothing pushes from rest."""
@@ -358,8 +367,8 @@ def run_c(texts, watched, folder, asked, flags=FLAGS):
     library = built(folder, {**texts, "run.c": PROGRAM.format(**names)}, flags)
     w, fresh, dt, start = (np.ascontiguousarray(each) for each in asked[:4])
     words, acted = np.zeros(len(w), np.int32), np.zeros(len(w), np.int32)
-    pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (w, fresh, dt, start, actions(watched, asked))]
-    library.run(*pointers, ctypes.c_long(len(w)), *(each.ctypes.data_as(ctypes.c_void_p) for each in (words, acted)))
+    given = (w, fresh, dt, start, actions(watched, asked))
+    library.run(*map(pointer, given), ctypes.c_long(len(w)), pointer(words), pointer(acted))
     return words.tolist(), acted.tolist()
 
 
@@ -493,8 +502,7 @@ def _given_in_c(texts, watched, folder, given):
     program = GIVING.format(**names, kind=agent.summed.kind, agent=agent.lower)
     library = built(folder, {**texts, "run.c": program})
     asked, found = np.array(given), np.zeros((len(given), len(given[0]) + 1))
-    pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (asked, found)]
-    library.run(pointers[0], ctypes.c_long(len(given)), pointers[1])
+    library.run(pointer(asked), ctypes.c_long(len(given)), pointer(found))
     return [[int(row[0]), *row[1:].tolist()] for row in found]
 
 
@@ -509,9 +517,9 @@ class ShadowTwin(TrackTwin):
         super().__init__(profile, start)
 
     def reached(self, w):
-        """As in the other twin: the nearest state, if it is near."""
-        at = self.after(w) if self.at else self.begun(w)
-        return None if at is None or not (np.abs(w - at) <= self.near).all() else at
+        """As in the other twin: the first state that is near."""
+        known = self.ways() if self.at else [self.begun(w)]
+        return next((at for at in known if at is not None and (np.abs(w - at) <= self.near).all()), None)
 
     def begun(self, w):
         """The start of the region that is next to a state, at rest, with its goal at a landmark."""
@@ -526,15 +534,6 @@ class ShadowTwin(TrackTwin):
                 found[goal] = found[marks]
                 return found if self.starts(found) else None
         return None
-
-    def after(self, w):
-        """The state of a way on that is near, if one is: of those who are not followed, any action counts."""
-        ways = [
-            [act] if policy.agent in self.proved.followed else range(len(policy.actions))
-            for policy, act in zip(self.profile.agents, self.acts, strict=True)
-        ]
-        found = [self.moved(self.last, way) for way in product(*ways)]
-        return next((at for at in found if (np.abs(w - at) <= self.near).all()), None)
 
 
 def asked_of_shadows(profile, start, count, seed):

@@ -10,8 +10,8 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
-from tests.support.altered import altered, of_goals, read_game
-from tests.support.certificates import ensure_caught, judge_changes, rehashed
+from tests.support.altered import altered, of_goals, read_game, sealed
+from tests.support.certificates import ensure_caught, judge_changes
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import NAVIGATION, deception, near_roles, random_region, stated, switching
 from verify.certificates.games import to_json
@@ -166,7 +166,7 @@ def damage(text, name):
         case "no base64":
             document["proofs"]["landmark_0"] = ["!!!!"]
     if name not in ("edited", "other version"):
-        document = json.loads(rehashed(document))
+        document = json.loads(sealed(document))
     return json.dumps(document)
 
 
@@ -330,7 +330,7 @@ def test_no_property_whose_formula_says_less_is_accepted(roles):
     named = document["property"]
     for other in ({**named, "name": "steady"}, {"name": "alive_leaves", "team": "defenders"}, {**named, "eps": "5"}):
         with pytest.raises(InputError, match="does not hold what it should"):
-            read_game(rehashed(document | {"property": other}))
+            read_game(sealed(document | {"property": other}))
     with pytest.raises(InputError, match="margin must be between"):
         claim = replace(made.claim.property, margin=Fraction(-1))
         check_certificate(altered(made, property=claim, formula=formula(pair, claim)), pair)

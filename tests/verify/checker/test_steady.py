@@ -10,8 +10,8 @@ import pytest
 from codegen.errors import InputError
 from codegen.policy_json import dumps
 from maviper.verification.files.certificates import check_file
-from tests.support.altered import altered, read_game
-from tests.support.certificates import ensure_caught, judge_changes, rehashed
+from tests.support.altered import altered, read_game, sealed
+from tests.support.certificates import ensure_caught, judge_changes
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import noisy, noisy_roles, random_region
 from verify.certificates.games import to_json
@@ -119,7 +119,7 @@ def test_errors_out_of_range_are_refused(roles, eps):
 def test_damaged_errors_are_told(roles, change):
     _, made = roles
     with pytest.raises(InputError, match="does not hold what it should"):
-        read_game(rehashed(json.loads(to_json(made)) | change))
+        read_game(sealed(json.loads(to_json(made)) | change))
 
 
 def test_an_edited_eps_is_told(roles):
@@ -140,7 +140,7 @@ def test_steady_without_its_errors_is_refused(roles):
     document = json.loads(to_json(made))
     del document["eps"]
     with pytest.raises(RejectedError, match="but the proof about errors up to 0"):
-        check_certificate(read_game(rehashed(document)), pair)
+        check_certificate(read_game(sealed(document)), pair)
 
 
 def test_claims_of_ones_own_are_certified_with_their_errors(profile):

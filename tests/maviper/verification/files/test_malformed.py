@@ -12,7 +12,7 @@ from codegen.errors import MaviperError, RefusedError
 from codegen.policy_json import dumps
 from maviper.cli.main import run
 from maviper.verification.files.certificates import check_file
-from tests.hunting.forging import sealed
+from tests.support.altered import sealed
 from tests.support.observations import blind
 from tests.support.teams import tree
 
