@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, Protocol, cast, overload
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -127,14 +127,8 @@ class Observed(Sequence[Float32]):
     def __len__(self) -> int:
         return len(self._world.agents)
 
-    @overload
-    def __getitem__(self, place: int) -> Float32: ...
-
-    @overload
-    def __getitem__(self, place: slice) -> Sequence[Float32]: ...
-
-    def __getitem__(self, place: int | slice) -> Float32 | Sequence[Float32]:
-        return self._each[place]
+    def __getitem__(self, place: Any) -> Any:
+        return cast("Any", self._each)[place]
 
 
 @dataclass(frozen=True)

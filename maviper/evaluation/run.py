@@ -165,9 +165,10 @@ def evaluate(
             raise UnknownNameError("team", team, world.teams, "--team")
     asked = [team for team in world.teams if team in (teams or world.teams)]
     casts = {name: [cast(world, team, subject, others, expert) for team in asked] for name, others in opponents.items()}
-    for each in [each for per_team in casts.values() for each in per_team] if contest.why else ():
+    everybody = [each for per_team in casts.values() for each in per_team]
+    for each in everybody if contest.why else ():
         ensure_branched(world, each)
-    lineups = {key(lineup): lineup for per_team in casts.values() for each in per_team for lineup in each.lineups}
+    lineups = {key(lineup): lineup for each in everybody for lineup in each.lineups}
     placed = {world.agents.index(tree.agent): tree for tree in trees if world.team_of(tree.agent) in asked}
     own: Lineup = tuple(subject)
     experts: Lineup = () if expert is None else (expert,) * len(world.agents)
@@ -178,14 +179,12 @@ def evaluate(
         lineups |= {key(lineup): lineup for lineup in (own, experts) if lineup}
     stage = Stage(world, range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + episodes))
     seen: dict[Key, ir.Float64] = {}
-    explained = sum(map(len, casts.values())) if contest.why else 0  # each takes as long as a line-up, about
+    explained = len(everybody) if contest.why else 0  # each takes as long as a line-up, about
     total, played = episodes * (len(lineups) + explained), episodes * len(lineups)
     with counting_played(lambda done: on_played(done, total)):
         for name, lineup in lineups.items():
             seen[name] = stage.play(lineup, watches.get(name))
-    against = {
-        name: tuple(row for each in per_team for row in standings(stage, each)) for name, per_team in casts.items()
-    }
+    against = {name: tuple(row for each in of for row in standings(stage, each)) for name, of in casts.items()}
     why = dict[str, tuple[Causes, ...]]()
     for name, per_team in casts.items() if contest.why else ():
         for each in per_team:
@@ -271,34 +270,28 @@ def _against(texts: Sequence[Any], world: World) -> dict[str, Player]:
 def _replacement(text: Any, world: World) -> tuple[str, Player]:
     name, separator, named = text.partition("=") if isinstance(text, str) else (str(text[0]), "=", text[1])
     if not separator or not named:
-        raise InputError(
-            f"'{str(text)[:40]}' does not say whom it replaces", "--with", "write --with AGENT=SUBJECT or TEAM=SUBJECT"
-        )
+        advice = "write --with AGENT=SUBJECT or TEAM=SUBJECT"
+        raise InputError(f"'{str(text)[:40]}' does not say whom it replaces", "--with", advice)
     if name not in (*world.agents, *world.teams):
         raise UnknownNameError("agent or team", name, [*world.agents, *world.teams], "--with")
     return name, find_player(named, "--with", world)[0]
 
 
-def evaluate_named(asked: Request, on_played: Callable[[int, int], None] = lambda done, total: None) -> Evaluation:
-    """Measures what is asked for; see `evaluate`."""
+def evaluate_live(asked: Request, console: Console) -> Evaluation:
+    """Measures what is asked for, with a live line of the episodes; see `evaluate`."""
     everybody, players = range(len(asked.world.agents)), asked.players
     subject = [player.controller for player in players]
     opponents = {name: [player.controller for _ in everybody] for name, player in asked.against.items()}
     expert = asked.expert and asked.expert.controller
     trees = [player.trees[agent] for agent, player in enumerate(players) if player.trees]
     contest = Contest(asked.world, subject, opponents or {asked.subject.name: subject}, expert, trees, asked.why)
-    return evaluate(contest, asked.teams, asked.episodes, on_played)
-
-
-def evaluate_live(asked: Request, console: Console) -> Evaluation:
-    """Measures what is asked for, with a live line of the episodes."""
     with console.live("playing", 1) as live:
 
         def show(done: int, total: int) -> None:
             live.total = total
             live.update(done, "episodes")
 
-        return evaluate_named(asked, show)
+        return evaluate(contest, asked.teams, asked.episodes, show)
 
 
 def lines(asked: Request, answer: Evaluation) -> list[str]:
@@ -306,7 +299,10 @@ def lines(asked: Request, answer: Evaluation) -> list[str]:
     who = [("world", answer.world), ("subject", str(asked.subject))]
     who += [("with", f"{name} by {player}") for name, player in asked.replaced.items()]
     who += [("expert", str(asked.expert))] if asked.expert else []
-    cut = any(row.cut for rows in answer.against.values() for row in _intervals(rows))
+    told = [row for rows in answer.against.values() for row in rows]
+    cut = any(
+        each.cut for row in told for each in (row.value, row.expert, row.individual and row.individual.value) if each
+    )
     who += [("cut", f"episodes that went on after {stop_of(asked.world)}")] if cut else []
     who += [("episodes", f"{answer.episodes:,} held out, the same ones for every line-up; intervals of 95 %")]
     said = [f"{label:<{LABEL_WIDTH}}{text}" for label, text in (*who, *(("note", note) for note in asked.notes))]
@@ -325,11 +321,6 @@ def lines(asked: Request, answer: Evaluation) -> list[str]:
     if answer.trees:
         said += ["", *tabulate(_trees(answer.trees))]
     return said
-
-
-def _intervals(rows: Sequence[Standing]) -> list[Interval]:
-    """The numbers of line-ups."""
-    return [each for row in rows for each in (row.value, row.expert, row.individual and row.individual.value) if each]
 
 
 def _ratios(rows: Sequence[Standing]) -> list[str]:
@@ -376,9 +367,7 @@ def _trees(facts: Mapping[str, TreeFacts]) -> list[list[str]]:
     head = ["tree", "leaves", "depth", "comparisons per decision"]
     table = [head + ["fidelity in its own states", "in the expert's states"] * compared]
     for agent, tree in facts.items():
-        leaves = (
-            str(tree.leaves) if tree.numbers is None else f"{tree.leaves} of {format_count(tree.numbers, 'number')}"
-        )
+        leaves = f"{tree.leaves}" + ("" if tree.numbers is None else f" of {format_count(tree.numbers, 'number')}")
         row = [agent, leaves, str(tree.depth), f"{tree.comparisons}, worst {tree.depth}"]
         table.append(row + [_or(tree.fidelity_own, ""), _or(tree.fidelity_expert, "")] * compared)
     return table
@@ -435,15 +424,9 @@ def _alone(alone: Alone) -> dict[str, Any]:
 
 
 def _cause(row: Causes) -> dict[str, Any]:
-    return {
-        "team": row.measure.team,
-        "measure": row.measure.name,
-        "gap": _plain(row.gap),
-        "individual": _plain(row.individual),
-        "shift": _plain(row.shift),
-        "interaction": _plain(row.interaction),
-        "agents": {agent: _plain(own) for agent, own in row.agents.items()},
-    }
+    terms = {name: _plain(getattr(row, name)) for name in ("gap", "individual", "shift", "interaction")}
+    agents = {agent: _plain(own) for agent, own in row.agents.items()}
+    return {"team": row.measure.team, "measure": row.measure.name, **terms, "agents": agents}
 
 
 def _tree(tree: TreeFacts) -> dict[str, Any]:

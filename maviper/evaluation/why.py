@@ -104,7 +104,8 @@ class _Branches:
         worth = self.worth
         advantages = np.zeros((len(self.members), *worth.shape))
         for step, acted in enumerate(self.episodes.actions):
-            wanted = self._ask_experts(step)
+            seen = tuple(each[step] for each in self.episodes.observations)
+            wanted = choose_actions(self.expert, seen, self.states[step])[:, self.members]
             unlike = (acted[:, self.members] != wanted) & self.episodes.alive[step][:, self.members]
             following = worth.copy()
             rows = np.flatnonzero(unlike.any(axis=1))
@@ -121,11 +122,6 @@ class _Branches:
                 lost[:, rows] += worth[:, rows] - self._finish_episodes(step, rows, joint)
             worth = following
         return self.worth - self._scores(self.episodes), advantages, np.stack(self.alone)
-
-    def _ask_experts(self, step: int) -> Int:
-        """Returns the actions that experts would choose in the team's states, [batch, n_members]."""
-        seen = tuple(each[step] for each in self.episodes.observations)
-        return choose_actions(self.expert, seen, self.states[step])[:, self.members]
 
     def _finish_episodes(self, step: int, rows: Int, acted: Int) -> Float64:
         """The scores of episodes `rows` in which everybody acts so in a step, then experts, [n_measures, rows]."""

@@ -129,7 +129,17 @@ def settings(world: World, request: Request, kind: type) -> Any:
     types: dict[str, type] = {item.name: type(item.default) for item in fields(kind)}
     given = {name: _value(name, value, types) for name, value in request.overrides.items()}
     combined = kind(**{**chosen, **given})
-    _check(asdict(combined), world)
+    values = asdict(combined)
+    for name, value in values.items():
+        least, most = LEAST.get(name, 0), MOST.get(name, MAX_NUMBER)
+        if not least <= value <= most:
+            where = f"--{name}" if name in OPTIONS else f"--set {name}"
+            raise InputError(f"setting {name} must be from {least} to {most:g}, not {value}", where)
+    if not values["seed"] < 2**32:
+        raise InputError("the seed must be from 0 to 4294967295", "--seed")
+    least = values["games"] * world.spec.episode_steps
+    if values["steps"] < least:
+        raise InputError(f"steps must be at least {least}: one episode of each game", "--steps")
     return combined
 
 
@@ -159,19 +169,6 @@ def _value(name: str, value: Any, types: Mapping[str, type]) -> Any:
     except (TypeError, ValueError, OverflowError):
         kind = "a whole number" if types[name] is int else "a number"
         raise InputError(f"setting {name} must be {kind}, not '{value}'", "--set", f"--set {name}=VALUE") from None
-
-
-def _check(values: Mapping[str, Any], world: World) -> None:
-    for name, value in values.items():
-        least, most = LEAST.get(name, 0), MOST.get(name, MAX_NUMBER)
-        if not least <= value <= most:
-            where = f"--{name}" if name in OPTIONS else f"--set {name}"
-            raise InputError(f"setting {name} must be from {least} to {most:g}, not {value}", where)
-    if not values["seed"] < 2**32:
-        raise InputError("the seed must be from 0 to 4294967295", "--seed")
-    least = values["games"] * world.spec.episode_steps
-    if values["steps"] < least:
-        raise InputError(f"steps must be at least {least}: one episode of each game", "--steps")
 
 
 N_RIVALS = 3  # of a checkpoint: the best before it

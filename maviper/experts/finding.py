@@ -36,9 +36,13 @@ from maviper.worlds.world import FEATURES, Int, bounds, legal_in, plain_name
 
 @dataclass(frozen=True)
 class Wrapped:
-    """An expert as it is."""
+    """An expert as it is. `see`: what it is asked by instead of observations and state."""
 
     expert: Expert
+
+    def see(self, observations: Sequence[Float32], state: Any) -> tuple[Sequence[Float32], Any]:
+        """Returns the observations and the state that the expert is shown."""
+        return observations, state
 
     @property
     def critic(self) -> str:
@@ -67,11 +71,11 @@ class Wrapped:
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """Returns the wrapped expert's actions; see `Controller.act`."""
-        return self.expert.act(agents, observations, state)
+        return self.expert.act(agents, *self.see(observations, state))
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """Returns the wrapped expert's Q; see `Expert.q`."""
-        return self.expert.q(agent, observations, state, joint, given)
+        return self.expert.q(agent, *self.see(observations, state), joint, given)
 
 
 @dataclass(frozen=True)
@@ -80,16 +84,9 @@ class Narrowed(Wrapped):
 
     world: World
 
-    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """Returns the expert's actions on narrowed observations; see `Controller.act`."""
-        return super().act(agents, self._narrow_observations(observations), state)
-
-    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """Returns the expert's Q on narrowed observations; see `Expert.q`."""
-        return super().q(agent, self._narrow_observations(observations), state, joint, given)
-
-    def _narrow_observations(self, observations: Sequence[Float32]) -> list[Float32]:
-        return [seen[:, : len(mine)] for seen, mine in zip(observations, self.world.features, strict=True)]
+    def see(self, observations: Sequence[Float32], state: Any) -> tuple[Sequence[Float32], Any]:
+        """Returns the features of the expert's world alone."""
+        return [seen[:, : len(mine)] for seen, mine in zip(observations, self.world.features, strict=True)], state
 
 
 @dataclass(frozen=True)
@@ -98,28 +95,18 @@ class Observing(Wrapped):
 
     world: World
 
-    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """Returns the expert's actions on the world's own observations; `observations` are not looked at."""
-        return super().act(agents, self.world.observe(state), state)
-
-    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
-        """Returns the expert's Q on the world's own observations; see `Expert.q`."""
-        return super().q(agent, self.world.observe(state), state, joint, given)
+    def see(self, observations: Sequence[Float32], state: Any) -> tuple[Sequence[Float32], Any]:
+        """Returns the world's own observations of the state."""
+        return self.world.observe(state), state
 
 
 @dataclass(frozen=True)
 class Forgetful(Observing):
     """A controller of a `world` in which nobody remembers, where agents do."""
 
-    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """Returns the actions in the world's states; see `Controller.act`."""
-        return super().act(agents, observations, state.plain)
-
-    def q(
-        self, agent: int, observations: Sequence[Float32], state: RememberedStates, joint: Int, given: Int
-    ) -> Float64:
-        """Returns the Q in the world's states; see `Expert.q`."""
-        return super().q(agent, observations, state.plain, joint, given)
+    def see(self, observations: Sequence[Float32], state: RememberedStates) -> tuple[Sequence[Float32], Any]:
+        """Returns what the world shows of the state without memory."""
+        return super().see(observations, state.plain)
 
 
 @dataclass(frozen=True)
@@ -281,9 +268,8 @@ class Given(Wrapped):
         wanted = (len(observations[0]), len(agents))
         if actions.dtype.kind not in "iu":
             what = f"act of your expert returns {_kind(actions)}, not numbers of actions"
-            raise InputError(
-                what, self.source.text, "return whole numbers, such as logits.argmax(axis=1) of each agent"
-            )
+            advice = "return whole numbers, such as logits.argmax(axis=1) of each agent"
+            raise InputError(what, self.source.text, advice)
         if actions.shape != wanted:
             asked = f"{format_count(wanted[0], 'observation')} of {format_count(wanted[1], 'agent')}"
             what = f"act of your expert returns shape {actions.shape} for {asked}"
@@ -296,7 +282,9 @@ class Given(Wrapped):
             if (wrong & acting[:, agent]).any():
                 action = actions[wrong & acting[:, agent], place][0] + first
                 what = f"act of your expert returns action {action} for {self.agents[agent]}, which has {n}"
-                known = f"its actions are {first} to {first + n - 1}: {_list_actions(self.world, agent)}"
+                names = [each.name for each in self.world.actions[agent]]
+                listed = ", ".join(names[:8]) + (", ..." if n > 8 else "")
+                known = f"its actions are {first} to {first + n - 1}: {listed}"
                 raise InputError(what, self.source.text, known)
             actions[wrong, place] = 0  # of who no longer acts, which means nothing
         return actions.astype(np.int64)
@@ -330,9 +318,8 @@ class Given(Wrapped):
         if values.dtype.kind not in "fiu" or values.shape != wanted or not np.isfinite(values).all():
             seen = _kind(values) if values.shape == wanted else f"shape {values.shape}"
             what = f"q of your expert returns {seen}, not finite numbers of shape {wanted}"
-            raise InputError(
-                what, self.source.text, "return one worth for each state and joint action, or --critic none"
-            )
+            advice = "return one worth for each state and joint action, or --critic none"
+            raise InputError(what, self.source.text, advice)
         return values.astype(np.float64)
 
     def _call_expert(self, verb: str, *given: Any) -> np.ndarray:
@@ -364,19 +351,15 @@ def import_expert(source: Source, world: World | None = None) -> Given:
     raises, or returns something else.
     """
     function = import_maker(source)
-    if not callable(function) or _acts(function):
+    acts = False  # a function that needs two arguments, agent and observations, acts, and makes no expert
+    with suppress(TypeError, ValueError):  # not written in Python
+        needed = [each for each in inspect.signature(function).parameters.values() if each.default is each.empty]
+        acts = len([each for each in needed if each.kind in (each.POSITIONAL_ONLY, each.POSITIONAL_OR_KEYWORD)]) == 2
+    if not callable(function) or acts:
         return given_expert(function, world, source)
     if not source.options:
         _ensure_takes(function, source)
     return given_expert(_run(lambda: function(**source.options), source, source.function), world, source)
-
-
-def _acts(function: Callable[..., Any]) -> bool:
-    """Returns True if a function needs two arguments, agent and observations: it acts, and makes no expert."""
-    with suppress(TypeError, ValueError):  # not written in Python
-        needed = [each for each in inspect.signature(function).parameters.values() if each.default is each.empty]
-        return len([each for each in needed if each.kind in (each.POSITIONAL_ONLY, each.POSITIONAL_OR_KEYWORD)]) == 2
-    return False
 
 
 def _ensure_takes(function: Callable[..., Any], source: Source, *given: Any) -> None:
@@ -431,21 +414,9 @@ def _run(function: Callable[[], Any], source: Source, doing: str) -> Any:
 
 def _kind(array: np.ndarray) -> str:
     """Describes in words the kind of values that an array holds."""
-    kinds = {
-        "f": "floats",
-        "b": "truth values",
-        "O": "objects",
-        "U": "texts",
-        "i": "whole numbers",
-        "u": "whole numbers",
-    }
+    kinds = {"f": "floats", "b": "truth values", "O": "objects", "U": "texts"} | dict.fromkeys("iu", "whole numbers")
     nan = " that are not finite" if array.dtype.kind == "f" and not np.isfinite(array).all() else ""
     return f"{kinds.get(array.dtype.kind, str(array.dtype))}{nan}"
-
-
-def _list_actions(world: World, agent: int) -> str:
-    names = [action.name for action in world.actions[agent]]
-    return ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
 
 
 LEARNED, MEASURED, NONE = "learned", "measured", "none"
@@ -521,22 +492,21 @@ def _resolve_plain(text: Any, world: World | None) -> tuple[Expert, World]:
         expert = libraries.from_name(text, world)
         return expert, expert.world
     name, _, script = text.partition("@")
-    if is_script(script) and name.partition(",")[0] in WORLDS:
+    ours = name.partition(",")[0] in WORLDS
+    if is_script(script) and ours:
         game = find_built_in(name)
         return Measured(game, build_script(game, script)), game
-    plain, features = plain_name(text) if name.partition(",")[0] in WORLDS else (text, "")
+    plain, features = plain_name(text) if ours else (text, "")
     if features:  # no expert is shipped for it: the one of the plain world
         find_built_in(text)
         return seeing(*_resolve_plain(plain, None), features)
-    still, physics = plain_name(name, PHYSICS) if name.partition(",")[0] in WORLDS else (name, "")
+    still, physics = plain_name(name, PHYSICS) if ours else (name, "")
     learned = text.replace(name, still, 1)
     if physics and learned in network.SHIPPED:
         return network.load(learned)[0], find_built_in(name)
-    if "@" not in text and text not in network.SHIPPED and text.partition(",")[0] in WORLDS:
+    if ours and "@" not in text and text not in network.SHIPPED:
         game = find_built_in(text)
-        return (
-            (Measured(game, build_script(game)), game) if game.name not in network.SHIPPED else network.load(game.name)
-        )
+        return network.load(game.name) if game.name in network.SHIPPED else (Measured(game, build_script(game)), game)
     if is_named_by_user(text):
         expert = import_expert(parse_source(text), world)
         return expert, expert.world

@@ -11,6 +11,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from codegen.errors import InputError, UnknownNameError
@@ -71,9 +72,9 @@ MEANINGS = {
 
 def _maker_of(file: str) -> Callable[..., Any]:
     """Returns the maker of the environment of a world file. Its modules are imported where a name asks for it."""
-    from maviper.worlds.stated.environment import maker_of
+    from maviper.worlds.stated.environment import make_environment
 
-    return maker_of(file)
+    return partial(make_environment, file)
 
 
 add_maker(SYSTEM, _maker_of)

@@ -1,12 +1,16 @@
 """What a world has, lacks or has wrong: `maviper worlds check`.
 
-Does: imports and makes a user's environment, looks at its spaces, plays it twice; compares our games with theirs.
+Does: imports and makes a user's environment, looks at its spaces, plays it twice; compares our games with theirs; of a
+  world file, says what it states, whether the checker shows its enclosures, how far play is from scipy's integration,
+  and how far the file is from its reference.
 Assumes: whoever calls it means to run the code that the name names.
 Does not: print; judge whether a game is worth learning.
 """
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +20,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import PHYSICS
 from codegen.lowering.render import render
-from codegen.wording import format_count
+from codegen.wording import format_count, visible
 from maviper.files import runs
 from maviper.worlds import World, find_built_in
 from maviper.worlds.outside.making import import_maker, make_environment
@@ -39,14 +43,46 @@ from maviper.worlds.outside.spaces import random_actions, width
 from maviper.worlds.outside.vmas import GAMES, VmasWorld
 from maviper.worlds.remembering import split_memory
 from maviper.worlds.seeds import fold_seed
-from maviper.worlds.stated.statements import Finding, Mark, check_statement, measure_reference, usable
-from maviper.worlds.stated.systems import read
+from maviper.worlds.stated.deviation import deviation, is_known
+from maviper.worlds.stated.systems import flow_rules, read, start
 from maviper.worlds.world import Outcome
+from verify.checker.reading import RejectedError
+from verify.checker.systems.enclosures import ensure_enclosed
+from verify.decimals import plain
+from verify.systems.properties import ensure_claims
+from verify.systems.statement import Statement
+from verify.systems.system import Variable
 
 WORLD_FILE = ".toml"  # how the name of a world file ends
 SEED = fold_seed(2_000_000_000_000_000)  # as large as those of an extraction
 COMPARED = 10  # episode seeds whose first observations are compared with the reference's
 FIRST_STEPS = 5  # played before the episode that is repeated, so that what an environment keeps would show
+
+
+class Mark(StrEnum):
+    """The mark of a finding; only what is wrong prevents use."""
+
+    OK = "ok"
+    MISSING = "missing"
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at, and what to do about it where something is to be done."""
+
+    mark: Mark
+    what: str
+    next_step: str = ""
+
+    def __str__(self) -> str:
+        said = "; ".join(part for part in (self.what, self.next_step) if part)
+        return visible(f"{self.mark:<8} {' '.join(said.split())}")
+
+
+def usable(findings: Sequence[Finding]) -> bool:
+    """Returns True if nothing was found that prevents use."""
+    return all(finding.mark is not Mark.WRONG for finding in findings)
 
 
 def check(
@@ -61,7 +97,11 @@ def check(
     steps = _check_named(parse_source(name), run_reference) if is_named_by_user(name) else _check_built_in(name)
     findings: list[Finding] = []
     try:
-        while (finding := _look(steps)) is not None:
+        while True:
+            with output_aside():  # whatever an environment prints goes to standard error
+                finding = next(steps, None)
+            if finding is None:
+                break
             findings.append(finding)
             on_found(finding)
     except InputError as error:
@@ -72,12 +112,6 @@ def check(
         findings.append(Finding(Mark.WRONG, f"{error.what} ({place})" if place else error.what, error.next_step))
         on_found(findings[-1])
     return findings
-
-
-def _look(steps: Iterator[Finding]) -> Finding | None:
-    """The next finding; whatever an environment prints meanwhile goes to standard error."""
-    with output_aside():
-        return next(steps, None)
 
 
 def new(path: Path, flow: bool = False) -> None:
@@ -333,19 +367,14 @@ def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[Any]]) -
         others = (part[0].tolist() for part in (state.rewards, state.done, state.terminated, state.acting, state.told))
         outcomes.append(Outcome([seen[0] for seen in state.observations], *others))
         if acted is not None and world.continuous:
-            state = world.step(state, _pad_numbers(acted, world))
+            padded: Any = np.zeros((1, *world.acting_shape), np.float32)
+            for agent, given in enumerate(acted):
+                padded[0, agent, : len(given)] = given
+            state = world.step(state, padded)
         elif acted is not None:
             drawn = world.draw_actions(range(len(acted)), state.observations, (np.array([acted]) + 0.5) / sizes)
             state = world.step(state, drawn)
     return outcomes
-
-
-def _pad_numbers(acted: Sequence[Sequence[float]], world: World) -> Any:
-    """One game's numbers as all agents give them, [1, n_agents, n_outputs]."""
-    padded = np.zeros((1, *world.acting_shape), np.float32)
-    for agent, given in enumerate(acted):
-        padded[0, agent, : len(given)] = given
-    return padded
 
 
 def _sound(env: Any, played: Sequence[Outcome]) -> Iterator[Finding]:
@@ -358,12 +387,9 @@ def _sound(env: Any, played: Sequence[Outcome]) -> Iterator[Finding]:
         inside = (seen >= box.low.astype(np.float32)) & (seen <= box.high.astype(np.float32)) & np.isfinite(seen)
         for step, number in np.argwhere(~inside)[:1]:
             value = seen[step, number]
-            said = (
-                f"observations: {agent}'s number {number} is {value:g} at step {step}, outside its space or not finite"
-            )
-            wrong.append(
-                Finding(Mark.WRONG, said, "widen the space" if np.isfinite(value) else "observe finite numbers")
-            )
+            said = f"observations: {agent}'s number {number} is {value:g} at step {step}"
+            advice = "widen the space" if np.isfinite(value) else "observe finite numbers"
+            wrong.append(Finding(Mark.WRONG, f"{said}, outside its space or not finite", advice))
         rewards = np.array([outcome.rewards[index] for outcome in played])
         if not np.isfinite(rewards).all():
             said = f"rewards: {agent} gets {rewards[~np.isfinite(rewards)][0]}"
@@ -387,3 +413,104 @@ def _like_reference(env: Any, world: World) -> Iterator[Finding]:
                 yield Finding(Mark.WRONG, said, "please report it")
                 return
     yield Finding(Mark.OK, f"reference: the same observations after reset, for {COMPARED} seeds")
+
+
+# --- what a world file says
+
+
+PERIODS = 200
+NEAR = 1e-3  # beside the size of a state, of which play may be off
+ADVICE = "a shorter period, or slower motion: play integrates a period in 8 parts"
+UNDEFINED = "narrow the ranges: over them a derivative must be defined"
+
+
+def check_integration(statement: Statement) -> Finding:
+    """Measures how far play is from scipy's integration, over periods from starts and from anywhere in the ranges."""
+    flow, rng = statement.system.flow, np.random.default_rng(0)
+    assert flow is not None
+    rules, worst, least = flow_rules(flow), dict.fromkeys(flow.rates, 0.0), 0.0
+    for number in range(PERIODS):
+        anywhere = {each.name: _within(each, rng) for each in statement.system.variables}
+        state = start(statement, rng) if number % 2 else anywhere
+        rule = next((each for each in rules if each.holds(state)), rules[0])
+        chosen = {agent.name: str(rng.choice(list(agent.actions))) for agent in statement.agents}
+        try:
+            longer = float(rng.uniform(*rule.jitter)) if any(rule.jitter) else 0.0
+            after = rule.move_state(state, chosen, longer)
+            ends = rule.integrate_states(state, chosen, np.array([rule.period + longer]))[-1].tolist()
+            exact = dict(zip(state, ends, strict=True))
+        except (ArithmeticError, ValueError) as error:
+            where = ", ".join(f"{name} = {value:.6g}" for name, value in state.items())
+            return Finding(Mark.WRONG, f"flow: a derivative is not defined from {where}: {error}", UNDEFINED)
+        for name, value in exact.items():
+            worst[name] = max(worst[name], abs(after[name] - value))
+            least = max(least, abs(after[name] - value) / (1 + abs(value)))
+    off = ", ".join(f"{name} {value:.2g}" for name, value in worst.items() if name not in flow.kept)
+    said = f"integration: {format_count(PERIODS, 'period')} by scipy, of which play is off by at most {off}"
+    return Finding(Mark.OK, said) if least <= NEAR else Finding(Mark.MISSING, said, ADVICE)
+
+
+def _within(variable: Variable, rng: np.random.Generator) -> float:
+    """A value of a variable from its range, of a mode a whole number."""
+    low, high = float(variable.range[0]), float(variable.range[1])
+    return float(rng.integers(int(low), int(high) + 1)) if variable.modes else float(rng.uniform(low, high))
+
+
+NO_CLAIMS = "add [[claim]], or give `maviper verify` a file of them"
+
+
+def check_statement(statement: Statement) -> Iterator[Finding]:
+    """Lists what a file states."""
+    system = statement.system
+    yield Finding(Mark.OK, f"file: {system.name}, units fit, and every number is exact")
+    variables = ", ".join(f"{each.name} {each.unit}".removesuffix(" 1") for each in system.variables)
+    yield Finding(Mark.OK, f"variables: {variables}")
+    sizes = ", ".join(
+        f"{agent.name} {len(system.features[agent.name])} and {len(agent.actions)}" for agent in statement.agents
+    )
+    yield Finding(Mark.OK, f"features and actions: {sizes}")
+    claims = ensure_claims(statement, system.name)
+    yield Finding(Mark.OK, f"claims: {claims}") if claims else Finding(Mark.MISSING, "claims: none", NO_CLAIMS)
+    if not statement.moves:
+        said = "dynamics: none, so claims are about single decisions"
+        yield Finding(Mark.MISSING, said, "add [dynamics.next] or [dynamics.flow] for claims about episodes")
+        return
+    if system.flow is not None:
+        told = f"{format_count(len(system.flow.rates), 'derivative')}, a period of {plain(system.flow.period)} s"
+        yield Finding(Mark.OK, f"flow: {told}, {format_count(system.steps, 'period')}")
+        yield check_integration(statement)
+        return
+    pieces = "one piece" if len(system.pieces) == 1 else f"{len(system.pieces)} pieces"
+    yield Finding(Mark.OK, f"dynamics: {pieces}, {format_count(system.steps, 'step')}")
+    yield _check_enclosures(statement)
+
+
+def _check_enclosures(statement: Statement) -> Finding:
+    """Checks by the checker that the pieces hold what the rules say."""
+    try:
+        shown = ensure_enclosed(statement)
+    except RejectedError as error:
+        return Finding(Mark.WRONG, f"enclosures: {error}", "cut the ranges of more variables, or into more parts")
+    return Finding(Mark.OK, f"enclosures: {shown} bounds shown" if shown else "enclosures: none, every rule is affine")
+
+
+def measure_reference(statement: Statement, run: bool) -> Iterator[Finding]:
+    """Measures the distance of a statement from its reference. `run`: also where that is code that the file names."""
+    name = statement.system.reference
+    if not (run or is_known(name)):
+        said = f"reference: {name} is code that the file names, and was not run"
+        yield Finding(Mark.MISSING, said, "add --run-reference to run it and measure the statement")
+        return
+    measurement = deviation(statement)
+    reach = ", ".join(f"{name} [{low:.2g}, {high:.2g}]" for name, (low, high) in measurement.off.items())
+    where = "all over the ranges" if measurement.placed else "where its episodes lead"
+    yield Finding(Mark.OK, f"reference: {name}, {measurement.steps} steps {where}, off by {reach}")
+    if measurement.outside:
+        yield Finding(Mark.MISSING, f"reference: {measurement.outside} steps began where nothing is stated")
+    if measurement.beyond:
+        advice = "widen the error of the variable, narrow its range, or mend the rule"
+        yield Finding(
+            Mark.WRONG, f"reference: {measurement.beyond} steps beyond the stated error; {measurement.worst}", advice
+        )
+    else:
+        yield Finding(Mark.OK, "error: no step is off by more than stated")

@@ -106,16 +106,12 @@ def _feature(feature: FeatureSpec, name: str, value: Any, where: str) -> Feature
     low, high = feature.low, feature.high
     if "range" in stated:
         ends: list[Any] = cast("list[Any]", stated["range"]) if isinstance(stated["range"], list) else []
-        if len(ends) != 2 or not all(_is_number(end) for end in ends):
+        if len(ends) != 2 or not all(type(end) in (int, float) for end in ends):
             raise InputError("the range is not [LOW, HIGH]", place, ADVICE)
         low, high = ends
         if not -MAX_LENGTH <= low <= high <= MAX_LENGTH:  # integers of any length
             raise InputError(f"the range needs LOW <= HIGH within {MAX_LENGTH:g}", place, ADVICE)
     return replace(feature, name=name, unit=unit, low=float(low), high=float(high))
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 NO_WORLD = "no built-in game has the profile's world, agents, features and actions, with float32 observations"
@@ -167,36 +163,24 @@ def plays(profile: ir.PolicyProfile, world: World) -> bool:
     """
     facts = profile.provenance.training
     named, own = FEATURES_FILE in facts, OWN_NAMES in facts
-    everything = zip(world.agents, world.features, world.policy_actions, world.given, strict=True)
-    ours = [
-        (
-            agent,
-            world.team_of(agent),
-            len(features) if named else _nameless(features, own),
-            _nameless(actions, own),
-            outputs,
-        )
-        for agent, features, actions, outputs in everything
-    ]
-    theirs = [
-        (
-            policy.agent,
-            policy.team,
-            len(policy.features) if named else _nameless(policy.features, own),
-            _nameless(policy.actions, own),
-            policy.outputs,
-        )
-        for policy in profile.agents
-    ]
-    called = [
-        *zip(world.policy_actions, (policy.actions for policy in profile.agents), strict=False),
-        *zip(world.features, (policy.features for policy in profile.agents), strict=False),
-    ]
-    misplaced = (find_misplaced([a.name for a in known], [b.name for b in said]) is not None for known, said in called)
-    single = all(policy.numbers == FLOAT32 for policy in profile.agents)  # as worlds show what agents observe
+    if world.spec != profile.world or len(profile.agents) != len(world.agents):
+        return False
     if isinstance(world, Remembering) and not all(map(world.remembers_alike, profile.agents)):
         return False
-    return single and world.spec == profile.world and ours == theirs and not any(misplaced)
+    for agent, policy in enumerate(profile.agents):
+        name, features, actions = world.agents[agent], world.features[agent], world.policy_actions[agent]
+        if named:
+            alike = len(features) == len(policy.features)
+        else:
+            alike = _nameless(features, own) == _nameless(policy.features, own)
+        alike = alike and _nameless(actions, own) == _nameless(policy.actions, own)
+        ours, theirs = (name, world.team_of(name), world.given[agent]), (policy.agent, policy.team, policy.outputs)
+        if not alike or ours != theirs or policy.numbers != FLOAT32:  # as worlds show what agents observe
+            return False
+        for known, said in ((features, policy.features), (actions, policy.actions)):
+            if find_misplaced([each.name for each in known], [each.name for each in said]) is not None:
+                return False
+    return True
 
 
 def _nameless(specs: Sequence[FeatureSpec] | Sequence[ir.ActionSpec], own: bool) -> tuple[object, ...]:

@@ -12,6 +12,7 @@ it remembers. Whoever plays the world without memory observes what that shows (e
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,6 @@ from codegen.ir import (
     NO_ACTION,
     ActionSpec,
     AgentPolicy,
-    Bool,
     FeatureSpec,
     Float32,
     Float64,
@@ -67,6 +67,15 @@ class RememberedStates:
         return RememberedStates(plain[0].concatenate(plain), np.concatenate([state.last for state in states]))
 
 
+def _ask_plain(name: str) -> Any:
+    """A method that asks the world without memory about its part of a state."""
+
+    def ask(self: "Remembering", state: RememberedStates, *more: Any) -> Any:
+        return getattr(self.plain, name)(state.plain, *more)
+
+    return ask
+
+
 class Remembering(World):
     """The world `plain`, whose agents remember their last action. InputError where they give numbers or have masks, and
     in play where they observe a LAST_ACTION that is something else.
@@ -100,10 +109,9 @@ class Remembering(World):
         plain, features = plain_name(self.plain.name)
         return f"{plain},{FEATURES}={SEPARATOR.join(filter(None, (features, LAST_ACTION)))}"
 
-    @property
-    def games_measured(self) -> int | None:
-        """The same as without memory."""
-        return self.plain.games_measured
+    games_measured: Any = property(attrgetter("plain.games_measured"))
+    rewards_lag: Any = property(attrgetter("plain.rewards_lag"))
+    shaped: Any = property(attrgetter("plain.shaped"))
 
     # --- what its trees do
 
@@ -158,30 +166,9 @@ class Remembering(World):
             advice = f"show its place, from 0, and 0 at the start; or rename the feature, or leave {LAST_ACTION} out"
             raise InputError(f"{self.agents[agent]} observes a {LAST_ACTION} of {told}", self.plain.name, advice)
 
-    def rewards(self, state: RememberedStates) -> Float64:
-        """Returns the rewards; see `World.rewards`."""
-        return self.plain.rewards(state.plain)
-
-    def reward(self, state: RememberedStates, agent: int) -> Float64:
-        """Returns the rewards of an agent; see `World.reward`."""
-        return self.plain.reward(state.plain, agent)
-
-    @property
-    def rewards_lag(self) -> bool:
-        """The same as without memory."""
-        return self.plain.rewards_lag
-
-    def alive(self, state: RememberedStates) -> Bool:
-        """Returns True for agents that act; see `World.alive`."""
-        return self.plain.alive(state.plain)
-
-    def playing(self, state: RememberedStates) -> Bool:
-        """Returns True for agents whose episode goes on; see `World.playing`."""
-        return self.plain.playing(state.plain)
-
-    def terminated(self, state: RememberedStates) -> Bool:
-        """Returns True for agents whose episode has ended by itself; see `World.terminated`."""
-        return self.plain.terminated(state.plain)
+    rewards, reward, alive, playing, terminated, shaping = map(
+        _ask_plain, ("rewards", "reward", "alive", "playing", "terminated", "shaping")
+    )
 
     def close(self) -> None:
         """Ends the copies; see `World.close`."""
@@ -194,15 +181,6 @@ class Remembering(World):
     def branch_states(self, state: RememberedStates) -> RememberedStates:
         """Returns states that can be stepped once; see `World.branch_states`."""
         return RememberedStates(self.plain.branch_states(state.plain), state.last)
-
-    def shaping(self, state: RememberedStates) -> Float64:
-        """Returns the training aid; see `World.shaping`."""
-        return self.plain.shaping(state.plain)
-
-    @property
-    def shaped(self) -> bool:
-        """The same as without memory."""
-        return self.plain.shaped
 
     def values(self, states: Sequence[RememberedStates]) -> Float64:
         """Returns the measures of whole episodes; see `World.values`."""

@@ -77,15 +77,6 @@ def draw_legal(mask: Mask, obs: Float32, uniform: Float64) -> Int:
     return order[np.arange(len(obs)), (uniform * legal.sum(axis=1)).astype(np.int64)]
 
 
-def _within_bounds(outputs: Sequence[Sequence[OutputSpec]], uniform: Float64) -> Float32:
-    """Numbers within bounds, as the draws [batch, agents, n_outputs]; 0 for outputs that an agent has not."""
-    numbers = np.zeros(uniform.shape, np.float32)
-    for place, each in enumerate(outputs):
-        low, high = bounds(each)
-        numbers[:, place, : len(each)] = low + uniform[:, place, : len(each)] * (high - low)
-    return numbers
-
-
 def bounds(outputs: Sequence[OutputSpec]) -> tuple[Float64, Float64]:
     """The low and the high ends of an agent's outputs, each [n_outputs]. Assumes that they have both."""
     return np.array([each.low for each in outputs], np.float64), np.array([each.high for each in outputs], np.float64)
@@ -199,7 +190,11 @@ class World(ABC):
         bounds, [batch, len(agents), n_outputs]. `uniform`: the draws, of the same shape, in [0, 1).
         """
         if self.outputs:
-            return _within_bounds([self.outputs[agent] for agent in agents], uniform)
+            numbers = np.zeros(uniform.shape, np.float32)  # which stays 0 for outputs that an agent has not
+            for place, agent in enumerate(agents):
+                low, high = self.bounds[agent]
+                numbers[:, place, : len(low)] = low + uniform[:, place, : len(low)] * (high - low)
+            return numbers
         columns: list[Int] = []
         for agent, draws in zip(agents, uniform.T, strict=True):
             mask = self.mask(agent)

@@ -79,22 +79,7 @@ def from_sb3(
     observations were not normalised. `activation`: where the file cannot say it. InputError for another algorithm, a
     network that is not fully connected, or an answer that is missing.
     """
-    data, tensors, digest = _read(Path(file))
-    where = str(file)
-    _ensure_spaces(data, world, where)
-    algorithm, outputs = _algorithm(data, tensors, where)
-    network = _network(tensors, algorithm, where)
-    card = {
-        "algorithm": f"{algorithm} of stable-baselines3 {data[VERSION]}".strip(),
-        "steps": data.get("num_timesteps"),
-    }
-    normal = _normalization(data, normalization, algorithm, where)
-    chosen = activation or _activation(data, outputs, where)
-    return LayersExpert(world, network, chosen, outputs, normal, card, digest)
-
-
-def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
-    """The JSON, with the version among it, the weights, and the file's SHA-256."""
+    path, where = Path(file), str(file)
     whole = runs.read(path, MAX_FILE)
     try:
         with zipfile.ZipFile(io.BytesIO(whole)) as archive:
@@ -109,11 +94,15 @@ def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
     if not is_mapping(data):
         raise InputError("not a zip of stable-baselines3", f"{path}: {DATA}", "write it by model.save(file)")
     plain = re.fullmatch(r"\s*([0-9A-Za-z.+-]{1,40})\s*", version)
-    return (
-        {**data, VERSION: plain[1] if plain else ""},
-        read(weights, f"{path}: {WEIGHTS}", safe),
-        hashlib.sha256(whole).hexdigest(),
-    )
+    tensors = read(weights, f"{path}: {WEIGHTS}", safe)
+    _ensure_spaces(data, world, where)
+    algorithm, outputs = _algorithm(data, tensors, where)
+    network = _network(tensors, algorithm, where)
+    told = f"{algorithm} of stable-baselines3 {plain[1] if plain else ''}".strip()
+    card = {"algorithm": told, "steps": data.get("num_timesteps")}
+    normal = _normalization(data, normalization, algorithm, where)
+    chosen = activation or _activation(data, outputs, where)
+    return LayersExpert(world, network, chosen, outputs, normal, card, hashlib.sha256(whole).hexdigest())
 
 
 def _algorithm(data: Mapping[str, Any], tensors: Tensors, where: str) -> tuple[str, str]:

@@ -15,7 +15,7 @@ import re
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol, TypeGuard, cast, runtime_checkable
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -108,7 +108,12 @@ def _tensors(archive: zipfile.ZipFile, most: int) -> dict[str, Float32]:
         raise NotPlainError("its bytes are in another order")
     room, storages = most, dict[str, bytes]()
     tensors: dict[str, Float32] = {}
-    for name, tensor in _index(part(archive, f"{folder}/{INDEX}", MAX_INDEX)).items():
+    machine = _Machine()
+    for opcode, argument, _ in pickletools.genops(part(archive, f"{folder}/{INDEX}", MAX_INDEX)):
+        machine.obey(opcode.name, argument)
+    if len(machine.stack) != 1 or not _dictionary(machine.stack[0]):
+        raise NotPlainError("it holds no tensors")
+    for name, tensor in _dictionary(machine.stack[0]).items():
         if not isinstance(name, str) or not isinstance(tensor, _Tensor):
             raise NotPlainError(f"{str(name)[:80]} is no tensor")
         room -= 4 * math.prod(tensor.shape)
@@ -139,16 +144,6 @@ def _numbers(tensor: _Tensor, data: bytes) -> Float32:
 
 
 # --- the index
-
-
-def _index(program: bytes) -> dict[object, object]:
-    """Returns the dictionary that the instructions of an index build."""
-    machine = _Machine()
-    for opcode, argument, _ in pickletools.genops(program):
-        machine.obey(opcode.name, argument)
-    if len(machine.stack) != 1 or not _dictionary(machine.stack[0]):
-        raise NotPlainError("it holds no tensors")
-    return _dictionary(machine.stack[0])
 
 
 class _Machine:
@@ -242,7 +237,7 @@ def _make_object(what: object, given: object) -> object:
         case _Name(text), () if text == DICTIONARY:
             return {}
         case _Name(text), (_Storage() as storage, offset, shape, strides, bool(), hooks) if text == TENSOR:
-            if hooks == {} and _counts((offset,)) and _counts(shape) and _counts(strides):
+            if hooks == {} and all(map(_counts, ((offset,), shape, strides))):
                 lengths, steps = cast("tuple[int, ...]", shape), cast("tuple[int, ...]", strides)
                 if len(lengths) == len(steps):
                     return _Tensor(storage, cast("int", offset), lengths, steps)
@@ -263,69 +258,21 @@ MAX_BYTES = 256 * 2**20
 Tensors = Mapping[str, Float32]
 
 
-@runtime_checkable
-class Tensor(Protocol):
-    """The part of torch's tensor that is used here."""
-
-    @property
-    def layout(self) -> object:
-        """The layout of its numbers."""
-        ...
-
-    @property
-    def is_quantized(self) -> bool:
-        """True if its numbers are codes."""
-        ...
-
-    @property
-    def is_meta(self) -> bool:
-        """True if it has a shape alone."""
-        ...
-
-    def is_complex(self) -> bool:
-        """Returns True if its numbers are complex."""
-        ...
-
-    def numel(self) -> int:
-        """Counts its numbers."""
-        ...
-
-    def detach(self) -> "Tensor":
-        """Itself, without what led to it."""
-        ...
-
-    def cpu(self) -> "Tensor":
-        """Itself, in the machine's own memory."""
-        ...
-
-    def float(self) -> "Tensor":
-        """Itself, as float32."""
-        ...
-
-    def numpy(self) -> Float32:
-        """Its numbers, of its shape."""
-        ...
-
-
 def read(data: bytes, where: str, safetensors: bool = False) -> dict[str, Float32]:
     """The tensors of a state dict in a file's bytes, as float32; InputError where it holds anything else."""
     if safetensors:
-        return _safetensors(data, where)
+        from safetensors import SafetensorError
+        from safetensors.numpy import load
+
+        try:
+            return {name: tensor.astype(np.float32) for name, tensor in load(data).items()}
+        except (SafetensorError, ValueError, TypeError, KeyError) as error:
+            raise InputError("not a safetensors file", f"{where}: {error}"[:200]) from None
     try:
         return state_dict(data, MAX_BYTES)
     except NotPlainError as reason:
         advice = "save it as torch.save(module.state_dict(), file), or load it yourself: `maviper guide experts`"
         raise InputError("not a file of weights alone; nothing else is loaded", f"{where}: {reason}", advice) from None
-
-
-def _safetensors(data: bytes, where: str) -> dict[str, Float32]:
-    from safetensors import SafetensorError
-    from safetensors.numpy import load
-
-    try:
-        return {name: tensor.astype(np.float32) for name, tensor in load(data).items()}
-    except (SafetensorError, ValueError, TypeError, KeyError) as error:
-        raise InputError("not a safetensors file", f"{where}: {error}"[:200]) from None
 
 
 def of_torch(loaded: object, where: str) -> dict[str, Float32]:
@@ -339,22 +286,17 @@ def of_torch(loaded: object, where: str) -> dict[str, Float32]:
     tensors: dict[str, Float32] = {}
     room = MAX_BYTES
     for name, value in given.items():
-        if not isinstance(name, str) or not _plain(value):
+        torch_tensor: Any = value
+        # real numbers that lie one beside the other: not sparse, complex, quantized or without data
+        plain = str(getattr(value, "layout", "")) == "torch.strided"
+        plain = plain and not (torch_tensor.is_complex() or torch_tensor.is_quantized or torch_tensor.is_meta)
+        if not isinstance(name, str) or not plain:
             raise InputError("not a state dict of tensors", f"{where}: {str(name)[:80]}", "save module.state_dict()")
-        room -= 4 * value.numel()
+        room -= 4 * torch_tensor.numel()
         if room < 0:
             raise InputError(f"the weights are more than {MAX_BYTES} bytes", f"{where}: {name[:80]}")
-        tensors[name] = value.detach().cpu().float().numpy()
+        tensors[name] = torch_tensor.detach().cpu().float().numpy()
     return tensors
-
-
-def _plain(value: object) -> TypeGuard[Tensor]:
-    """Returns True if it is a tensor of real numbers that lie one beside the other: not sparse, complex, quantized or
-    without data.
-    """
-    if not isinstance(value, Tensor) or str(value.layout) != "torch.strided":
-        return False
-    return not (value.is_complex() or value.is_quantized or value.is_meta)
 
 
 def layers(tensors: Tensors, name: str, where: str) -> list[Linear]:

@@ -1,12 +1,14 @@
 """MAPPO (Yu et al. 2022): proximal policy optimisation with centralized values, all agents in one batched update.
 
 Does: trains one actor and one centralized value function per agent on a batched world, episode by episode; before that,
-  where it is asked for, imitates a scripted teacher with the same networks (DAgger, Ross et al. 2011).
+  where it is asked for, imitates a scripted teacher with the same networks (DAgger, Ross et al. 2011). In a share of
+  the games opponents play that are not learned from: the training's own earlier actors, finished experts, or a script.
 Assumes: the extra `maviper[train]`. Where agents give numbers, actors are Gaussian (nets.py). A teacher decides from
   the world's state, in a world of ours in which nobody's episode ends early.
 Does not: give a critic of joint actions (off_policy.py fits one to the frozen policy), write files.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -19,17 +21,117 @@ from torch.nn.functional import cross_entropy
 from codegen.errors import InputError
 from codegen.ir import Float32
 from maviper.episodes.play import Controller
+from maviper.experts import cards, network
 from maviper.experts.cards import IMITATION, REWARD, VALUES
+from maviper.experts.finding import Observing
 from maviper.experts.network import ACTOR
 from maviper.experts.scripted import build_script
-from maviper.experts.training.nets import Adam, Joint, Nets, average_rows, head_of
-from maviper.experts.training.opponents import Finished, Opponents, Past, Script
+from maviper.experts.training.nets import Adam, Head, Joint, Nets, average_rows, head_of
 from maviper.experts.training.trainer import Trainer
 from maviper.worlds import World
 
 KEPT = 1_000_000  # points, the newest
 MINIBATCH = 4_096
 UPDATES = 60  # per batch of episodes
+
+
+VERSIONS = 20  # of the actor that are kept in a whole training, at equal distances
+
+
+class Opponents(ABC):
+    """Whoever plays for agents that are not the learner's in a game, asked for every step of a batch in order."""
+
+    def begin(self, progress: float) -> None:  # noqa: B027 - most stay who they are
+        """A batch of games is about to start; `progress`: the share of the training that is done."""
+
+    @abstractmethod
+    def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
+        """Everybody's actions, [n_agents, batch], or what a `Head` draws. `seen`: the joint observations."""
+
+    def memory(self) -> dict[str, Tensor]:
+        """Returns the tensors that a resumed training needs: none, where the opponents stay as they are."""
+        return {}
+
+    def remember(self, memory: Mapping[str, Tensor]) -> None:  # noqa: B027 - as `memory`
+        """Takes over what `memory` gave."""
+
+
+class Past(Opponents):
+    """The actor as it was at equal distances of the training so far, one of them for each batch, sampled from as the
+    present one is.
+    """
+
+    def __init__(self, joint: Joint, actor: Nets, head: Head) -> None:
+        self.joint, self.actor, self.head = joint, actor, head
+        self.versions: list[list[Tensor]] = []  # of all parameters
+        self.drawn = 0
+
+    def begin(self, progress: float) -> None:
+        """Keeps the present actor when one is due, and draws the version that plays; see `Opponents.begin`."""
+        if progress * VERSIONS >= len(self.versions):
+            self.versions.append([parameter.detach().clone() for parameter in self.actor.parameters])
+        self.drawn = int(self.head.rng.integers(len(self.versions)))
+
+    def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
+        """Draws the actions of the drawn version; see `Opponents.act`."""
+        with torch.no_grad():
+            outputs = self.actor.apply_weights(self.versions[self.drawn], self.joint.views(seen))
+        return self.head.draw(outputs, seen)
+
+    def memory(self) -> dict[str, Tensor]:
+        """Returns the versions that are kept; see `Opponents.memory`."""
+        return {str(k): torch.stack(every) for k, every in enumerate(zip(*self.versions, strict=True))}
+
+    def remember(self, memory: Mapping[str, Tensor]) -> None:
+        """Takes over the versions that `memory` gave; see `Opponents.remember`."""
+        stacked = [memory[str(k)].to(self.joint.device) for k in range(len(memory))]
+        self.versions = [list(parameters) for parameters in zip(*stacked, strict=True)]
+
+
+class Finished(Opponents):
+    """Finished experts, one of them for each batch."""
+
+    def __init__(self, world: World, experts: Sequence[Controller], rng: np.random.Generator) -> None:
+        self.experts, self.agents, self.rng = experts, range(len(world.agents)), rng
+        self.drawn = experts[0]
+
+    def begin(self, progress: float) -> None:
+        """Draws the expert that plays the batch; see `Opponents.begin`."""
+        self.drawn = self.experts[int(self.rng.integers(len(self.experts)))]
+
+    def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
+        """Returns the drawn expert's greedy actions; see `Opponents.act`."""
+        return self.drawn.act(self.agents, observations, state).T
+
+
+class Script(Opponents):
+    """The world's script."""
+
+    def __init__(self, world: World) -> None:
+        self.script, self.agents = build_script(world), range(len(world.agents))
+
+    def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
+        """Returns the script's actions; see `Opponents.act`."""
+        return self.script.act(self.agents, observations, state).T
+
+
+def by_reward_alone(world: World, names: Sequence[str]) -> dict[str, Any]:
+    """The named experts, shipped ones or files, each for all agents of `world`.
+
+    InputError for an expert of another game, and for one that learned from a script, or does not say how it learned.
+    """
+    experts: dict[str, Any] = {}
+    for name in names:
+        expert, played = network.load(name)
+        same = ("agents", "landmarks", "episode_steps")
+        if any(getattr(played.spec, each) != getattr(world.spec, each) for each in same) or played.teams != world.teams:
+            raise InputError("the expert plays another game", f"--against {name}: {played.name}, not {world.name}")
+        learned = cards.count_steps(expert.card)
+        if not learned or learned[cards.IMITATION] or expert.card["settings"].get("scripted"):
+            advice = "choose an expert that learned by reward alone"
+            raise InputError("the expert learned from a script, or does not say how", f"--against {name}", advice)
+        experts[name] = expert if played.name == world.name else Observing(expert, played)
+    return experts
 
 
 class Imitation:

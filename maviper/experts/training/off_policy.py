@@ -2,15 +2,18 @@
 
 Does: keeps transitions in a ring, plays with exploration, updates as often as the settings say: one actor and one
   centralized critic per agent (MADDPG), or one value network per agent, Q_i(o_i, a_i), with double Q-learning on the
-  team's reward (VDN).
+  team's reward (VDN). For actors that learned otherwise it fits a critic of joint actions afterwards (fitted Q
+  evaluation): plays the frozen policies with some actions replaced by random ones, and fits Q_i(x, joint action), what
+  agent i earns when everybody follows the policies from then on, up to the end of its episode if that ends by itself.
 Assumes: the extra `maviper[train]`; settings with `batch`, `buffer` and `steps_per_update`; discrete actions, through a
   straight-through Gumbel softmax (MADDPG); each team learns for itself, the other teams are part of its world (VDN).
 Does not: mix values by a network. QMIX (Rashid et al. 2018) represents more, but its Q_i only order an agent's actions:
   their differences are no returns, and the extraction weights V_i - min Q_i need differences that are.
 """
 
+import math
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +26,8 @@ from maviper.experts.network import ACTOR_CRITIC, VALUE
 from maviper.experts.training.nets import Adam, Joint, Nets, average_rows
 from maviper.experts.training.trainer import Trainer, Transition
 from maviper.worlds import World
+
+USUAL_STEPS = 25_600  # steps of a batch in our games: 1,024 episodes of 25 steps
 
 
 class Replay:
@@ -272,3 +277,91 @@ class Vdn(OffPolicy):
     def tensors(self) -> dict[str, Float32]:
         """Returns the tensors of the value networks; see `Trainer.tensors`."""
         return self.joint.export_actors(self.nets["value"], VALUE)
+
+
+@dataclass(frozen=True)
+class CriticSettings:
+    """Settings of the fit of a critic to frozen actors."""
+
+    steps: int = 512_000  # joint environment steps; the training's at most, where few games play at once
+    games: int = 1_024
+    explore: float = 0.3  # share of uniform actions, so that Q is known beside the policy too
+    updates: int = 120  # per batch of episodes, or USUAL_STEPS steps in a world that plays few games at once
+    batch: int = 2_048
+    hidden: int = 64
+    learning_rate: float = 2e-3  # Adam, falls linearly to a tenth
+    gamma: float = 0.95
+    tau: float = 0.02
+    shaping: float = 1.0
+    gradient_norm: float = 5.0
+    scaled: int = 0  # as the actors' training
+    seed: int = 0
+
+
+class CriticFit(Trainer):
+    """The critic of frozen actors."""
+
+    networks = "critic"
+
+    def __init__(self, world: World, actors: Mapping[str, Float32], settings: CriticSettings, device: str) -> None:
+        super().__init__(world, settings, device)
+        joint, hidden = self.joint, settings.hidden
+        width = actors[f"{world.agents[0]}.actor.2.weight"].shape[0]
+        self.actor = Nets((joint.widest, width, width, joint.n_actions), joint.widths, self.generator, device)
+        joint.load_actors(self.actor, actors)
+        sizes = (joint.critic_inputs, hidden, hidden, 1)
+        fans = [joint.critic_inputs] * joint.n_agents
+        self.critic, self.slow = (Nets(sizes, fans, self.generator, device) for _ in range(2))
+        self.slow.copy_from(self.critic, 1.0)
+        self.optimiser = Adam((self.critic,), settings.learning_rate, settings.gradient_norm)
+        self.replay = Replay(joint, settings.steps)
+        self.updated = 0
+
+    def advance(self) -> dict[str, float]:
+        """Plays a batch of episodes and updates the critic; see `Trainer.advance`."""
+        for transition in self.transitions(lambda seen: (self._greedy(seen).cpu().numpy(), self.settings.explore)):
+            self.replay.store(transition)
+        updates = self.settings.updates
+        if self.world.games is not None:
+            updates = max(1, updates * self.steps // USUAL_STEPS - self.updated)
+        self.updated += updates
+        return {"loss": sum(self._update() for _ in range(updates)) / updates}
+
+    def _greedy(self, seen: Tensor) -> Tensor:
+        with torch.no_grad():
+            return (self.actor(self.joint.views(seen)) + self.joint.mask_actions(seen)).argmax(2).T
+
+    def _update(self) -> float:
+        settings, joint = self.settings, self.joint
+        batch = self.replay.sample(settings.batch, self.generator)
+        reward, goes_on = self.scale_rewards(batch["reward"])[:, :, None], batch["goes_on"].T[:, :, None]
+        with torch.no_grad():
+            then = joint.one_hot(self._greedy(batch["following"]))
+            target = reward + settings.gamma * goes_on * self.slow(joint.critic_input(batch["following"], then))
+        q = self.critic(joint.critic_input(batch["seen"], joint.one_hot(batch["acted"])))
+        loss = average_rows((q - target).square(), batch["alive"].T).sum()
+        self.optimiser.descend(loss, settings.learning_rate * (1 - 0.9 * self.progress))
+        self.slow.copy_from(self.critic, settings.tau)
+        return float(loss.detach())
+
+    def tensors(self) -> dict[str, Float32]:
+        """The critics alone, in the names and shapes of `network.NetworkExpert`."""
+        return self.joint.export_critics(self.critic)
+
+
+def fit_critic(
+    world: World,
+    actors: Mapping[str, Float32],
+    settings: CriticSettings,
+    device: str,
+    on_step: Callable[[int, int, float], None] = lambda done, total, loss: None,
+) -> dict[str, Any]:
+    """Critics for frozen actors, in the names and shapes of `network.NetworkExpert`. `on_step`: gets the joint steps
+    played, those to play, and the last loss.
+    """
+    fitting, loss = CriticFit(world, actors, settings, device), math.nan
+    on_step(0, settings.steps, loss)
+    while fitting.steps < settings.steps:
+        loss = fitting.advance()["loss"]
+        on_step(fitting.steps, settings.steps, loss)
+    return fitting.tensors()

@@ -87,7 +87,9 @@ def train(
     request = request.complete()
     trainer_of, chosen = _trainer(request.algorithm), settings_of(world, request)
     _check_device(request.device)
-    experts = _against(world, request)
+    from maviper.experts.training.mappo import by_reward_alone
+
+    experts = by_reward_alone(world, request.against)
     met = {name: expert.hash for name, expert in experts.items()}
     config = {**cards.config(world, request, chosen, _rule(world)), "against": met}
     done = _prepare_folder(folder, config, resume)
@@ -120,25 +122,19 @@ def settings_of(world: World, request: Request) -> Any:
         advice = f"choose --algorithm {MAPPO}, and no other recipe than {DEFAULT}"
         raise InputError(f"{algorithm} takes no heed of illegal actions", world.name, advice)
     if world.continuous:
-        _ensure_numbers(world, known)
+        unfit = {  # what needs numbered actions
+            f"--algorithm {known.algorithm}": known.algorithm != MAPPO,
+            f"--recipe {known.recipe}": known.recipe != DEFAULT,
+            "--against": bool(known.against),
+        }
+        for option, given in unfit.items():
+            if given:
+                what = f"{option} is for numbered actions, and here agents give numbers"
+                raise InputError(what, world.name, f"leave it out: Gaussian actors learn by {MAPPO}")
     return settings(world, request, _trainer(algorithm).settings)
 
 
-def _ensure_numbers(world: World, request: Request) -> None:
-    """InputError for what needs numbered actions in a world whose agents give numbers."""
-    unfit = {
-        f"--algorithm {request.algorithm}": request.algorithm != MAPPO,
-        f"--recipe {request.recipe}": request.recipe != DEFAULT,
-        "--against": bool(request.against),
-    }
-    for option, given in unfit.items():
-        if given:
-            what = f"{option} is for numbered actions, and here agents give numbers"
-            raise InputError(what, world.name, f"leave it out: Gaussian actors learn by {MAPPO}")
-
-
-@dataclass(frozen=True)
-class _Algorithm:
+class _Algorithm(NamedTuple):
     settings: type
     trainer: Callable[[World, Any, str], Any]
 
@@ -159,12 +155,6 @@ def _trainer(algorithm: str) -> _Algorithm:
         "maddpg": _Algorithm(off_policy.MaddpgSettings, off_policy.Maddpg),
         "vdn": _Algorithm(off_policy.VdnSettings, off_policy.Vdn),
     }[algorithm]
-
-
-def _against(world: World, request: Request) -> Mapping[str, Any]:
-    from maviper.experts.training import opponents
-
-    return opponents.by_reward_alone(world, request.against)
 
 
 def _check_device(device: str) -> None:
@@ -238,7 +228,9 @@ class _Run:
                 logged = self._advance()
                 if not all(math.isfinite(value) for value in logged.values()):
                     return f"stopped after {trainer.steps} steps: the loss was no longer a number"
-            judged = self._judge(trainer.tensors(), measures.CHECKPOINT_SEEDS, _episodes(self.world)[0], self._rivals())
+            best = self._finalists()[: cards.N_RIVALS] if cards.is_rated(self.world) else []
+            rivals = [Rival(self._load_checkpoint(line["steps"]), line["score"]) for line in best]
+            judged = self._judge(trainer.tensors(), measures.CHECKPOINT_SEEDS, _episodes(self.world)[0], rivals)
             self.seconds = before + time.monotonic() - started
             self._save(judged, logged)
             returns = {m.team: estimate for m, estimate in judged.among.items() if m.name == RETURN}
@@ -267,10 +259,6 @@ class _Run:
     def _judge(self, tensors: Mapping[str, Float32], first: int, episodes: int, rivals: Sequence[Rival] = ()) -> Judged:
         expert = network.build_expert(self.world, tensors, {"world": self.world.name})
         return cards.judge(self.world, expert, range(first, first + episodes), rivals)
-
-    def _rivals(self) -> list[Rival]:
-        best = self._finalists()[: cards.N_RIVALS] if cards.is_rated(self.world) else []
-        return [Rival(self._load_checkpoint(line["steps"]), line["score"]) for line in best]
 
     def _load_checkpoint(self, steps: int) -> NetworkExpert:
         data = runs.read(self._checkpoint(steps), network.MAX_BYTES)
@@ -354,12 +342,12 @@ class _Run:
 
     def _critic(self, actors: Mapping[str, Float32]) -> tuple[dict[str, Float32], int]:
         """A critic for the actors, and the joint steps that it took."""
-        from maviper.experts.training import critic
+        from maviper.experts.training import off_policy
 
         chosen = self.trainer.settings
         shared = {name: getattr(chosen, name) for name in ("hidden", "gamma", "scaled", "seed")}
         shared["shaping"] = chosen.shaping * chosen.critic_shaping
-        wanted = critic.Settings(**shared)
+        wanted = off_policy.CriticSettings(**shared)
         if self.world.games is not None:
             wanted = replace(wanted, steps=min(wanted.steps, chosen.steps))
         steps: list[int] = []
@@ -368,7 +356,7 @@ class _Run:
             steps[:] = [done]
             self.on_step(Step(CRITIC, done, total, f"loss {loss:.3g}" if done else ""))
 
-        return critic.fit(self.world, actors, wanted, self.trainer.device, tell_progress), steps[0]
+        return off_policy.fit_critic(self.world, actors, wanted, self.trainer.device, tell_progress), steps[0]
 
 
 MAX_SEED = 2**32
@@ -382,7 +370,11 @@ def train_expert(name: str, folder: Path, console: Console, **options: Unpack[Tr
     asked = make_request(TrainOptions, options)
     overrides: dict[str, Any] = {"seed": asked.seed}
     overrides |= {} if asked.steps is None else {"steps": asked.steps}
-    overrides |= dict(_setting(text) for text in asked.settings)
+    for text in asked.settings:
+        key, separator, value = text.partition("=")
+        if not separator:
+            raise InputError(f"'{text[:40]}' is not a setting", "--set", "write --set NAME=VALUE")
+        overrides[key] = value
     request = Request(asked.algorithm, asked.recipe, overrides, asked.device, asked.against).complete()
     world = find(name, giving=True)
     seeds = range(asked.seed, asked.seed + asked.seeds)
@@ -395,14 +387,15 @@ def train_expert(name: str, folder: Path, console: Console, **options: Unpack[Tr
     console.line("", schedule(request, settings_of(world, request)))
     if len(seeds) == 1:
         return _one(world, folder, request, asked.resume, console)
-    return _several(_Task(name, folder, request, asked.resume, console.quiet), seeds, asked.jobs, console)
-
-
-def _setting(text: str) -> tuple[str, str]:
-    name, separator, value = text.partition("=")
-    if not separator:
-        raise InputError(f"'{text[:40]}' is not a setting", "--set", "write --set NAME=VALUE")
-    return name, value
+    # each seed in a folder of its own; the one with the best score on its finalists' episodes becomes the run's
+    tasks: list[tuple[Any, ...]] = []
+    for seed in seeds:
+        place, one = folder_of(folder, seed), replace(request, overrides={**request.overrides, "seed": seed})
+        tasks.append((name, place, one, is_resumed(place, asked.resume), console.quiet))
+    best, card = best_of(folder, seeds, side_by_side(_beside, tasks, asked.jobs), _read_score, console.line)
+    kept = (EXPERT_FILE, CARD_FILE, CURVE_FILE)
+    runs.write_all(folder, {file: (folder_of(folder, best) / file).read_bytes() for file in kept})
+    return card
 
 
 def _seeds(seeds: Sequence[int]) -> str:
@@ -449,31 +442,6 @@ class _Stages:
 
 def _format_estimates(estimates: Mapping[str, Estimate]) -> str:
     return ", ".join(f"{team} {format_estimate(value)}" for team, value in estimates.items())
-
-
-class _Task(NamedTuple):
-    """A training: of what, where, how."""
-
-    name: str
-    folder: Path
-    request: Request
-    resume: bool
-    quiet: bool
-
-
-def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> dict[str, Any]:
-    """Each seed in a folder of its own; the one with the best score on its finalists' episodes becomes the run's."""
-    folder, request = task.folder, task.request
-    folders = [folder_of(folder, seed) for seed in seeds]
-    asked = [replace(request, overrides={**request.overrides, "seed": seed}) for seed in seeds]
-    tasks = [
-        _Task(task.name, place, one, is_resumed(place, task.resume), task.quiet)
-        for place, one in zip(folders, asked, strict=True)
-    ]
-    best, card = best_of(folder, seeds, side_by_side(_beside, tasks, jobs), _read_score, console.line)
-    kept = (EXPERT_FILE, CARD_FILE, CURVE_FILE)
-    runs.write_all(folder, {file: (folder_of(folder, best) / file).read_bytes() for file in kept})
-    return card
 
 
 def _read_score(card: Mapping[str, Any]) -> Scored:

@@ -19,8 +19,7 @@ from codegen.ir import Float32
 from maviper.episodes.play import Controller
 from maviper.experts.cards import REWARD
 from maviper.experts.network import ACTOR, VALUE, NetworkExpert, shapes
-from maviper.experts.training.nets import Adam, Joint, Nets, Running, Stacked
-from maviper.experts.training.scaling import measure_scale
+from maviper.experts.training.nets import Adam, Joint, Nets, Running, Stacked, measure_scale
 from maviper.worlds import World
 
 # from joint observations to actions, [batch, n_agents], and the share of uniform ones that shall replace them

@@ -10,7 +10,7 @@ convention that it chooses lies beyond the one demanded, so that role 0 is right
 Claus and Boutilier (1998), with roles for actions; a larger team gets the mean over its pairs.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from inspect import signature
@@ -94,7 +94,12 @@ class Coordination(World):
         options |= {"payoff": payoff, "agree": agree}
         names = tuple(f"agent_{index}" for index in range(agents))
         self.spec = motionless(NAME, REFERENCE, names, 1, unusual(Coordination, options))
-        _check_options(options, self.name)
+        if rule not in RULES:
+            raise UnknownNameError("rule", rule, RULES, self.name)
+        if rule in PAIRS and conventions != 3:
+            raise InputError(f"{rule} has 3 conventions", self.name, "write conventions=3, or leave it out")
+        if rule in PAIRS and (payoff, agree) != (USUAL_PAYOFF, USUAL_AGREE):
+            raise InputError(f"{rule} has payoffs of its own", self.name, "leave payoff and agree out")
         self.teams = {AGENTS: names}
         self.kinds, self.signals, self.levels, self.rule = kinds, signals, levels, rule
         self.all_or_nothing, self.agree = payoff / 100, agree / 100
@@ -213,14 +218,3 @@ class Coordination(World):
 
         usual = {name: option.default for name, option in signature(Coordination).parameters.items()}
         return parallel_env(**{**usual, **self.spec.options})
-
-
-def _check_options(chosen: Mapping[str, Any], where: str) -> None:
-    """InputError or UnknownNameError where options do not go together."""
-    if chosen["rule"] not in RULES:
-        raise UnknownNameError("rule", chosen["rule"], RULES, where)
-    if chosen["rule"] in PAIRS:
-        if chosen["conventions"] != 3:
-            raise InputError(f"{chosen['rule']} has 3 conventions", where, "write conventions=3, or leave it out")
-        if (chosen["payoff"], chosen["agree"]) != (USUAL_PAYOFF, USUAL_AGREE):
-            raise InputError(f"{chosen['rule']} has payoffs of its own", where, "leave payoff and agree out")

@@ -164,21 +164,17 @@ def _choices(does: Sequence[ActionSpec] | Sequence[OutputSpec]) -> Discrete | Bo
 
 
 def _box(features: Sequence[FeatureSpec]) -> Box:
-    bounded = [
-        feature.meaning is not None and (feature.meaning.function != "" or not feature.meaning.terms)
-        for feature in features
-    ]
+    meanings = [feature.meaning for feature in features]
+    bounded = [each is not None and (each.function != "" or not each.terms) for each in meanings]
     low, high = np.array([(each.low, each.high) for each in features], dtype=np.float32).T
-    return Box(
-        np.where(bounded, low, np.float32(-np.inf)), np.where(bounded, high, np.float32(np.inf)), dtype=np.float32
-    )
+    free = np.float32(np.inf)
+    return Box(np.where(bounded, low, -free), np.where(bounded, high, free), dtype=np.float32)
 
 
 def _without_landmarks(features: Sequence[FeatureSpec], agents: Sequence[str]) -> tuple[FeatureSpec, ...]:
     """The features, without the meanings that speak of anything but agents."""
-    return tuple(
-        feature
-        if feature.meaning and all(name.rpartition(".")[0] in agents for _, name in feature.meaning.terms)
-        else replace(feature, meaning=None)
-        for feature in features
-    )
+    kept: list[FeatureSpec] = []
+    for feature in features:
+        told = {name.rpartition(".")[0] for _, name in feature.meaning.terms} if feature.meaning else set[str]()
+        kept.append(feature if told <= set(agents) else replace(feature, meaning=None))
+    return tuple(kept)

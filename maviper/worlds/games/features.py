@@ -97,7 +97,7 @@ def _velocity(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str],
 def _goal(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
     """Returns features that mark the goal, for agents that observe it: 1 for it, 0 for others; the last follows."""
     del mates
-    if not any(feature.meaning and _offset(feature.meaning, agent) == f"{GOAL}.x" for feature in features):
+    if f"{GOAL}.x" not in dict(_offsets(features, agent)):
         return []
     return [
         FeatureSpec(f"goal_is_{name}", "none", 0.0, 1.0, Meaning(((1, f"{GOAL}.x"), (-1, f"{name}.x")), "zero"))
@@ -110,9 +110,8 @@ def _differences(
 ) -> list[FeatureSpec]:
     """Differences between observed offsets along an axis: where one entity is, seen from another."""
     del mates, spec
-    seen = [(feature, _offset(feature.meaning, agent)) for feature in features if feature.meaning]
     differences: list[FeatureSpec] = []
-    for (a, of_a), (b, of_b) in combinations([(feature, name) for feature, name in seen if name], 2):
+    for (of_a, a), (of_b, b) in combinations(_offsets(features, agent), 2):
         if of_a[-2:] == of_b[-2:]:
             name = f"{of_a[:-2]}_{of_b[:-2]}_d{of_a[-1]}"
             meaning = Meaning(((1, of_a), (-1, of_b)))
@@ -126,15 +125,15 @@ def _signs(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], sp
     places = {f"{mate}.{axis}" for mate in mates for axis in "xy"}
     return [
         FeatureSpec(f"{feature.name}_sign", "sign", -1.0, 1.0, Meaning(feature.meaning.terms, "sign"))
-        for feature in features
-        if feature.meaning and _offset(feature.meaning, agent) in places
+        for offset, feature in _offsets(features, agent)
+        if feature.meaning and offset in places
     ]
 
 
 def _ahead(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
     """Sums and differences of both axes of an observed offset: their signs say which axis is ahead, and which way."""
     del mates, spec
-    places = {_offset(feature.meaning, agent): feature for feature in features if feature.meaning}
+    places = dict(_offsets(features, agent))
     return [
         each
         for place, x in places.items()
@@ -158,7 +157,7 @@ def _coasting(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str],
     """Observed offsets of what the agent may make for, as they will be once it has come to rest without a push: both
     axes, their sum and their difference. Team-mates' are left out.
     """
-    places = {_offset(feature.meaning, agent): feature for feature in features if feature.meaning}
+    places = dict(_offsets(features, agent))
     coasting: list[FeatureSpec] = []
     if not spec.damping:  # nothing ever comes to rest
         return coasting
@@ -172,7 +171,10 @@ def _coasting(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str],
 def _at_rest(offset: FeatureSpec, agent: str, axis: str, spec: WorldSpec) -> FeatureSpec:
     """An offset less the way that an agent still coasts, which takes dt / damping seconds at its present speed."""
     assert offset.meaning
-    weights = _binary(spec.dt / spec.damping)
+    time = spec.dt / spec.damping
+    # two weights of terms, whose sum comes near to the time from below
+    first = max((weight for weight in WEIGHTS if weight <= time), default=WEIGHTS[0])
+    weights = first, max((weight for weight in WEIGHTS if weight <= time - first), default=WEIGHTS[0])
     coasted = tuple((-weight, f"{agent}.v{axis}") for weight in weights)
     reach = top_speed(spec) * sum(weights)
     name = f"{offset.name.removesuffix(f'_d{axis}')}_rest_d{axis}"
@@ -181,19 +183,16 @@ def _at_rest(offset: FeatureSpec, agent: str, axis: str, spec: WorldSpec) -> Fea
     )
 
 
-def _binary(value: float) -> tuple[float, ...]:
-    """Two weights of terms, whose sum comes near to `value` from below."""
-    first = max((weight for weight in WEIGHTS if weight <= value), default=WEIGHTS[0])
-    return first, max((weight for weight in WEIGHTS if weight <= value - first), default=WEIGHTS[0])
-
-
-def _offset(meaning: Meaning, agent: str) -> str:
-    """The coordinate whose offset from the agent a feature is, or ""."""
-    match meaning:
-        case Meaning(((1, other), (-1, own_)), "") if own_ == f"{agent}{other[-2:]}":
-            return other
-        case _:
-            return ""
+def _offsets(features: Sequence[FeatureSpec], agent: str) -> list[tuple[str, FeatureSpec]]:
+    """The features that are offsets from the agent, each behind the coordinate whose offset it is."""
+    offsets: list[tuple[str, FeatureSpec]] = []
+    for feature in features:
+        match feature.meaning:
+            case Meaning(((1, other), (-1, own_)), "") if own_ == f"{agent}{other[-2:]}":
+                offsets.append((other, feature))
+            case _:
+                pass
+    return offsets
 
 
 GROUPS = {

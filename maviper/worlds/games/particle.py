@@ -16,7 +16,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from codegen.dynamics import MPE2, Motion
 from codegen.errors import InputError, UnknownNameError
@@ -87,21 +86,6 @@ def games(array: Float64) -> Float64:
     return array.transpose(2, 0, 1)
 
 
-def _draw_starts(
-    seeds: Sequence[int] | Int, bounds: tuple[tuple[float, float], ...], n_goals: int
-) -> tuple[Float64, NDArray[np.int64]]:
-    """Positions between the entities' bounds, in planes, and goals: one generator for each seed."""
-    of_each = np.array(bounds)
-    same = (of_each == of_each[0]).all()  # of numbers a generator draws the same as of arrays, in less time
-    low, high = bounds[0] if same else (of_each[:, :1], of_each[:, 1:])
-    position, goal = np.empty((len(seeds), len(bounds), 2)), np.zeros(len(seeds), dtype=np.int64)
-    for row, rng in enumerate(generators(seeds)):
-        if n_goals:
-            goal[row] = rng.integers(n_goals)
-        position[row] = rng.uniform(low, high, (len(bounds), 2))
-    return planes(position), goal
-
-
 class ParticleWorld(World):
     """A game of mpe2. Subclasses state `spec`, `teams`, `features`, `actions`, `measures`, rewards and values."""
 
@@ -118,10 +102,17 @@ class ParticleWorld(World):
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> WorldState:
         """The start states of the reference environment after `reset(seed=...)`, one for each seed."""
-        bounds = tuple(self._start_bounds(entity) for entity in self._entities)
-        position, goal = _draw_starts(seeds, bounds, len(self.spec.goals))
+        bounds = [self._start_bounds(entity) for entity in self._entities]
+        of_each, n_goals = np.array(bounds), len(self.spec.goals)
+        same = (of_each == of_each[0]).all()  # of numbers a generator draws the same as of arrays, in less time
+        low, high = bounds[0] if same else (of_each[:, :1], of_each[:, 1:])
+        position, goal = np.empty((len(seeds), len(bounds), 2)), np.zeros(len(seeds), dtype=np.int64)
+        for row, rng in enumerate(generators(seeds)):
+            if n_goals:
+                goal[row] = rng.integers(n_goals)
+            position[row] = rng.uniform(low, high, (len(bounds), 2))
         velocity = np.zeros((len(self.spec.agents), 2, len(seeds)))
-        return WorldState(games(position), games(velocity), goal)
+        return WorldState(games(planes(position)), games(velocity), goal)
 
     @property
     def _entities(self) -> tuple[EntitySpec, ...]:
@@ -134,14 +125,11 @@ class ParticleWorld(World):
 
     @cached_property
     def _quick(self) -> Motion:
-        return self._motion(quick=True)
+        return Motion(self.moving, self.actions, quick=True, velocity_first=self._forked)
 
     @cached_property
     def _exact(self) -> Motion:
-        return self._motion(quick=False)
-
-    def _motion(self, quick: bool) -> Motion:
-        return Motion(self.moving, self.actions, quick, velocity_first=self._forked)
+        return Motion(self.moving, self.actions, quick=False, velocity_first=self._forked)
 
     @property
     def moving(self) -> WorldSpec:
@@ -201,18 +189,13 @@ class ParticleWorld(World):
         motion = self._exact if exact else self._quick
         before = planes(state.position), planes(state.velocity)
         if self.continuous:
-            position, velocity = motion.step_pushed(*before, self._push_agents(actions))
+            left, right, down, up = np.moveaxis(actions[..., 1:], (2, 1), (0, 1))  # [n_agents, batch] each
+            pushed = np.stack([right - left, up - down], axis=1).astype(np.float64)  # float32 differences, as in mpe2
+            units = np.array([agent.force for agent in self.spec.agents])
+            position, velocity = motion.step_pushed(*before, pushed * units[:, None, None])
         else:
             position, velocity = motion.step(*before, actions)
         return WorldState(games(position), games(velocity), state.goal)
-
-    def _push_agents(self, numbers: Float32) -> Float64:
-        """The accelerations that numbers [batch, n_agents, 5] give, [n_agents, 2, batch]: of float32 differences, as
-        mpe2 takes them.
-        """
-        left, right, down, up = np.moveaxis(numbers[..., 1:], (2, 1), (0, 1))  # [n_agents, batch] each
-        units = np.array([agent.force for agent in self.spec.agents])
-        return np.stack([right - left, up - down], axis=1).astype(np.float64) * units[:, None, None]
 
     # --- observations
 
@@ -276,14 +259,11 @@ def covers_targets(near: Bool) -> Bool:
     if len(near) <= MAX_MATCHED:
         possible[rows] = has_matching(near[..., rows].transpose(2, 0, 1))
     else:
-        possible[rows] = [_covers_one(near[..., row]) for row in rows]
+        from scipy.optimize import linear_sum_assignment
+
+        games_near = (near[..., row] for row in rows)
+        possible[rows] = [one[linear_sum_assignment((~one).astype(np.float64))].all() for one in games_near]
     return possible
-
-
-def _covers_one(near: Bool) -> bool:
-    from scipy.optimize import linear_sum_assignment
-
-    return bool(near[linear_sum_assignment((~near).astype(np.float64))].all())
 
 
 # --- specs that games share

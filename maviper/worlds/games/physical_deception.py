@@ -90,11 +90,11 @@ class PhysicalDeception(ParticleWorld):
     def _anonymous(self, features: Sequence[FeatureSpec]) -> tuple[FeatureSpec, ...]:
         """Features of landmarks without a meaning: which landmark they show differs from episode to episode."""
         marks = {entity.name for entity in self.spec.landmarks}
-        known = [feature.meaning is None or not _names(feature) & marks for feature in features]
-        return tuple(
-            feature if plain else replace(feature, name=f"seen_{feature.name}", meaning=None)
-            for feature, plain in zip(features, known, strict=True)
-        )
+        shown: list[FeatureSpec] = []
+        for feature in features:
+            told = {name.split(".")[0] for _, name in feature.meaning.terms} if feature.meaning else set[str]()
+            shown.append(replace(feature, name=f"seen_{feature.name}", meaning=None) if told & marks else feature)
+        return tuple(shown)
 
     @cached_property
     def _observer(self) -> Observer:
@@ -170,8 +170,3 @@ def orders(x: Float64, agent: int) -> Int:
     bits = np.ascontiguousarray(x).view(np.uint64) * np.uint64(2 * agent + 1)
     bits = (bits ^ (bits >> np.uint64(31))) * np.uint64(0x9E3779B97F4A7C15)
     return np.argsort(bits ^ (bits >> np.uint64(29)), axis=0).T
-
-
-def _names(feature: FeatureSpec) -> set[str]:
-    """The entities that a feature's meaning speaks of."""
-    return {coordinate.split(".")[0] for _, coordinate in feature.meaning.terms} if feature.meaning else set()

@@ -89,20 +89,22 @@ class PredatorPrey(ParticleWorld):
     def _others(self, agent: str) -> list[str]:
         return [name for name in self.agents if name != agent]
 
-    def _observe_entities(self, agent: str, names: Sequence[str]) -> list[FeatureSpec]:
+    def _offsets(self, agent: str) -> list[FeatureSpec]:
+        """Where all obstacles and all other agents are."""
+        names = [entity.name for entity in self.spec.landmarks] + self._others(agent)
         return [feature for name in names for feature in relative(name, agent, self.spec)]
 
-    def _obstacles(self) -> list[str]:
-        return [entity.name for entity in self.spec.landmarks]
+    def _velocities_of_prey(self, agent: str) -> list[FeatureSpec]:
+        """How other prey move."""
+        others = [name for name in self.teams[PREY] if name != agent]
+        return [feature for name in others for feature in velocity(name, f"{name}_", top_speed(self.spec))]
 
     def _paper(self, agent: str) -> tuple[FeatureSpec, ...]:
         """Own position and velocity; signs of: relative positions, relative velocities (predators see those of prey
         only), the comparison of the opponents' positions, and of the own team's.
         """
         mine = own(agent, self.spec)
-        positions = [
-            _sign(feature) for feature in self._observe_entities(agent, self._obstacles() + self._others(agent))
-        ]
+        positions = [_sign(feature) for feature in self._offsets(agent)]
         watched = self._others(agent) if agent in self.teams[PREY] else list(self.teams[PREY])
         velocities = [
             _sign_feature(f"{other}_dv{axis}", (1, f"{other}.v{axis}"), (-1, f"{agent}.v{axis}"))
@@ -123,10 +125,7 @@ class PredatorPrey(ParticleWorld):
         comparison of the opponents, and, once for each opponent, that of the own team.
         """
         mine = own(agent, self.spec)
-        numbers = self._observe_entities(agent, self._obstacles() + self._others(agent))
-        for other in self.teams[PREY]:
-            if other != agent:
-                numbers += velocity(other, f"{other}_", top_speed(self.spec))
+        numbers = self._offsets(agent) + self._velocities_of_prey(agent)
         opponents, team = sorted(self.teams.values(), key=lambda members: agent in members)
         repeats = [("", opponents), *((f"_{count}", team) for count in range(len(opponents)))]
         for suffix, members in repeats:
@@ -139,11 +138,7 @@ class PredatorPrey(ParticleWorld):
     def _mpe2(self, agent: str) -> tuple[FeatureSpec, ...]:
         """Own velocity and position, relative positions, velocities of other prey."""
         mine = own(agent, self.spec)
-        seen = self._observe_entities(agent, self._obstacles() + self._others(agent))
-        for other in self.teams[PREY]:
-            if other != agent:
-                seen += velocity(other, f"{other}_", top_speed(self.spec))
-        return (*mine["velocity"], *mine["position"], *seen)
+        return (*mine["velocity"], *mine["position"], *self._offsets(agent), *self._velocities_of_prey(agent))
 
     # --- rewards and measures
 

@@ -54,10 +54,7 @@ def import_maker(source: Source) -> Callable[..., Any]:
 
 def _module(source: Source) -> ModuleType:
     try:
-        with (
-            output_aside(f"importing {source.module}"),
-            np.errstate(),
-        ):  # our output is for results; what np.seterr sets there is not ours
+        with output_aside(f"importing {source.module}"), np.errstate():  # what np.seterr sets there is not ours
             return importlib.import_module(source.module)
     except ModuleNotFoundError as error:
         if error.name is not None and f"{source.module}.".startswith(f"{error.name}."):

@@ -26,7 +26,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +34,7 @@ from codegen import ir
 from codegen.dynamics import motionless
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32
-from codegen.ir import CONSTANT, MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float64, OutputSpec, Sum, WorldSpec
+from codegen.ir import CONSTANT, ActionSpec, Bool, FeatureSpec, Float64, OutputSpec, Sum
 from codegen.profiles import check
 from codegen.sums import DOUBLE_SUMS
 from maviper.worlds.outside.making import import_maker, make_environment
@@ -78,7 +78,7 @@ from maviper.worlds.outside.sources import (
     table,
     teams_by_name,
 )
-from maviper.worlds.outside.spaces import fault_of, first_action, outputs_of, width
+from maviper.worlds.outside.spaces import Fault, fault_of, first_action, outputs_of, specs_of, width
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure, Outcome
 
@@ -122,7 +122,9 @@ class PettingZooWorld(OutsideWorld):
         alike = {} if given else teams_by_name(tuple(names))
         probe = self._probe(env, stated, len(alike) > 1)
         self.length_stated, self.length_known = stated is not None, stated is not None or bool(probe and probe.cut)
-        self.spec = _spec(self.source, names, stated or (probe.steps if probe and probe.cut else PROBE_STEPS))
+        steps = stated or (probe.steps if probe and probe.cut else PROBE_STEPS)
+        name = re.sub(r"[^A-Za-z0-9_-]+", "-", self.source.called)[-LONGEST_NAME:].lstrip("-_0123456789")
+        self.spec = motionless(name or "environment", self.source.reference, names, steps, self.source.options)
         self.teams = given or join_equals(alike, names, probe.rewards if probe else [])
         self.joined = not given and self.teams != alike
         self._told = read_told(env, self.source)
@@ -309,13 +311,6 @@ def user_world(text: str) -> PettingZooWorld:
 # --- what an environment must be
 
 
-class Fault(NamedTuple):
-    """Why an environment cannot be played, and what its author can do."""
-
-    what: str
-    next_step: str
-
-
 def faults(env: Any) -> Iterator[Fault]:
     """Lists the faults of the agents and spaces of a parallel environment."""
     agents = list(getattr(env, "possible_agents", []))
@@ -324,7 +319,7 @@ def faults(env: Any) -> Iterator[Fault]:
     if len({str(agent) for agent in agents}) < len(agents):
         yield Fault("agents: a name appears twice in possible_agents", "give each agent a name of its own")
     for agent in agents:
-        for kind, wrong in (("action", _action_fault), ("observation", _observation_fault)):
+        for kind, wrong in (("action", fault_of), ("observation", _observation_fault)):
             try:
                 flaw = wrong(space(env, kind, agent))
             except (Exception, SystemExit) as error:
@@ -338,17 +333,11 @@ def faults(env: Any) -> Iterator[Fault]:
             yield Fault("actions: some agents give numbers, others choose", "let all of them do the same")
 
 
-def _action_fault(space: Any) -> Fault | None:
-    wrong = fault_of(space)
-    return Fault(*wrong) if wrong else None
-
-
 def _observation_fault(space: Any) -> Fault | None:
     from gymnasium.spaces import Box
 
     if not isinstance(space, Box):
-        advice = "flatten it: the option wrap=flatten"
-        return Fault(f"the space is a {type(space).__name__}, not a Box", advice)
+        return Fault(f"the space is a {type(space).__name__}, not a Box", "flatten it: the option wrap=flatten")
     if len(space.shape) != 1 or space.shape[0] < 1:
         return Fault(f"the space has shape {space.shape}, not (n,)", "flatten it: the option wrap=flatten")
     if not np.issubdtype(space.dtype, np.floating):
@@ -357,11 +346,6 @@ def _observation_fault(space: Any) -> Fault | None:
 
 
 # --- what an environment says about itself
-
-
-def _spec(source: Source, agents: Sequence[str], steps: int) -> WorldSpec:
-    name = re.sub(r"[^A-Za-z0-9_-]+", "-", source.called)[-LONGEST_NAME:].lstrip("-_0123456789")
-    return motionless(name or "environment", source.reference, agents, steps, source.options)
 
 
 def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
@@ -373,8 +357,7 @@ def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
             what = f"the features of {agent} are not {box.shape[0]} FeatureSpecs, one for each number that it observes"
             raise InputError(what, source.text, "fix the environment's `features`, or leave this agent out of it")
         return features
-    bounds = zip(_within(box.low), _within(box.high), strict=True)
-    return tuple(FeatureSpec(f"feature_{k}", "none", low, high, None) for k, (low, high) in enumerate(bounds))
+    return tuple(specs_of([(f"feature_{k}", "none") for k in range(box.shape[0])], box))
 
 
 def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
@@ -384,7 +367,3 @@ def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
         what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
         raise InputError(what, source.text, 'name one for each action, "" where it is always legal')
     return tuple(ActionSpec(name, None, feature) for name, feature in zip(names, legal, strict=True))
-
-
-def _within(bounds: Any) -> list[float]:
-    return np.clip(np.asarray(bounds, dtype=np.float64), -MAX_LENGTH, MAX_LENGTH).tolist()

@@ -25,7 +25,7 @@ from codegen.ir import Bool, Float32, Float64
 from maviper.worlds.outside.processes import Copy, ensure_finite, single
 from maviper.worlds.outside.sources import Source, fault, output_aside
 from maviper.worlds.seeds import TRAINING
-from maviper.worlds.world import Outcome, World
+from maviper.worlds.world import World
 
 ADVICE = "use --critic none, or an expert with Q"
 
@@ -92,7 +92,7 @@ def ensure_copies(make: Callable[[], Copy], where: str) -> None:
         begun = walker.ask("reset", 0)
         twin = deepcopy(walker)
         stands = walker.lawful([0] * len(walker.names), begun)
-        same = _alike(walker.ask("step", stands), twin.ask("step", stands))
+        same = walker.ask("step", stands).bytes == twin.ask("step", stands).bytes
     except (InputError, TypeError, RecursionError, NotImplementedError, AttributeError, RuntimeError) as error:
         said = " ".join(str(error).split())[:120]
         raise InputError("Q cannot be measured: the environment cannot be copied", f"{where}: {said}", ADVICE) from None
@@ -100,13 +100,10 @@ def ensure_copies(make: Callable[[], Copy], where: str) -> None:
         raise InputError("Q cannot be measured: copies of the environment go on differently", where, ADVICE)
 
 
-def _alike(one: Outcome, other: Outcome) -> bool:
-    return one.bytes == other.bytes
-
-
 START_EPISODES = 4  # that are played at most before anything is asked: a probe, and a trial of copies
 PAST = -1  # the moment of a state that cannot be stepped: a part of one, or several joined
 MOMENTS = count()  # unlike in all worlds
+KNOWN = ("rewards", "done", "terminated", "acting", "told")  # of a batch of games, beside observations
 
 
 @dataclass(frozen=True)
@@ -129,21 +126,16 @@ class EnvStates:
     def __getitem__(self, rows: Any) -> EnvStates:
         observations = tuple(seen[rows] for seen in self.observations)
         pasts = None if self.pasts is None else self.pasts[rows]
-        others = self.done[rows], self.terminated[rows], self.acting[rows], self.told[rows]
-        return EnvStates(observations, self.rewards[rows], *others, pasts=pasts)
+        return EnvStates(observations, *(getattr(self, name)[rows] for name in KNOWN), pasts=pasts)
 
     @staticmethod
     def concatenate(states: Sequence[EnvStates]) -> EnvStates:
         """Several batches as one, in their order."""
         observations = zip(*(state.observations for state in states), strict=True)
-        parts = zip(
-            *((each.rewards, each.done, each.terminated, each.acting, each.told) for each in states), strict=True
-        )
-        rewards, done, terminated, acting, told = map(np.concatenate, parts)
+        others: Any = (np.concatenate([getattr(state, name) for state in states]) for name in KNOWN)
         known = [state.pasts for state in states if state.pasts is not None]
         pasts = np.concatenate(known) if len(known) == len(states) else None
-        others = done, terminated, acting, told
-        return EnvStates(tuple(map(np.concatenate, observations)), rewards, *others, pasts=pasts)
+        return EnvStates(tuple(map(np.concatenate, observations)), *others, pasts=pasts)
 
 
 class OutsideWorld(World):
@@ -207,9 +199,8 @@ class Together:
         while len(self._copies) < len(arguments):
             self._copies.append(Copy(self.make(), self.source))
             self._steps.append(self._copies[-1].env.step_alone)
-        with output_aside(
-            f"{self.source.text}: {verb}"
-        ):  # once for all of them: to enter and leave takes as long as a small game's step
+        # once for all of them: to enter and leave takes as long as a small game's step
+        with output_aside(f"{self.source.text}: {verb}"):
             self._last = self._start_games(arguments) if verb == "reset" else self._step_games(arguments)
         return self._last
 
@@ -230,7 +221,7 @@ class Together:
             for place in self._live:
                 shown, reward, ended, cut, _ = steps[place](actions[place][0])
                 if type(shown) is not np.ndarray or shown.dtype is not FLOAT32 or shown.shape != shape:
-                    shown = self._vector(shown, place, shape)
+                    shown = single(shown, self._copies[place].names[0], shape, self.source)
                 seen[place] = shown  # at once: copies may have one array between them
                 paid[place] = float(reward)
                 if ended or cut:
@@ -248,14 +239,6 @@ class Together:
             done[place], terminated[place] = True, ended
         self._live = [place for place in self._live if not done[place]]
         return replace(last, observations=(seen,), rewards=rewards, done=done, terminated=terminated, acting=~done)
-
-    def _vector(self, shown: Any, place: int, shape: tuple[int, ...]) -> Float32:
-        """An observation as float32; InputError for one of another shape."""
-        vector = single(shown)
-        if vector.shape != shape:
-            what = f"{self._copies[place].names[0]} observes an array of shape {vector.shape}, its space says {shape}"
-            raise InputError(what, self.source.text, "return what observation_space says")
-        return vector
 
     def close(self) -> None:
         """Ends all copies; the next reset starts fresh ones."""

@@ -97,8 +97,7 @@ class Copy:
         return self._outcome([], observations, {}, infos)
 
     def _step(self, actions: Sequence[Any]) -> Outcome:
-        live = self._live()
-        self.truncated = False
+        live, self.truncated = self._live(), False
         if not live:
             return self._outcome([], {}, {}, {})
         acted = zip(self.names, self._taking, actions, strict=True)
@@ -124,10 +123,7 @@ class Copy:
         live = self._live()
         for index, (name, size) in enumerate(zip(self.names, self._sizes, strict=True)):
             if name in observations and (name in acted or name in live):
-                self._seen[index] = seen = single(observations[name])
-                if seen.shape != (size,):
-                    mismatch = f"{name} observes an array of shape {seen.shape}, its space says ({size},)"
-                    raise InputError(mismatch, self.source.text, "return what observation_space says")
+                self._seen[index] = seen = single(observations[name], name, (size,), self.source)
                 if name in live and np.isnan(seen).any():
                     where = f"number {int(np.isnan(seen).argmax())}"
                     raise InputError(f"{name} observes NaN, {where}", self.source.text, "observe numbers")
@@ -162,12 +158,19 @@ def ensure_finite(gained: Any, source: Source) -> None:
         raise InputError(f"a reward is {wrong[0]}", source.text, "give finite rewards")
 
 
-def single(given: Any) -> Float32:
-    """An observation as float32, a copy; a double beyond the format rounds to infinity."""
+def single(given: Any, name: Any, shape: tuple[int, ...], source: Source) -> Float32:
+    """An agent's observation as float32, a copy; a double beyond the format rounds to infinity. InputError for one of
+    another shape.
+    """
     if type(given) is np.ndarray and given.dtype == np.float32:  # numpy's warnings need not be held back
-        return given.copy()
-    with np.errstate(over="ignore"):
-        return np.array(given, dtype=np.float32)
+        seen = given.copy()
+    else:
+        with np.errstate(over="ignore"):
+            seen = np.array(given, dtype=np.float32)
+    if seen.shape != shape:
+        what = f"{name} observes an array of shape {seen.shape}, its space says {shape}"
+        raise InputError(what, source.text, "return what observation_space says")
+    return seen
 
 
 def _mask(env: Any, name: Any, source: Source, size: int) -> Mask | None:

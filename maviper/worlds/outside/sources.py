@@ -68,33 +68,21 @@ def logging_output(folder: Path, say: Callable[[str, str], None]) -> Generator[N
     meanwhile; in a command also what their C code and child processes print. `say`: shows a label and a line, where
     there is something in it.
     """
+    global _log
     path = folder.absolute() / LOG_FILE
     with runs.folder_while_filled(folder):
-        before = _size(path)
+        before = path.stat().st_size if path.exists() else 0
+        os.environ[LOG] = str(path)
         try:
-            with _opened_log(path):
+            with cast("TextIO", open_log()), _descriptor_aside():
                 yield
         finally:
-            if _size(path) > before:
+            _log = None
+            del os.environ[LOG]
+            if path.exists() and path.stat().st_size > before:
                 say("output", f"of the environment: {folder / LOG_FILE}")
             elif not before:
                 path.unlink(missing_ok=True)
-
-
-def _size(path: Path) -> int:
-    return path.stat().st_size if path.exists() else 0
-
-
-@contextmanager
-def _opened_log(path: Path) -> Generator[None]:
-    global _log
-    os.environ[LOG] = str(path)
-    try:
-        with cast("TextIO", open_log()), _descriptor_aside():
-            yield
-    finally:
-        _log = None
-        del os.environ[LOG]
 
 
 @contextmanager
@@ -200,9 +188,8 @@ class Source:
     @property
     def text(self) -> str:
         """The whole, as the command line reads it; options in alphabetical order."""
-        return ",".join(
-            [f"{self.module}:{self.function}", *(f"{key}={value}" for key, value in sorted(self.options.items()))]
-        )
+        chosen = (f"{key}={value}" for key, value in sorted(self.options.items()))
+        return ",".join([f"{self.module}:{self.function}", *chosen])
 
 
 def is_named_by_user(name: str) -> bool:
@@ -373,12 +360,10 @@ def join_equals(
         alike = (group for group in groups if all(equal(a, b) for each in group for a in teams[each] for b in members))
         group = next(alike, None)
         if group is None:
-            groups.append([team])
-        else:
-            group.append(team)
-    names = [
-        group[0] if len(group) == 1 else "team" if len(groups) == 1 else f"team_{k}" for k, group in enumerate(groups)
-    ]
+            groups.append(group := [])
+        group.append(team)
+    joined = ["team"] if len(groups) == 1 else [f"team_{k}" for k in range(len(groups))]
+    names = [group[0] if len(group) == 1 else name for group, name in zip(groups, joined, strict=True)]
     members = [tuple(agent for team in group for agent in teams[team]) for group in groups]
     return dict(zip(legal_names(names, "team"), members, strict=True))
 
@@ -391,14 +376,11 @@ def read_teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str,
     members = [agent for team in given.values() for agent in team]
     if sorted(map(str, members)) != sorted(map(str, called)) or not all(given.values()):
         places = f"{source.text}: teams: {', '.join(map(str, members))}; agents: {', '.join(map(str, called))}"
-        raise InputError(
-            "the environment's teams do not match its agents", places, "put every agent into exactly one team"
-        )
+        advice = "put every agent into exactly one team"
+        raise InputError("the environment's teams do not match its agents", places, advice)
     names = legal_names([str(team) for team in given], "team")
-    return {
-        name: tuple(legal for agent, legal in called.items() if agent in team)
-        for name, team in zip(names, given.values(), strict=True)
-    }
+    members = [tuple(legal for agent, legal in called.items() if agent in team) for team in given.values()]
+    return dict(zip(names, members, strict=True))
 
 
 def is_mapping(given: object) -> TypeGuard[Mapping[Any, Any]]:

@@ -37,23 +37,14 @@ class Described(NamedTuple):
 
 FLAG = "0 or 1"
 LANDER: Mapping[str, str] = {
-    "x": "none",
-    "y": "none",
-    "velocity_x": "none",
-    "velocity_y": "none",
+    **dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), "none"),
     "angle": "rad",
     "angular_velocity": "none",
-    "left_leg_contact": FLAG,
-    "right_leg_contact": FLAG,
+    **dict.fromkeys(("left_leg_contact", "right_leg_contact"), FLAG),
 }
 DESCRIBED: Mapping[str, Described] = {
     "CartPole": Described(
-        {
-            "cart_position": "m",
-            "cart_velocity": "m/s",
-            "pole_angle": "rad",
-            "pole_angular_velocity": "rad/s",
-        },
+        {"cart_position": "m", "cart_velocity": "m/s", "pole_angle": "rad", "pole_angular_velocity": "rad/s"},
         ("push_left", "push_right"),
     ),
     "MountainCar": Described(
@@ -61,12 +52,8 @@ DESCRIBED: Mapping[str, Described] = {
     ),
     "Acrobot": Described(
         {
-            "cos_angle_1": "none",
-            "sin_angle_1": "none",
-            "cos_angle_2": "none",
-            "sin_angle_2": "none",
-            "angular_velocity_1": "rad/s",
-            "angular_velocity_2": "rad/s",
+            **dict.fromkeys(("cos_angle_1", "sin_angle_1", "cos_angle_2", "sin_angle_2"), "none"),
+            **dict.fromkeys(("angular_velocity_1", "angular_velocity_2"), "rad/s"),
         },
         ("torque_minus", "no_torque", "torque_plus"),
     ),
@@ -135,23 +122,12 @@ def unreadable(space: spaces.Space) -> str:
 
 def ensure_small(space: spaces.Space, where: str) -> None:
     """InputError for a space of more numbers than a tree can be learned from."""
-    size = _size(space)
+    from gymnasium.spaces import flatdim
+
+    size = flatdim(space)
     if not 1 <= size <= MAX_FEATURES:
-        wrapper = "reduce it: gymnasium.wrappers.TransformObservation"
-        raise InputError(
-            f"an observation has {size:,} numbers, of at most {MAX_FEATURES:,}", where, f"{wrapper}; {OWN}"
-        )
-
-
-def _size(space: spaces.Space) -> int:
-    """Counts the numbers of a flattened space; nothing of that size is made."""
-    from gymnasium.spaces import Dict, Discrete, MultiDiscrete, Tuple
-
-    if isinstance(space, Dict | Tuple):
-        return sum(map(_size, space.spaces.values() if isinstance(space, Dict) else space.spaces))
-    if isinstance(space, Discrete):
-        return int(space.n)
-    return int(space.nvec.sum(dtype=object)) if isinstance(space, MultiDiscrete) else math.prod(space.shape or ())
+        advice = f"reduce it: gymnasium.wrappers.TransformObservation; {OWN}"
+        raise InputError(f"an observation has {size:,} numbers, of at most {MAX_FEATURES:,}", where, advice)
 
 
 def vector_space(space: spaces.Space) -> spaces.Box:
@@ -168,11 +144,9 @@ def vector(space: spaces.Space, seen: Any) -> Any:
     """An observation as a vector, [n_features]."""
     from gymnasium.spaces import Box, MultiBinary, flatten
 
-    return seen if isinstance(space, Box | MultiBinary) and _is_row(seen) else flatten(space, seen)
-
-
-def _is_row(seen: object) -> bool:
-    return isinstance(seen, np.ndarray) and seen.ndim == 1
+    given: object = seen
+    row = isinstance(space, Box | MultiBinary) and isinstance(given, np.ndarray) and given.ndim == 1
+    return seen if row else flatten(space, seen)
 
 
 def specs_of(names: Iterable[Named], box: spaces.Box) -> list[FeatureSpec]:
@@ -200,22 +174,19 @@ def _iterate_names(space: spaces.Space, under: str) -> Iterator[Named]:
             yield from _iterate_names(part, f"{under}_{name}" if under else name)
         return
     if isinstance(space, Discrete):
-        yield from ((f"{_before(under)}is_{spell_number(space.start + k)}", FLAG) for k in range(int(space.n)))
+        before = f"{under}_" if under else ""
+        yield from ((f"{before}is_{spell_number(space.start + k)}", FLAG) for k in range(int(space.n)))
         return
     places = product(*map(range, space.shape or ()))
     if isinstance(space, MultiDiscrete):  # one number per value of each part, side by side
         sizes, starts = np.ravel(space.nvec), np.ravel(space.start)
         for place, size, first in zip(places, sizes, starts, strict=True):
-            where = _before("_".join(filter(None, (under, *map(str, place)))))
-            yield from ((f"{where}is_{spell_number(int(first) + k)}", FLAG) for k in range(int(size)))
+            where = "_".join(filter(None, (under, *map(str, place), "is")))
+            yield from ((f"{where}_{spell_number(int(first) + k)}", FLAG) for k in range(int(size)))
         return
     kind, unit = ("feature", "none") if isinstance(space, Box) else ("bit", FLAG)
     single = bool(under) and int(np.prod(space.shape or ())) == 1
     yield from (("_".join([under or kind, *map(str, () if single else place)]), unit) for place in places)
-
-
-def _before(under: str) -> str:
-    return f"{under}_" if under else ""
 
 
 def spell_number(number: int) -> str:
@@ -235,18 +206,26 @@ def width(choices: spaces.Space) -> int:
     return int(np.prod(choices.shape)) if isinstance(choices, Box) else 0
 
 
-def fault_of(choices: spaces.Space) -> tuple[str, str] | None:
-    """Why no tree can act in a space, and what its author can do; None where one can."""
+class Fault(NamedTuple):
+    """Why an environment cannot be played, and what its author can do."""
+
+    what: str
+    next_step: str
+
+
+def fault_of(choices: spaces.Space) -> Fault | None:
+    """Why no tree can act in a space; None where one can."""
     from gymnasium.spaces import Box, Discrete
 
     if isinstance(choices, Box):
         if not 1 <= width(choices) <= MAX_OUTPUTS:
-            return f"the space has {width(choices):,} numbers, of 1 to {MAX_OUTPUTS}", GIVING
+            return Fault(f"the space has {width(choices):,} numbers, of 1 to {MAX_OUTPUTS}", GIVING)
         ends = np.concatenate([np.ravel(choices.low), np.ravel(choices.high)]).astype(np.float64)
         if not np.issubdtype(choices.dtype, np.floating) or not (np.abs(ends) <= MAX_LENGTH).all():
-            return f"the space is a Box of {choices.dtype} without finite bounds, or not of floats", GIVING
+            return Fault(f"the space is a Box of {choices.dtype} without finite bounds, or not of floats", GIVING)
         return None
-    return None if isinstance(choices, Discrete) else (f"the space is a {type(choices).__name__}, not Discrete", GIVING)
+    said = f"the space is a {type(choices).__name__}, not Discrete"
+    return None if isinstance(choices, Discrete) else Fault(said, GIVING)
 
 
 def first_action(choices: spaces.Space) -> int:

@@ -100,9 +100,8 @@ class VmasWorld(OutsideWorld):
             env = vmas.make_env(scenario, num_envs=n_games, **settings, **given)
         unused = [str(each.message) for each in said if "passed but not used" in str(each.message)]
         if unused:
-            raise InputError(
-                "the scenario has no such option", f"{self.source.text}: {unused[0][:120]}", "leave it out"
-            )
+            where = f"{self.source.text}: {unused[0][:120]}"
+            raise InputError("the scenario has no such option", where, "leave it out")
         return env
 
     @contextmanager
@@ -133,7 +132,9 @@ class VmasWorld(OutsideWorld):
         box = Box(choices.low, choices.high, dtype=np.float32)  # VMAS's own is one of the old package gym
         wrong = fault_of(box)
         if wrong:
-            raise InputError(f"{agent.name}: {wrong[0]}", self.source.text, "choose another scenario, or other options")
+            raise InputError(
+                f"{agent.name}: {wrong.what}", self.source.text, "choose another scenario, or other options"
+            )
         ends = bounds_of(box)
         pushed = type(agent.dynamics).__name__ == "Holonomic" and len(ends) == len(FORCES)
         names = FORCES if pushed else [f"output_{k}" for k in range(len(ends))]

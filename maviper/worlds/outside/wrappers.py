@@ -14,11 +14,11 @@ import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
-from gymnasium.spaces import Box, Space
+from gymnasium.spaces import Box, Discrete, MultiBinary, Space
 from gymnasium.vector import VectorEnv, VectorWrapper
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils.conversions import aec_to_parallel_wrapper, turn_based_aec_to_parallel_wrapper
@@ -57,9 +57,6 @@ from maviper.worlds.outside.spaces import (
     width,
 )
 
-if TYPE_CHECKING:
-    from gymnasium import spaces
-
 BATCHING = ("num_envs", "vectorization_mode", "vector_kwargs")  # of gymnasium.make_vec, not of a game
 
 
@@ -89,8 +86,6 @@ def find_registered(name: str) -> Callable[..., gymnasium.Env]:
         raise InputError("not a Gymnasium id", f"gymnasium:{name}", "write it as in gymnasium:CartPole-v1")
 
     def make(**options: int | str) -> gymnasium.Env:
-        import gymnasium
-
         given = {key: value_of(value) for key, value in options.items()}
         _ensure_version(name)
         try:
@@ -132,8 +127,7 @@ def _make_name_error(name: str, error: Exception) -> InputError | MissingToolErr
             advice = f"pip install {package}, then write gymnasium:{module}:{name}"
             return InputError("the environment belongs to another package", where, advice)
     if isinstance(error, errors.UnregisteredEnv):
-        known = _list_ids()
-        near = get_close_matches(name, known, n=1)
+        near = get_close_matches(name, [each for each in gymnasium.registry if "/" not in each], n=1)
         advice = (
             f"did you mean {near[0]}?"
             if near
@@ -141,12 +135,6 @@ def _make_name_error(name: str, error: Exception) -> InputError | MissingToolErr
         )
         return InputError(said, where, advice)
     return InputError(said, where, "install what it names, or name another version")
-
-
-def _list_ids() -> list[str]:
-    import gymnasium
-
-    return [name for name in gymnasium.registry if "/" not in name]
 
 
 class SingleAgent(ParallelEnv[str, Any, Any]):
@@ -170,7 +158,8 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         limit = getattr(env.spec, "max_episode_steps", None)
         self.max_cycles = limit if limit is None or limit > 0 else None
         self.alone = getattr(env.unwrapped, "alone", None)
-        called = _find_description(env)
+        entry = str(getattr(env.spec, "entry_point", ""))
+        called = DESCRIBED.get(str(getattr(env.spec, "name", ""))) if entry.startswith("gymnasium.envs.") else None
         choices = getattr(self._choices, "n", 0)
         self.action_names = {AGENT: called.actions} if called and len(called.actions) == choices else {}
         self.outputs: dict[str, list[OutputSpec]] = {}
@@ -179,19 +168,25 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
             self.outputs = {AGENT: [OutputSpec(name, unit, low, high) for (name, unit), (low, high) in named]}
         self.features: dict[str, list[FeatureSpec]] = {}
         self.described = tuple(called.features.items()) if called else ()  # names and units, where as many are seen
+        own = env.observation_space
         if as_it_is:
-            self._seen: spaces.Space = env.observation_space
+            self._seen: Space = own
             return
-        self._plain = type(env.observation_space).__name__ in ("Box", "MultiBinary")  # vectors are what `vector` leaves
-        flat = self._seen = _vector_space(env.observation_space, text)
+        self._plain = type(own).__name__ in ("Box", "MultiBinary")  # vectors are what `vector` leaves
+        if not isinstance(own, Box | Discrete | MultiBinary):
+            what = f"the environment's observations are a {type(own).__name__}; trees read numbers in a row"
+            ways = f"{text},wrap=numbers, or wrap=flatten for one number per value (gymnasium's FlattenObservation)"
+            raise InputError(what, text, f"write {ways}; or {OWN}")
+        ensure_small(own, text)
+        flat = self._seen = vector_space(own)
         names = called.features.items() if called and len(called.features) == flat.shape[0] else ()
-        self.features = {AGENT: specs_of(names or names_of(env.observation_space), flat)}
+        self.features = {AGENT: specs_of(names or names_of(own), flat)}
 
-    def observation_space(self, agent: str) -> spaces.Space:
+    def observation_space(self, agent: str) -> Space:
         """The flattened space, [n_features], or the environment's own."""
         return self._seen
 
-    def action_space(self, agent: str) -> spaces.Space:
+    def action_space(self, agent: str) -> Space:
         """Returns the environment's own action space."""
         return self._choices
 
@@ -243,7 +238,6 @@ def _quick(env: gymnasium.Env) -> tuple[Callable[[Any], tuple[Any, Any, Any, Any
     and most environments ask their space whether there is such an action. In a small game that takes as long as the
     step. Here games are reset first, steps are counted anyway, and the space's own answers are remembered.
     """
-    from gymnasium.spaces import Discrete
     from gymnasium.wrappers import OrderEnforcing, TimeLimit
 
     space = env.unwrapped.action_space
@@ -256,16 +250,8 @@ def _quick(env: gymnasium.Env) -> tuple[Callable[[Any], tuple[Any, Any, Any, Any
     return env.step, None
 
 
-def _find_description(env: gymnasium.Env) -> Any:
-    """The words for one of Gymnasium's own environments, or None."""
-    entry = str(getattr(env.spec, "entry_point", ""))
-    return DESCRIBED.get(str(getattr(env.spec, "name", ""))) if entry.startswith("gymnasium.envs.") else None
-
-
-def _ensure_numbered(space: spaces.Space, text: str) -> spaces.Space:
+def _ensure_numbered(space: Space, text: str) -> Space:
     """The space itself; InputError where its actions are neither numbered nor bounded numbers."""
-    from gymnasium.spaces import Box, Discrete
-
     if isinstance(space, Discrete | Box):
         return space
     if type(space).__module__.partition(".")[0] == "gym":
@@ -273,18 +259,6 @@ def _ensure_numbered(space: spaces.Space, text: str) -> spaces.Space:
         raise InputError("the environment has spaces of the old package gym", text, advice)
     what = f"the environment has actions in a {type(space).__name__}; trees choose among numbered ones"
     raise InputError(what, text, f"{NUMBERED}; {OWN}")
-
-
-def _vector_space(space: spaces.Space, text: str) -> spaces.Box:
-    """The space of flattened observations, float32."""
-    from gymnasium.spaces import Box, Discrete, MultiBinary
-
-    if not isinstance(space, Box | Discrete | MultiBinary):
-        what = f"the environment's observations are a {type(space).__name__}; trees read numbers in a row"
-        ways = f"{text},wrap=numbers, or wrap=flatten for one number per value (gymnasium's FlattenObservation)"
-        raise InputError(what, text, f"write {ways}; or {OWN}")
-    ensure_small(space, text)
-    return vector_space(space)
 
 
 PARALLEL, TURNS, FLATTEN, NUMBERS, MASKS, RIVALS = "parallel", "turns", "flatten", "numbers", "masks", "rivals"
@@ -370,14 +344,10 @@ def in_parallel(env: AECEnv, wrappers: Sequence[str], source: Source) -> Paralle
     what = "the environment is an AEC one, in which agents take turns"
     if PARALLEL in wrappers:
         what += ", and it does not say that they may act at once (is_parallelizable)"
-    raise InputError(what, source.text, f"write {_with(source, way)} (pettingzoo's {by})")
-
-
-def _with(source: Source, way: str) -> str:
-    """The text that asks for the environment, its agents acting in that way."""
     asked = {part for part in parse_wrappers(source.options.get(WRAP, "")) if part not in (PARALLEL, TURNS)}
     options = {**source.options, WRAP: SEPARATOR.join([way, *sorted(asked)])}
-    return Source(source.module, source.function, options).text
+    named = Source(source.module, source.function, options).text
+    raise InputError(what, source.text, f"write {named} (pettingzoo's {by})")
 
 
 class Turns(turn_based_aec_to_parallel_wrapper):  # type: ignore[misc]
@@ -429,7 +399,10 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         flags = legal[len(names) :] if masked else ()
         self.legal[agent] = flags or read_legal_features(self.env, agent, self.source)
         self._spaces[agent], self._legal[agent] = inner, (len(actions) if masked else 0)
-        self._boxes[agent] = _widen_box(box, self._legal[agent])
+        low, high = (
+            np.pad(end, (0, self._legal[agent]), constant_values=flag) for end, flag in ((box.low, 0), (box.high, 1))
+        )
+        self._boxes[agent] = Box(low, high, dtype=np.float32)
         self.action_names[agent] = actions
         self.features[agent] = self._own(agent, box, names) + [
             FeatureSpec(name, FLAG, 0.0, 1.0, None) for name in flags
@@ -517,9 +490,3 @@ class Flattened(ParallelEnv[Any, Any, Any]):
     def close(self) -> None:
         """Closes the environment."""
         self.env.close()
-
-
-def _widen_box(box: Box, n_flags: int) -> Box:
-    ends = np.zeros(n_flags, np.float32), np.ones(n_flags, np.float32)
-    low, high = (np.concatenate([end, flags]) for end, flags in zip((box.low, box.high), ends, strict=True))
-    return Box(low, high, dtype=np.float32)

@@ -8,8 +8,7 @@ Does not: decide verdicts, or print.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,10 +29,6 @@ from verify.systems.statement import Statement
 WORLD_FILE = "world.toml"  # beside certificates and counterexamples
 
 
-def _untold(done: int, most: int) -> None:
-    """Nobody listens."""
-
-
 def leave_stated(profile: PolicyProfile, statement: Statement) -> PolicyProfile:
     """The profile without agents that a system does not state; as it is if that is all of them."""
     kept = tuple(policy for policy in profile.agents if policy.agent in statement.system.features)
@@ -52,12 +47,9 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
             what = f"{unknown.what}: the profile has it, and the world file does not"
             made = f"an imported tree is one of them by `maviper import --agents {next(iter(actions))}=FILE`"
             raise InputError(what, unknown.where, f"{unknown.next_step}; {made}")
+        observed = [feature.name for feature in policy.features if feature.initial is None]
         for kind, names, known in (
-            (
-                "feature",
-                [f.name for f in policy.features if f.initial is None],
-                statement.system.features[policy.agent],
-            ),
+            ("feature", observed, statement.system.features[policy.agent]),
             ("action", [each.name for each in policy.actions if not each.acts], actions[policy.agent]),
             ("output", [each.name for each in policy.outputs], outputs[policy.agent]),
         ):
@@ -96,7 +88,7 @@ def ensure_accepted(
     statement: Statement,
     profile: PolicyProfile,
     watch: Watch | None = None,
-    told: Callable[[int, int], None] = _untold,
+    told: Callable[[int, int], None] = lambda done, most: None,
 ) -> int:
     """Checks a certificate that was read; its branches or boxes. `watch` is told of the boxes that its proof speaks of,
     or of the sets, where it is a proof by such; `told` of how far the pieces are shown.
@@ -105,16 +97,9 @@ def ensure_accepted(
     """
     ensure_plays(profile, statement)
     statement, profile = as_played(statement, profile)
-    with _refusing(path):
+    try:
         ensure_enclosed(statement, told)
         return accept(certificate, profile, statement.system, watch)
-
-
-@contextmanager
-def _refusing(path: Path) -> Generator[None]:
-    """Has a rejection name the file."""
-    try:
-        yield
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("the certificate is refused", f"{path}: {escape_text(error)}", advice) from None

@@ -161,9 +161,8 @@ def _locate_variables(statement: Statement) -> dict[str, tuple[int, int]]:
     hidden = [each.name for each in statement.system.variables if each.name not in places]
     if hidden:
         what = f"nothing shows {', '.join(hidden)} of the reference"
-        raise InputError(
-            what, statement.system.reference, 'write state = "..." for an attribute that holds the variables in order'
-        )
+        advice = 'write state = "..." for an attribute that holds the variables in order'
+        raise InputError(what, statement.system.reference, advice)
     return places
 
 
@@ -256,7 +255,26 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     reference, moving = Reference(statement), Moving(statement)
     so_far = Deviation(placed=reference.placeable)
     with reference.keep_quiet():
-        _play(reference, moving, [RuleColumns(rule) for rule in statement.rules], so_far, steps)
+        rules = [RuleColumns(rule) for rule in statement.rules]
+        rng, done, met = np.random.default_rng(SEED), 0, list[_Step]()
+        while done < steps:
+            tell(done, steps, "steps of the reference compared")
+            reference.reset(int(cast("Any", rng.integers(2**31))))
+            if reference.placeable and rng.random() < PLACED:
+                reference.place({name: rng.uniform(low, high) for name, (low, high) in moving.ranges.items()})
+            before = reference.state()
+            while reference.playing and done < steps:
+                actions = {agent: names[rng.integers(len(names))] for agent, names in reference.actions.items()}
+                reference.step(actions)
+                after = reference.state()
+                met.append(_Step(before, actions, after))
+                done += 1
+                if not moving.within(after):
+                    break
+                before = after
+            if len(met) >= AT_ONCE or done == steps:
+                _compare(moving, rules, so_far, met)
+                met = []
     if not so_far.steps:
         began = f"{so_far.outside} steps of {statement.system.reference} began"
         what = f"nothing was measured: {began} where nothing is stated"
@@ -270,29 +288,6 @@ class _Step(NamedTuple):
     before: Floats
     actions: Mapping[str, str]
     after: Floats
-
-
-def _play(reference: Reference, moving: Moving, rules: Sequence[RuleColumns], so_far: Deviation, steps: int) -> None:
-    """Plays so many steps, each compared."""
-    rng, done, met = np.random.default_rng(SEED), 0, list[_Step]()
-    while done < steps:
-        tell(done, steps, "steps of the reference compared")
-        reference.reset(int(cast("Any", rng.integers(2**31))))
-        if reference.placeable and rng.random() < PLACED:
-            reference.place({name: rng.uniform(low, high) for name, (low, high) in moving.ranges.items()})
-        before = reference.state()
-        while reference.playing and done < steps:
-            actions = {agent: names[rng.integers(len(names))] for agent, names in reference.actions.items()}
-            reference.step(actions)
-            after = reference.state()
-            met.append(_Step(before, actions, after))
-            done += 1
-            if not moving.within(after):
-                break
-            before = after
-        if len(met) >= AT_ONCE or done == steps:
-            _compare(moving, rules, so_far, met)
-            met = []
 
 
 def _compare(moving: Moving, rules: Sequence[RuleColumns], so_far: Deviation, met: Sequence[_Step]) -> None:

@@ -9,9 +9,8 @@ An episode ends where the statement ends: after its steps, or where the state le
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,12 +29,8 @@ if TYPE_CHECKING:
     from verify.systems.statement import Statement
 
 
-def maker_of(path: str) -> Callable[[], StatedEnv]:
-    """Returns the maker of the environment of a file."""
-    return partial(_make_environment, path)
-
-
-def _make_environment(path: str) -> StatedEnv:
+def make_environment(path: str) -> StatedEnv:
+    """The environment of a file. InputError where it states no motion, or agents that give numbers."""
     statement = read(path)
     if not statement.moves:
         raise InputError("the file does not say how the state moves", path, "add [dynamics.next]")
@@ -64,11 +59,13 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         for agent in statement.agents:
             self.teams[agent.team] = (*self.teams.get(agent.team, ()), agent.name)
         self.action_names = {agent.name: tuple(agent.actions) for agent in statement.agents}
-        self.features = {name: _specs(statement, name) for name in self.possible_agents}
-        ends = {
-            name: np.array([(each.low, each.high) for each in of], np.float32) for name, of in self.features.items()
-        }
-        self._boxes = {name: Box(limits[:, 0], limits[:, 1]) for name, limits in ends.items()}
+        self.features: dict[str, list[FeatureSpec]] = {}
+        self._boxes: dict[str, Box] = {}
+        for name in self.possible_agents:
+            stated = statement.system.features[name].items()
+            self.features[name] = [_spec(called, feature, statement) for called, feature in stated]
+            ends = np.array([(each.low, each.high) for each in self.features[name]], np.float32)
+            self._boxes[name] = Box(ends[:, 0], ends[:, 1])
         self._choices = {name: Discrete(len(names)) for name, names in self.action_names.items()}
         self._rng = np.random.default_rng()
         self._steps = 0
@@ -145,11 +142,6 @@ def _of(feature: Feature, state: Floats, exact: Mapping[str, Fraction]) -> np.fl
             return np.float32(state[name])  # the same in less time
         case _:
             return nearest_single(measure_feature(feature, exact))
-
-
-def _specs(statement: Statement, agent: str) -> list[FeatureSpec]:
-    features = statement.system.features[agent]
-    return [_spec(name, feature, statement) for name, feature in features.items()]
 
 
 def _spec(name: str, feature: Feature, statement: Statement) -> FeatureSpec:

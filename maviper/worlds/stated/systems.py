@@ -157,9 +157,7 @@ class MovingRule:
         """Returns True if a state lies in its box and meets its conditions."""
         if not all(low <= state[name] <= high for name, low, high in self.where):
             return False
-        return not self.when or self._meets({name: Fraction(number) for name, number in state.items()})
-
-    def _meets(self, exact: Mapping[str, Fraction]) -> bool:
+        exact = {name: Fraction(number) for name, number in state.items()} if self.when else {}
         return all(half.holds(exact) for half in self.when)
 
     def move_state(self, state: Mapping[str, float], actions: Mapping[str, str]) -> Floats:

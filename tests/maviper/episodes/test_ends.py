@@ -358,14 +358,14 @@ def trainer_of(name, text, **more):
 
 def critic_of(text, **more):
     """The fit of a critic to random actors."""
-    from maviper.experts.training import critic
+    from maviper.experts.training import off_policy
     from maviper.experts.training.nets import Joint, Nets
 
     world = world_of(text)
     joint, generator = Joint(world, "cpu"), __import__("torch").Generator().manual_seed(0)
     actor = Nets((joint.widest, 8, 8, joint.n_actions), joint.widths, generator, "cpu")
-    settings = critic.Settings(**{"steps": 120, "games": 1, "updates": 2, "batch": 32, "hidden": 16, **more})
-    return critic.Fit(world, joint.export_actors(actor), settings, "cpu")
+    settings = off_policy.CriticSettings(**{"steps": 120, "games": 1, "updates": 2, "batch": 32, "hidden": 16, **more})
+    return off_policy.CriticFit(world, joint.export_actors(actor), settings, "cpu")
 
 
 def trained(trainer):

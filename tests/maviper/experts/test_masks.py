@@ -84,12 +84,12 @@ def test_what_is_paid_while_an_agent_waits_counts_for_its_move_before(tictactoe)
 
 @pytest.mark.train
 def test_the_critic_is_asked_of_legal_actions_and_plays_no_longer_than_the_training(tictactoe, tmp_path, monkeypatch):
-    from maviper.experts.training import critic, train
+    from maviper.experts.training import off_policy, train
 
     monkeypatch.setattr(train, "FINAL_EPISODES", 20)
     monkeypatch.setattr(train, "CHECKPOINT_EPISODES", 20)
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 8)
-    monkeypatch.setattr(critic, "USUAL", 10 * critic.Settings.updates)
+    monkeypatch.setattr(off_policy, "USUAL_STEPS", 10 * off_policy.CriticSettings.updates)
     drawn = []
     monkeypatch.setattr(type(tictactoe), "draw_actions", lambda *given: drawn.append(1) or World.draw_actions(*given))
     card = train.train(tictactoe, tmp_path, Request(overrides={**SMALL, "checkpoint_steps": 288}))

@@ -6,7 +6,7 @@ import pytest
 from maviper.experts import cards, network
 from maviper.experts.cards import Request
 from maviper.experts.expert import AS_GIVEN
-from maviper.experts.training.scaling import LEAST_POINTS, LEAST_SHARE, Scale, measure_scale
+from maviper.experts.training.nets import LEAST_POINTS, LEAST_SHARE, Scale, measure_scale
 from maviper.worlds import find
 
 NAMES = ("physical-deception", "predator-prey,observation=mpe2")
@@ -52,7 +52,7 @@ def test_what_does_not_change_is_moved_and_what_hardly_changes_is_hardly_stretch
     wide = sum(len(each) for each in world.features)
     points = np.zeros((5_000, wide))
     points[:, 0], points[0, 1], points[:, 2] = 3.0, 5.0, np.arange(5_000) % 2
-    monkeypatch.setattr("maviper.experts.training.scaling._play_at_random", lambda *given: [points])
+    monkeypatch.setattr("maviper.experts.training.nets._play_at_random", lambda *given: [points])
     scale = measure_scale(world, 8, 0, False)
     assert scale.mean[0] == 3.0 and scale.deviation[0] == LEAST_SHARE * 3.0
     assert scale.deviation[1] == 0.5 and scale.deviation[2] == 0.5 == scale.mean[2]
@@ -102,11 +102,12 @@ def test_stored_networks_say_of_plain_observations_what_is_trained_on_scaled_one
 
 @pytest.mark.train
 def test_a_critic_is_fitted_to_actors_that_are_stored_for_plain_observations():
-    from maviper.experts.training.critic import Fit, Settings
+    from maviper.experts.training.off_policy import CriticFit, CriticSettings
 
     expert, world = network.load("physical-deception")
     actors = {name: tensor for name, tensor in expert.tensors.items() if ".actor." in name}
-    plain, scaled = (Fit(world, actors, Settings(games=128, steps=3_200, scaled=each), "cpu") for each in (0, 1))
+    settings = [CriticSettings(games=128, steps=3_200, scaled=each) for each in (0, 1)]
+    plain, scaled = (CriticFit(world, actors, each, "cpu") for each in settings)
     seen = plain.joint.tensor(world.observe(world.start(500, np.random.default_rng(0))))
     assert scaled.joint.scale is not None and (plain._greedy(seen) == scaled._greedy(seen)).all()
 

@@ -32,14 +32,14 @@ def quick(request, monkeypatch):
     """Fewer episodes a judgement, a short fit of the critic."""
     if not request.node.get_closest_marker("train"):
         return
-    from maviper.experts.training import critic
+    from maviper.experts.training import off_policy
     from maviper.experts.training import train as training
 
     monkeypatch.setattr(training, "CHECKPOINT_EPISODES", 50)
     monkeypatch.setattr(training, "FINAL_EPISODES", 50)
-    whole = critic.Settings
+    whole = off_policy.CriticSettings
     quick_fit = {"steps": 6_400, "games": 128, "updates": 4}
-    monkeypatch.setattr(critic, "Settings", lambda **given: whole(**{**quick_fit, **given}))
+    monkeypatch.setattr(off_policy, "CriticSettings", lambda **given: whole(**{**quick_fit, **given}))
 
 
 FILES = ("expert.safetensors", "metrics.jsonl", "config.json", "learning_curve.svg")
@@ -222,12 +222,12 @@ def test_imitation_and_scripted_opponents(tmp_path):
 @pytest.mark.train
 def test_experts_are_met_in_their_share_of_games_and_are_not_learned_from(monkeypatch):
     """Each team meets them in a quarter of the games, on top of its own past; one that sees more sees for itself."""
-    from maviper.experts.training import opponents
+    from maviper.experts.training import mappo
     from maviper.experts.training.mappo import Mappo, Settings
 
     world, names = find("predator-prey"), ("predator-prey", "predator-prey,observation=mpe2")
     trainer = Mappo(world, Settings(**TINY, past=0.25, against=0.25), "cpu")
-    trainer.meet(list(opponents.by_reward_alone(world, names).values()))
+    trainer.meet(list(mappo.by_reward_alone(world, names).values()))
     assert trainer.mine.sum(axis=1).tolist() == [64] * 4
     assert not trainer.mine[2:, 64:96].any() and not trainer.mine[:2, 96:].any()
     _, met = trainer.meetings
@@ -379,8 +379,8 @@ def test_a_training_says_what_it_plays_and_does_that(recipe, tmp_path, capsys):
 @pytest.mark.parametrize("learned", [(6_400, 3_200, 9_600), (5_000, 1_000, 2_025)], ids=["whole batches", "parts"])
 def test_the_card_counts_what_taught_the_expert(learned, tmp_path, monkeypatch):
     """Counted here by what is played: rounds of imitation, episodes of the learner's own, those for the critic."""
-    from maviper.experts.training.critic import Fit
     from maviper.experts.training.mappo import Imitation, Mappo
+    from maviper.experts.training.off_policy import CriticFit
 
     played = {"imitation": 0, "own": 0, "critic": 0}
     imitate, collect = Imitation.round, Mappo._collect
@@ -396,13 +396,13 @@ def test_the_card_counts_what_taught_the_expert(learned, tmp_path, monkeypatch):
 
     monkeypatch.setattr(Imitation, "round", imitating)
     monkeypatch.setattr(Mappo, "_collect", collecting)
-    rewards = Fit.rewards
+    rewards = CriticFit.rewards
 
     def paid(self, state):
         played["critic"] += len(state)
         return rewards(self, state)
 
-    monkeypatch.setattr(Fit, "rewards", paid)
+    monkeypatch.setattr(CriticFit, "rewards", paid)
     wanted = dict(zip(("imitation", "values alone", "reward"), learned, strict=True))
     asked = request_of("mappo", steps=sum(learned), imitate_steps=learned[0], value_steps=learned[1])
     card = train(find("physical-deception"), tmp_path, asked)
@@ -437,18 +437,18 @@ def test_every_stage_of_a_training_shows_how_far_it_is(tmp_path):
 @pytest.mark.train
 @pytest.mark.parametrize(("share", "said"), [(1, "environment + 2 * shaping"), (0, "environment")])
 def test_critics_are_fitted_to_the_reward_that_the_card_names(share, said, tmp_path, monkeypatch):
-    from maviper.experts.training.critic import Fit
+    from maviper.experts.training.off_policy import CriticFit
 
     world = find("physical-deception")
     gap = []
-    rewards = Fit.rewards
+    rewards = CriticFit.rewards
 
     def paid(self, state):
         found = rewards(self, state)
         gap.append(np.abs(found - world.rewards(state)).max())
         return found
 
-    monkeypatch.setattr(Fit, "rewards", paid)
+    monkeypatch.setattr(CriticFit, "rewards", paid)
     sizes = {**ALGORITHMS["mappo"], "steps": 6_400, "shaping": 2, "critic_shaping": share}
     card = train(world, tmp_path, Request("mappo", overrides=sizes))
     assert card["critic_reward"] == said and (max(gap) > 0) == bool(share) and len(gap) >= 25
@@ -503,13 +503,13 @@ def test_a_fitted_critic_predicts_the_returns_of_the_frozen_policy():
     from scipy.stats import spearmanr
 
     from maviper.experts.expert import Measured
-    from maviper.experts.training.critic import Settings, fit
+    from maviper.experts.training.off_policy import CriticSettings, fit_critic
 
     world = find("physical-deception")
     expert = network.load("physical-deception")[0]
     actors = {name: tensor for name, tensor in expert.tensors.items() if ".actor." in name}
-    chosen = Settings(steps=76_800, games=512, updates=60, hidden=32, learning_rate=4e-3, explore=0.3)
-    fitted = network.build_expert(world, {**actors, **fit(world, actors, chosen, "cpu")}, {})
+    chosen = CriticSettings(steps=76_800, games=512, updates=60, hidden=32, learning_rate=4e-3, explore=0.3)
+    fitted = network.build_expert(world, {**actors, **fit_critic(world, actors, chosen, "cpu")}, {})
     state = world.start(150, np.random.default_rng(4))
     observations = world.observe(state)
     given = expert.act(range(3), observations)
