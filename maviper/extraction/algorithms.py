@@ -29,7 +29,6 @@ from maviper.extraction.settings import (
     EQUAL,
     FITTED_Q,
     IMITATION,
-    IVIPER,
     NO_VOTES,
     RELEASED,
     RESPONSE,
@@ -215,9 +214,7 @@ def _rounds(settings: Settings) -> Callable[[Extraction, list[int], Selection], 
         return baselines.rgmdt
     if settings.preset != RELEASED:
         return dagger.dagger
-    return {IMITATION: released.imitation, IVIPER: released.viper, VIPER: released.viper}.get(
-        settings.algorithm, released.maviper
-    )
+    return released.imitation if settings.algorithm == IMITATION else released.rounds
 
 
 def _join_facts(settings: Settings, facts: Sequence[dict[str, int]]) -> dict[str, int]:

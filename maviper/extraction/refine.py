@@ -311,8 +311,11 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
     asked, settings = task.asked, task.asked.settings
     arena = Arena(asked.world, asked.expert, task.agents, settings.episodes(measures.REFINEMENT_SEEDS), SECONDARY)
     trees, others = [trees[0] for trees in task.chosen], [trees[1:] for trees in task.chosen]
-    (proposing, evolving), last = _count_rounds(task), None
-    scale = round_scale(settings.refinement)
+    spent, scale = _count_evolving(task), round_scale(settings.refinement)
+    # rounds of proposals, and of the evolution strategy with its comparison at the end
+    proposing = (settings.refinement - spent) // round_cost()
+    evolving = count_steps(spent, evolving_cost(scale) if asked.world.continuous else drift_cost())
+    last: Progress | None = None
     limits = Limits(settings.max_depth, settings.max_leaves, settings.splits == SUMS)
     start: Any = trees
     name = f"refine-{list(asked.world.teams).index(task.team)}"  # a user's team may have any name
@@ -362,14 +365,6 @@ def _count_evolving(task: _Task) -> int:
         return settings.refinement
     half = settings.refinement // 2
     return half if settings.splits == SUMS and not len(asked.examples) and half >= round_cost() else 0
-
-
-def _count_rounds(task: _Task) -> tuple[int, int]:
-    """Rounds of proposals, and of the evolution strategy with its comparison at the end."""
-    evolving, episodes = _count_evolving(task), task.asked.settings.refinement
-    giving = task.asked.world.continuous
-    cost = evolving_cost(round_scale(episodes)) if giving else drift_cost()
-    return (episodes - evolving) // round_cost(), count_steps(evolving, cost)
 
 
 def check(settings: Settings, world: World) -> None:

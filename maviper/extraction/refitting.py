@@ -68,14 +68,23 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
     if not isinstance(world, ParticleWorld):
         what = "counterexamples are states, and this environment does not declare its states"
         raise InputError(what, "--counterexamples", "leave them out")
-    from maviper.verification.files.states import read_failing
+    from maviper.verification.bench import states_of
+    from maviper.verification.files.states import blank, read_failing
 
     failing, skipped = read_failing(paths, world)
     for said in skipped:
         console.line("", said)
     lessons = list[Lesson]()
     for one in failing:
-        lesson = _lesson(world, expert, one)
+        world_state, policies = states_of(world.spec, one.states), blank(world)
+        columns = dict(zip(world.spec.coordinates(), world.coordinates(world_state).T, strict=True))
+        seen = [rows.copy() for rows in world.observe(world_state)]
+        for row, state in enumerate(one.states):
+            if state.errors:
+                for rows, policy in zip(seen, policies.agents, strict=True):
+                    rows[row] = observe_state(policies, policy, state)[0]
+        states = FailingStates(columns, tuple(seen), world_state)
+        lesson = lesson_of(world, expert, one.claim.team, one.claim.statement, states)
         left_out = len(one.states) - len(lesson)
         lost = (
             f"; {left_out} left out, since no joint action of the {one.claim.team} fulfils the claim there"
@@ -92,21 +101,6 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
         )
     digest = sha256("".join(one.digest for one in failing).encode()).hexdigest()
     return Task(Examples(tuple(filter(len, lessons)), digest=digest), tuple(failing))
-
-
-def _lesson(world: ParticleWorld, expert: Expert, failing: Failing) -> Lesson:
-    from maviper.verification.bench import states_of
-    from maviper.verification.files.states import blank
-
-    world_state, policies = states_of(world.spec, failing.states), blank(world)
-    columns = dict(zip(world.spec.coordinates(), world.coordinates(world_state).T, strict=True))
-    seen = [rows.copy() for rows in world.observe(world_state)]
-    for row, state in enumerate(failing.states):
-        if state.errors:
-            for rows, policy in zip(seen, policies.agents, strict=True):
-                rows[row] = observe_state(policies, policy, state)[0]
-    states = FailingStates(columns, tuple(seen), world_state)
-    return lesson_of(world, expert, failing.claim.team, failing.claim.statement, states)
 
 
 def report(task: Task, after: PolicyProfile, place: Path, expert: str, played: Expert, world: World) -> Report:

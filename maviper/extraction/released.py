@@ -31,16 +31,26 @@ from codegen.errors import InputError
 from codegen.importers.scikit import read_sklearn_tree
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
 from maviper.episodes import measures
-from maviper.episodes.play import Controller, tree_policies
+from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.expert import AS_GIVEN, Expert, labels
-from maviper.extraction.dataset import Dataset, Met, collect
+from maviper.extraction.dataset import Dataset, collect
 from maviper.extraction.extraction import Extraction, counts_of
 from maviper.extraction.growth.exact import cart
 from maviper.extraction.growth.weights import in_play
 from maviper.extraction.journal import Arrays
 from maviper.extraction.selection import Selection
-from maviper.extraction.settings import IVIPER_RESAMPLING, LEAVES, MAVIPER, NO_PREDICTION, RELEASED, RESTARTS, Settings
+from maviper.extraction.settings import (
+    IVIPER,
+    IVIPER_RESAMPLING,
+    LEAVES,
+    MAVIPER,
+    NO_PREDICTION,
+    RELEASED,
+    RESTARTS,
+    VIPER,
+    Settings,
+)
 from maviper.extraction.settings import WARM_UP as WARMING_UP
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -107,20 +117,17 @@ class _Growing:
             node = stack.pop()
             if node.depth >= level:
                 continue
-            if node.left is None or node.right is None:
-                self._split(node, keep)
-            else:
+            if node.left is not None and node.right is not None:
                 stack += [node.right, node.left]
-
-    def _split(self, node: _Node, keep: Bool) -> None:
-        split = best_split(self.obs[node.rows], self.labels[node.rows], self.counts[node.rows], self.n_actions)
-        if split is None:
-            return
-        node.feature, node.threshold = split
-        goes_left = self.obs[node.rows, node.feature] < node.threshold
-        parts = node.rows[goes_left], node.rows[~goes_left]
-        if all(self.counts[part].sum() >= FEWEST for part in parts):
-            node.left, node.right = (self.make_node(part, node.depth + 1, keep) for part in parts)
+                continue
+            split = best_split(self.obs[node.rows], self.labels[node.rows], self.counts[node.rows], self.n_actions)
+            if split is None:
+                continue
+            node.feature, node.threshold = split
+            goes_left = self.obs[node.rows, node.feature] < node.threshold
+            parts = node.rows[goes_left], node.rows[~goes_left]
+            if all(self.counts[part].sum() >= FEWEST for part in parts):
+                node.left, node.right = (self.make_node(part, node.depth + 1, keep) for part in parts)
 
     def tree(self) -> GrownTree:
         """The tree grown so far; "less goes left" is "at most the float64 before it"."""
@@ -194,6 +201,7 @@ WARM_UP = 500  # expert episodes
 SET_ASIDE = 5  # one point in so many only feeds printed accuracies
 STAY = 0  # what an all-zero one-hot action does
 MAX_JOINT = 3_125  # joint actions of all agents that the weight of a state may take: five agents of five actions
+ALONE = (IVIPER, VIPER)  # whose rounds are one agent's, among experts
 FREE_STEPS = 25  # of Imitation's collector, before its counter makes every step a start
 
 
@@ -207,26 +215,21 @@ def check(world: World, settings: Settings) -> None:
         raise InputError(what, "--preset released", "choose --preset paper or default, or a game of fewer agents")
 
 
-# --- MAVIPER and its ablations
-
-
-def maviper(asked: Extraction, everybody: Sequence[int], selection: Selection) -> int:
-    """Runs MAVIPER and its ablations by the released code; see `dagger.dagger`."""
-    world, expert, settings = asked.world, asked.expert, asked.settings
-    journal, examples = asked.journal, asked.examples
-    weigh = partial(weights, world, expert, settings)
-    warm_up = _warm_up(settings)
-    data = journal.load_or_collect(
-        "warm-up", collect, world, expert, [expert] * len(everybody), everybody, warm_up, weigh
-    ).data
+def rounds(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
+    """Runs MAVIPER and its ablations by the released code, or IVIPER and VIPER for one agent; see `dagger.dagger`."""
+    world, expert, settings, journal = asked.world, asked.expert, asked.settings, asked.journal
+    experts: list[Controller] = [expert] * len(world.agents)
+    examples = asked.examples.of_teams(*(world.team_of(world.agents[agent]) for agent in agents))
+    weigh = partial(weights, world, expert, settings, agents=agents)
+    grow = partial(_grow_resampled, agent=agents[0]) if settings.algorithm in ALONE else grow_teams
+    warm_up = settings.episodes(measures.ROLLOUT_SEEDS)[: WARM_UP if settings.keeps(WARMING_UP) else settings.rollouts]
+    data = journal.load_or_collect("warm-up", collect, world, expert, experts, agents, warm_up, weigh).data
     for iteration in range(settings.iterations):
-        step = f"{iteration:04d}"
-        grown = journal.trees(f"{step}-trees", grow_teams, world, examples.before(world, data), settings, iteration)
-        policies = tree_policies(agent_policies(world, grown))
+        step, known = f"{iteration:04d}", examples.before(world, data, agents)
+        grown = journal.trees(f"{step}-trees", grow, world, known, settings, iteration)
+        policies = among(world, agent_policies(world, grown, agents), experts)
         seeds = settings.rollout_episodes(iteration, WARM_UP)
-        met = journal.load_or_collect(
-            f"{step}-rollouts", collect, world, expert, [policies] * len(everybody), everybody, seeds, weigh
-        )
+        met = journal.load_or_collect(f"{step}-rollouts", collect, world, expert, policies, agents, seeds, weigh)
         data = data + met.data
         selection.note_rollouts(met.values, met.fidelity)
         if selection.offer(grown):
@@ -234,18 +237,23 @@ def maviper(asked: Extraction, everybody: Sequence[int], selection: Selection) -
     return len(data)
 
 
-def _warm_up(settings: Settings) -> range:
-    """The expert episodes ahead of all rounds."""
-    count = WARM_UP if settings.keeps(WARMING_UP) else settings.rollouts
-    return settings.episodes(measures.ROLLOUT_SEEDS)[:count]
+# --- MAVIPER and its ablations
 
 
 def weights(
-    world: World, expert: Expert, settings: Settings, observations: tuple[Float32, ...], state: object, wanted: Int
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    observations: tuple[Float32, ...],
+    state: object,
+    wanted: Int,
+    agents: Sequence[int] | None = None,
 ) -> Float64:
-    """Each agent's weights, [n, n_agents], at least 0."""
-    weigh = _own_weight if settings.algorithm == IVIPER_RESAMPLING else _team_weight
-    columns = [weigh(world, expert, observations, state, wanted, agent) for agent in range(len(world.agents))]
+    """The weights of all agents, or of some, [n, len(agents)], at least 0."""
+    moved = settings.algorithm == IVIPER_RESAMPLING
+    weigh = partial(_own_weight, moved=moved) if moved or settings.algorithm in ALONE else _team_weight
+    mine = range(len(world.agents)) if agents is None else agents
+    columns = [weigh(world, expert, observations, state, wanted, agent) for agent in mine]
     return np.maximum(np.stack(columns, axis=1), 0)
 
 
@@ -294,7 +302,7 @@ def _own_weight(
     state: Any,
     wanted: Int,
     agent: int,
-    moved: bool = True,
+    moved: bool,
 ) -> Float64:
     """Maximum less minimum over own actions; others at expert actions, but if they are `moved`, those before the agent
     at their last action, where the released list of joint actions, changed in place, leaves them.
@@ -348,33 +356,7 @@ def _draw_counts(column: Float64, alive: Bool, used: Int, max_samples: int, rng:
 # --- one-hot trees: IVIPER and Imitation DT
 
 
-def viper(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
-    """Runs VIPER for one agent by the released code; see `dagger.dagger`."""
-    (agent,) = agents
-    world, expert, settings = asked.world, asked.expert, asked.settings
-    journal, examples = asked.journal, asked.examples
-    experts: list[Controller] = [expert] * len(world.agents)
-
-    def weigh(observations: tuple[Float32, ...], state: object, wanted: Int) -> Float64:
-        return _own_weight(world, expert, observations, state, wanted, agent, moved=False)[:, None]
-
-    data = journal.load_or_collect("warm-up", collect, world, expert, experts, [agent], _warm_up(settings), weigh).data
-    mine = examples.of_teams(world.team_of(world.agents[agent]))
-    for iteration in range(settings.iterations):
-        step = f"{iteration:04d}"
-        known = mine.before(world, data, agents)
-        tree = journal.trees(f"{step}-trees", _grow_resampled, world, known, settings, agent, iteration)
-        policies = among(world, agent_policies(world, tree, [agent]), experts)
-        seeds = settings.rollout_episodes(iteration, WARM_UP)
-        met = journal.load_or_collect(f"{step}-rollouts", collect, world, expert, policies, [agent], seeds, weigh)
-        data = data + met.data
-        selection.note_rollouts(met.values, met.fidelity)
-        if selection.offer(tree):
-            break
-    return len(data)
-
-
-def _grow_resampled(world: World, data: Dataset, settings: Settings, agent: int, iteration: int) -> list[GrownTree]:
+def _grow_resampled(world: World, data: Dataset, settings: Settings, iteration: int, agent: int) -> list[GrownTree]:
     rng = np.random.default_rng([settings.seed, agent, iteration])
     everything = np.arange(len(data))
     counts = _draw_counts(data.weights[:, 0], data.alive[:, agent], everything, settings.max_samples, rng)
@@ -416,40 +398,32 @@ def _starts(world: World, expert: Expert, settings: Settings, iteration: int) ->
     """
     rng = np.random.default_rng([settings.seed, iteration])
     wanted = settings.rollouts * world.spec.episode_steps
-    played: list[Met] = []
-    if iteration == 0:
-        first = settings.episodes(measures.ROLLOUT_SEEDS).start
-        played.append(_play_episodes(world, expert, [first]))
-        wanted -= min(wanted, FREE_STEPS)
-    at_once, wanted = world.games or max(1, wanted), max(1, wanted)
+    wanted = max(1, wanted - FREE_STEPS if iteration == 0 else wanted)
+    at_once = world.games or wanted
     parts = [world.start(min(at_once, wanted - done), rng) for done in range(0, wanted, at_once)]
     state = parts[0] if len(parts) == 1 else type(parts[0]).concatenate(parts)
     observations = world.observe(state)
     acted = labels(expert, observations, state)
-    before = [met.data for met in played]
-    seen = [
-        np.concatenate([*(data.observations[agent] for data in before), each])
-        for agent, each in enumerate(observations)
-    ]
-    done = np.concatenate([*(data.labels for data in before), acted])
-    return _arrays(seen, done, np.concatenate([*(data.alive for data in before), world.alive(state)]))
+    met = Dataset(observations, acted, np.zeros(acted.shape), world.alive(state))
+    if iteration == 0:
+        met = _play_episodes(world, expert, settings.episodes(measures.ROLLOUT_SEEDS)[:1]) + met
+    return _arrays(met)
 
 
 def _episodes(world: World, expert: Expert, settings: Settings, iteration: int) -> Arrays:
     """Whole expert episodes: what the collector was to do."""
-    data = _play_episodes(world, expert, settings.rollout_episodes(iteration)).data
-    return _arrays(data.observations, data.labels, data.alive)
+    return _arrays(_play_episodes(world, expert, settings.rollout_episodes(iteration)))
 
 
-def _play_episodes(world: World, expert: Expert, seeds: Sequence[int]) -> Met:
+def _play_episodes(world: World, expert: Expert, seeds: Sequence[int]) -> Dataset:
     everybody = range(len(world.agents))
     zeros = lambda observations, state, acted: np.zeros(acted.shape)  # noqa: E731 - weights are not used here
-    return collect(world, expert, [expert] * len(everybody), everybody, seeds, zeros)
+    return collect(world, expert, [expert] * len(everybody), everybody, seeds, zeros).data
 
 
-def _arrays(observations: Sequence[Float32], acted: Int, alive: Bool) -> Arrays:
-    named = {f"observations.{agent:03d}": seen for agent, seen in enumerate(observations)}
-    return {**named, "labels": acted, "alive": alive}
+def _arrays(data: Dataset) -> Arrays:
+    named = {f"observations.{agent:03d}": seen for agent, seen in enumerate(data.observations)}
+    return {**named, "labels": data.labels, "alive": data.alive}
 
 
 def one_hot_tree(

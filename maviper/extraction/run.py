@@ -195,26 +195,19 @@ def extract_named(expert: Any, output: Path | None, options: Request, console: C
         profile = extract_live(asked, console, options.jobs)
         return profile if output is None else _write_profile(output, profile, console, asked, options.command)
     with logging_output(output, console.line):
-        return _extract_in_folder(expert, output, options, console)
-
-
-def _extract_in_folder(expert: Any, output: Path, options: Request, console: Console) -> ir.PolicyProfile:
-    """The trees of the named expert, of the best seed, by a run that is kept in the folder. Copies of a user's
-    environment end within.
-    """
-    asked = _find(expert, options, console)
-    resuming.resumable(partial(runs.holds_run, output))
-    task = _Task(output, asked, options.critic, options.command, options.resume, console.quiet)
-    try:
-        if options.seeds == 1:
-            profile = _run(task, console, options.jobs)
-        else:
-            say_expert(asked.expert, asked.world, console)
-            profile = _best_of_seeds(task, options.seeds, options.jobs, console)
-            say_measured(profile, asked.world, console)
-    finally:
-        asked.world.close()
-    return _write_profile(output / runs.PROFILE_FILE, profile, console, asked, options.command)
+        asked = _find(expert, options, console)
+        resuming.resumable(partial(runs.holds_run, output))
+        task = _Task(output, asked, options.critic, options.command, options.resume, console.quiet)
+        try:
+            if options.seeds == 1:
+                profile = _run(task, console, options.jobs)
+            else:
+                say_expert(asked.expert, asked.world, console)
+                profile = _best_of_seeds(task, options.seeds, options.jobs, console)
+                say_measured(profile, asked.world, console)
+        finally:
+            asked.world.close()  # copies of a user's environment end
+        return _write_profile(output / runs.PROFILE_FILE, profile, console, asked, options.command)
 
 
 def _ensure_room(output: Path, options: Request) -> None:
@@ -284,23 +277,18 @@ def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.Polic
             profile = extract_live(asked, told, jobs, task.folder)
         except InputError:
             if not goes_on:
-                _withdraw(task.folder)
+                # A run that failed on what it was given before it had a tree is taken back: what is asked for next is
+                # another run, and may have the folder. A run with more than the expert's own play stays.
+                steps = task.folder / STEPS
+                play = steps / f"{EXPERT_STEP}.safetensors"
+                if {*steps.rglob("*")} <= {play}:
+                    play.unlink(missing_ok=True)
+                    if steps.exists():
+                        steps.rmdir()
+                    (task.folder / runs.CONFIG_FILE).unlink()
             raise
         runs.write(task.folder / runs.PROFILE_FILE, policy_json.dumps(profile))
     return profile
-
-
-def _withdraw(folder: Path) -> None:
-    """Takes back a run that failed on what it was given before it had a tree: what is asked for next is another run,
-    and may have the folder. A run with more than the expert's own play stays.
-    """
-    steps = folder / STEPS
-    play = steps / f"{EXPERT_STEP}.safetensors"
-    if {*steps.rglob("*")} <= {play}:
-        play.unlink(missing_ok=True)
-        if steps.exists():
-            steps.rmdir()
-        (folder / runs.CONFIG_FILE).unlink()
 
 
 def _write_profile(

@@ -321,21 +321,18 @@ class Selection:
         self._since_gain += 1
         if best > self._reference:
             self._reference, self._since_gain = best + half_width, 0
-        self.running.on_progress(self._progress(float(np.mean(scores)), best))
-        if over or (settings.enough and best - half_width >= settings.enough):
-            return True
-        return self._since_gain >= settings.patience and all(choice.stops for choice in self.choices)
-
-    def _progress(self, score: float, best: float) -> Progress:
         measured = {
             self._name(choice, measure.team): estimate
             for choice in self.choices
             for measure, estimate in choice.found.items()
         }
         leaves = sum(count_leaves(choice.candidates[choice.best]) for choice in self.choices)
-        total = self.asked.settings.iterations
-        told = self.offered, total, score, best, measured, self.fidelity, leaves, self.growth, self.running.part
-        return Progress(EXTRACTING, *told)
+        told = best, measured, self.fidelity, leaves, self.growth, self.running.part
+        score = float(np.mean(scores))
+        self.running.on_progress(Progress(EXTRACTING, self.offered, settings.iterations, score, *told))
+        if over or (settings.enough and best - half_width >= settings.enough):
+            return True
+        return self._since_gain >= settings.patience and all(choice.stops for choice in self.choices)
 
     def _name(self, choice: Choice, team: str) -> str:
         """Names a choice: by the agent where each of several agents has its own, otherwise by the team."""

@@ -333,6 +333,17 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
     second = contents.second
     claims = [_claim(profile, shown) for shown in contents.claims]
     erring = {claim["team"] for claim in claims if claim["eps"] is not None}
+
+    def entity(one: ir.EntitySpec) -> dict[str, Any]:
+        return {
+            "name": one.name,
+            "size": one.size,
+            "force": one.force,
+            "maxSpeed": one.max_speed,
+            "collides": one.collides,
+            "start": one.start,
+        }
+
     return {
         "profile": content_hash(profile),
         "against": None if second is None else content_hash(second.profile),
@@ -340,7 +351,20 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
         "tool": profile.provenance.tool,
         "about": about(profile),
         "recorded": _encode_episode(contents.recorded),
-        "world": _world(profile.world),
+        "world": {
+            "name": profile.world.name,
+            "reference": profile.world.reference,
+            "agents": [entity(one) for one in profile.world.agents],
+            "landmarks": [entity(one) for one in profile.world.landmarks],
+            "goals": list(profile.world.goals),
+            "dt": profile.world.dt,
+            "damping": profile.world.damping,
+            "low": profile.world.start_low,
+            "high": profile.world.start_high,
+            "steps": profile.world.episode_steps,
+            "contactForce": profile.world.contact_force,
+            "contactMargin": profile.world.contact_margin,
+        },
         "agents": [
             _agent(policy, contents.visits.get(policy.agent), second)
             | {"cuts": _cuts(policy) if policy.team in erring else None}
@@ -370,33 +394,6 @@ def _encode_episode(episode: Recorded | None) -> dict[str, Any] | None:
     if episode is None:
         return None
     return {"label": episode.label, "seen": [rows.astype(float).tolist() for rows in episode.seen]}
-
-
-def _world(world: ir.WorldSpec) -> dict[str, Any]:
-    def entity(one: ir.EntitySpec) -> dict[str, Any]:
-        return {
-            "name": one.name,
-            "size": one.size,
-            "force": one.force,
-            "maxSpeed": one.max_speed,
-            "collides": one.collides,
-            "start": one.start,
-        }
-
-    return {
-        "name": world.name,
-        "reference": world.reference,
-        "agents": [entity(one) for one in world.agents],
-        "landmarks": [entity(one) for one in world.landmarks],
-        "goals": list(world.goals),
-        "dt": world.dt,
-        "damping": world.damping,
-        "low": world.start_low,
-        "high": world.start_high,
-        "steps": world.episode_steps,
-        "contactForce": world.contact_force,
-        "contactMargin": world.contact_margin,
-    }
 
 
 # --- trees

@@ -104,14 +104,11 @@ def visits_of(profile: ir.PolicyProfile, world: World) -> dict[str, list[int]]:
     """Agent -> how many decisions each of its leaves makes in on-policy episodes, by node."""
     episodes = on_policy(profile, world)
     return {
-        policy.agent: _visits(policy, seen[episodes.alive[..., place]])
+        policy.agent: np.bincount(
+            ir.apply(policy.tree, seen[episodes.alive[..., place]]), minlength=len(policy.tree.feature)
+        ).tolist()
         for place, (policy, seen) in enumerate(zip(profile.agents, episodes.observations, strict=True))
     }
-
-
-def _visits(policy: ir.AgentPolicy, observations: ir.Float32) -> list[int]:
-    """Counts the observations that reach each leaf, by node."""
-    return np.bincount(ir.apply(policy.tree, observations), minlength=len(policy.tree.feature)).tolist()
 
 
 def shows(file: Path, profile: ir.PolicyProfile) -> bool:
@@ -289,7 +286,13 @@ def load_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> 
         where = f"{Verdict.PROVED.value} in {_name_region(profile, stated.header.region)}"
         return Shown(stated.claim, where, proved.region)
     if proved.stated and isinstance(proved.region, RegionSpec):
-        return _show_stated(profile, certificate, proved.region)
+        # about decisions in a game that a world file states: as a formula over the game's own states
+        stated = restate_formula(read_certificate(certificate)[0].claim.formula, profile, str(certificate))
+        team = profile.policy(min(agents(stated), default=profile.agents[0].agent)).team
+        whole = not (proved.region.difference or proved.region.apart)
+        box = {name: (Fraction(low), Fraction(high)) for name, (low, high) in proved.region.box.items()}
+        where = _name_region(profile, Region(box, proved.region.goals)) if whole else "a region of its own"
+        return Shown(OwnFormula(team, statement=stated), f"{Verdict.PROVED.value} in {where}", proved.region)
     if isinstance(proved.region, Cover):
         what = "the certificate is about a stated system, and the page is of a game"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
@@ -297,16 +300,6 @@ def load_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> 
     formula = proof.claim.formula
     claim = proof.claim.property or OwnFormula(profile.policy(min(agents(formula))).team, statement=formula)
     return Shown(claim, f"{Verdict.PROVED.value} in {_name_region(profile, proof.header.region)}", proved.region)
-
-
-def _show_stated(profile: ir.PolicyProfile, certificate: Path, spec: RegionSpec) -> Shown:
-    """A claim about decisions in a game that a world file states: as a formula over the game's own states."""
-    stated = restate_formula(read_certificate(certificate)[0].claim.formula, profile, str(certificate))
-    team = profile.policy(min(agents(stated), default=profile.agents[0].agent)).team
-    whole = not (spec.difference or spec.apart)
-    box = {name: (Fraction(low), Fraction(high)) for name, (low, high) in spec.box.items()}
-    where = _name_region(profile, Region(box, spec.goals)) if whole else "a region of its own"
-    return Shown(OwnFormula(team, statement=stated), f"{Verdict.PROVED.value} in {where}", spec)
 
 
 def _find_watchable(result: AnyResult) -> RegionSpec | None:
@@ -347,10 +340,24 @@ def play_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> 
         what = "the certificate is about no system that moves by actions, and a page plays no other"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
     env = StatedEnv(with_memory(statement, profile), certificate.name)
-    seen, states = _play_trees(profile, env, [one.name for one in proved.region.variables])
+    observed, _ = env.reset(measures.ON_POLICY_SEEDS)
+    seen, states = {policy.agent: list[ir.Floats]() for policy in profile.agents}, list[list[float]]()
+    order = {
+        policy.agent: [[*env.statement.system.features[policy.agent]].index(each.name) for each in policy.features]
+        for policy in profile.agents
+    }
+    while env.agents:
+        states.append([float(env.state[one.name]) for one in proved.region.variables])
+        actions: dict[str, int] = {}
+        for policy in profile.agents:
+            seen[policy.agent].append(np.asarray(observed[policy.agent])[order[policy.agent]])
+            chosen = policy.actions[int(ir.act(policy, seen[policy.agent][-1][None])[0])].name
+            actions[policy.agent] = env.action_names[policy.agent].index(chosen)
+        observed = env.step(actions)[0]
     label = f"The recorded episode, of seed {measures.ON_POLICY_SEEDS}, took {format_count(len(states), 'step')}."
     sentence = f"{Verdict.PROVED.value}: {proved.claim}"
-    return Told(proof.claim.name, sentence, words(proved.region, states)), Recorded(seen, label)
+    told = Told(proof.claim.name, sentence, words(proved.region, np.array(states)))
+    return told, Recorded(tuple(map(np.array, seen.values())), label)
 
 
 def words(cover: Cover, states: ir.Float64) -> tuple[str, ...]:
@@ -367,26 +374,3 @@ def words(cover: Cover, states: ir.Float64) -> tuple[str, ...]:
         else:
             verdicts.append(OK if cover.ever or step + 1 < len(cover.steps) else LEAVING)
     return tuple(verdicts)
-
-
-def _play_trees(
-    profile: ir.PolicyProfile, env: StatedEnv, names: Sequence[str]
-) -> tuple[tuple[ir.Floats, ...], ir.Float64]:
-    """Returns each agent's observations before each step, [steps, n_features], and the variables with these names in
-    the states, [steps, variables].
-    """
-    observed, _ = env.reset(measures.ON_POLICY_SEEDS)
-    seen, states = {policy.agent: list[ir.Floats]() for policy in profile.agents}, list[list[float]]()
-    order = {
-        policy.agent: [[*env.statement.system.features[policy.agent]].index(each.name) for each in policy.features]
-        for policy in profile.agents
-    }
-    while env.agents:
-        states.append([float(env.state[name]) for name in names])
-        actions: dict[str, int] = {}
-        for policy in profile.agents:
-            seen[policy.agent].append(np.asarray(observed[policy.agent])[order[policy.agent]])
-            chosen = policy.actions[int(ir.act(policy, seen[policy.agent][-1][None])[0])].name
-            actions[policy.agent] = env.action_names[policy.agent].index(chosen)
-        observed = env.step(actions)[0]
-    return tuple(np.array(rows) for rows in seen.values()), np.array(states)

@@ -114,7 +114,9 @@ def compare_algorithms(
         stack.callback(_close, [one.source for one in experts])
         tasks = list_tasks(experts, world, options)
         held = tasks[0].budget.held_out if tasks[0].budget else 0
-        console.line("plan", _say_plan(tasks, options, held))
+        extractions = sum(task.cell.kind == EXTRACTION for task in tasks)
+        each = f"{format_count(extractions, 'extraction')} of up to {options.max_episodes:,} episodes"
+        console.line("plan", f"{each}; each is measured in {held} more, which the expert plays too")
         with store:
             make_cells(store, tasks, options, done, console)
         kept = table.find_finished(store, {task.id for task in tasks}, "").cells
@@ -129,12 +131,6 @@ def compare_algorithms(
         if output is not None:
             console.line("wrote", f"{store.folder}: {', '.join(name for name in found.files)}")
     return found
-
-
-def _say_plan(tasks: Sequence[Task], options: Request, held: int) -> str:
-    extractions = sum(task.cell.kind == EXTRACTION for task in tasks)
-    each = f"{format_count(extractions, 'extraction')} of up to {options.max_episodes:,} episodes"
-    return f"{each}; each is measured in {held} more, which the expert plays too"
 
 
 # --- experts
@@ -181,16 +177,6 @@ def _close(used: Sequence[Source]) -> None:
 # --- cells
 
 
-def _ensure_extractable(task: Task, world: World) -> None:
-    """InputError where its algorithm cannot extract in this world; the option is named as `compare` has it."""
-    settings = task.settings(world)
-    try:
-        check(settings.judge_world(world), settings, refitting.NOTHING.examples)
-    except InputError as error:
-        what = error.what.replace("--algorithm", f"--algorithms {task.cell.algorithm}")
-        raise InputError(what, error.where, error.next_step.replace("--algorithm", "algorithm")) from None
-
-
 def list_tasks(experts: Sequence[Known], world: World, options: Request) -> list[Task]:
     """All cells, seed by seed, so that what an interrupted call leaves has whole seeds."""
     held = EPISODES if world.games is None else OUTSIDE
@@ -203,6 +189,11 @@ def list_tasks(experts: Sequence[Known], world: World, options: Request) -> list
         for cell in cells:
             task = Task(cell, one.source, one.hash, "", budget=budget)
             if cell.kind == EXTRACTION and not seed:
-                _ensure_extractable(task, world)
+                settings = task.settings(world)
+                try:  # whether its algorithm can extract in this world; the option is named as `compare` has it
+                    check(settings.judge_world(world), settings, refitting.NOTHING.examples)
+                except InputError as error:
+                    what = error.what.replace("--algorithm", f"--algorithms {task.cell.algorithm}")
+                    raise InputError(what, error.where, error.next_step.replace("--algorithm", "algorithm")) from None
             tasks.setdefault(task.id, task)
     return list(tasks.values())

@@ -240,16 +240,12 @@ def _scale(values: Sequence[float], from_zero: bool = True) -> tuple[float, floa
     """The ends of an axis that holds all values, `from_zero` also 0, and its ticks."""
     held = [*values, 0.0] if from_zero else values
     low, high = min(held), max(held)
-    step = _step((high - low) or 1.0)
+    reach = (high - low) or 1.0
+    size = 10.0 ** math.floor(math.log10(reach / MAX_TICKS))
+    step = next(size * part for part in (1, 2, 5, 10) if reach / (size * part) <= MAX_TICKS)  # a round number
     first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
     last = max(last, first + 1)
     return first * step, last * step, [round(k * step, 10) for k in range(first, last + 1)]
-
-
-def _step(reach: float) -> float:
-    """A round number that divides a range into a few parts."""
-    size = 10.0 ** math.floor(math.log10(reach / MAX_TICKS))
-    return next(size * part for part in (1, 2, 5, 10) if reach / (size * part) <= MAX_TICKS)
 
 
 def _across(x: float, xs: Sequence[float]) -> float:

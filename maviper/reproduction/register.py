@@ -142,7 +142,15 @@ def read(path: Path = FILE) -> Register:
     if path == FILE:
         later, more = _decode_file(MORE, _More)
         claims, once = (*claims, *later.claim), tuple(map(tuple, later.once))
-    _check(claims, path, [name for group in once for name in group])
+    faults: list[str] = []
+    names: set[str] = set()
+    for claim in claims:
+        faults += [f"{claim.id}: {fault}" for fault in faults_of(claim)]
+        faults += [f"{claim.id}: the id stands twice"] * (claim.id in names)
+        names.add(claim.id)
+    faults += [f"once: no claim has the id {name}" for group in once for name in group if name not in names]
+    if faults:
+        raise InputError("the register of claims has faults", f"{path}: {'; '.join(faults)}", "see claims.toml")
     return Register(claims, sha256=digest, more=more, once=once, **rest)
 
 
@@ -172,19 +180,6 @@ def _renumber_figures(claim: Claim) -> Claim:
     return msgspec.structs.replace(claim, place=correct_figure(claim.place), published=paper)
 
 
-def _check(claims: Iterable[Claim], path: Path, once: Iterable[str]) -> None:
-    """InputError with every fault of every claim, and each id in `once` that is none."""
-    faults: list[str] = []
-    names: set[str] = set()
-    for claim in claims:
-        faults += [f"{claim.id}: {fault}" for fault in faults_of(claim)]
-        faults += [f"{claim.id}: the id stands twice"] * (claim.id in names)
-        names.add(claim.id)
-    faults += [f"once: no claim has the id {name}" for name in once if name not in names]
-    if faults:
-        raise InputError("the register of claims has faults", f"{path}: {'; '.join(faults)}", "see claims.toml")
-
-
 def faults_of(claim: Claim) -> list[str]:
     """Lists the faults of a claim, in words."""
     others = [EXPERT] if claim.statistic in AGAINST else []  # teams play against one another, and the expert's is one
@@ -194,14 +189,15 @@ def faults_of(claim: Claim) -> list[str]:
         ("algorithm", [*claim.first, *claim.second], (*ALGORITHMS, *VARIANTS, *others)),
         ("column", claim.cells, COLUMNS),
     ]
-    faults = [_unknown(what, name, names) for what, given, names in known for name in given if name not in list(names)]
+    faults = [
+        str(UnknownNameError(what, name, list(names), "claims.toml")).split("\n")[0]
+        for what, given, names in known
+        for name in given
+        if name not in list(names)
+    ]
     columns = [column for column in claim.cells if column in COLUMNS and column not in CHOICES]
     faults += [f"the column {column} does not choose cells" for column in columns]
     return faults + [text for wrong, text in _RULES if wrong(claim)]
-
-
-def _unknown(what: str, name: str, names: Iterable[str]) -> str:
-    return str(UnknownNameError(what, name, list(names), "claims.toml")).split("\n")[0]
 
 
 _RULES: tuple[tuple[Callable[[Claim], bool], str], ...] = (
@@ -221,8 +217,9 @@ _RULES: tuple[tuple[Callable[[Claim], bool], str], ...] = (
 
 def command(experts: Iterable[str], options: str = "") -> str:
     """The command with some options, for experts of those labels."""
-    words = ["maviper reproduce -o FOLDER", options, _experts(list(experts))]
-    return " ".join(word for word in words if word)
+    named = [label if label in (MAPPO, MADDPG) else f"{label.removesuffix(NO_CARD)}=EXPERT" for label in experts]
+    said = f"--experts {','.join(named)}" if set(named) - {MAPPO} else ""
+    return " ".join(filter(None, ["maviper reproduce -o FOLDER", options, said]))
 
 
 def playing(claim: Claim, expert: str) -> str:
@@ -232,9 +229,3 @@ def playing(claim: Claim, expert: str) -> str:
     if claim.statistic == EXPLOITABILITY and set(claim.list_values("depth")) - {MAIN_DEPTH}:
         options += f" --exploit-depths {','.join(depths)}"  # usually teams of the main depth alone are answered
     return command([expert], options)
-
-
-def _experts(labels: list[str]) -> str:
-    """The option --experts, where it is needed."""
-    named = [label if label in (MAPPO, MADDPG) else f"{label.removesuffix(NO_CARD)}=EXPERT" for label in labels]
-    return f"--experts {','.join(named)}" if set(named) - {MAPPO} else ""

@@ -44,9 +44,13 @@ def write_report(folder: Path) -> list[str]:
     """Writes the report of a folder's table into it; the lines for the terminal. InputError for a damaged table."""
     table, known = read_table(folder), register.read()
     book = Book(table)
-    experts = _experts(table)
+    labels = [row.expert for row in table.rows]
+    experts = sorted(set(labels), key=lambda label: (-labels.count(label), label))  # those of most cells first
     judged = [verdict for expert in experts for verdict in verdicts.judge_claims(book, known, expert)]
-    parts = _sections(Context(book, known, book.finder, GAMES, experts))
+    context = Context(book, known, book.finder, GAMES, experts)
+    first = [sections.performance(context, statistic) for statistic in (register.JOINT, register.INDIVIDUAL)]
+    rest = (sections.robustness, sections.ablation, sections.features, sections.trees, sections.exploitability)
+    parts = [*first, *(make(context) for make in rest), sections.rewards(context)]
     facts = describe_run(table, known, experts)
     lines = summary(judged, facts)
     pictures = {f"{FIGURES}/{figure.name}.svg": figure.svg for part in parts for figure in part.figures}
@@ -85,8 +89,32 @@ def _encode_verdicts(judged: Sequence[Verdict]) -> list[dict[str, Any]]:
     entries: list[dict[str, Any]] = []
     for verdict in judged:
         found = verdict.word in (verdicts.AGREES, verdicts.DIFFERS)
-        entries.append({**_encode_verdict(verdict), "found": found, "first": verdict.claim.id not in known})
-        known.add(verdict.claim.id)
+        claim, paper = verdict.claim, verdict.claim.published
+        rows: list[list[str]] = []
+        for each in verdict.comparisons:
+            shown = sections.format_number(each.number)
+            beside = [each.size, verdicts.UNTESTABLE if each.untestable else ""]
+            rows.append([each.label, shown, _state(each), "; ".join(filter(None, beside))])
+        published = "" if paper is None else f"{paper.number} ({paper.place})" if paper.number else paper.place
+        entries.append(
+            {
+                "id": claim.id,
+                "sign": SIGNS[verdict.word],
+                "word": verdict.word,
+                "class": verdict.word.lower().replace(" ", "-"),
+                "says": claim.says,
+                "place": claim.place,
+                "main": claim.main,
+                "family": claim.family,
+                "expert": verdict.expert,
+                "told": list(filter(None, [verdict.reason, *verdict.notes, *_beside(verdict)])),
+                "published": published,
+                "rows": rows,
+                "found": found,
+                "first": claim.id not in known,
+            }
+        )
+        known.add(claim.id)
     return sorted(entries, key=lambda entry: entry["word"] != verdicts.DIFFERS)
 
 
@@ -204,18 +232,6 @@ def _numbers(book: Book) -> str:
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def _experts(table: Results) -> list[str]:
-    """Labels, those of most cells first."""
-    labels = [row.expert for row in table.rows]
-    return sorted(set(labels), key=lambda label: (-labels.count(label), label))
-
-
-def _sections(context: Context) -> list[Section]:
-    first = [sections.performance(context, statistic) for statistic in (register.JOINT, register.INDIVIDUAL)]
-    rest = (sections.robustness, sections.ablation, sections.features, sections.trees, sections.exploitability)
-    return [*first, *(make(context) for make in rest), sections.rewards(context)]
-
-
 def describe_run(table: Results, known: Register, experts: Sequence[str]) -> dict[str, Any]:
     """Describes what was run, in words."""
     spent = sum(row.cpu_seconds for row in table.rows)
@@ -257,31 +273,6 @@ def counts(words_by_id: Iterable[tuple[str, str]]) -> str:
     text = ", ".join([*told, f"{apart} {be[apart == 1]} not comparable"])
     again = f"; {repeated} more {'repeats' if repeated == 1 else 'repeat'} one of these numbers"
     return text + again if repeated else text
-
-
-def _encode_verdict(verdict: Verdict) -> dict[str, Any]:
-    """A verdict as the page shows it."""
-    claim, paper = verdict.claim, verdict.claim.published
-    rows: list[list[str]] = []
-    for each in verdict.comparisons:
-        shown = sections.format_number(each.number)
-        beside = [each.size, verdicts.UNTESTABLE if each.untestable else ""]
-        rows.append([each.label, shown, _state(each), "; ".join(filter(None, beside))])
-    published = "" if paper is None else f"{paper.number} ({paper.place})" if paper.number else paper.place
-    return {
-        "id": claim.id,
-        "sign": SIGNS[verdict.word],
-        "word": verdict.word,
-        "class": verdict.word.lower().replace(" ", "-"),
-        "says": claim.says,
-        "place": claim.place,
-        "main": claim.main,
-        "family": claim.family,
-        "expert": verdict.expert,
-        "told": list(filter(None, [verdict.reason, *verdict.notes, *_beside(verdict)])),
-        "published": published,
-        "rows": rows,
-    }
 
 
 def _beside(verdict: Verdict) -> list[str]:

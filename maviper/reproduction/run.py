@@ -138,14 +138,6 @@ def reproduce_paper(folder: str | Path, options: Request, console: Console | Non
     if not options.report_only:
         with store:
             make_cells(store, mine.tasks, options, done.making, console)
-    _write_report(store, plan, claims, done, console)
-    return done
-
-
-# --- what is told
-
-
-def _write_report(store: Store, plan: Plan, claims: str, done: Reproduced, console: Console) -> None:
     finished = table.find_finished(store, plan.ids, claims)
     if finished.other:
         console.line(
@@ -158,6 +150,10 @@ def _write_report(store: Store, plan: Plan, claims: str, done: Reproduced, conso
     place = table.write(store, finished.cells)
     console.line("wrote", f"{place}  {format_count(len(finished.cells), 'cell')}, {done.made} of them made now")
     done.lines = [*report.write_report(store.folder), *done.making.lines]
+    return done
+
+
+# --- what is told
 
 
 def describe_plan(plan: Plan, store: Store) -> list[str]:

@@ -236,7 +236,19 @@ def robustness(context: Context) -> Section:
     )
     made = Collected()
     for expert in context.experts:
-        average = _average(context, expert)
+        # Table 1: means over all opponents
+        told = context.known.tables["average"]
+        rows: list[list[str]] = []
+        for row in told["rows"]:
+            measure = context.known.tables[row["game"]][row["side"]]["measure"]
+            place = Place(row["game"], expert, depth=MAIN_DEPTH, measure=measure)
+            numbers = [_against(context, place, algorithm, []) for algorithm in told["algorithms"]]
+            if any(numbers):
+                paper = [f"{mean:g} ({spread:g})" for mean, spread in zip(row["mean"], row["deviation"], strict=True)]
+                cells = [f"{format_number(number, 2)} | {text}" for number, text in zip(numbers, paper, strict=True)]
+                rows.append([row["game"], measure, *cells])
+        head = ["game", "measure", *map(name_algorithm, told["algorithms"])]
+        average = [Table(f"{told['title']}, expert {expert}", head, rows, told["note"])] if rows else []
         each = [
             table for game in ("predator-prey", "physical-deception") for table in _opponents(context, game, expert)
         ]
@@ -246,22 +258,6 @@ def robustness(context: Context) -> Section:
             here = context.command(f"--depths {MAIN_DEPTH}", expert)
             made.missing.append(f"Table 1, {expert}: {against}: {here}")
     return made.section("robustness", "Robustness: Tables 1, 3 and 4", lead, context.command("--depths 4"))
-
-
-def _average(context: Context, expert: str) -> list[Table]:
-    """Table 1: means over all opponents."""
-    told = context.known.tables["average"]
-    rows: list[list[str]] = []
-    for row in told["rows"]:
-        measure = context.known.tables[row["game"]][row["side"]]["measure"]
-        place = Place(row["game"], expert, depth=MAIN_DEPTH, measure=measure)
-        numbers = [_against(context, place, algorithm, []) for algorithm in told["algorithms"]]
-        if any(numbers):
-            paper = [f"{mean:g} ({spread:g})" for mean, spread in zip(row["mean"], row["deviation"], strict=True)]
-            cells = [f"{format_number(number, 2)} | {text}" for number, text in zip(numbers, paper, strict=True)]
-            rows.append([row["game"], measure, *cells])
-    head = ["game", "measure", *map(name_algorithm, told["algorithms"])]
-    return [Table(f"{told['title']}, expert {expert}", head, rows, told["note"])] if rows else []
 
 
 def _against(context: Context, place: Place, algorithm: str, opponents: list[str]) -> Number | None:

@@ -116,23 +116,30 @@ def judge_claims(book: Book, known: Register, expert: str) -> list[Verdict]:
 
 def _comparisons(book: Book, claim: Claim, expert: str) -> Iterator[Comparison]:
     """Everything that a claim says, one by one, also where cells are missing."""
-    finder = book.finder
+    kind = KIND_OF.get(claim.statistic, EXTRACTION)
+    opponents = OPPONENTS if kind == CROSSPLAY else ()  # a mean over fewer would be another number
+    apart = claim.statistic == register.EACH or (kind == CROSSPLAY and claim.test in register.BOUNDED)
+    groups = {each: (each,) for each in opponents} if apart else {"": opponents}
     for place, first, second in product(_places(claim, expert), claim.first, claim.second or [""]):
         versus = f"{first} less {second}" if second else first
-        label = (
-            f"{versus}, {' '.join([place.measure or place.game, *claim.list_values('lineup')])}, depth {place.depth}"
-        )
+        about = [place.measure or place.game, *claim.list_values("lineup")]
+        label = f"{versus}, {' '.join(about)}, depth {place.depth}"
+        numbers: dict[str, list[list[Part]]] = {}  # opponent, or "" -> the parts of the first, and of the second
         try:
-            numbers = _numbers(finder, claim, place, first, second)
+            algorithms = [each for each in (first, second) if each]
+            seeds = book.finder.seeds(place, algorithms, kind)
+            for opponent, group in groups.items():
+                numbers[opponent] = [_statistic(book.finder, claim, place, each, seeds, group) for each in algorithms]
         except KeyError:
-            numbers: dict[str, list[Part]] = {"": []}
+            numbers = {"": []}
         for opponent, parts in numbers.items():
             told = f"{label}, against {opponent}" if opponent else label
             name = f"claim/{claim.id}/{expert}/{told}"
-            compared = comparison(claim, told, _number(book, name, parts))
+            whole = less(*parts) if len(parts) > 1 else [each for part in parts for each in part]
+            compared = comparison(claim, told, _number(book, name, whole))
             base = None
             if second and claim.statistic in RATIOS and compared.number is not None:
-                base = _number(book, f"{name}/base", _base(finder, claim, place, (first, second), opponent))
+                base = _number(book, f"{name}/base", parts[1])
             yield replace(compared, depth=place.depth, base=base)
 
 
@@ -165,31 +172,6 @@ def _places(claim: Claim, expert: str) -> Iterator[Place]:
             continue
         for depth, preset in product(claim.list_values("depth") or [4], presets):
             yield Place(game, expert, preset, depth, measure, *claim.list_values("splits")[:1])
-
-
-def _numbers(finder: Finder, claim: Claim, place: Place, first: str, second: str) -> dict[str, list[Part]]:
-    """Opponent, or "", -> the parts of the number. KeyError where there are no cells."""
-    kind = KIND_OF.get(claim.statistic, EXTRACTION)
-    seeds = finder.seeds(place, [each for each in (first, second) if each], kind)
-
-    def of(algorithm: str, opponents: Sequence[str]) -> list[Part]:
-        return _statistic(finder, claim, place, algorithm, seeds, opponents)
-
-    opponents = OPPONENTS if kind == CROSSPLAY else ()  # a mean over fewer would be another number
-    apart = claim.statistic == register.EACH or (kind == CROSSPLAY and claim.test in register.BOUNDED)
-    groups = {each: (each,) for each in opponents} if apart else {"": opponents}
-    return {
-        name: less(of(first, group), of(second, group)) if second else of(first, group)
-        for name, group in groups.items()
-    }
-
-
-def _base(finder: Finder, claim: Claim, place: Place, pair: tuple[str, str], opponent: str) -> list[Part]:
-    """Returns the parts of a comparison's baseline, alone, over the seeds that both have."""
-    kind = KIND_OF.get(claim.statistic, EXTRACTION)
-    seeds = finder.seeds(place, pair, kind)
-    opponents = (opponent,) if opponent else OPPONENTS if kind == CROSSPLAY else ()
-    return _statistic(finder, claim, place, pair[1], seeds, opponents)
 
 
 def _statistic(

@@ -232,20 +232,16 @@ class LinearLeaves(Leaves):
         answers = (self.points[:, :, None] * self.parts[:, None, :]).reshape(len(products), -1)
         return np.column_stack([products, answers]) * counts[:, None]
 
-    def _solve_ridge(self, total: Float64) -> tuple[Float64, Any]:
-        """Products with the labels, and the weights, both [..., width, n_outputs]."""
+    def purity(self, total: Float64) -> Float64:
+        """Returns the part of the labels' squares that the ridge regression explains; see `Leaves.purity`."""
         rows, columns = self.upper
         products = np.empty((*total.shape[:-1], self.width, self.width))
         products[..., rows, columns] = products[..., columns, rows] = total[..., : len(rows)]
-        answers = total[..., len(rows) :].reshape(*total.shape[:-1], self.width, -1)
+        answers = total[..., len(rows) :].reshape(*total.shape[:-1], self.width, -1)  # products with the labels
         count = np.maximum(products[..., -1:, -1:], 1)  # an empty side explains nothing, whatever it is divided by
         last = np.zeros((self.width, self.width))
         last[-1, -1] = 1.0
-        return answers, np.linalg.solve(products + count * self.ridge + (products[..., -1:, -1:] < 1) * last, answers)
-
-    def purity(self, total: Float64) -> Float64:
-        """Returns the part of the labels' squares that the ridge regression explains; see `Leaves.purity`."""
-        answers, weights = self._solve_ridge(total)
+        weights = np.linalg.solve(products + count * self.ridge + (products[..., -1:, -1:] < 1) * last, answers)
         return (answers * weights).sum(axis=(-1, -2))
 
     def fit_leaf(self, rows: Int, counts: Int) -> Float64:

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.ir import NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
-from maviper.extraction.growth.joint import FEW, build_tree
+from codegen.ir import Bool, Float32, Float64
+from maviper.extraction.growth.joint import FEW, GrowingTree
 from maviper.worlds.world import Int
 
 APART = np.float32(1e-7)  # values no farther apart count as one, as CART has it
@@ -93,32 +93,16 @@ def _middle(low: Float32, high: Float32) -> Float64:
     return np.where(middle == ends[1], ends[0], middle)
 
 
-class CartTree:
-    """One agent's tree while it grows. Nodes are numbered as they are made: level by level."""
+class CartTree(GrowingTree):
+    """A tree that grows as CART's does."""
 
     def __init__(self, obs: Float32, labels: Int, counts: Int, n_actions: int, max_depth: int, seed: int) -> None:
         """`obs`: [n, n_features]; `labels`: [n]; `counts`: [n], how often the agent's data set holds each point;
         `seed`: for ties between features.
         """
-        self.obs, self.labels, self.counts = obs, labels, counts
-        self.n_actions, self.max_depth, self.seed = n_actions, max_depth, seed
-        self.feature: list[int] = []
-        self.threshold: list[float] = []
-        self.children: list[tuple[int, int]] = []
-        self.action: list[int] = []
-        self.place = np.zeros(len(obs), dtype=np.int64)  # the leaf that each point is in
-        self.own = np.flatnonzero(counts)
-        self.open = [self._leaf(self.own)]  # leaves of the current level that may still split
-        self.level = 0
+        super().__init__(labels, counts, n_actions, max_depth)
+        self.obs, self.seed, self.own = obs, seed, np.flatnonzero(counts)
         self.columns = Columns(obs[self.own], labels[self.own], n_actions) if np.isfinite(obs).all() else None
-        self._right: Bool | None = None  # cached until the tree grows
-
-    def _leaf(self, rows: Int) -> int:
-        self.feature.append(NO_FEATURE)
-        self.threshold.append(0.0)
-        self.children.append((NO_CHILD, NO_CHILD))
-        self.action.append(self._majority(rows))
-        return len(self.feature) - 1
 
     def _majority(self, rows: Int) -> int:
         return int(np.argmax(np.bincount(self.labels[rows], self.counts[rows], self.n_actions)))
@@ -126,33 +110,20 @@ class CartTree:
     def _fit(self, rows: Int, max_depth: int) -> Any:
         return cart(self.obs[rows], self.labels[rows], self.counts[rows], max_depth, self.seed)
 
-    def _slots(self) -> Int:
-        """The place of each point's leaf among the open ones, or -1."""
-        place_of = np.full(len(self.feature), -1, dtype=np.int64)
-        place_of[self.open] = np.arange(len(self.open))
-        return place_of[self.place]
-
     def _large(self, slot: Int, parts: int) -> Bool:
         """The open leaves whose points are enough for so many parts, to be searched at once."""
         known = np.bincount(slot[self.own][slot[self.own] >= 0], minlength=len(self.open))
         return (known >= FEW * parts) & (self.columns is not None)
 
-    def check_predictions(self) -> Bool:
-        """Predict for all points: does the projected final tree act as the expert does? [n]"""
-        if self._right is None:
-            predicted = np.array(self.action)[self.place]
-            remaining = self.max_depth - self.level
-            if self.open and remaining:
-                slot = self._slots()
-                said, sure = self._project(slot, remaining)
-                predicted = np.where(said >= 0, said, predicted)
-                for place in np.flatnonzero(~sure):
-                    here = np.flatnonzero(slot == place)
-                    own = here[self.counts[here] > 0]
-                    if own.size:
-                        predicted[here] = self._fit(own, remaining).predict(self.obs[here])
-            self._right = np.equal(predicted, self.labels)
-        return self._right
+    def project(self, slot: Int, depth: int) -> Int:
+        """Fits large leaves' trees at once, others by CART; see `GrowingTree.project`."""
+        said, sure = self._project(slot, depth)
+        for place in np.flatnonzero(~sure):
+            here = np.flatnonzero(slot == place)
+            own = here[self.counts[here] > 0]
+            if own.size:
+                said[here] = self._fit(own, depth).predict(self.obs[here])
+        return said
 
     def _project(self, slot: Int, depth: int) -> tuple[Int, Bool]:
         """The actions of trees of `depth`, one for each open leaf and fitted to its points, at every point, [n], -1
@@ -184,16 +155,9 @@ class CartTree:
         said[inside] = totals.reshape(n_slots, -1).argmax(axis=1)[slot[inside]]
         return np.where((slot >= 0) & sure[slot >> depth], said, -1), sure
 
-    def build(self, keep: Bool) -> None:
-        """Grows one level: splits every open leaf on its kept points. `keep`: [n]."""
-        self.open = self._grow_level(keep) if self.open else []
-        self.level += 1
-        self._right = None
-
-    def _grow_level(self, keep: Bool) -> list[int]:
-        """The new leaves."""
+    def split_leaves(self, slot: Int, keep: Bool) -> list[int]:
+        """Searches large leaves at once, others by CART; see `GrowingTree.split_leaves`."""
         grown: list[int] = []
-        slot = self._slots()
         kept = (self.counts > 0) & keep
         emptied = np.bincount(slot[kept][slot[kept] >= 0], minlength=len(self.open)) == 0
         kept |= (self.counts > 0) & emptied[slot]
@@ -214,21 +178,15 @@ class CartTree:
                 stump = self._fit(rows, 1).tree_
                 split = (stump.feature[0], np.float64(stump.threshold[0])) if stump.node_count > 1 else None
             if split is not None:
-                grown += self._split(leaf, here, rows, *split)
+                feature, threshold = split
+                # float32 against float64, as scikit-learn compares; numpy would round a Python float to float32 first
+                goes_left = self.obs[:, feature] <= threshold
+                left, right = (self.add_leaf(self._majority(rows[side[rows]])) for side in (goes_left, ~goes_left))
+                self.feature[leaf], self.threshold[leaf] = int(feature), float(threshold)
+                self.children[leaf] = left, right
+                self.place[here] = np.where(goes_left[here], left, right)
+                grown += [left, right]
         return grown
-
-    def _split(self, leaf: int, here: Int, rows: Int, feature: int, threshold: Any) -> list[int]:
-        """Splits a leaf that has points `here` and learns from `rows`; returns the new leaves."""
-        # float32 against float64, as scikit-learn compares; numpy would round a Python float to float32 first
-        goes_left = self.obs[:, feature] <= threshold
-        children = (self._leaf(rows[goes_left[rows]]), self._leaf(rows[~goes_left[rows]]))
-        self.feature[leaf], self.threshold[leaf], self.children[leaf] = int(feature), float(threshold), children
-        self.place[here] = np.where(goes_left[here], *children)
-        return list(children)
-
-    def tree(self) -> GrownTree:
-        """The tree grown so far."""
-        return build_tree(self.feature, self.threshold, self.children, self.action)
 
 
 def cart(obs: Float32, labels: Int, counts: Int, max_depth: int, seed: int) -> Any:

@@ -21,7 +21,7 @@ from codegen.paths import LEGAL, Mask
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.best_first import KINDS, BestFirstTree, Leaves, gini, grow_tree, testing
 from maviper.extraction.growth.exact import CartTree
-from maviper.extraction.growth.joint import Bins, Codes, Growing, HistogramTree, grow_jointly, grow_shared
+from maviper.extraction.growth.joint import Bins, Codes, GrowingTree, HistogramTree, grow_jointly, grow_shared
 from maviper.extraction.growth.sums import Labels, Numbers, optimise_tests
 from maviper.extraction.settings import DIFFERENCES, EXACT, SUMS, Settings
 from maviper.worlds import World
@@ -152,7 +152,7 @@ class Growth:
         wide = obs.astype(np.float64)
         return np.column_stack([wide, *(wide[:, one] - wide[:, other] for one, other in self.pairs[agent])])
 
-    def _member(self, part: Part, seed: int) -> Growing:
+    def _member(self, part: Part, seed: int) -> GrowingTree:
         obs, labels, counts = part.obs, part.labels, part.counts
         depth, n_actions = self.settings.max_depth, self.n_actions[part.agent]
         if self.settings.splits == EXACT:

@@ -16,9 +16,9 @@ and learns from the node's unfiltered points. Where no depth remains there is no
 leaves.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -27,31 +27,8 @@ from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, 
 from maviper.worlds.world import Int
 
 
-class Growing(Protocol):
-    """A tree that grows level by level, over points that the team shares."""
-
-    labels: Int  # [n]
-
-    @property
-    def counts(self) -> Int | Float64:
-        """The count of each point in its data set, [n]."""
-        ...
-
-    def check_predictions(self) -> Bool:
-        """Returns True for the points, of all [n], in which the projected final tree acts as the expert does."""
-        ...
-
-    def build(self, keep: Bool) -> None:
-        """Grows one level, on the points that are kept [n]."""
-        ...
-
-    def tree(self) -> GrownTree:
-        """The tree grown so far."""
-        ...
-
-
 def grow_jointly(
-    team: Sequence[Growing],
+    team: Sequence["GrowingTree"],
     max_depth: int,
     least_right: int,
     alive: Bool | None = None,
@@ -78,7 +55,7 @@ def grow_jointly(
 
 
 def grow_shared(
-    tree: Growing, max_depth: int, least_right: int, alive: Bool, kept: list[float] | None = None
+    tree: "GrowingTree", max_depth: int, least_right: int, alive: Bool, kept: list[float] | None = None
 ) -> list[GrownTree]:
     """Grows one tree for all members, like `grow_jointly`: [the tree] * N. Its points are those of `alive` [n, N], one
     row per member and point; a point that the votes drop loses all its rows.
@@ -95,14 +72,71 @@ def grow_shared(
     return [tree.tree()] * members
 
 
-def build_tree(
-    feature: Sequence[int], threshold: Sequence[float], children: Sequence[tuple[int, int]], action: Sequence[int]
-) -> GrownTree:
-    """A tree from lists over its nodes; `action` has an entry for splits too, which counts for nothing."""
-    split = np.array(feature) != NO_FEATURE
-    left, right = zip(*children, strict=True)
-    action_ = np.where(split, NO_ACTION, action)
-    return GrownTree(np.array(feature), np.array(threshold), np.array(left), np.array(right), action_)
+class GrowingTree(ABC):
+    """One agent's tree while it grows level by level, over points that the team shares. Nodes are numbered as they are
+    made.
+    """
+
+    def __init__(self, labels: Int, counts: Int | Float64, n_actions: int, max_depth: int) -> None:
+        """`labels`: [n]; `counts`: [n], how often the agent's data set holds each point."""
+        self.labels, self.counts, self.n_actions, self.max_depth = labels, counts, n_actions, max_depth
+        self.feature: list[int] = []
+        self.threshold: list[float] = []
+        self.children: list[tuple[int, int]] = []
+        self.action: list[int] = []
+        self.place = np.zeros(len(labels), dtype=np.int64)  # the leaf that each point is in
+        self.open = [self.add_leaf(int(np.bincount(labels, counts, n_actions).argmax()))]  # of the current level
+        self.level = 0
+        self._right: Bool | None = None  # kept until the tree grows
+
+    def check_predictions(self) -> Bool:
+        """Predict for all points: does the projected final tree act as the expert does? [n]"""
+        if self._right is None:
+            predicted, remaining = np.array(self.action)[self.place], self.max_depth - self.level
+            if self.open and remaining:  # a finished tree votes by its own leaves
+                said = self.project(self.slots(), remaining)
+                predicted = np.where(said >= 0, said, predicted)
+            self._right = np.equal(predicted, self.labels)
+        return self._right
+
+    def build(self, keep: Bool) -> None:
+        """Build: grows one level, splits every open leaf on its kept points, on all its points where none is kept.
+        `keep`: [n].
+        """
+        self.open = self.split_leaves(self.slots(), keep) if self.open else []
+        self.level += 1
+        self._right = None
+
+    def tree(self) -> GrownTree:
+        """The tree grown so far."""
+        split = np.array(self.feature) != NO_FEATURE
+        left, right = zip(*self.children, strict=True)
+        action = np.where(split, NO_ACTION, self.action)
+        return GrownTree(np.array(self.feature), np.array(self.threshold), np.array(left), np.array(right), action)
+
+    @abstractmethod
+    def project(self, slot: Int, depth: int) -> Int:
+        """The actions of trees of `depth`, one for each open leaf and fitted to its points, at every point, [n], -1
+        where there is none. `slot`: as of `slots`.
+        """
+
+    @abstractmethod
+    def split_leaves(self, slot: Int, keep: Bool) -> list[int]:
+        """Splits the open leaves; returns the new ones. `slot`: as of `slots`; `keep`: as of `build`."""
+
+    def slots(self) -> Int:
+        """The place of each point's leaf among the open ones, or -1."""
+        place_of = np.full(len(self.feature), -1, dtype=np.int64)
+        place_of[self.open] = np.arange(len(self.open))
+        return place_of[self.place]
+
+    def add_leaf(self, action: int) -> int:
+        """Adds a leaf that takes an action; returns its node."""
+        self.feature.append(NO_FEATURE)
+        self.threshold.append(0.0)
+        self.children.append((NO_CHILD, NO_CHILD))
+        self.action.append(action)
+        return len(self.feature) - 1
 
 
 BINS = 256
@@ -246,51 +280,21 @@ def project_trees(
     return said
 
 
-class HistogramTree:
-    """One agent's tree while it grows, a level at a time; nodes are numbered as they are made."""
+class HistogramTree(GrowingTree):
+    """A tree that grows by histograms."""
 
     def __init__(self, bins: Bins, codes: Codes, labels: Int, counts: Int, n_actions: int, max_depth: int) -> None:
         """`codes`: [n_features, n] of all points; `counts`: [n], how often the agent's data set holds each."""
-        self.bins, self.codes, self.labels = bins, codes, labels
-        self.counts = counts.astype(np.float64)
-        self.n_actions, self.max_depth = n_actions, max_depth
-        self.feature, self.threshold = [NO_FEATURE], [0.0]
-        self.children: list[tuple[int, int]] = [(NO_CHILD, NO_CHILD)]
-        self.action = [int(np.bincount(labels, self.counts, n_actions).argmax())]
-        self.place = np.zeros(codes.shape[1], dtype=np.int64)  # the leaf that each point is in
-        self.open = [0]  # leaves of the current level
-        self.level = 0
-        self._right: Bool | None = None  # kept until the tree grows
+        super().__init__(labels, counts.astype(np.float64), n_actions, max_depth)
+        self.bins, self.codes = bins, codes
 
-    def _slots(self) -> Int:
-        """The place of each point's leaf among the open ones, or -1."""
-        place_of = np.full(len(self.feature), -1, dtype=np.int64)
-        place_of[self.open] = np.arange(len(self.open))
-        return place_of[self.place]
+    def project(self, slot: Int, depth: int) -> Int:
+        """Fits the trees by histograms; see `GrowingTree.project`."""
+        return project_trees(self.codes, self.labels, self.counts, slot, len(self.open), self.n_actions, depth)
 
-    def check_predictions(self) -> Bool:
-        """Returns True for the points, of all [n], in which the projected final tree acts as the expert does."""
-        if self._right is None:
-            predicted = np.array(self.action)[self.place]
-            remaining = self.max_depth - self.level
-            if self.open and remaining:  # a finished tree votes by its own leaves
-                said = project_trees(
-                    self.codes, self.labels, self.counts, self._slots(), len(self.open), self.n_actions, remaining
-                )
-                predicted = np.where(said >= 0, said, predicted)
-            self._right = np.equal(predicted, self.labels)
-        return self._right
-
-    def build(self, keep: Bool) -> None:
-        """Grows one level: splits every open leaf on its kept points, or on all its points where none is kept."""
-        if self.open:
-            self._build(keep)
-        self.level += 1
-        self._right = None
-
-    def _build(self, keep: Bool) -> None:
-        slot, n_slots = self._slots(), len(self.open)
-        inside = slot >= 0
+    def split_leaves(self, slot: Int, keep: Bool) -> list[int]:
+        """Splits all open leaves in one pass; see `GrowingTree.split_leaves`."""
+        n_slots, inside = len(self.open), slot >= 0
         weights = self.counts * keep
         emptied = np.bincount(slot[inside], weights[inside], n_slots) == 0
         weights = np.where(inside & emptied[slot], self.counts, weights)
@@ -311,21 +315,10 @@ class HistogramTree:
                 continue
             feature = int(splits.feature[index])
             self.feature[leaf], self.threshold[leaf] = feature, float(self.bins.edges[feature][splits.code[index]])
-            self.children[leaf] = len(self.feature), len(self.feature) + 1
-            for action in actions[index]:
-                grown.append(self._leaf(int(action)))
+            left, other = (self.add_leaf(int(action)) for action in actions[index])
+            self.children[leaf] = left, other
+            grown += [left, other]
         first = np.array([left for left, _ in self.children])
         moved = inside & splits.found[slot]
         self.place = np.where(moved, first[self.place] + right, self.place)
-        self.open = grown
-
-    def _leaf(self, action: int) -> int:
-        self.feature.append(NO_FEATURE)
-        self.threshold.append(0.0)
-        self.children.append((NO_CHILD, NO_CHILD))
-        self.action.append(action)
-        return len(self.feature) - 1
-
-    def tree(self) -> GrownTree:
-        """The tree grown so far."""
-        return build_tree(self.feature, self.threshold, self.children, self.action)
+        return grown

@@ -141,7 +141,17 @@ def optimise_tests(tree: GrownTree, obs: Float32, answers: Labels | Numbers) -> 
     before = np.inf
     for _ in range(SWEEPS):
         _prune_nodes(nodes, wide)
-        total = _sweep_nodes(nodes, wide, spread, answers, price)
+        rows, leaves = nodes.reaching(wide), nodes.leaves()
+        # what each point would lose below each node
+        below = dict(zip(leaves, answers.losses([rows[leaf] for leaf in leaves]), strict=True))
+        for node in [*nodes.down()][::-1]:
+            here, (one, other) = rows[node], (below.pop(nodes.left[node]), below.pop(nodes.right[node]))
+            better, swap = _better(nodes.tests[node], wide[here], one[here], other[here], spread, price)
+            nodes.tests[node] = better
+            if swap:
+                nodes.left[node], nodes.right[node], one, other = nodes.right[node], nodes.left[node], other, one
+            below[node] = np.where(better.left(wide), one, other)
+        total = float(below[ROOT].sum()) + price * sum(test.terms for test in nodes.tests.values())
         if total >= before - price:
             break
         before = total
@@ -165,22 +175,6 @@ def _prune_nodes(nodes: _Nodes, obs: Float64) -> None:
                     nodes.left[node], nodes.right[node] = nodes.left[kept], nodes.right[kept]
                 changed = True
                 break
-
-
-def _sweep_nodes(nodes: _Nodes, obs: Float64, spread: Float64, answers: Answers, price: float) -> float:
-    """One way up; what the tree loses then, with the price of its terms."""
-    rows, leaves = nodes.reaching(obs), nodes.leaves()
-    losses = answers.losses([rows[leaf] for leaf in leaves])
-    # what each point would lose below each node
-    below = {leaf: losses[place] for place, leaf in enumerate(leaves)}
-    for node in [*nodes.down()][::-1]:
-        here, (one, other) = rows[node], (below.pop(nodes.left[node]), below.pop(nodes.right[node]))
-        better, swap = _better(nodes.tests[node], obs[here], one[here], other[here], spread, price)
-        nodes.tests[node] = better
-        if swap:
-            nodes.left[node], nodes.right[node], one, other = nodes.right[node], nodes.left[node], other, one
-        below[node] = np.where(better.left(obs), one, other)
-    return float(below[ROOT].sum()) + price * sum(test.terms for test in nodes.tests.values())
 
 
 def _better(test: Test, obs: Float64, one: Float64, other: Float64, spread: Float64, price: float) -> tuple[Test, bool]:
@@ -255,12 +249,8 @@ def _logistic(scaled: Float64, care: Float64) -> Float64:
         chance = 1 / (1 + np.exp(-np.clip(points @ fitted, -30, 30)))
         slope = points.T @ (weight * (chance - side)) + ridge @ fitted
         curve = (points.T * (weight * np.maximum(chance * (1 - chance), 1e-3))) @ points + ridge
-        fitted = fitted - _solve(curve, slope)
+        fitted = fitted - np.asarray(np.linalg.solve(curve, slope), dtype=np.float64)
     return fitted[:-1]
-
-
-def _solve(matrix: Float64, right: Float64) -> Float64:
-    return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
 
 
 def _build_tree(nodes: _Nodes, obs: Float64, answers: Labels | Numbers) -> GrownTree:
@@ -348,20 +338,16 @@ def tilt_tests(tree: SummedTree, node: int, here: Floats, rng: np.random.Generat
     spread = seen.std(axis=0)
     if not spread.any():
         return
+    deviation = float(here[:, feature].std()) or 1.0
     for _ in range(TRIED):
-        tilted = _tilt(weights, spread, float(here[:, feature].std()), rng)
+        # one weight is moved, or, of several, left out; at most TERMS stay, the largest 1 or -1
+        moved, used = weights.copy(), np.flatnonzero(weights)
+        if len(used) > 1 and rng.random() < 1 / TRIED:
+            moved[int(rng.choice(used))] = 0.0
+        else:
+            which = int(rng.choice(np.flatnonzero(spread)))
+            moved[which] += rng.normal() * float(rng.choice(TILTS)) * deviation / spread[which]
+        moved[np.argsort(-np.abs(moved) * spread, kind="stable")[TERMS:]] = 0.0
+        rounded = np.round(moved / np.abs(moved).max(), DIGITS) if moved.any() else weights
+        tilted = np.asarray(rounded, dtype=np.float64).astype(np.float32).astype(np.float64)
         yield with_sum(tree, node, tilted, float(np.quantile(seen @ tilted, rank, method="lower")))
-
-
-def _tilt(weights: Float64, spread: Float64, deviation: float, rng: np.random.Generator) -> Float64:
-    """Other weights of at most TERMS features, the largest 1 or -1: one is moved, or, of several, left out."""
-    moved, used = weights.copy(), np.flatnonzero(weights)
-    if len(used) > 1 and rng.random() < 1 / TRIED:
-        moved[int(rng.choice(used))] = 0.0
-    else:
-        which = int(rng.choice(np.flatnonzero(spread)))
-        moved[which] += rng.normal() * float(rng.choice(TILTS)) * (deviation or 1.0) / spread[which]
-    least = np.argsort(-np.abs(moved) * spread, kind="stable")[TERMS:]
-    moved[least] = 0.0
-    rounded = np.asarray(np.round(moved / np.abs(moved).max(), DIGITS) if moved.any() else weights, dtype=np.float64)
-    return rounded.astype(np.float32).astype(np.float64)

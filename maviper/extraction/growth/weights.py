@@ -152,11 +152,6 @@ def joint_actions(world: World, agent: int, others: list[int]) -> Int:
     else:
         rng = np.random.default_rng([SAMPLE_SEED, agent])
         theirs = rng.integers(choices, size=(SAMPLED_JOINT, len(others)))
-    return _with_own(world, agent, others, theirs)
-
-
-def _with_own(world: World, agent: int, others: list[int], theirs: Int) -> Int:
-    """Combines all own actions with some joint actions of the others, [n, len(others)]; see `joint_actions`."""
     n_own = len(world.actions[agent])
     joint = np.full((n_own * len(theirs), len(world.agents)), AS_GIVEN, dtype=np.int64)
     joint[:, agent] = np.repeat(np.arange(n_own), len(theirs))

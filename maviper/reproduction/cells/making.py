@@ -23,7 +23,7 @@ import numpy.typing as npt
 from codegen import ir, policy_json
 from codegen.errors import InputError, MaviperError
 from codegen.floats import observations as rounded
-from codegen.ir import NO_FEATURE, Float32, Float64, PolicyProfile, Tree
+from codegen.ir import NO_FEATURE, Float64, PolicyProfile, Tree
 from codegen.profiles import loads
 from maviper.episodes import measures
 from maviper.episodes.play import TALLY, Controller, Episodes, play, points
@@ -122,22 +122,9 @@ def of_expert(expert: Expert, world: World) -> dict[str, Any]:
 
 def of_profile(world: World, expert: Expert, profile: PolicyProfile) -> dict[str, Any]:
     """Everything that is told of a profile."""
-    facts: dict[str, Any] = {"trees": _sizes(profile), "training": dict(profile.provenance.training)}
-    facts["importances"] = _importances(world, expert, profile)
-    return facts
-
-
-def _sizes(profile: PolicyProfile) -> dict[str, Any]:
-    """Agent -> the number of leaves of its tree, and its depth."""
-    return {
-        policy.agent: {"leaves": len(ir.leaves(policy.tree)), "depth": int(ir.depth(policy.tree).max())}
-        for policy in profile.agents
-    }
-
-
-def _importances(world: World, expert: Expert, profile: PolicyProfile) -> dict[str, Any]:
-    """Agent -> by feature, how much a tree's splits on it part its decisions, and how often it is tested."""
-    seen = _common_states(world, expert)
+    seeds = np.arange(measures.ON_POLICY_SEEDS, measures.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
+    seen = points(play(world, [expert] * len(world.agents), world.start_from_seeds(seeds)))[0]
+    # agent -> by feature, how much its tree's splits on it part its decisions, and how often it is tested
     by_agent: dict[str, Any] = {}
     for place, policy in enumerate(profile.agents):
         told = importances(policy, seen[place])
@@ -146,13 +133,19 @@ def _importances(world: World, expert: Expert, profile: PolicyProfile) -> dict[s
             "impurity": dict(zip(names, map(float, told.decrease), strict=True)),
             "tested": dict(zip(names, map(float, told.tested), strict=True)),
         }
-    return by_agent
+    return {
+        "trees": _sizes(profile),
+        "training": dict(profile.provenance.training),
+        "importances": by_agent,
+    }
 
 
-def _common_states(world: World, expert: Expert) -> tuple[Float32, ...]:
-    """Returns each agent's observations in the expert's own episodes, [n, n_features]."""
-    seeds = np.arange(measures.ON_POLICY_SEEDS, measures.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
-    return points(play(world, [expert] * len(world.agents), world.start_from_seeds(seeds)))[0]
+def _sizes(profile: PolicyProfile) -> dict[str, Any]:
+    """Agent -> the number of leaves of its tree, and its depth."""
+    return {
+        policy.agent: {"leaves": len(ir.leaves(policy.tree)), "depth": int(ir.depth(policy.tree).max())}
+        for policy in profile.agents
+    }
 
 
 # joint steps of each network, episodes of the refined tree; of the quick and the default tier
@@ -184,34 +177,28 @@ class Asked:
 
 def exploit_teams(asked: Asked) -> tuple[list[str], dict[str, Any]]:
     """Rows of episodes, and what is told of each team."""
-    rows: list[str] = []
-    told: dict[str, Any] = {}
-    for team in asked.world.teams:
-        with tempfile.TemporaryDirectory() as scratch:
-            outcome, chosen_on = _exploit_team(asked, team, Path(scratch))
-        (measure,) = outcome.responding
-        for answer in outcome.tried:
-            rows += _rows(f"{team}:{answer.name}{CHOSEN_ON}", measure, answer, chosen_on)
-        for answer in {outcome.usual.name: outcome.usual, outcome.chosen.name: outcome.chosen}.values():
-            rows += _rows(f"{team}:{answer.name}", measure, answer, asked.cell.episodes)
-        told[team] = outcome.document()
-    return rows, {"exploitability": told}
-
-
-def _exploit_team(asked: Asked, team: str, scratch: Path) -> tuple[Any, range]:
-    """The `Exploitability` of a team, and the episodes that its responder was chosen on."""
-    # here, since not every version has them
     world, seed = asked.world, asked.cell.seed
     experts: list[Controller] = [asked.expert] * len(world.agents)
     players = {name: among(world, profile.agents, experts) for name, profile in asked.profiles.items()}
     policies = players.pop(asked.cell.algorithm)
-    frozen = Frozen(world, policies, team, policy_json.content_hash(asked.own)[:ID_LETTERS])
     others = [profile for name, profile in asked.profiles.items() if name != asked.cell.algorithm]
     trees = [policy for profile in (asked.own, *others) for policy in profile.agents]
-    learning = Learning(scratch, asked.effort["steps"], seed) if asked.effort["steps"] else None
-    effort = Effort(learning, asked.effort["refinement"], seed=seed)
-    candidates = responders(frozen, asked.expert, players, trees, effort)
-    return exploitability(world, policies, team, candidates, CHOICE, asked.cell.episodes), CHOICE
+    rows: list[str] = []
+    told: dict[str, Any] = {}
+    for team in world.teams:
+        frozen = Frozen(world, policies, team, policy_json.content_hash(asked.own)[:ID_LETTERS])
+        with tempfile.TemporaryDirectory() as scratch:
+            learning = Learning(Path(scratch), asked.effort["steps"], seed) if asked.effort["steps"] else None
+            effort = Effort(learning, asked.effort["refinement"], seed=seed)
+            candidates = responders(frozen, asked.expert, players, trees, effort)
+            outcome = exploitability(world, policies, team, candidates, CHOICE, asked.cell.episodes)
+        (measure,) = outcome.responding
+        for answer in outcome.tried:
+            rows += _rows(f"{team}:{answer.name}{CHOSEN_ON}", measure, answer, CHOICE)
+        for answer in {outcome.usual.name: outcome.usual, outcome.chosen.name: outcome.chosen}.values():
+            rows += _rows(f"{team}:{answer.name}", measure, answer, asked.cell.episodes)
+        told[team] = outcome.document()
+    return rows, {"exploitability": told}
 
 
 def _rows(lineup: str, measure: Measure, answer: Any, episodes: range) -> list[str]:
@@ -265,7 +252,10 @@ def _files(task: Task, profiles: Mapping[str, PolicyProfile]) -> Files:
     if task.budget is not None:
         return _compare_cell(task, world, expert)
     if task.cell.kind == EXTRACTION:
-        return _extract_cell(task, world, expert)
+        profile = _profile(task, world, expert)
+        facts = runs.as_json(of_profile(world, expert, profile))
+        rows = play_lineups(world, task.episodes, replacing(world, expert, profile))
+        return {runs.PROFILE_FILE: policy_json.dumps(profile), EPISODES_FILE: rows, FACTS_FILE: facts}
     if task.cell.kind == CROSSPLAY:
         lineups = crossplay(world, expert, profiles)
         return {EPISODES_FILE: play_lineups(world, task.episodes, lineups), FACTS_FILE: runs.as_json({})}
@@ -328,18 +318,6 @@ def crossplay(world: World, expert: Expert, profiles: Mapping[str, PolicyProfile
 # --- extraction
 
 
-def _extract_cell(task: Task, world: World, expert: Expert) -> Files:
-    """An extraction."""
-    profile = _profile(task, world, expert)
-    told = of_profile(world, expert, profile)
-    rows = play_lineups(world, task.episodes, replacing(world, expert, profile))
-    return {
-        runs.PROFILE_FILE: policy_json.dumps(profile),
-        EPISODES_FILE: rows,
-        FACTS_FILE: runs.as_json(told),
-    }
-
-
 def _compare_cell(task: Task, world: World, expert: Expert) -> Files:
     """An extraction whose teams play among experts, with what a comparison tells beside that."""
     settings, begun = task.settings(world), TALLY.episodes
@@ -348,16 +326,8 @@ def _compare_cell(task: Task, world: World, expert: Expert) -> Files:
     if world.games is None:  # held-out episodes are no part of the budget there
         profiles = 1 + len(world.agents) * (settings.algorithm == VIPER)  # VIPER's of each agent, too
         played -= profiles * settings.plan(world)[MEASURING]
-    rows, fidelity = _measure_teams(world, expert, profile, task.episodes)
-    facts = {"trees": _sizes(profile), "fidelity": fidelity, "played": played}
-    return {runs.PROFILE_FILE: policy_json.dumps(profile), EPISODES_FILE: rows, FACTS_FILE: runs.as_json(facts)}
-
-
-def _measure_teams(world: World, expert: Expert, profile: PolicyProfile, seeds: range) -> tuple[str, dict[str, float]]:
-    """Each team's trees among experts, as `play_lineups` writes it; and for each agent how like the expert its tree
-    acts in the states of these episodes, from 0 to 1.
-    """
-    stage, lines, fidelity = Stage(world, seeds), [HEAD], dict[str, float]()
+    # each team's trees among experts, as `play_lineups` writes it; and how like the expert each tree acts there, 0 to 1
+    stage, lines, fidelity = Stage(world, task.episodes), [HEAD], dict[str, float]()
     trees = {world.agents.index(policy.agent): policy for policy in profile.agents}
 
     def ask(met: Episodes) -> Int:
@@ -372,9 +342,10 @@ def _measure_teams(world: World, expert: Expert, profile: PolicyProfile, seeds: 
         fidelity |= dict(zip((world.agents[agent] for agent in ours), means, strict=True))
         for measure in measures.list_measures(world):
             if measure.team == team:
-                pairs = zip(seeds, stage.values(tuple(controllers), measure).tolist(), strict=True)
+                pairs = zip(task.episodes, stage.values(tuple(controllers), measure).tolist(), strict=True)
                 lines += [f"{name},{measure.label},{episode},{value!r}\n" for episode, value in pairs]
-    return "".join(lines), fidelity
+    facts = runs.as_json({"trees": _sizes(profile), "fidelity": fidelity, "played": played})
+    return {runs.PROFILE_FILE: policy_json.dumps(profile), EPISODES_FILE: "".join(lines), FACTS_FILE: facts}
 
 
 def _profile(task: Task, world: World, expert: Expert) -> PolicyProfile:

@@ -196,36 +196,21 @@ def plan_cells(asked: Asked, register: str) -> Plan:
 
 
 def _tasks(asked: Asked, one: Known, register: str, left_out: list[tuple[str, str]]) -> list[Task]:
-    experts = [Cell(EXPERT, one.game, one.label, seed=first) for first in _seeds(asked)[::BLOCKS]]
-    cells = [*experts, *_extractions(asked, one)]
+    count = asked.seeds if asked.seeds is not None else 1 if asked.tier == QUICK else SEEDS
+    seeds = range(asked.first_seed, asked.first_seed + count)
+    depths = asked.depths or ((MAIN_DEPTH,) if asked.tier == QUICK else DEPTHS)
+    chosen = list(product(asked.algorithms or COMPARED, depths))
+    if not asked.algorithms and one.game.partition(",")[0] == DECEPTION and MAIN_DEPTH in depths:
+        chosen += [(name, MAIN_DEPTH) for name in ABLATIONS]
+    pairs = {(preset, name, depth) for preset in asked.presets for name, depth in chosen}
+    grid = sorted(each for each in pairs if each[:2] != (RELEASED, FITTED_Q))  # which that preset does not have
+    cells = [Cell(EXPERT, one.game, one.label, seed=first) for first in seeds[::BLOCKS]]
+    cells += [
+        Cell(EXTRACTION, one.game, one.label, preset, name, depth, 0, HISTOGRAM, seed)
+        for seed, (preset, name, depth) in product(seeds, grid)  # so that an interrupted run has whole seeds
+    ]
     made = [Task(cell, one.source, one.hash, register) for cell in cells]
     return [*made, *_crossplays(made), *_answers(asked, made, left_out)]
-
-
-def _seeds(asked: Asked) -> range:
-    count = asked.seeds if asked.seeds is not None else 1 if asked.tier == QUICK else SEEDS
-    return range(asked.first_seed, asked.first_seed + count)
-
-
-def _extractions(asked: Asked, one: Known) -> list[Cell]:
-    """Seed by seed, so that an interrupted run has whole seeds."""
-    depths = asked.depths or ((MAIN_DEPTH,) if asked.tier == QUICK else DEPTHS)
-    grid = sorted(set(_main(asked, one.game.partition(",")[0], depths)))
-    return [
-        Cell(EXTRACTION, one.game, one.label, preset, name, depth, 0, HISTOGRAM, seed)
-        for seed, (preset, name, depth) in product(_seeds(asked), grid)
-    ]
-
-
-def _main(asked: Asked, game: str, depths: Sequence[int]) -> list[tuple[str, str, int]]:
-    """Preset, algorithm and depth of the main comparison; what a preset does not have is left out silently."""
-    if asked.algorithms:
-        chosen = list(product(asked.algorithms, depths))
-    else:
-        chosen = list(product(COMPARED, depths))
-        chosen += [(name, MAIN_DEPTH) for name in ABLATIONS if game == DECEPTION and MAIN_DEPTH in depths]
-    pairs = [(preset, name, depth) for preset in asked.presets for name, depth in chosen]
-    return [each for each in pairs if each[:2] != (RELEASED, FITTED_Q)]
 
 
 def _crossplays(made: Sequence[Task], depths: Sequence[int] = (MAIN_DEPTH,)) -> list[Task]:

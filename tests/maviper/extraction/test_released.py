@@ -219,18 +219,18 @@ def test_warm_up_comes_first(world, expert, monkeypatch):
     assert found["points"] == 25 * (10 + 2 * 3) and found["stopped_after"] == 2 and found["selection"] == "return"
 
 
-@pytest.mark.parametrize(
-    "loop", [pytest.param(released.maviper, marks=pytest.mark.slow), released.viper, released.imitation]
-)
-def test_loops_stop_where_the_selection_says_so(world, expert, monkeypatch, loop):
+@pytest.mark.parametrize("algorithm", [pytest.param("maviper", marks=pytest.mark.slow), "iviper", "imitation"])
+def test_loops_stop_where_the_selection_says_so(world, expert, monkeypatch, algorithm):
     """The second candidate is enough."""
-    settings = Settings.of({"preset": "released", "iterations": 3, "rollouts": 1, "max_depth": 1})
+    given = {"algorithm": algorithm, "iterations": 3, "rollouts": 1, "max_depth": 1}
+    settings, loop = Settings.of({"preset": "released", **given}), released.rounds
+    loop = released.imitation if algorithm == "imitation" else loop
     monkeypatch.setattr(released, "WARM_UP", 1)
     offered: list[object] = []
     selection = SimpleNamespace(
         note_rollouts=lambda *_: None, offer=lambda tree: offered.append(tree) or len(offered) > 1
     )
-    loop(Extraction(world, expert, settings), [0] if loop is released.viper else range(3), selection)
+    loop(Extraction(world, expert, settings), [0] if algorithm == "iviper" else range(3), selection)
     assert len(offered) == 2
 
 
