@@ -7,7 +7,7 @@ Does not: know how any of them works.
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 from codegen import ir
@@ -165,62 +165,45 @@ Iterates = tuple[list[list[GrownTree]], dict[str, int]]
 
 def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterates:
     """The best trees of each agent, the chosen one first, and what the provenance says of them."""
-    by = asked.settings.together
+    world, settings, by = asked.world, asked.settings, asked.settings.together
     tasks = list[tuple[Extraction, list[int]]]()
-    for place, together in enumerate(group_agents(asked.world, by, agents)):
-        part = {AGENT: asked.world.agents[together[0]], TEAM: f"team-{place}"}.get(by)
+    for place, together in enumerate(group_agents(world, by, agents)):
+        part = {AGENT: world.agents[together[0]], TEAM: f"team-{place}"}.get(by)
         journal = asked.journal.part(part) if part else asked.journal
         tasks.append((replace(asked, journal=journal), together))
     if running.jobs == 1 or len(tasks) == 1:
-        names = [_name(asked.world, by, together) for _, together in tasks]
-        parts = [Part(place, len(tasks), name) for place, name in enumerate(names)] if len(tasks) > 1 else [WHOLE]
         per_task = list[Iterates]()
-        for (task, together), part in zip(tasks, parts, strict=True):
+        for place, (task, together) in enumerate(tasks):
             now = time.monotonic() + task.measuring  # each gets as much of the other time as those after it
-            mine = replace(task, ends=now + (task.ends - now) / (len(tasks) - part.place))
+            mine = replace(task, ends=now + (task.ends - now) / (len(tasks) - place))
+            first = world.agents[together[0]]
+            name = first if by == AGENT else world.team_of(first)
+            part = Part(place, len(tasks), name) if len(tasks) > 1 else WHOLE
             per_task.append(_choose_iterates(mine, together, replace(running, part=part)))
     else:
-        per_task = list[Iterates](side_by_side(_quietly, tasks, running.jobs))
+        per_task = list[Iterates](side_by_side(_choose_iterates, tasks, running.jobs))
     trees = {
         agent: mine
         for (_, together), (chosen, _) in zip(tasks, per_task, strict=True)
         for agent, mine in zip(together, chosen, strict=True)
     }
-    return [trees[agent] for agent in agents], _join_facts(asked.settings, [facts for _, facts in per_task])
+    chosen, told = [trees[agent] for agent in agents], [facts for _, facts in per_task]
+    last = {"stopped_after": max(facts["stopped_after"] for facts in told)}
+    if by == AGENT and settings.algorithm != VIPER:  # of agents one by one, only how long that went on
+        return chosen, last
+    merged = {name: value for facts in told for name, value in facts.items()}
+    return chosen, {**merged, **last, "points": sum(facts["points"] for facts in told)}
 
 
-def _name(world: World, by: str, together: Sequence[int]) -> str:
-    """Returns the name for agents whose iterates depend on one another: the agent's or its team's."""
-    agent = world.agents[together[0]]
-    return agent if by == AGENT else world.team_of(agent)
-
-
-def _choose_iterates(asked: Extraction, agents: list[int], running: Running) -> Iterates:
+def _choose_iterates(asked: Extraction, agents: list[int], running: Running = QUIETLY) -> Iterates:
     """Returns the same as `_iterates`, for agents whose iterates depend on one another."""
-    selection = Selection(asked, agents, running)
-    points = _rounds(asked.settings)(asked, agents, selection)
-    return selection.choose_trees(), {**selection.facts, "points": points}
-
-
-def _quietly(asked: Extraction, agents: list[int]) -> Iterates:
-    return _choose_iterates(asked, agents, QUIETLY)
-
-
-def _rounds(settings: Settings) -> Callable[[Extraction, list[int], Selection], int]:
-    """Returns the function that makes the iterates."""
+    settings, selection = asked.settings, Selection(asked, agents, running)
+    rounds: Callable[[Extraction, list[int], Selection], int] = dagger.dagger
     if settings.algorithm == FITTED_Q:
-        return baselines.fitted_q
-    if settings.algorithm == RGMDT:
-        return baselines.rgmdt
-    if settings.preset != RELEASED:
-        return dagger.dagger
-    return released.imitation if settings.algorithm == IMITATION else released.rounds
-
-
-def _join_facts(settings: Settings, facts: Sequence[dict[str, int]]) -> dict[str, int]:
-    """The facts of all; where agents are extracted one by one, only how long that went on."""
-    last = {"stopped_after": max(each["stopped_after"] for each in facts)}
-    if settings.together == AGENT and settings.algorithm != VIPER:
-        return last
-    merged = {name: value for each in facts for name, value in each.items()}
-    return {**merged, **last, "points": sum(each["points"] for each in facts)}
+        rounds = baselines.fitted_q
+    elif settings.algorithm == RGMDT:
+        rounds = baselines.rgmdt
+    elif settings.preset == RELEASED:
+        rounds = released.imitation if settings.algorithm == IMITATION else released.rounds
+    points = rounds(asked, agents, selection)
+    return selection.choose_trees(), {**selection.facts, "points": points}

@@ -131,23 +131,17 @@ def counts_of(weights: Float64) -> Int:
     return np.maximum(np.rint(weights), weights > 0).astype(np.int64)
 
 
-@dataclass(frozen=True)
-class FailingStates:
-    """The states in which a claim failed: as in a lesson, and as the world's own state."""
-
-    columns: Mapping[str, Float64]
-    observations: tuple[Float32, ...]
-    state: Any
-
-
 def lesson_of(
     world: World,
     expert: Expert,
     team: str,
     claim: Formula,
-    failing: FailingStates,
+    columns: Mapping[str, Float64],
+    observations: tuple[Float32, ...],
+    state: Any,
 ) -> Lesson:
     """The states in which some action of the team fulfils the claim, with one that does; the others are left out.
+    `columns`, `observations`: as of a lesson, of states in which the claim failed; `state`: the world's own of them.
 
     Where a claim can be fulfilled in several ways
     (the parts of an `or`, such as matchings of agents to landmarks), one of them is taken wherever it can be: the one
@@ -155,53 +149,37 @@ def lesson_of(
     be learned by small trees. Of the actions that fulfil it, those that change the expert's for the fewest agents; of
     these the one that the critics of the team value most.
     """
-    columns, observations, state = failing.columns, failing.observations, failing.state
-    asked = _Asked(world, expert, team, Batch(columns, len(state)), observations, state)
-    ways = claim.parts if isinstance(claim, Or) and claim.parts else (claim,)
-    usual = max(ways, key=lambda way: int(asked.holds(way, asked.wanted).sum()))
-    labels, missing = asked.wanted.copy(), np.ones(len(state), dtype=bool)
-    for part in (usual, claim):
-        asked.label(part, labels, missing)
-    kept = {name: column[~missing] for name, column in columns.items()}
-    return Lesson(team, claim, kept, tuple(seen[~missing] for seen in observations), labels[~missing])
+    members, batch = world.members(team), Batch(columns, len(state))
+    sizes = [len(world.actions[agent]) for agent in members]
+    wanted = expert.act(range(len(world.agents)), observations, state)
 
-
-class _Asked:
-    """States in which a team is asked for actions."""
-
-    def __init__(
-        self, world: World, expert: Expert, team: str, batch: Batch, observations: tuple[Float32, ...], state: Any
-    ) -> None:
-        self.world, self.expert, self.batch, self.observations, self.state = world, expert, batch, observations, state
-        self.members = world.members(team)
-        self.sizes = [len(world.actions[agent]) for agent in self.members]
-        self.wanted = expert.act(range(len(world.agents)), observations, state)
-
-    def holds(self, part: Formula, joint: Int) -> Bool:
+    def holds(part: Formula, joint: Int) -> Bool:
         """Where the formula is true for joint actions [n, n_agents], [n]."""
-        actions = {self.world.agents[agent]: joint[:, agent].astype(np.int32) for agent in self.members}
-        return self.batch.holds(part, actions)
+        return batch.holds(part, {world.agents[agent]: joint[:, agent].astype(np.int32) for agent in members})
 
-    def label(self, part: Formula, labels: Int, missing: Bool) -> None:
-        """Writes the best joint action that fulfils `part` into the rows that are `missing`, which then are not."""
-        for level in _moves(self.sizes):
-            best = np.full(len(labels), -np.inf)
-            for moves in level if missing.any() else ():
-                joint = self.wanted.copy()
-                joint[:, self.members] = (joint[:, self.members] + moves) % self.sizes
-                rows = np.flatnonzero(missing & self.holds(part, joint))
-                worth = self._worth(joint[rows], rows)
-                better = worth > best[rows]
-                labels[rows[better]], best[rows[better]] = joint[rows[better]], worth[better]
-            missing &= np.isneginf(best)
-
-    def _worth(self, joint: Int, rows: Int) -> Float64:
+    def worth_of(joint: Int, rows: Int) -> Float64:
         """The mean Q of the team's agents for joint actions in some rows."""
         if not rows.size:
             return np.zeros(0)
-        seen, given = [each[rows] for each in self.observations], np.full((1, joint.shape[1]), AS_GIVEN)
-        q_values = [self.expert.q(agent, seen, self.state[rows], given, joint)[:, 0] for agent in self.members]
+        seen, given = [each[rows] for each in observations], np.full((1, joint.shape[1]), AS_GIVEN)
+        q_values = [expert.q(agent, seen, state[rows], given, joint)[:, 0] for agent in members]
         return np.mean(q_values, axis=0)
+
+    ways = claim.parts if isinstance(claim, Or) and claim.parts else (claim,)
+    usual = max(ways, key=lambda way: int(holds(way, wanted).sum()))
+    labels, missing = wanted.copy(), np.ones(len(state), dtype=bool)
+    for part, level in product((usual, claim), _moves(sizes)):
+        best = np.full(len(labels), -np.inf)
+        for moves in level if missing.any() else ():
+            joint = wanted.copy()
+            joint[:, members] = (joint[:, members] + moves) % sizes
+            rows = np.flatnonzero(missing & holds(part, joint))
+            worth = worth_of(joint[rows], rows)
+            better = worth > best[rows]
+            labels[rows[better]], best[rows[better]] = joint[rows[better]], worth[better]
+        missing &= np.isneginf(best)
+    kept = {name: column[~missing] for name, column in columns.items()}
+    return Lesson(team, claim, kept, tuple(seen[~missing] for seen in observations), labels[~missing])
 
 
 def _moves(sizes: Sequence[int]) -> Iterator[list[tuple[int, ...]]]:

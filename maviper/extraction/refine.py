@@ -41,7 +41,7 @@ from maviper.extraction.arena import (
     with_new_split,
     with_split,
 )
-from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running
+from maviper.extraction.extraction import NO_EXAMPLES, QUIETLY, Examples, Extraction, Running, unseen
 from maviper.extraction.growth.growing import Labelled, lawful
 from maviper.extraction.growth.sums import as_summed, columns_of, tilt_tests, with_own_sums
 from maviper.extraction.journal import (
@@ -256,17 +256,6 @@ class Limits:
         return depth < self.max_depth and not 0 < self.max_leaves <= count_leaves([tree])
 
 
-@dataclass(frozen=True)
-class _Task:
-    """A team to refine."""
-
-    asked: Extraction  # with the examples of this team
-    team: str
-    agents: list[int]
-    chosen: list[list[GrownTree]]  # per agent: its trees, the chosen one first
-    part: Part = WHOLE  # its place among the teams
-
-
 def refine_trees(
     asked: Extraction, agents: Sequence[int], chosen: Sequence[list[GrownTree]], running: Running = QUIETLY
 ) -> tuple[Trees, dict[str, int]]:
@@ -274,79 +263,87 @@ def refine_trees(
 
     Each team is refined on its own, so several of them at a time.
     """
-    world, jobs, on_progress = asked.world, running.jobs, running.on_progress
+    world, on_progress = asked.world, running.on_progress
     if not asked.settings.refinement:
         return [trees[0] for trees in chosen], {}
     mine = dict(zip(agents, chosen, strict=True))
-    tasks: list[_Task] = []
+    tasks: list[tuple[Extraction, str, list[int], list[Trees]]] = []
     for team in world.teams:
         members = [agent for agent in world.members(team) if agent in mine]
         if members:
-            trees = [mine[agent] for agent in members]
             own = replace(asked, examples=asked.examples.of_teams(team))
-            tasks.append(_Task(own, team, members, trees))
-    if jobs == 1:
-        parts = [Part(place, len(tasks)) for place in range(len(tasks))]
-        refined_teams = [_team(replace(task, part=part), on_progress) for task, part in zip(tasks, parts, strict=True)]
+            tasks.append((own, team, members, [mine[agent] for agent in members]))
+    refined_teams = list[Refined]()
+    if running.jobs == 1:
+        for place, task in enumerate(tasks):
+            refined_teams.append(_team(*task, Part(place, len(tasks)), on_progress))
     else:
-        refined_teams = list[Refined]()
-        for each in side_by_side(_quietly, [(task,) for task in tasks], jobs):
+        for each in side_by_side(_team, tasks, running.jobs):
             refined_teams.append(each)
             if each[2]:
                 on_progress(each[2])
     by_agent = {
         agent: tree
-        for task, (trees, *_) in zip(tasks, refined_teams, strict=True)
-        for agent, tree in zip(task.agents, trees, strict=True)
+        for (_, _, members, _), (trees, *_) in zip(tasks, refined_teams, strict=True)
+        for agent, tree in zip(members, trees, strict=True)
     }
     return [by_agent[agent] for agent in agents], {"refinement_episodes": sum(played for _, played, _ in refined_teams)}
 
 
-def _quietly(task: _Task) -> Refined:
-    return _team(task, lambda progress: None)
-
-
-def _team(task: _Task, on_progress: OnProgress) -> Refined:
-    """Rounds for one team until its episodes are spent: its trees, the episodes played, and the last progress."""
-    asked, settings = task.asked, task.asked.settings
-    arena = Arena(asked.world, asked.expert, task.agents, settings.episodes(measures.REFINEMENT_SEEDS), SECONDARY)
-    trees, others = [trees[0] for trees in task.chosen], [trees[1:] for trees in task.chosen]
-    spent, scale = _count_evolving(task), round_scale(settings.refinement)
-    # rounds of proposals, and of the evolution strategy with its comparison at the end
+def _team(
+    asked: Extraction,
+    team: str,
+    agents: list[int],
+    chosen: Sequence[Trees],
+    part: Part = WHOLE,
+    on_progress: OnProgress = unseen,
+) -> Refined:
+    """Rounds for one team until its episodes are spent: its trees, the episodes played, and the last progress.
+    `asked`: with the examples of this team; `chosen`: of each agent its trees, the chosen one first; `part`: the team's
+    place among the teams.
+    """
+    world, settings = asked.world, asked.settings
+    arena = Arena(world, asked.expert, agents, settings.episodes(measures.REFINEMENT_SEEDS), SECONDARY)
+    trees, others = [trees[0] for trees in chosen], [trees[1:] for trees in chosen]
+    # The evolution strategy gets all episodes where trees give numbers, half where they may test sums, unless
+    # counterexamples say more than play. (No world with masks has trees that test sums.)
+    half, scale = settings.refinement // 2, round_scale(settings.refinement)
+    halved = settings.splits == SUMS and not len(asked.examples) and half >= round_cost()
+    spent = settings.refinement if world.continuous else half if halved else 0
     proposing = (settings.refinement - spent) // round_cost()
-    evolving = count_steps(spent, evolving_cost(scale) if asked.world.continuous else drift_cost())
+    evolving = count_steps(spent, evolving_cost(scale) if world.continuous else drift_cost())  # with the comparison
     last: Progress | None = None
     limits = Limits(settings.max_depth, settings.max_leaves, settings.splits == SUMS)
     start: Any = trees
-    name = f"refine-{list(asked.world.teams).index(task.team)}"  # a user's team may have any name
+    name = f"refine-{list(world.teams).index(team)}"  # a user's team may have any name
     steps = proposing + evolving
     since = math.inf
     for number in range(steps):
         if asked.is_over(since=since):
             trees = start if number > proposing else trees  # what was not judged yet counts for nothing
             break
-        since, rng = time.monotonic(), np.random.default_rng([settings.seed, *task.agents, number])
-        if number == proposing and not asked.world.continuous:
-            sizes = [len(asked.world.features[agent]) for agent in task.agents]
+        since, rng = time.monotonic(), np.random.default_rng([settings.seed, *agents, number])
+        if number == proposing and not world.continuous:
+            sizes = [len(world.features[agent]) for agent in agents]
             trees = [with_own_sums(tree, n_features) for tree, n_features in zip(trees, sizes, strict=True)]
         if number == proposing:
             start = trees
         if number < proposing:
             given: Any = refine_once, trees, others, limits, rng, asked.examples
         elif number < steps - 1:
-            move, *scaled = (improve_numbers, scale) if asked.world.continuous else (drift_tests,)
+            move, *scaled = (improve_numbers, scale) if world.continuous else (drift_tests,)
             given = move, trees, (number - proposing) / evolving, rng, *scaled
         else:
             given = judge, start, trees
         step = asked.journal.arrays(f"{name}-{number:04d}", _round, arena, *given)
         trees = unpack_trees({name: array for name, array in step.items() if "." in name})
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
-        estimates = {task.team: estimate(arena.primary, step["values"])}
+        estimates = {team: estimate(arena.primary, step["values"])}
         mean = float(score(arena.primary, step["values"]).mean())
         told = mean, mean, estimates, None, count_leaves(trees)
-        last = Progress(REFINING, number + 1, steps, *told, part=task.part)
+        last = Progress(REFINING, number + 1, steps, *told, part=part)
         on_progress(last)
-    return (trees if asked.world.continuous else [merge_leaves(tree) for tree in trees]), arena.played, last
+    return (trees if world.continuous else [merge_leaves(tree) for tree in trees]), arena.played, last
 
 
 def _round(arena: Arena, refine: Callable[..., tuple[Trees, Float64]], *given: Any) -> Arrays:
@@ -354,17 +351,6 @@ def _round(arena: Arena, refine: Callable[..., tuple[Trees, Float64]], *given: A
     trees, values = refine(arena, *given)
     spent = {"used": np.array([arena.used]), "played": np.array([arena.played]), "values": values}
     return pack_trees(trees) | spent
-
-
-def _count_evolving(task: _Task) -> int:
-    """Episodes for the evolution strategy: all where trees give numbers, half where they may test sums, unless
-    counterexamples say more than play. (No world with masks has trees that test sums.)
-    """
-    asked, settings = task.asked, task.asked.settings
-    if asked.world.continuous:
-        return settings.refinement
-    half = settings.refinement // 2
-    return half if settings.splits == SUMS and not len(asked.examples) and half >= round_cost() else 0
 
 
 def check(settings: Settings, world: World) -> None:

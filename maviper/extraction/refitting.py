@@ -25,7 +25,7 @@ from maviper.console import Console
 from maviper.evaluation import comparison, held_out
 from maviper.evaluation.players import EXPERT, Player
 from maviper.experts.expert import Expert
-from maviper.extraction.extraction import NO_EXAMPLES, Examples, FailingStates, Lesson, lesson_of
+from maviper.extraction.extraction import NO_EXAMPLES, Examples, Lesson, lesson_of
 from maviper.files import runs
 from maviper.worlds import ParticleWorld, World
 from maviper.worlds.matching import plays
@@ -83,8 +83,7 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
             if state.errors:
                 for rows, policy in zip(seen, policies.agents, strict=True):
                     rows[row] = observe_state(policies, policy, state)[0]
-        states = FailingStates(columns, tuple(seen), world_state)
-        lesson = lesson_of(world, expert, one.claim.team, one.claim.statement, states)
+        lesson = lesson_of(world, expert, one.claim.team, one.claim.statement, columns, tuple(seen), world_state)
         left_out = len(one.states) - len(lesson)
         lost = (
             f"; {left_out} left out, since no joint action of the {one.claim.team} fulfils the claim there"

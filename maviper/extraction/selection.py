@@ -97,18 +97,25 @@ class Choice(ABC):
 
 
 class Uniform(Choice):
-    """Every candidate plays the same episodes."""
+    """Every candidate plays the same episodes; the best has the largest ratio."""
 
     _reached = -np.inf
 
     def offer(self, trees: Sequence[GrownTree]) -> float | None:
-        """Plays the candidate and keeps it as the best if its ratio is the largest so far; see `Choice.offer`."""
+        """Plays the candidate and keeps it if it is the best so far; see `Choice.offer`."""
         self.candidates.append(list(trees))
-        estimates = self._estimates(self._score(trees))
-        reached, _ = self._ratio(estimates)
+        scores = self._score(trees)
+        estimates = self._estimates(scores)
+        ratio, _ = self._ratio(estimates)
+        reached = self._judge(scores, ratio)
         if reached > self._reached:
             self.best, self._reached, self.found = len(self.candidates) - 1, reached, estimates
-        return reached
+        return ratio
+
+    def _judge(self, scores: Arrays, ratio: float) -> float:
+        """The number by which a candidate is the best."""
+        del scores
+        return ratio
 
     def choose_trees(self) -> list[list[GrownTree]]:
         """Returns the best candidate's tree of each agent; see `Choice.choose_trees`."""
@@ -120,15 +127,8 @@ class ByReturn(Uniform):
 
     stops = False
 
-    def offer(self, trees: Sequence[GrownTree]) -> float | None:
-        """Plays the candidate and keeps it as the best if its return is the largest so far; see `Choice.offer`."""
-        self.candidates.append(list(trees))
-        arrays = self._score(trees)
-        estimates, (team,) = self._estimates(arrays), self.teams
-        returned = float(arrays[_return(team)].mean())
-        if returned > self._reached:
-            self.best, self._reached, self.found = len(self.candidates) - 1, returned, estimates
-        return self._ratio(estimates)[0]
+    def _judge(self, scores: Arrays, ratio: float) -> float:
+        return float(scores[_return(self.teams[0])].mean())
 
     def _compute_scores(self, trees: Sequence[GrownTree]) -> Arrays:
         values, (team,) = self._play_candidate(trees), self.teams
@@ -172,22 +172,18 @@ class Raced(Choice):
         return [[self.candidates[place][index] for place in order] for index in range(len(self.agents))]
 
     def _run_race(self) -> Arrays:
-        arena, warm = self._arena(), self._warm()
+        arena, warm, settings = self._arena(), self._warm(), self.asked.settings
 
         def scores(arms: Int, episodes: int) -> Float64:
             return arena.scores([self.candidates[int(arm)] for arm in arms], episodes)
 
         if self.world.games is None:
             return {"order": np.array(halving(scores, warm, self.race, min(FINALISTS, len(warm))))}
-        finalists = min(FINALISTS, len(warm)) if self.asked.settings.refinement else 1
-        return {"order": np.array(halving(scores, warm, self.race, finalists, self._as_in_rollouts))}
-
-    @property
-    def _as_in_rollouts(self) -> bool:
-        """Whether the race has the line-up of the rollouts: these agents by their trees, everybody else an expert."""
-        together = self.asked.settings.rollouts_by
-        groups = group_agents(self.world, together, range(len(self.world.agents)))
-        return together != EXPERTS and self.agents in groups
+        # whether the race has the line-up of the rollouts: these agents by their trees, everybody else an expert
+        groups = group_agents(self.world, settings.rollouts_by, range(len(self.world.agents)))
+        alike = settings.rollouts_by != EXPERTS and self.agents in groups
+        finalists = min(FINALISTS, len(warm)) if settings.refinement else 1
+        return {"order": np.array(halving(scores, warm, self.race, finalists, alike))}
 
     def _arena(self) -> Arena:
         seeds = self.asked.settings.episodes(measures.SELECTION_SEEDS)

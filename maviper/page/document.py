@@ -330,7 +330,7 @@ def knows_motion(profile: ir.PolicyProfile) -> bool:
 def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
     """The data of a page."""
     experts = None if contents.expert is None else [layers_of(contents.expert, one.agent) for one in profile.agents]
-    second = contents.second
+    second, recorded = contents.second, contents.recorded
     claims = [_claim(profile, shown) for shown in contents.claims]
     erring = {claim["team"] for claim in claims if claim["eps"] is not None}
 
@@ -350,7 +350,8 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
         "numbers": [] if second is None else list(second.numbers),
         "tool": profile.provenance.tool,
         "about": about(profile),
-        "recorded": _encode_episode(contents.recorded),
+        "recorded": recorded
+        and {"label": recorded.label, "seen": [rows.astype(float).tolist() for rows in recorded.seen]},
         "world": {
             "name": profile.world.name,
             "reference": profile.world.reference,
@@ -366,9 +367,7 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
             "contactMargin": profile.world.contact_margin,
         },
         "agents": [
-            _agent(policy, contents.visits.get(policy.agent), second)
-            | {"cuts": _cuts(policy) if policy.team in erring else None}
-            | _numbers(policy, bound_sliders(policy, contents.recorded and contents.recorded.seen[place]))
+            _agent(policy, contents, recorded and recorded.seen[place], policy.team in erring)
             for place, policy in enumerate(profile.agents)
         ],
         "claims": [*_alike(profile, second), *map(_encode_unjudged, contents.told), *claims],
@@ -380,40 +379,33 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
     }
 
 
-def _numbers(policy: ir.AgentPolicy, shown: list[tuple[float, float]]) -> dict[str, Any]:
-    """The ranges of an agent's sliders; what it observes, where that is not float32; what it gives."""
-    entry: dict[str, Any] = {"shown": shown}
-    if policy.numbers != FLOAT32:
-        entry["numbers"] = policy.numbers
-    if policy.outputs:
-        entry |= {"outputs": outputs_data(policy, shown), "plane": plane(policy)}
-    return entry
-
-
-def _encode_episode(episode: Recorded | None) -> dict[str, Any] | None:
-    if episode is None:
-        return None
-    return {"label": episode.label, "seen": [rows.astype(float).tolist() for rows in episode.seen]}
-
-
 # --- trees
 
 
-def _agent(policy: ir.AgentPolicy, visits: Sequence[int] | None, second: Second | None) -> dict[str, Any]:
-    other = {}
-    if second is not None:  # who is not compared acts as in the first
-        compared = second.profile if policy.agent in second.agents else None
-        tree = policy.tree if compared is None else compared.policy(policy.agent).tree
-        other = {"other": _tree(tree, visits if compared is None else second.visits.get(policy.agent))}
-    return {
+def _agent(policy: ir.AgentPolicy, contents: Contents, seen: Floats | None, erring: bool) -> dict[str, Any]:
+    """An agent with its tree, the ranges of its sliders, what it observes where that is not float32, and what it gives.
+    `seen`: as of `bound_sliders`; `erring`: whether a claim allows errors of what it observes.
+    """
+    second, visits, shown = contents.second, contents.visits.get(policy.agent), bound_sliders(policy, seen)
+    entry: dict[str, Any] = {
         "name": policy.agent,
         "team": policy.team,
         "features": [_feature(feature) for feature in policy.features],
         "actions": [_action(policy, action) for action in policy.actions],
         "tree": _tree(policy.tree, visits) | tree_data(policy),
-        **({"machine": list(bounds(policy))} if policy.memory else {}),
-        **other,
     }
+    if policy.memory:
+        entry["machine"] = list(bounds(policy))
+    if second is not None:  # who is not compared acts as in the first
+        compared = second.profile if policy.agent in second.agents else None
+        tree = policy.tree if compared is None else compared.policy(policy.agent).tree
+        entry["other"] = _tree(tree, visits if compared is None else second.visits.get(policy.agent))
+    entry |= {"cuts": _cuts(policy) if erring else None, "shown": shown}
+    if policy.numbers != FLOAT32:
+        entry["numbers"] = policy.numbers
+    if policy.outputs:
+        entry |= {"outputs": outputs_data(policy, shown), "plane": plane(policy)}
+    return entry
 
 
 def _action(policy: ir.AgentPolicy, action: ir.ActionSpec) -> dict[str, Any]:
@@ -611,10 +603,6 @@ def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:
     return {"episode": judged}
 
 
-def _spell_episodes(claim: EpisodeClaim) -> str:
-    return account_of(claim).sentence
-
-
 class Judging(NamedTuple):
     """The words in which the page tells claims of a kind, and what it judges states by, if it does."""
 
@@ -625,5 +613,5 @@ class Judging(NamedTuple):
 JUDGED: Mapping[Kind, Judging] = {
     Kind.DECISIONS: Judging(spell_decisions, _decisions),
     Kind.LEAVES: Judging(spell_decisions, _decisions),
-    Kind.EPISODES: Judging(_spell_episodes, _episode),
+    Kind.EPISODES: Judging(lambda claim: account_of(claim).sentence, _episode),
 }

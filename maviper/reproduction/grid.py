@@ -13,7 +13,7 @@ from typing import Protocol
 
 from codegen.errors import ExitCode, InputError, UnknownNameError
 from codegen.wording import format_count
-from maviper.console import Console, LiveLine
+from maviper.console import Console
 from maviper.files import jobs as processes
 from maviper.files import runs
 from maviper.files.jobs import ensure_counts
@@ -95,15 +95,11 @@ def make_cells(store: Store, tasks: Sequence[Task], spread: Spread, done: Making
     for task in tasks:
         if task.id not in missing:
             store.drop_claims(task.id)
-    finished = len(tasks) - len(missing)
+    finished, worked = len(tasks) - len(missing), 0.0  # cells, and the estimated cost of what was made
     if finished:
         console.line("found", f"{finished} of {format_count(len(tasks), 'cell')} finished")
     with console.live("cells", len(tasks), finished) as live:
-        shown = _Shown(live, console, finished, missing)
-        for stage in (
-            [task for task in tasks if not task.of],
-            [task for task in tasks if task.of],
-        ):
+        for stage in ([task for task in tasks if not task.of], [task for task in tasks if task.of]):
             waiting = False
             while left := [task for task in stage if not store.is_done(task.id) and task.cell.said not in done.failed]:
                 ready = [task for task in left if all(store.is_done(id_) for id_ in task.of.values())]
@@ -114,12 +110,19 @@ def make_cells(store: Store, tasks: Sequence[Task], spread: Spread, done: Making
                 before = done.made + len(done.failed)
                 for result in _results(store, ready, spread):
                     store.write(result)
-                    shown.one(result, done)
+                    said, message = result.document.cell.said, result.document.message
+                    finished += 1
+                    if result.document.outcome == DONE:
+                        done.made += 1
+                    else:
+                        done.failed[said] = message
+                        console.line("failed", f"{said}: {message}")
+                    worked += missing.pop(result.id, 0.0)
+                    live.update(finished, said, sum(missing.values()) / worked * live.elapsed if worked else None)
                 if done.made + len(done.failed) == before:
                     if not waiting:
-                        console.line(
-                            "waiting", f"for {format_count(len(ready), 'cell')} that another process is making"
-                        )
+                        told = f"for {format_count(len(ready), 'cell')} that another process is making"
+                        console.line("waiting", told)
                     waiting = True
                     time.sleep(POLL)
 
@@ -135,27 +138,3 @@ def _results(store: Store, tasks: Sequence[Task], spread: Spread) -> Iterator[Ma
     if spread.backend == DASK:
         return processes.on_dask(make_cell, claim_tasks(), spread.scheduler)
     return processes.as_they_come(make_cell, claim_tasks(), spread.jobs)
-
-
-@dataclass
-class _Shown:
-    """The progress that a person sees."""
-
-    live: LiveLine
-    console: Console
-    finished: int
-    missing: dict[str, float]  # hash of a cell -> its estimated cost
-    worked: float = 0.0  # the estimated cost of what was made
-
-    def one(self, result: Made, done: Making) -> None:
-        """One more cell."""
-        document = result.document
-        self.finished += 1
-        if document.outcome == DONE:
-            done.made += 1
-        else:
-            done.failed[document.cell.said] = document.message
-            self.console.line("failed", f"{document.cell.said}: {document.message}")
-        self.worked += self.missing.pop(result.id, 0.0)
-        left = sum(self.missing.values()) / self.worked * self.live.elapsed if self.worked else None
-        self.live.update(self.finished, document.cell.said, left)

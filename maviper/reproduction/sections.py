@@ -333,7 +333,8 @@ def features(context: Context) -> Section:
         place = Place(game, expert, depth=MAIN_DEPTH)
         rows = list(context.finder.rows(place, algorithm).values())
         agents = place.world.teams["defenders"]
-        names = {agent: _names(context, rows, agent) for agent in agents}
+        told: dict[str, Any] = context.book.results.facts(rows[0].cell).get("importances", {}) if rows else {}
+        names = {agent: list(told.get(agent, {}).get(IMPURITY, {})) for agent in agents}
         columns = list(dict.fromkeys(name for each in names.values() for name in each))
         if not columns:
             continue
@@ -342,11 +343,6 @@ def features(context: Context) -> Section:
         picture = Figure(short("features", algorithm, what, expert), figures.heat(title, agents, columns, values))
         made.figures.append(picture)
     return made.section("features", "Feature importances", lead, context.command())
-
-
-def _names(context: Context, rows: list[Row], agent: str) -> list[str]:
-    told: dict[str, Any] = context.book.results.facts(rows[0].cell).get("importances", {}) if rows else {}
-    return list(told.get(agent, {}).get(IMPURITY, {}))
 
 
 def _mean(context: Context, rows: list[Row], agent: str, what: str, feature: str) -> float:

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from codegen import ir, policy_json
 from codegen.errors import InputError, MaviperError
 from codegen.floats import observations as rounded
-from codegen.ir import NO_FEATURE, Float64, PolicyProfile, Tree
+from codegen.ir import NO_FEATURE, Float64, PolicyProfile
 from codegen.profiles import loads
 from maviper.episodes import measures
 from maviper.episodes.play import TALLY, Controller, Episodes, play, points
@@ -72,42 +72,29 @@ def importances(policy: ir.AgentPolicy, observations: npt.ArrayLike, labels: Int
     to, `decrease` is scikit-learn's `feature_importances_`. InputError for no observations, another width or labels of
     another number.
     """
-    x, n_actions = rounded(observations, len(policy.features), policy.agent), len(policy.actions)
-    leaf = ir.apply(policy.tree, x)
-    wanted = policy.tree.action[leaf] if labels is None else np.asarray(labels)
+    tree, n_features, n_actions = policy.tree, len(policy.features), len(policy.actions)
+    x = rounded(observations, n_features, policy.agent)
+    leaf = ir.apply(tree, x)
+    wanted = tree.action[leaf] if labels is None else np.asarray(labels)
     if not len(x) or wanted.shape != (len(x),) or not 0 <= wanted.min() <= wanted.max() < n_actions:
         raise InputError("importances need observations, each with one of the actions as its label", policy.agent)
-    classes = np.zeros((len(policy.tree.feature), n_actions))
+    classes = np.zeros((len(tree.feature), n_actions))  # observations that reach each node
     np.add.at(classes, (leaf, wanted), 1)
-    for node in reversed(list(ir.splits(policy.tree))):  # children come after parents
-        classes[node] = classes[policy.tree.left[node]] + classes[policy.tree.right[node]]
-    removed = _decrease(policy.tree, classes, len(policy.features))
-    return Importances(
-        removed / (removed.sum() or 1.0), _compute_shares(policy.tree, classes.sum(axis=1), len(policy.features))
-    )
-
-
-def _decrease(tree: Tree, classes: Float64, n_features: int) -> Float64:
-    """The decrease of impurity times observations by feature, added up. `classes`: [n_nodes, n_actions]."""
+    for node in reversed(list(ir.splits(tree))):  # children come after parents
+        classes[node] = classes[tree.left[node]] + classes[tree.right[node]]
     count = classes.sum(axis=1)
     impurity = count - np.square(classes).sum(axis=1) / np.maximum(count, 1)  # Gini times observations
-    decrease = np.zeros(n_features)
-    for node in ir.splits(tree):
-        left, right = tree.left[node], tree.right[node]
-        decrease[tree.feature[node]] += max(0.0, impurity[node] - impurity[left] - impurity[right])
-    return decrease
-
-
-def _compute_shares(tree: Tree, count: Float64, n_features: int) -> Float64:
-    """The share of observations on whose path each feature is tested. `count`: [n_nodes] that reach each node."""
-    tested, passed = np.zeros(n_features), np.zeros((len(tree.feature), n_features), dtype=bool)
+    removed, tested = np.zeros(n_features), np.zeros(n_features)
+    passed = np.zeros((len(tree.feature), n_features), dtype=bool)  # features on the path to each node
     for node, feature in enumerate(tree.feature):
         if feature == NO_FEATURE:
             tested += passed[node] * count[node]
             continue
-        passed[[tree.left[node], tree.right[node]]] = passed[node]
-        passed[[tree.left[node], tree.right[node]], feature] = True
-    return tested / count[ir.ROOT]
+        children = [tree.left[node], tree.right[node]]
+        removed[feature] += max(0.0, impurity[node] - impurity[children[0]] - impurity[children[1]])
+        passed[children] = passed[node]
+        passed[children, feature] = True
+    return Importances(removed / (removed.sum() or 1.0), tested / count[ir.ROOT])
 
 
 ON_POLICY_EPISODES = 400  # of the expert: 10,000 states in games of 25 steps

@@ -236,20 +236,13 @@ def write(store: Store, cells: dict[str, Document]) -> Path:
     for id_, document in cells.items():
         about = [getattr(document.cell, name) for name in ABOUT]
         data = runs.read(store.cells / id_ / EPISODES_FILE, MAX_EPISODES_BYTES).decode()
-        for lineup, measure, values in _means(data):
-            higher = int(measure not in document.lower_is_better)
-            mean = math.fsum(values) / len(values)
-            row = [id_, *about, lineup, measure, higher, len(values), repr(mean), document.cpu_seconds]
-            table.writerow(row)
+        by_lineup: dict[tuple[str, str], list[float]] = {}
+        for lineup, measure, _, value in csv.reader(io.StringIO(data.removeprefix(HEAD))):
+            by_lineup.setdefault((lineup, measure), []).append(float(value))
+        for (lineup, measure), values in sorted(by_lineup.items()):
+            higher, mean = int(measure not in document.lower_is_better), math.fsum(values) / len(values)
+            table.writerow([id_, *about, lineup, measure, higher, len(values), repr(mean), document.cpu_seconds])
     return runs.write(store.folder / TABLE_FILE, text.getvalue())
-
-
-def _means(data: str) -> Iterator[tuple[str, str, list[float]]]:
-    """Line-up, measure and the values of all its episodes, in the order of the file, sorted by name."""
-    by_lineup: dict[tuple[str, str], list[float]] = {}
-    for row in csv.reader(io.StringIO(data.removeprefix(HEAD))):
-        by_lineup.setdefault((row[0], row[1]), []).append(float(row[3]))
-    return ((lineup, measure, values) for (lineup, measure), values in sorted(by_lineup.items()))
 
 
 EPISODE_COLUMNS = tuple(HEAD.strip().split(","))
@@ -374,15 +367,11 @@ def _episodes(path: Path) -> dict[tuple[str, str], Values]:
         raise InputError("a row of the episodes is damaged", f"{path}: line {lines.line_num}: {error}", AGAIN) from None
     if any(len(set(seeds)) < len(seeds) for seeds, _ in by_lineup.values()):
         raise InputError("a row of the episodes is damaged", f"{path}: an episode stands there twice", AGAIN)
-    return {
-        key: _sort_by_seed(np.array(seeds, dtype=np.float64), np.array(values))
-        for key, (seeds, values) in by_lineup.items()
-    }
-
-
-def _sort_by_seed(seeds: Float64, values: Float64) -> Values:
-    order = np.argsort(seeds, kind="stable")
-    return seeds[order], values[order]
+    sorted_by_seed: dict[tuple[str, str], Values] = {}
+    for key, (seeds, values) in by_lineup.items():
+        order = np.argsort(seeds, kind="stable")
+        sorted_by_seed[key] = np.array(seeds, dtype=np.float64)[order], np.array(values)[order]
+    return sorted_by_seed
 
 
 def _table(path: Path, limit: int, columns: Iterable[str]) -> Iterable[dict[str, str]]:

@@ -151,8 +151,7 @@ def test_states_files_keep_region_errors_and_command(profile, tmp_path, world):
 def examples_of(world, expert, statement, states, which="defenders"):
     world_state = states_of(world.spec, states)
     columns = dict(zip(world.spec.coordinates(), world.coordinates(world_state).T, strict=True))
-    failing = extraction.FailingStates(columns, world.observe(world_state), world_state)
-    return lesson_of(world, expert, which, statement, failing)
+    return lesson_of(world, expert, which, statement, columns, world.observe(world_state), world_state)
 
 
 def drawn(world, n, bounds=None):
