@@ -102,11 +102,16 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
     return Task(Examples(tuple(filter(len, lessons)), digest=digest), tuple(failing))
 
 
-def report(task: Task, after: PolicyProfile, place: Path, expert: str, played: Expert, world: World) -> Report:
+def report(task: Task, after: PolicyProfile, place: Path, expert: str, played: Expert, world: World) -> list[Outcome]:
     """Reports the fate of the claims, and what that costs. `place`: where the profile lies."""
     assert isinstance(world, ParticleWorld)
     player = Player(Path(expert).name, EXPERT, played.hash, played)
-    return Report(tuple(_outcome(one, after, place, player, world) for one in task.failing))
+    return [_outcome(one, after, place, player, world) for one in task.failing]
+
+
+def report_text(outcomes: Sequence[Outcome], command: str) -> str:
+    """Returns the outcomes of all claims as a file's text."""
+    return layout({"command": command, "claims": [outcome.document() for outcome in outcomes]}) + "\n"
 
 
 @dataclass(frozen=True)
@@ -166,22 +171,6 @@ class Outcome:
             console.line("trees", comparison.say_sizes(self.before, self.after, self.agents))
             self.cost.say(console)
         console.line("next", self.command)
-
-
-@dataclass(frozen=True)
-class Report:
-    """The outcomes of all claims."""
-
-    outcomes: tuple[Outcome, ...]
-
-    def json(self, command: str) -> str:
-        """Returns the report as a file's text."""
-        return layout({"command": command, "claims": [outcome.document() for outcome in self.outcomes]}) + "\n"
-
-    def say(self, console: Console) -> None:
-        """Prints the outcomes as lines."""
-        for outcome in self.outcomes:
-            outcome.say(console)
 
 
 def _outcome(given: Failing, after: PolicyProfile, place: Path, expert: Player, world: ParticleWorld) -> Outcome:

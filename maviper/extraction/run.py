@@ -297,9 +297,10 @@ def _write_profile(
     """The profile as a file, and what counterexamples did to it, where it learned from any."""
     files = {place.name: policy_json.dumps(profile)}
     if asked.lessons.failing:
-        report = refitting.report(asked.lessons, profile, place, asked.name, asked.expert, asked.world)
-        report.say(console)
-        files[refitting.report_file(place).name] = report.json(command)
+        outcomes = refitting.report(asked.lessons, profile, place, asked.name, asked.expert, asked.world)
+        for outcome in outcomes:
+            outcome.say(console)
+        files[refitting.report_file(place).name] = refitting.report_text(outcomes, command)
     runs.write_all(place.parent, files)
     console.line("wrote", f"{place}  id {policy_json.content_hash(profile)[:16]}")
     return profile

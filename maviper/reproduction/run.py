@@ -30,19 +30,10 @@ MAX_SHARDS = 10_000
 _SHARD = re.compile(r"(?P<number>\d{1,5})/(?P<of>\d{1,5})")
 
 
-@dataclass(frozen=True)
-class Request:
-    """The options of a reproduction; None: the tier's."""
+@dataclass(frozen=True, kw_only=True)
+class Request(Asked):
+    """The options of a reproduction."""
 
-    quick: bool
-    experts: tuple[str, ...]
-    games: tuple[str, ...] | None
-    depths: tuple[int, ...] | None
-    algorithms: tuple[str, ...] | None
-    presets: tuple[str, ...]
-    seeds: int | None
-    first_seed: int
-    exploit_depths: tuple[int, ...] | None
     plan: bool  # say it, and make nothing
     report_only: bool
     shard: str | None  # "2/8"
@@ -54,15 +45,8 @@ class Request:
         """The same; InputError or UnknownNameError for what cannot be used."""
         depths = (*(self.depths or ()), *(self.exploit_depths or ()))
         ensure_spread(self, 1 if self.seeds is None else self.seeds, depths)
-        _ = self.asked.ensure_known(), self.part
+        _ = self.ensure_known(), self.part
         return self
-
-    @property
-    def asked(self) -> Asked:
-        """The choices that decide which cells there are."""
-        tier = plans.QUICK if self.quick else plans.USUAL
-        grid = (self.experts, self.games, self.depths, self.algorithms, self.presets)
-        return Asked(tier, *grid, self.seeds, self.first_seed, self.exploit_depths)
 
     @property
     def part(self) -> tuple[int, int]:
@@ -126,7 +110,7 @@ def reproduce_paper(folder: str | Path, options: Request, console: Console | Non
     """Makes the cells that are missing, then writes the table and the report. `console`: None says nothing."""
     console = console or Console(quiet=True)
     claims = register.read().sha256  # of the claims, which were written before any cell was made
-    plan = plans.plan_cells(options.asked, claims)
+    plan = plans.plan_cells(options, claims)
     for what, why in plan.left_out:
         console.line("left out", f"{what}: {why}")
     mine = plans.shard(plan, *options.part)

@@ -51,7 +51,7 @@ def measured(folder):
 
 def responders(folder):
     """("effort NAME", BEGUN or UNIT) -> the CPU seconds to begin, and of so many steps or episodes more."""
-    plan = plan_cells(Asked("quick"), "")
+    plan = plan_cells(Asked(quick=True), "")
     task = next(task for task in plan.tasks if (task.cell.kind, task.cell.algorithm) == (EXPLOITABILITY, "maviper"))
     store = Store(folder)
     stored = {doc.cell.algorithm: id_ for id_, doc in store.documents() if doc.cell.kind == EXTRACTION}

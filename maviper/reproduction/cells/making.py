@@ -47,7 +47,6 @@ from maviper.reproduction.cells.cell import (
     FAILED,
     FORMAT,
     ID_LETTERS,
-    Cell,
     Document,
     Made,
     Task,
@@ -146,44 +145,32 @@ def explain_untrainable() -> str:
     return "" if find_spec("torch") else "torch is not installed: pip install 'maviper[train]'"
 
 
-@dataclass(frozen=True)
-class Asked:
-    """Whose trees are answered, and what is spent on it. `profiles`: the cell's own and other algorithms'."""
-
-    cell: Cell
-    world: World
-    expert: Expert
-    profiles: Mapping[str, PolicyProfile]
-    effort: Mapping[str, int]
-
-    @property
-    def own(self) -> PolicyProfile:
-        """The profile that is answered."""
-        return self.profiles[self.cell.algorithm]
-
-
-def exploit_teams(asked: Asked) -> tuple[list[str], dict[str, Any]]:
-    """Rows of episodes, and what is told of each team."""
-    world, seed = asked.world, asked.cell.seed
-    experts: list[Controller] = [asked.expert] * len(world.agents)
-    players = {name: among(world, profile.agents, experts) for name, profile in asked.profiles.items()}
-    policies = players.pop(asked.cell.algorithm)
-    others = [profile for name, profile in asked.profiles.items() if name != asked.cell.algorithm]
-    trees = [policy for profile in (asked.own, *others) for policy in profile.agents]
+def exploit_teams(
+    task: Task, world: World, expert: Expert, profiles: Mapping[str, PolicyProfile]
+) -> tuple[list[str], dict[str, Any]]:
+    """Rows of episodes, and what is told of each team, whose trees are answered. `profiles`: the cell's own and other
+    algorithms'.
+    """
+    cell, effort = task.cell, task.effort
+    experts: list[Controller] = [expert] * len(world.agents)
+    players = {name: among(world, profile.agents, experts) for name, profile in profiles.items()}
+    policies, own = players.pop(cell.algorithm), profiles[cell.algorithm]
+    others = [profile for name, profile in profiles.items() if name != cell.algorithm]
+    trees = [policy for profile in (own, *others) for policy in profile.agents]
     rows: list[str] = []
     told: dict[str, Any] = {}
     for team in world.teams:
-        frozen = Frozen(world, policies, team, policy_json.content_hash(asked.own)[:ID_LETTERS])
+        frozen = Frozen(world, policies, team, policy_json.content_hash(own)[:ID_LETTERS])
         with tempfile.TemporaryDirectory() as scratch:
-            learning = Learning(Path(scratch), asked.effort["steps"], seed) if asked.effort["steps"] else None
-            effort = Effort(learning, asked.effort["refinement"], seed=seed)
-            candidates = responders(frozen, asked.expert, players, trees, effort)
-            outcome = exploitability(world, policies, team, candidates, CHOICE, asked.cell.episodes)
+            learning = Learning(Path(scratch), effort["steps"], cell.seed) if effort["steps"] else None
+            spent = Effort(learning, effort["refinement"], seed=cell.seed)
+            candidates = responders(frozen, expert, players, trees, spent)
+            outcome = exploitability(world, policies, team, candidates, CHOICE, cell.episodes)
         (measure,) = outcome.responding
         for answer in outcome.tried:
             rows += _rows(f"{team}:{answer.name}{CHOSEN_ON}", measure, answer, CHOICE)
         for answer in {outcome.usual.name: outcome.usual, outcome.chosen.name: outcome.chosen}.values():
-            rows += _rows(f"{team}:{answer.name}", measure, answer, asked.cell.episodes)
+            rows += _rows(f"{team}:{answer.name}", measure, answer, cell.episodes)
         told[team] = outcome.document()
     return rows, {"exploitability": told}
 
@@ -247,7 +234,7 @@ def _files(task: Task, profiles: Mapping[str, PolicyProfile]) -> Files:
         lineups = crossplay(world, expert, profiles)
         return {EPISODES_FILE: play_lineups(world, task.episodes, lineups), FACTS_FILE: runs.as_json({})}
     assert task.cell.kind == EXPLOITABILITY, task.cell
-    lines, told = exploit_teams(Asked(task.cell, world, expert, profiles, task.effort))
+    lines, told = exploit_teams(task, world, expert, profiles)
     return {EPISODES_FILE: HEAD + "".join(lines), FACTS_FILE: runs.as_json(told)}
 
 

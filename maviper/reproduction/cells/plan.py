@@ -48,7 +48,6 @@ DECEPTION, NAVIGATION, PREY = "physical-deception", "cooperative-navigation", "p
 GAMES = (DECEPTION, NAVIGATION, PREY)
 MIXED = (DECEPTION, PREY)  # games with opponents
 MAPPO, MADDPG = "mappo", "maddpg"
-QUICK, USUAL = "quick", "default"
 COMPARED = (MAVIPER, IVIPER, IMITATION, FITTED_Q)  # everywhere, as in the paper
 ABLATIONS = (NO_PREDICTION, IVIPER_RESAMPLING)  # in deception at depth 4, as in the paper
 DEPTHS, MAIN_DEPTH, SEEDS = (2, 4, 6), 4, 10
@@ -57,9 +56,9 @@ NO_CARD = " (no card)"
 
 @dataclass(frozen=True)
 class Asked:
-    """The choices of a user; None: as the tier says."""
+    """The choices of a user that decide which cells there are; None: as the tier says."""
 
-    tier: str = USUAL
+    quick: bool = False  # the quick tier
     experts: tuple[str, ...] = (MAPPO,)
     games: tuple[str, ...] | None = None
     depths: tuple[int, ...] | None = None
@@ -123,7 +122,7 @@ def rejoin_names(texts: Sequence[str]) -> list[str]:
 
 def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
     """The experts that there are, and those that are missing, with what to do about it."""
-    games = asked.games or (GAMES if asked.tier != QUICK else (DECEPTION,))
+    games = asked.games or ((DECEPTION,) if asked.quick else GAMES)
     known: list[Known] = []
     missing: list[tuple[str, str]] = []
     for text in rejoin_names(asked.experts):
@@ -196,9 +195,9 @@ def plan_cells(asked: Asked, register: str) -> Plan:
 
 
 def _tasks(asked: Asked, one: Known, register: str, left_out: list[tuple[str, str]]) -> list[Task]:
-    count = asked.seeds if asked.seeds is not None else 1 if asked.tier == QUICK else SEEDS
+    count = asked.seeds if asked.seeds is not None else 1 if asked.quick else SEEDS
     seeds = range(asked.first_seed, asked.first_seed + count)
-    depths = asked.depths or ((MAIN_DEPTH,) if asked.tier == QUICK else DEPTHS)
+    depths = asked.depths or ((MAIN_DEPTH,) if asked.quick else DEPTHS)
     chosen = list(product(asked.algorithms or COMPARED, depths))
     if not asked.algorithms and one.game.partition(",")[0] == DECEPTION and MAIN_DEPTH in depths:
         chosen += [(name, MAIN_DEPTH) for name in ABLATIONS]
@@ -238,7 +237,7 @@ def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]
     alike = [each for each in _crossplays(made, depths) if each.cell.game == DECEPTION and each.cell.preset == PAPER]
     if not alike:
         return []
-    effort = making.UNTRAINED if asked.tier == QUICK else making.USUAL
+    effort = making.UNTRAINED if asked.quick else making.USUAL
     if effort["steps"] and making.explain_untrainable():
         left_out.append(("networks that respond", making.explain_untrainable()))
         effort = {**effort, "steps": 0}

@@ -91,14 +91,14 @@ def test_what_goes_wrong_inside_a_cell_is_its_outcome(monkeypatch):
         raise ZeroDivisionError("by nothing")
 
     monkeypatch.setattr(making, "_files", broken)
-    task = plan_cells(Asked("quick"), "").tasks[1]
+    task = plan_cells(Asked(quick=True), "").tasks[1]
     made = making.make_cell(task, {})
     assert (made.id, made.document.outcome) == (task.id, FAILED)
     assert made.document.message == "ZeroDivisionError: by nothing" and b"by nothing" in made.files["error.txt"]
 
 
 def test_a_worker_with_another_version_makes_no_cell(monkeypatch):
-    task = plan_cells(Asked("quick"), "").tasks[1]
+    task = plan_cells(Asked(quick=True), "").tasks[1]
     assert task.identity["tool"]
     monkeypatch.setattr(making, "tool", lambda: "maviper 0.0.1")
     made = making.make_cell(task, {})
@@ -131,7 +131,7 @@ def test_plan_says_cells_and_cpu_time_and_touches_nothing(tmp_path, capsys):
     place = tmp_path / "none"
     assert main.run(["reproduce", "--quick", "--plan", "-o", str(place)]) == ExitCode.DONE
     lines = capsys.readouterr().out.splitlines()
-    count = len(plan_cells(Asked("quick"), "").tasks)
+    count = len(plan_cells(Asked(quick=True), "").tasks)
     assert lines[-1].startswith(f"{count} cells, 0 of them finished; ") and not place.exists()
     counts = [int(line.split()[0]) for line in lines[1:-1] if line.split()[1].isdigit()]
     assert sum(counts) == count and lines[0].split() == ["cells", "CPU", "s", "what"]
@@ -148,7 +148,7 @@ def test_a_cell_of_another_process_is_waited_for(tmp_path, calls, monkeypatch):
     from maviper.reproduction.cells.table import Store
 
     monkeypatch.setattr(grid, "POLL", 0.05)
-    task = plan_cells(run.request(GAME).asked, run.register.read().sha256).tasks[1]
+    task = plan_cells(run.request(GAME), run.register.read().sha256).tasks[1]
     with Store(tmp_path) as other:
         assert other.claim(task.id)
         looks = []

@@ -20,7 +20,7 @@ def cells(**asked):
 
 
 def test_quick_is_one_seed_of_deception_with_every_algorithm():
-    found = cells(tier="quick")
+    found = cells(quick=True)
     assert {cell.game for cell in found} == {"physical-deception"} and {cell.seed for cell in found} == {0}
     names = {cell.algorithm for cell in found if cell.kind == EXTRACTION}
     assert names == {*plans.COMPARED, *plans.ABLATIONS} and {c.depth for c in found if c.kind == EXTRACTION} == {4}
@@ -83,7 +83,7 @@ def test_an_expert_in_a_file_travels_as_bytes_and_is_the_shipped_one(tmp_path):
     file = Path(network.__file__).parent / "shipped" / "physical_deception.2.safetensors"
     mine = tmp_path / "mine.safetensors"
     mine.write_bytes(file.read_bytes())
-    shipped, own = (plan_cells(Asked("quick", (text,)), "").tasks for text in ("mappo", f"label={mine}"))
+    shipped, own = (plan_cells(Asked(quick=True, experts=(text,)), "").tasks for text in ("mappo", f"label={mine}"))
     assert [task.id for task in own] == [task.id for task in shipped]
     assert {task.cell.expert for task in own} == {"label"}
     mine.unlink()
@@ -92,14 +92,14 @@ def test_an_expert_in_a_file_travels_as_bytes_and_is_the_shipped_one(tmp_path):
 
 def test_experts_of_one_name_are_told_apart_and_one_without_a_card_says_so(tmp_path, monkeypatch):
     texts = ("same=physical-deception@0", "same=physical-deception@1")
-    assert {cell.expert for cell in cells(tier="quick", experts=texts)} == {"same", "same-2"}
+    assert {cell.expert for cell in cells(quick=True, experts=texts)} == {"same", "same-2"}
     expert, world = network.load("physical-deception")
 
     class Bare:
         card, hash, agents = {}, "", expert.agents
 
     monkeypatch.setattr(plans, "find_expert", lambda text: (Bare(), world))
-    assert {cell.expert for cell in cells(tier="quick", experts=("my:expert",))} == {"my:expert (no card)"}
+    assert {cell.expert for cell in cells(quick=True, experts=("my:expert",))} == {"my:expert (no card)"}
 
 
 def test_a_family_is_every_shipped_expert_of_its_kind():
@@ -154,7 +154,7 @@ def test_shards_divide_the_cells_and_wait_for_nobody(of):
 
 
 def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, monkeypatch):
-    plan, store_ = plan_cells(Asked("quick"), ""), Store(tmp_path)
+    plan, store_ = plan_cells(Asked(quick=True), ""), Store(tmp_path)
     monkeypatch.setattr(cell, "load_costs", lambda: {"expert physical-deception": {"0": 1.0}})
     assert "11 cells were not measured" in "\n".join(describe_plan(plan, store_))
     like = "extraction physical-deception maviper-no-prediction paper histogram"

@@ -30,7 +30,7 @@ def test_one_of_two_has_the_claim_until_it_gives_it_back(tmp_path):
 
 
 def test_a_finished_cell_is_claimed_by_nobody(tmp_path):
-    task = plan_cells(Asked("quick"), "").tasks[0]
+    task = plan_cells(Asked(quick=True), "").tasks[0]
     with Store(tmp_path) as store:
         assert store.claim(task.id)
         store.write(cheap()(task, {}))
