@@ -57,19 +57,20 @@ Grown = tuple[list[GrownTree], dict[str, float]]  # trees in the order of agents
 
 def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
     """Offers every iterate of some agents to `selection`; returns how many points there were in the end, beside the
-    examples.
+    examples. Lines are those of the paper's Algorithm MAVIPER.
     """
     world, settings = asked.world, asked.settings
     parties = group_agents(world, settings.rollouts_by, agents)
     names = [""] if len(parties) == 1 else [f"-{place}" for place in range(len(parties))]
     kind = _Responding if settings.labels == RESPONSE else _Group
-    groups = [kind(asked, party, name) for party, name in zip(parties, names, strict=True)]
+    groups = [kind(asked, party, name) for party, name in zip(parties, names, strict=True)]  # line 1
     growers: Sequence[_Group | _Voters] = groups
     if settings.rollouts_by == AGENT and settings.least_right != NO_VOTES:
         mine = {agent: group for group in groups for agent in group.agents}
-        teams = enumerate(group_agents(world, TEAM, sorted(mine)))
+        teams = enumerate(group_agents(world, TEAM, agents))
         growers = [_Voters(asked, [mine[agent] for agent in team], f"-team-{place}") for place, team in teams]
-    for iteration in range(settings.iterations):
+
+    for iteration in range(settings.iterations):  # line 2
         met: list[Met] = []
         try:
             for place, group in enumerate(groups):  # lines 3 and 4
@@ -84,15 +85,16 @@ def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> in
             played = dict.fromkeys(team for each in met for team in each.values)
             values = {team: np.concatenate([one.values[team] for one in met if team in one.values]) for team in played}
             selection.note_rollouts(values, float(np.mean([each.fidelity for each in met])))
+
         trees: dict[int, GrownTree] = {}
         figures: dict[str, float] = {}
         for grower in growers:  # lines 5 and 6
             grown, told = _grow(asked, grower, iteration)
-            for group in grower.groups:
-                group.take(grown)
             trees, figures = trees | grown, figures | told
+        for group in groups:
+            group.take({agent: trees[agent] for agent in group.agents})
         selection.note_growth(figures)
-        if selection.offer([trees[agent] for agent in agents]):
+        if selection.offer([trees[agent] for agent in agents]):  # line 7
             break
     return sum(group.points for group in groups)
 
@@ -126,8 +128,7 @@ class _Group:
         self.examples = asked.examples.of_teams(*teams)
         self.journal, self.growth = asked.journal, Growth(asked.world, asked.settings)
         self.data: Dataset | None = None
-        self.groups = [self]  # whose trees grow together
-        # line 1: no data yet, the experts play first
+        # no data yet, and the experts play first
         self.controllers: Sequence[Controller] = [asked.expert] * len(asked.world.agents)
 
     @property
@@ -136,8 +137,8 @@ class _Group:
         return 0 if self.data is None else len(self.data)
 
     def play(self, iteration: int, told: Callable[[float], None], over: Callable[[], bool]) -> Met:
-        """Episodes of the group, labelled by the expert, with each agent's weights (line 3). `told`: of the share that
-        is weighed; `over`: as in `rollout`.
+        """Episodes of the group, labelled by the expert, with each agent's weights. `told`: of the share that is
+        weighed; `over`: as in `rollout`.
         """
         asked = self.asked
         seeds = asked.settings.rollout_episodes(iteration)
@@ -153,7 +154,7 @@ class _Group:
             return np.concatenate(columns, axis=1)
 
         given = (asked.world, asked.expert, self.controllers, self.agents, seeds, weigh, over)
-        met = self.journal.load_or_collect(f"{iteration:04d}-rollouts{self.name}", collect, *given)
+        met = self.journal.load_or_collect(f"{iteration:04d}-rollouts{self.name}", collect, *given)  # line 3
         self.data = met.data if self.data is None else self.data + met.data  # line 4
         return met
 
@@ -176,7 +177,7 @@ class _Group:
         return grow_teams(self.asked.world, data, self.asked.settings, self.growth, self.agents, iteration)
 
     def take(self, trees: Mapping[int, GrownTree]) -> None:
-        """Trees by agent, by which those of the group play from now on."""
+        """Takes the trees, agent -> tree, by which the group plays from now on."""
         if self.asked.settings.rollouts_by != EXPERTS:
             mine = agent_policies(self.asked.world, [trees[agent] for agent in self.agents], self.agents)
             self.controllers = among(self.asked.world, mine, self.controllers)
@@ -194,7 +195,7 @@ class _Responding(_Group):
             raise InputError("replies are the best actions by the expert's Q", "--critic none", WITH_Q)
         self.journal = NOTHING_KEPT
         self.replies = {agent: Replies(asked.world, asked.expert, agent) for agent in agents}
-        self.trees: dict[int, GrownTree] = {}
+        self.trees: Mapping[int, GrownTree] = {}
         self.state: Any = None  # of all points
 
     def columns(self, observations: tuple[Float32, ...], state: Any, wanted: Int) -> Iterator[Float64]:
@@ -205,7 +206,7 @@ class _Responding(_Group):
     def take(self, trees: Mapping[int, GrownTree]) -> None:
         """Takes the trees that play and are replied to from now on; see `_Group.take`."""
         super().take(trees)
-        self.trees = dict(trees)
+        self.trees = trees
 
     def grow(self, data: Dataset, iteration: int) -> Grown:
         """The next trees, one agent's after the other's: each is taught the replies to the present trees of its mates,

@@ -84,14 +84,6 @@ def test_every_game(name, algorithm):
     assert found.provenance.training["expert_algorithm"] == "scripted"
 
 
-def test_ivipers_tree_is_vipers(world, expert):
-    whole = extract(world, expert, small(IVIPER))
-    for agent in world.agents:
-        one = extract(world, expert, small(VIPER, agent=agent))
-        assert [policy.agent for policy in one.agents] == [agent]
-        assert one.agents[0].tree.threshold.tobytes() == whole.policy(agent).tree.threshold.tobytes()
-
-
 def test_viper_needs_an_agent(world, expert):
     with pytest.raises(InputError, match="VIPER extracts one agent"):
         extract(world, expert, small(VIPER))

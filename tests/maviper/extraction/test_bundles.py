@@ -16,7 +16,6 @@ from maviper.experts.finding import find_expert
 from maviper.experts.scripted import build_script
 from maviper.extraction import released
 from maviper.extraction.algorithms import extract
-from maviper.extraction.extraction import Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.settings import (
     AGENT,
@@ -177,20 +176,6 @@ def test_equal_weights_draw_nothing(games):
 
     settings = settings_of(world, preset="paper", weights="equal", iterations=1)
     extract(world, Silent(), settings)
-
-
-@pytest.mark.parametrize(
-    ("preset", "given"),
-    [("paper", {"rollouts_by": "team", "selection_by": "team"}), ("default", {"rollouts_by": "team"})],
-)
-def test_an_interrupted_run_goes_on_with_the_same_bytes(preset, given, games, tmp_path):
-    world, expert = games["deception"]
-    settings = settings_of(world, preset=preset, **TINY, **given)
-    whole = policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path)))
-    for step in sorted(tmp_path.rglob("*.safetensors"))[1::2]:
-        step.unlink()
-    again = extract(world, expert, settings, Running(jobs=1), Journal(tmp_path))
-    assert policy_json.dumps(again) == whole == policy_json.dumps(extract(world, expert, settings))
 
 
 # --- what is said

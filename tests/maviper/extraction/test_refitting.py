@@ -41,18 +41,8 @@ from verify.states.state import State, inside, sample, violates
 from verify.subjects import Game
 from verify.verdicts.decisions import Result
 
-SMALL = [
-    "--max-depth",
-    "3",
-    "--iterations",
-    "4",
-    "--rollouts",
-    "30",
-    "--selection-episodes",
-    "30",
-    "--refinement-episodes",
-    "0",
-]
+SMALL = ["--max-depth", "3", "--iterations", "4", "--rollouts", "30", "--selection-episodes", "30"]
+SMALL += ["--refinement-episodes", "0"]
 STATES = "states-1-distinct_targets.json"
 pytestmark = pytest.mark.solver
 
@@ -68,9 +58,8 @@ def quick(request):
 def folder(tmp_path_factory):
     """An extracted team that violates `distinct_targets`, and what `maviper verify -o` wrote about it."""
     place = tmp_path_factory.mktemp("refit")
-    assert (
-        main.run(["extract", "physical-deception@clone", *SMALL, "--seed", "2", "-o", str(place / "before.json")]) == 0
-    )
+    words = ["extract", "physical-deception@clone", *SMALL, "--seed", "2", "-o", str(place / "before.json")]
+    assert main.run(words) == 0
     assert main.run(["verify", str(place / "before.json"), "-o", str(place / "out")]) == 1
     return place
 
@@ -323,16 +312,8 @@ def test_every_algorithm_that_learns_from_labels_learns_from_them(world, expert,
 @pytest.mark.usefixtures("kept_processes")
 def test_agents_side_by_side_give_the_same_trees(world, expert, folder):
     learned = task(world, expert, folder / "out").examples
-    settings = Settings.of(
-        {
-            "algorithm": "iviper",
-            "max_depth": 2,
-            "iterations": 1,
-            "rollouts": 5,
-            "selection_episodes": 5,
-            "refinement": 0,
-        }
-    )
+    few = {"max_depth": 2, "iterations": 1, "rollouts": 5, "selection_episodes": 5, "refinement": 0}
+    settings = Settings.of({"algorithm": "iviper", **few})
     one, two = (extract(world, expert, settings, Running(jobs=jobs), examples=learned) for jobs in (1, 2))
     assert policy_json.dumps(one) == policy_json.dumps(two)
 

@@ -72,6 +72,8 @@ def test_a_leaf_without_a_majority_stays():
     assert exactly_half.action.tolist() == [released.STAY]
     weighed = released.one_hot_tree(obs, acted, np.where(acted == 1, 9, 1), 5, 1)
     assert weighed.action[ir.apply(weighed, np.array([[1.0]], dtype=np.float32))].tolist() == [1]
+    mended = released.one_hot_tree(obs, acted, np.ones(20, dtype=int), 5, 1, stays=False)
+    assert mended.action[ir.apply(mended, np.array([[0.0], [1.0]], dtype=np.float32))].tolist() == [3, 1]
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -173,13 +175,6 @@ def test_without_restarts_imitations_points_are_whole_episodes(world, expert):
     assert (np.diff(seen, axis=0) != 0).any(axis=(0, 2)).all(), "agents move within an episode"
 
 
-def test_mended_leaves_take_their_most_frequent_action():
-    obs = np.array([[0.0]] * 10 + [[1.0]] * 10, dtype=np.float32)
-    acted = np.array([3] * 6 + [4] * 4 + [1] * 4 + [2] * 3 + [3] * 3)
-    tree = released.one_hot_tree(obs, acted, np.ones(20, dtype=int), 5, 1, stays=False)
-    assert tree.action[ir.apply(tree, np.array([[0.0], [1.0]], dtype=np.float32))].tolist() == [3, 1]
-
-
 def share_of_stay(world, expert, undo):
     """How often IVIPER's trees stand still in its own small extraction."""
     small = {"iterations": 1, "rollouts": 4, "selection_episodes": 4, "max_depth": 2}
@@ -200,6 +195,7 @@ def test_each_accident_is_undone_alone(world, expert, monkeypatch):
         told[undo] = extract(world, expert, settings).provenance.training
     assert "undo" not in told[""] and told["warm-up"]["undo"] == "warm-up"
     assert (told[""]["points"], told["warm-up"]["points"]) == (25 * (10 + 6), 25 * (3 + 6))
+    assert told[""]["stopped_after"] == 2 and told[""]["selection"] == "return"
 
 
 def test_no_episode_is_for_two_purposes():
@@ -207,16 +203,6 @@ def test_no_episode_is_for_two_purposes():
     last = settings.rollout_episodes(settings.iterations - 1, released.WARM_UP)
     assert settings.rollout_episodes(0, released.WARM_UP).start == measures.ROLLOUT_SEEDS + released.WARM_UP
     assert last.stop <= measures.ROLLOUT_SEEDS + 100_000
-
-
-def test_warm_up_comes_first(world, expert, monkeypatch):
-    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 4)
-    monkeypatch.setattr(released, "WARM_UP", 10)
-    settings = Settings.of(
-        {"preset": "released", "iterations": 2, "rollouts": 3, "selection_episodes": 4, "max_depth": 1}
-    )
-    found = extract(world, expert, settings).provenance.training
-    assert found["points"] == 25 * (10 + 2 * 3) and found["stopped_after"] == 2 and found["selection"] == "return"
 
 
 @pytest.mark.parametrize("algorithm", [pytest.param("maviper", marks=pytest.mark.slow), "iviper", "imitation"])

@@ -74,10 +74,6 @@ def test_more_leaves_never_raise_the_loss_and_are_never_more_than_asked_for(clou
         for each in ir.leaves(tree):
             assert tree.action[each] == vectors[leaf == each].sum(axis=0).argmax()
     assert losses == sorted(losses, reverse=True) and losses[-1] < losses[0] / 2
-
-
-def test_depth_is_a_limit_too(cloud):
-    obs, vectors = cloud
     grown = BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 2).grow_to(100)
     assert ir.depth(deploy_tree(grown)).max() == 2
 
