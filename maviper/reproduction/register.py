@@ -10,10 +10,8 @@ Does not: decide a claim (verdicts.py), or read results; know where a user's own
 import hashlib
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 import msgspec
@@ -80,17 +78,22 @@ class PaperExpert(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     place: str
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
-    format: str
+class Rules(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """What decides claims, beside themselves."""
+
     alpha: float
     margin: float
     power: float
     least_seeds: int
     weak_expert: float
     final_effect: float
+    experts: Mapping[str, PaperExpert]  # measure -> the paper's expert
+    tables: Mapping[str, Mapping[str, Any]]  # the paper's Tables 1, 3 and 4
+
+
+class _File(Rules, forbid_unknown_fields=True, frozen=True):
+    format: str
     claim: list[Claim]
-    experts: dict[str, PaperExpert]
-    tables: dict[str, dict[str, Any]]
 
 
 class _More(msgspec.Struct, forbid_unknown_fields=True):
@@ -102,19 +105,10 @@ class _More(msgspec.Struct, forbid_unknown_fields=True):
 Content = TypeVar("Content", _File, _More)
 
 
-@dataclass(frozen=True)
-class Register:
+class Register(Rules, frozen=True):
     """The claims with what decides them; `sha256` of the file, `more` of the one that was written later, if any."""
 
     claims: tuple[Claim, ...]
-    experts: Mapping[str, PaperExpert]  # measure -> the paper's expert
-    tables: Mapping[str, Mapping[str, Any]]  # the paper's Tables 1, 3 and 4
-    alpha: float
-    margin: float
-    power: float
-    least_seeds: int
-    weak_expert: float
-    final_effect: float
     sha256: str
     more: str = ""
     once: tuple[tuple[str, ...], ...] = ()  # ids of claims about one number each, which count as the first of them
@@ -136,8 +130,7 @@ def read(path: Path = FILE) -> Register:
     where it is not one.
     """
     content, digest = _decode_file(path, _File)
-    rest = {name: getattr(content, name) for name in _File.__struct_fields__ if name not in ("format", "claim")}
-    rest |= {"experts": MappingProxyType(content.experts), "tables": MappingProxyType(content.tables)}
+    rules = [getattr(content, name) for name in Rules.__struct_fields__]
     claims, more, once = tuple(map(_renumber_figures, content.claim)), "", tuple[tuple[str, ...], ...]()
     if path == FILE:
         later, more = _decode_file(MORE, _More)
@@ -151,7 +144,7 @@ def read(path: Path = FILE) -> Register:
     faults += [f"once: no claim has the id {name}" for group in once for name in group if name not in names]
     if faults:
         raise InputError("the register of claims has faults", f"{path}: {'; '.join(faults)}", "see claims.toml")
-    return Register(claims, sha256=digest, more=more, once=once, **rest)
+    return Register(*rules, claims, digest, more, once)
 
 
 def _decode_file(path: Path, form: type[Content]) -> tuple[Content, str]:

@@ -33,7 +33,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Float64
 from maviper.files import runs
-from maviper.reproduction.cells.cell import DONE, FAILED, KINDS, Cell, Document, Made, tool
+from maviper.reproduction.cells.cell import DONE, KINDS, Cell, Document, Made, tool
 from maviper.reproduction.cells.making import EPISODES_FILE, FACTS_FILE, HEAD
 
 CELLS, CELL_FILE, CLAIM = "cells", "cell.json", "claim-"
@@ -201,26 +201,22 @@ class Kept:
     cells: dict[str, Document]  # id -> its document, in the table's order
     other: int  # cells of another version of the tool, or of other claims
     doubled: int  # cells that stand for the same as one that counts: another expert of the same label, say
-    failed: dict[str, Document]
 
 
 def find_finished(store: Store, wanted: Collection[str], register: str) -> Kept:
     """The finished cells of this version and register; of two about the same, the one that is `wanted` now."""
     finished: dict[Cell, tuple[str, Document]] = {}
     other = doubled = 0
-    failed: dict[str, Document] = {}
     for id_, document in store.documents():
         identity = document.identity
         if (identity.get("tool"), identity.get("register")) != (tool(), register):
             other += 1
-        elif document.outcome == FAILED:
-            failed[id_] = document
         elif document.outcome == DONE:
             doubled += document.cell in finished
             if document.cell not in finished or id_ in wanted:
                 finished[document.cell] = id_, document
     ordered = sorted(finished, key=_place)
-    return Kept(dict(finished[cell] for cell in ordered), other, doubled, failed)
+    return Kept(dict(finished[cell] for cell in ordered), other, doubled)
 
 
 def _place(cell: Cell) -> tuple[int, Cell | tuple[str | int, ...]]:
@@ -251,20 +247,11 @@ AGAIN = "run maviper reproduce again in this folder"
 
 
 @dataclass(frozen=True, order=True)
-class Row:
-    """A cell as `cells.csv` names it."""
+class Row(Cell):
+    """A cell as `cells.csv` names it, its game without options."""
 
-    kind: str
-    game: str
-    expert: str
-    preset: str
-    algorithm: str
-    depth: int
-    leaves: int  # 0: no budget
-    splits: str
-    seed: int
-    cell: str
-    cpu_seconds: float = field(compare=False)
+    cell: str = ""
+    cpu_seconds: float = field(default=0.0, compare=False)
 
 
 Values = tuple[Float64, Float64]  # episodes' seeds, and the value in each
@@ -281,12 +268,8 @@ class Results:
     _facts: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
 
     def cells(self, **wanted: Any) -> list[Row]:
-        """The cells whose columns are as wanted; a list, tuple or set stands for any of its values."""
-        matching: list[Row] = []
-        for row in self.rows:
-            if all(_fits(getattr(row, column), value) for column, value in wanted.items()):
-                matching.append(row)
-        return matching
+        """The cells whose columns are as wanted."""
+        return [row for row in self.rows if all(getattr(row, column) == value for column, value in wanted.items())]
 
     def list_values(self, column: str, **wanted: Any) -> list[Any]:
         """The values of a column in the cells that are as wanted, sorted."""
@@ -308,10 +291,6 @@ class Results:
         return self._facts[cell]
 
 
-def _fits(value: Any, wanted: Any) -> bool:
-    return value in wanted if isinstance(wanted, list | tuple | set) else value == wanted
-
-
 def read_table(folder: Path) -> Results:
     """The table of a folder. InputError where it is not one."""
     rows: dict[str, Row] = {}
@@ -329,19 +308,10 @@ def read_table(folder: Path) -> Results:
 def _row(line: Mapping[str, str]) -> Row:
     if line["kind"] not in KINDS:
         raise ValueError(f"kind {line['kind']!r}")
-    return Row(
-        kind=line["kind"],
-        game=line["game"].partition(",")[0],  # without options
-        expert=line["expert"],
-        preset=line["preset"],
-        algorithm=line["algorithm"],
-        depth=int(line["depth"] or 0),
-        leaves=int(line["leaves"] or 0),
-        splits=line["splits"],
-        seed=int(line["seed"] or 0),
-        cell=line["cell"],
-        cpu_seconds=float(line["cpu_seconds"] or 0),
-    )
+    about: dict[str, Any] = {name: line[name] for name in ABOUT}
+    about |= {"game": line["game"].partition(",")[0]}
+    about |= {name: int(line[name] or 0) for name in ("depth", "leaves", "seed")}
+    return Row(**about, cell=line["cell"], cpu_seconds=float(line["cpu_seconds"] or 0))
 
 
 def _episodes(path: Path) -> dict[tuple[str, str], Values]:
