@@ -21,7 +21,7 @@ from codegen.lowering.deploy import SummedTree
 from codegen.numbers import round_down
 from codegen.sums import clip_values
 from maviper.episodes.measures import score
-from maviper.episodes.play import Controller, Episodes, in_columns, play, start_games
+from maviper.episodes.play import Controller, in_columns, play, start_games
 from maviper.episodes.trees import agent_policies
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -297,31 +297,26 @@ class Arena:
         for low in range(0, len(which), at_once):
             rows = np.arange(low, min(low + at_once, len(which)))
             start = start_games(self.world, seeds[rows % episodes]) if starts is None else starts[rows % episodes]
-            played = self._play(candidates, which[rows], start)
+            stacks = dict[int, tuple[Stack | SummedStack, Int]]()
+            met, playing = np.unique(which[rows], return_inverse=True)  # candidates, and which of them has each game
+            for place, agent in enumerate(self.agents):
+                trees = {id(candidates[index][place]): candidates[index][place] for index in met.tolist()}
+                number = {key: k for k, key in enumerate(trees)}
+                mine = np.array([number[id(candidates[index][place])] for index in met.tolist()])
+                stacks[agent] = stack_trees(self.world, agent, list(trees.values())), mine[playing]
+            team, everybody = _Stacked(stacks), range(len(self.world.agents))
+            played = play(self.world, [team if agent in stacks else self.expert for agent in everybody], start)
             first = np.flatnonzero(which[rows] == 0)
-            for agent, met in zip(self.agents, seen, strict=True):
-                met.append(played.observations[agent][:, first][played.alive[:, first, agent]])
+            for agent, observed in zip(self.agents, seen, strict=True):
+                observed.append(played.observations[agent][:, first][played.alive[:, first, agent]])
             values.append(played.values[self.world.measures.index(self.primary)])
             parts.append(score(self.primary, values[-1]))
             if self.secondary and self._others:
                 parts[-1] = parts[-1] + self.secondary * played.values[self._others].mean(axis=0)
-        self.seen = [np.concatenate(met) for met in seen]
+        self.seen = [np.concatenate(each) for each in seen]
         self.played += len(which)
         self.values = np.concatenate(values).reshape(len(candidates), episodes)
         return np.concatenate(parts).reshape(len(candidates), episodes)
-
-    def _play(self, candidates: Sequence[Candidate], which: Int, start: Any) -> Episodes:
-        stacks = dict[int, tuple[Stack | SummedStack, Int]]()
-        met, which = np.unique(which, return_inverse=True)
-        here = list(map(int, met))
-        for place, agent in enumerate(self.agents):
-            trees = {id(candidates[index][place]): candidates[index][place] for index in here}
-            number = {key: k for k, key in enumerate(trees)}
-            mine = np.array([number[id(candidates[index][place])] for index in here])
-            stacks[agent] = stack_trees(self.world, agent, list(trees.values())), mine[which]
-        team = _Stacked(stacks)
-        everybody = range(len(self.world.agents))
-        return play(self.world, [team if agent in stacks else self.expert for agent in everybody], start)
 
 
 def halving(

@@ -22,7 +22,7 @@ from maviper.episodes.trees import agent_policies, among
 from maviper.extraction.arena import Arena, halving, halving_by_member
 from maviper.extraction.extraction import Extraction, OutOfTime, Running, joint_ratio
 from maviper.extraction.journal import EXPERT_STEP, EXTRACTING, SELECTING, Arrays, Progress, Underway, count_leaves
-from maviper.extraction.settings import AGENT, EXPERTS, MEMBER, RACE, RETURN, TEAM, UNIFORM, Settings, group_agents
+from maviper.extraction.settings import AGENT, EXPERTS, MEMBER, RACE, RETURN, TEAM, UNIFORM, group_agents
 from maviper.worlds import Measure
 from maviper.worlds.world import Int
 
@@ -234,11 +234,6 @@ def common(asked: Extraction) -> range:
 KINDS: Mapping[str, type[Choice]] = {UNIFORM: Uniform, RETURN: ByReturn, RACE: Raced}
 
 
-def kind_of(settings: Settings) -> type[Choice]:
-    """Returns the kind of choice that some settings ask for."""
-    return Members if settings.selection_by == MEMBER else KINDS[settings.selection]
-
-
 def explain_stop(told: Mapping[str, str | int | float]) -> str:
     """Why an extraction stopped early, in words. `told`: what its profile says of the training."""
     patience = f"no significant improvement in {format_count(int(told['patience']), 'round')}"
@@ -259,7 +254,7 @@ class Selection:
         experts = asked.journal.arrays(EXPERT_STEP, self._experts)
         units = group_agents(asked.world, settings.selection_by, agents)
         names = [""] if len(units) == 1 else [f"-{place}" for place in range(len(units))]
-        kind = kind_of(settings)
+        kind = Members if settings.selection_by == MEMBER else KINDS[settings.selection]
         self.choices = [kind(asked, unit, experts, name) for unit, name in zip(units, names, strict=True)]
         self.fidelity: float | None = None
         self.growth: Mapping[str, float] = {}

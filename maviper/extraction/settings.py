@@ -244,11 +244,6 @@ class Settings:
             usual |= {"leaf": CONSTANT, "weights": EQUAL, "least_right": NO_VOTES, "refinement": 0}
         return Settings(**{**usual, **said})._ensure_usable()
 
-    def fill_parts(self) -> "Settings":
-        """The settings, with what the algorithm's name stands for where nothing else was asked for."""
-        usual = bundle(self.algorithm, self.selection, self.share)
-        return replace(self, **{name: getattr(self, name) or usual[name] for name in PARTS})
-
     @property
     def changed(self) -> list[str]:
         """The names of the settings that are not as the algorithm's name says, of settings that are filled."""
@@ -378,9 +373,12 @@ class Settings:
         return range(first, first + self.rollouts)
 
     def complete(self) -> "Settings":
-        """The settings, filled in; InputError or UnknownNameError when one cannot be used."""
+        """The settings, with what the algorithm's name stands for where nothing else was asked for; InputError or
+        UnknownNameError when one cannot be used.
+        """
         self._check_names({"algorithm": KNOWN, "preset": PRESETS, "selection": SELECTIONS})
-        return self.fill_parts()._ensure_usable()
+        usual = bundle(self.algorithm, self.selection, self.share)
+        return replace(self, **{name: getattr(self, name) or usual[name] for name in PARTS})._ensure_usable()
 
     def _ensure_usable(self) -> "Settings":
         self._check_names({"algorithm": KNOWN, "preset": PRESETS, "splits": SPLITS, "selection": SELECTIONS})

@@ -111,7 +111,8 @@ def compare_algorithms(
         further = options.experts  # whose options may have been cut off at commas
         further = rejoin_names(further) if all(isinstance(one, str) for one in further) else further
         experts, world = _find_experts([expert, *further], options)
-        stack.callback(_close, [one.source for one in experts])
+        for one in experts:  # copies of users' environments end
+            stack.callback(one.source.read()[1].close)
         tasks = list_tasks(experts, world, options)
         held = tasks[0].budget.held_out if tasks[0].budget else 0
         extractions = sum(task.cell.kind == EXTRACTION for task in tasks)
@@ -166,12 +167,6 @@ def fingerprint(expert: Expert, world: World) -> str:
         for part in (*played.observations, played.actions, played.returns, played.values):
             said.update(np.ascontiguousarray(part).tobytes())
     return said.hexdigest()
-
-
-def _close(used: Sequence[Source]) -> None:
-    """Ends the copies of users' environments."""
-    for source in used:
-        source.read()[1].close()
 
 
 # --- cells

@@ -54,10 +54,11 @@ def write_report(folder: Path) -> list[str]:
     facts = describe_run(table, known, experts)
     lines = summary(judged, facts)
     pictures = {f"{FIGURES}/{figure.name}.svg": figure.svg for part in parts for figure in part.figures}
+    numbers = [f"{json.dumps(name)}: {json.dumps(number.document)}" for name, number in sorted(book.numbers.items())]
     files = {
         **pictures,
         CLAIMS: lay_out_claims(document(judged, known)),
-        NUMBERS: _numbers(book),
+        NUMBERS: "{\n" + ",\n".join(numbers) + "\n}\n",
         SCRIPT: render("reproduction/recompute.py.j2", seed=DRAW_SEED, draws=DRAWS),
         SUMMARY: "\n".join(lines) + "\n",
         PAGE: lay_out_page(judged, facts, parts),
@@ -70,10 +71,11 @@ def write_report(folder: Path) -> list[str]:
 
 
 def lay_out_page(judged: Sequence[Verdict], facts: Mapping[str, Any], parts: Sequence[Section]) -> str:
-    """The page: verdicts on all claims among the sections of the report."""
+    """The page: verdicts on all claims among the sections of the report. It holds the style of figures once."""
+    bare = [[replace(each, svg=STYLE.sub("", each.svg, count=1)) for each in part.figures] for part in parts]
     return render(
         "reproduction/report.html.j2",
-        sections=[_share_style(part) for part in parts],
+        sections=[replace(part, figures=drawn) for part, drawn in zip(parts, bare, strict=True)],
         marks=tuple(MARKS.values()),
         several=len({verdict.expert for verdict in judged}) > 1,
         facts=facts,
@@ -218,18 +220,6 @@ def _shorten(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_shorten(each) for each in cast("Sequence[Any]", value)]
     return float(f"{value:.10g}") if isinstance(value, float) else value
-
-
-def _share_style(section: Section) -> Section:
-    """The section with figures that leave their style to the page, which holds it once for all of them."""
-    bare = [replace(each, svg=STYLE.sub("", each.svg, count=1)) for each in section.figures]
-    return replace(section, figures=bare)
-
-
-def _numbers(book: Book) -> str:
-    """Every number with what it is made of, a line each."""
-    lines = (f"{json.dumps(name)}: {json.dumps(book.numbers[name].document)}" for name in sorted(book.numbers))
-    return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def describe_run(table: Results, known: Register, experts: Sequence[str]) -> dict[str, Any]:

@@ -108,7 +108,13 @@ class BestFirstTree:
         best = max(self.open, key=lambda leaf: leaf.gain)
         if best.gain <= self.least:
             return False
-        self._split(best)
+        goes_left = self.codes[best.feature, best.rows] <= best.code
+        left = self._leaf(best.rows[goes_left], best.depth + 1)
+        right = self._leaf(best.rows[~goes_left], best.depth + 1)
+        threshold = float(self.bins.edges[best.feature][best.code])
+        self.nodes[best.node] = (best.feature, threshold, left.node, right.node, NO_ACTION)
+        self.open.remove(best)
+        self.open += [left, right]
         return True
 
     def _leaf(self, rows: Int, depth: int) -> _Leaf:
@@ -133,15 +139,6 @@ class BestFirstTree:
             if gain[place] > best[0]:
                 best = (float(gain[place]), feature, place)
         return best
-
-    def _split(self, leaf: _Leaf) -> None:
-        goes_left = self.codes[leaf.feature, leaf.rows] <= leaf.code
-        left = self._leaf(leaf.rows[goes_left], leaf.depth + 1)
-        right = self._leaf(leaf.rows[~goes_left], leaf.depth + 1)
-        threshold = float(self.bins.edges[leaf.feature][leaf.code])
-        self.nodes[leaf.node] = (leaf.feature, threshold, left.node, right.node, NO_ACTION)
-        self.open.remove(leaf)
-        self.open += [left, right]
 
 
 RIDGE = 1e-3  # in parts of a feature's variance over all points

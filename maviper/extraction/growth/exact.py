@@ -83,14 +83,9 @@ class Columns:
             found.append((place[near], np.full(len(near), index), purity[near], seen[near], seen[near + 1]))
         place, feature, purity, low, high = map(np.concatenate, zip(*found, strict=True))
         kept = purity >= (best - alike)[place]
-        return ExactSplits(place[kept], feature[kept], _middle(low[kept], high[kept]))
-
-
-def _middle(low: Float32, high: Float32) -> Float64:
-    """Between two neighbouring values, as CART has it."""
-    ends = low.astype(np.float64), high.astype(np.float64)
-    middle = ends[0] / 2 + ends[1] / 2
-    return np.where(middle == ends[1], ends[0], middle)
+        low, high = low[kept].astype(np.float64), high[kept].astype(np.float64)
+        middle = low / 2 + high / 2  # as CART has it
+        return ExactSplits(place[kept], feature[kept], np.where(middle == high, low, middle))
 
 
 class CartTree(GrowingTree):

@@ -187,29 +187,25 @@ def tell_apart(experts: Iterable[Known]) -> list[Known]:
 def plan_cells(asked: Asked, register: str) -> Plan:
     """All cells for what is asked, those that others need first."""
     experts, left_out = experts_of(asked)
-    tasks: dict[str, Task] = {}
-    for one in experts:
-        for task in _tasks(asked, one, register, left_out):
-            tasks.setdefault(task.id, task)
-    return Plan(tuple(tasks.values()), tuple(dict.fromkeys(left_out)))
-
-
-def _tasks(asked: Asked, one: Known, register: str, left_out: list[tuple[str, str]]) -> list[Task]:
     count = asked.seeds if asked.seeds is not None else 1 if asked.quick else SEEDS
     seeds = range(asked.first_seed, asked.first_seed + count)
     depths = asked.depths or ((MAIN_DEPTH,) if asked.quick else DEPTHS)
-    chosen = list(product(asked.algorithms or COMPARED, depths))
-    if not asked.algorithms and one.game.partition(",")[0] == DECEPTION and MAIN_DEPTH in depths:
-        chosen += [(name, MAIN_DEPTH) for name in ABLATIONS]
-    pairs = {(preset, name, depth) for preset in asked.presets for name, depth in chosen}
-    grid = sorted(each for each in pairs if each[:2] != (RELEASED, FITTED_Q))  # which that preset does not have
-    cells = [Cell(EXPERT, one.game, one.label, seed=first) for first in seeds[::BLOCKS]]
-    cells += [
-        Cell(EXTRACTION, one.game, one.label, preset, name, depth, 0, HISTOGRAM, seed)
-        for seed, (preset, name, depth) in product(seeds, grid)  # so that an interrupted run has whole seeds
-    ]
-    made = [Task(cell, one.source, one.hash, register) for cell in cells]
-    return [*made, *_crossplays(made), *_answers(asked, made, left_out)]
+    tasks: dict[str, Task] = {}
+    for one in experts:
+        chosen = list(product(asked.algorithms or COMPARED, depths))
+        if not asked.algorithms and one.game.partition(",")[0] == DECEPTION and MAIN_DEPTH in depths:
+            chosen += [(name, MAIN_DEPTH) for name in ABLATIONS]
+        pairs = {(preset, name, depth) for preset in asked.presets for name, depth in chosen}
+        grid = sorted(each for each in pairs if each[:2] != (RELEASED, FITTED_Q))  # which that preset does not have
+        cells = [Cell(EXPERT, one.game, one.label, seed=first) for first in seeds[::BLOCKS]]
+        cells += [
+            Cell(EXTRACTION, one.game, one.label, preset, name, depth, 0, HISTOGRAM, seed)
+            for seed, (preset, name, depth) in product(seeds, grid)  # so that an interrupted run has whole seeds
+        ]
+        made = [Task(cell, one.source, one.hash, register) for cell in cells]
+        for task in (*made, *_crossplays(made), *_answers(asked, made, left_out)):
+            tasks.setdefault(task.id, task)
+    return Plan(tuple(tasks.values()), tuple(dict.fromkeys(left_out)))
 
 
 def _crossplays(made: Sequence[Task], depths: Sequence[int] = (MAIN_DEPTH,)) -> list[Task]:
