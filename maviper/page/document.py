@@ -603,6 +603,10 @@ def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:
     return {"episode": judged}
 
 
+def _spell_episodes(claim: EpisodeClaim) -> str:
+    return account_of(claim).sentence
+
+
 class Judging(NamedTuple):
     """The words in which the page tells claims of a kind, and what it judges states by, if it does."""
 
@@ -613,5 +617,5 @@ class Judging(NamedTuple):
 JUDGED: Mapping[Kind, Judging] = {
     Kind.DECISIONS: Judging(spell_decisions, _decisions),
     Kind.LEAVES: Judging(spell_decisions, _decisions),
-    Kind.EPISODES: Judging(lambda claim: account_of(claim).sentence, _episode),
+    Kind.EPISODES: Judging(_spell_episodes, _episode),
 }

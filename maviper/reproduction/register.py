@@ -130,7 +130,7 @@ def read(path: Path = FILE) -> Register:
     where it is not one.
     """
     content, digest = _decode_file(path, _File)
-    rules = [getattr(content, name) for name in Rules.__struct_fields__]
+    rules: dict[str, Any] = {name: getattr(content, name) for name in Rules.__struct_fields__}
     claims, more, once = tuple(map(_renumber_figures, content.claim)), "", tuple[tuple[str, ...], ...]()
     if path == FILE:
         later, more = _decode_file(MORE, _More)
@@ -144,7 +144,7 @@ def read(path: Path = FILE) -> Register:
     faults += [f"once: no claim has the id {name}" for group in once for name in group if name not in names]
     if faults:
         raise InputError("the register of claims has faults", f"{path}: {'; '.join(faults)}", "see claims.toml")
-    return Register(*rules, claims, digest, more, once)
+    return Register(**rules, claims=claims, sha256=digest, more=more, once=once)
 
 
 def _decode_file(path: Path, form: type[Content]) -> tuple[Content, str]:

@@ -19,6 +19,7 @@ leaves.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -77,8 +78,8 @@ class GrowingTree(ABC):
     made.
     """
 
-    def __init__(self, labels: Int, counts: Int | Float64, n_actions: int, max_depth: int) -> None:
-        """`labels`: [n]; `counts`: [n], how often the agent's data set holds each point."""
+    def __init__(self, labels: Int, counts: Any, n_actions: int, max_depth: int) -> None:
+        """`labels`: [n]; `counts`: [n] whole or float64, how often the agent's data set holds each point."""
         self.labels, self.counts, self.n_actions, self.max_depth = labels, counts, n_actions, max_depth
         self.feature: list[int] = []
         self.threshold: list[float] = []
