@@ -299,10 +299,11 @@ class Arena:
             start = start_games(self.world, seeds[rows % episodes]) if starts is None else starts[rows % episodes]
             stacks = dict[int, tuple[Stack | SummedStack, Int]]()
             met, playing = np.unique(which[rows], return_inverse=True)  # candidates, and which of them has each game
+            here = list(map(int, met))
             for place, agent in enumerate(self.agents):
-                trees = {id(candidates[index][place]): candidates[index][place] for index in met.tolist()}
+                trees = {id(candidates[index][place]): candidates[index][place] for index in here}
                 number = {key: k for k, key in enumerate(trees)}
-                mine = np.array([number[id(candidates[index][place])] for index in met.tolist()])
+                mine = np.array([number[id(candidates[index][place])] for index in here])
                 stacks[agent] = stack_trees(self.world, agent, list(trees.values())), mine[playing]
             team, everybody = _Stacked(stacks), range(len(self.world.agents))
             played = play(self.world, [team if agent in stacks else self.expert for agent in everybody], start)

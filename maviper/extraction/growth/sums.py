@@ -348,6 +348,7 @@ def tilt_tests(tree: SummedTree, node: int, here: Floats, rng: np.random.Generat
             which = int(rng.choice(np.flatnonzero(spread)))
             moved[which] += rng.normal() * float(rng.choice(TILTS)) * deviation / spread[which]
         moved[np.argsort(-np.abs(moved) * spread, kind="stable")[TERMS:]] = 0.0
-        rounded: Float64 = np.round(moved / np.abs(moved).max(), DIGITS) if moved.any() else weights
+        largest = float(np.abs(moved).max())
+        rounded = np.asarray(np.round(moved / largest, DIGITS), dtype=np.float64) if largest else weights
         tilted = rounded.astype(np.float32).astype(np.float64)
         yield with_sum(tree, node, tilted, float(np.quantile(seen @ tilted, rank, method="lower")))
