@@ -317,7 +317,10 @@ def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | N
         say_plan(plan, console, settings.budget)
     with Stages(console, world, folder / METRICS_FILE if folder else None, plan) as stages:
         profile = extract(world, expert, settings, Running(stages.show, jobs, stages.underway), journal, examples)
-    say_stopped(profile, console)
+    told = profile.provenance.training
+    if int(told["stopped_after"]) < int(told["iterations"]):
+        rounds = format_count(int(told["iterations"]), "round")
+        console.line("stopped", f"after {told['stopped_after']} of {rounds}: {explain_stop(told)}")
     if not console.of:
         say_measured(profile, world, console)
     return profile
@@ -331,14 +334,6 @@ def say_expert(expert: Expert, world: World, console: Console) -> None:
     console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
     if how_learned(expert.card):
         console.line("", f"it learned by {how_learned(expert.card)}")
-
-
-def say_stopped(profile: ir.PolicyProfile, console: Console) -> None:
-    """That an extraction stopped early, if it did."""
-    told = profile.provenance.training
-    if int(told["stopped_after"]) < int(told["iterations"]):
-        rounds = format_count(int(told["iterations"]), "round")
-        console.line("stopped", f"after {told['stopped_after']} of {rounds}: {explain_stop(told)}")
 
 
 def plan_episodes(asked: Found, dealt: Settings) -> dict[str, int]:

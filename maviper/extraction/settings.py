@@ -162,11 +162,6 @@ PAPER_COUNTS: dict[str, dict[str, int]] = {
 PAPER_MEASURES = {"cooperative-navigation": "D"}
 
 
-def papers(algorithm: str, world: World | None) -> dict[str, int]:
-    """The paper's counts of an algorithm in a game, beyond PROTOCOL."""
-    return PAPER_COUNTS.get(world.spec.name, {}) if world is not None and algorithm in (IVIPER, VIPER) else {}
-
-
 def part_settings(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Of the options of an extraction those that are no settings, and those that are, by the settings' names."""
     names = {name: option.setting or name for name, option in table_of(ExtractOptions).items()}
@@ -223,7 +218,8 @@ class Settings:
             raise UnknownNameError("preset", preset, PRESETS, "--preset")
         said = {name: value for name, value in given.items() if value is not None}
         usual = {"preset": preset, **PROTOCOL.get(algorithm, {}), **PRESETS[preset]}
-        usual |= papers(algorithm, world) if preset == PAPER else {}
+        if preset == PAPER and world is not None and algorithm in (IVIPER, VIPER):
+            usual |= PAPER_COUNTS.get(world.spec.name, {})
         unrefined = (world is not None and world.games is not None) or said.get("max_leaves") or said.get("share")
         unrefined = unrefined or said.get("splits") in SUMMED
         usual |= {"refinement": 0} if unrefined else {}

@@ -199,24 +199,15 @@ def _terms(each: Sum) -> list[list[Any]]:
 
 def outputs_data(policy: ir.AgentPolicy, ranges: Sequence[tuple[float, float]]) -> list[dict[str, Any]]:
     """The outputs of an agent. `ranges`: of its features, as sliders show them."""
-    return [
-        {
-            "name": output.name,
-            "unit": output.unit,
-            "low": output.low,
-            "high": output.high,
-            "span": _span(policy, place, ranges),
-        }
-        for place, output in enumerate(policy.outputs)
-    ]
-
-
-def _span(policy: ir.AgentPolicy, place: int, ranges: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """The least and most that a bar shows: the output's bounds, where it has none what intervals say of its sums."""
-    output = policy.outputs[place]
-    reached = [_bound_sum(vector[place], ranges) for vector in policy.tree.vectors]
-    least, most = min(low for low, _ in reached), max(high for _, high in reached)
-    return least if output.low is None else output.low, most if output.high is None else output.high
+    data: list[dict[str, Any]] = []
+    for place, output in enumerate(policy.outputs):
+        reached = [_bound_sum(vector[place], ranges) for vector in policy.tree.vectors]
+        least, most = min(low for low, _ in reached), max(high for _, high in reached)
+        # a bar shows the output's bounds, where it has none what intervals say of its sums
+        span = least if output.low is None else output.low, most if output.high is None else output.high
+        known = {"name": output.name, "unit": output.unit, "low": output.low, "high": output.high}
+        data.append({**known, "span": span})
+    return data
 
 
 def _bound_sum(each: Sum, ranges: Sequence[tuple[float, float]]) -> tuple[float, float]:

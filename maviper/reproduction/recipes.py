@@ -202,7 +202,8 @@ class Finder:
         algorithm = "" if kind == CROSSPLAY else algorithm
         key = kind, place.game, place.expert, place.preset, place.depth, algorithm
         rows = self._alike.get(key, [])
-        splits = place.splits or _commonest([row.splits for row in rows])
+        every = [row.splits for row in rows]
+        splits = place.splits or max(sorted(set(every)), key=every.count, default="")
         return {row.seed: row for row in rows if row.splits == splits}
 
     def seeds(self, place: Place, algorithms: Iterable[str], kind: str = EXTRACTION) -> list[int]:
@@ -345,7 +346,3 @@ class Finder:
 
 IMPURITY = "impurity"
 TARGETS = {"landmark_0": 1, "landmark_1": -1}  # a defender's preference is its importance on the first less the second
-
-
-def _commonest(texts: Sequence[str]) -> str:
-    return max(sorted(set(texts)), key=texts.count) if texts else ""

@@ -187,23 +187,18 @@ def _better(test: Test, obs: Float64, one: Float64, other: Float64, spread: Floa
         return test, False
     if len(cares) > POINTS:
         cares = cares[np.linspace(0, len(cares) - 1, POINTS).astype(np.int64)]
-    best, swapped = test, False
-    least = float(care[cares][test.left(obs[cares])].sum()) + _cost(test, price, len(cares) / np.count_nonzero(care))
+    best, swapped, share = test, False, len(cares) / np.count_nonzero(care)  # terms cost less beside a sample of points
+    least = float(care[cares][test.left(obs[cares])].sum()) + price * test.terms * share
     seen, wanted = obs[cares], care[cares]
     for weights in _directions(seen, wanted, spread):
         for sign in (1.0, -1.0) if np.count_nonzero(weights) == 1 else (1.0,):
             threshold, lost = _threshold(seen @ weights, sign * wanted)
             lost += (sign < 0) * float(wanted.sum())
             candidate = Test(weights, threshold)
-            lost += _cost(candidate, price, len(cares) / np.count_nonzero(care))
+            lost += price * candidate.terms * share
             if lost < least - 1e-9 * price:
                 best, swapped, least = candidate, sign < 0, lost
     return best, swapped
-
-
-def _cost(test: Test, price: float, share: float) -> float:
-    """Returns the cost of a test's terms beside points of which a share was taken."""
-    return price * test.terms * share
 
 
 def _threshold(values: Float64, care: Float64) -> tuple[float, float]:

@@ -13,7 +13,6 @@ import time
 import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -138,11 +137,6 @@ def _sizes(profile: PolicyProfile) -> dict[str, Any]:
 UNTRAINED: Mapping[str, int] = {"steps": 0, "refinement": 0}
 USUAL: Mapping[str, int] = {"steps": 256_000, "refinement": 100_000}
 CHOSEN_ON = ":chosen-on"
-
-
-def explain_untrainable() -> str:
-    """Why no network can be trained; "" where one can."""
-    return "" if find_spec("torch") else "torch is not installed: pip install 'maviper[train]'"
 
 
 def exploit_teams(

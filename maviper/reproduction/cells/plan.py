@@ -7,6 +7,7 @@ Does not: make cells, or look at what is finished.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from itertools import product
 from pathlib import Path
 
@@ -234,8 +235,8 @@ def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]
     if not alike:
         return []
     effort = making.UNTRAINED if asked.quick else making.USUAL
-    if effort["steps"] and making.explain_untrainable():
-        left_out.append(("networks that respond", making.explain_untrainable()))
+    if effort["steps"] and not find_spec("torch"):
+        left_out.append(("networks that respond", "torch is not installed: pip install 'maviper[train]'"))
         effort = {**effort, "steps": 0}
     return [
         replace(task, cell=replace(task.cell, kind=EXPLOITABILITY, algorithm=name), effort=effort)
