@@ -121,7 +121,8 @@ class Header:
             if _text(function.decl.type.type.type) != "int" or kind is None:
                 raise Unreadable(f"{name} is not int {name}({next(iter(SHAPES))})")
             seen = [Term(kind, each if kind == FLOAT else bits[each]) for each in inputs]
-            return _Run(self, function.decl.type.args.params[0].name, seen, bits, into).of(function.body)
+            run = _Run(self, function.decl.type.args.params[0].name, seen, bits, into)
+            return run.run(run.cell(function.body, None), {})
         except (AttributeError, LookupError, TypeError, ValueError, RecursionError) as error:
             raise Unreadable(f"{name}: {error}") from None
 
@@ -137,9 +138,6 @@ class _Run:
         self._cells: dict[tuple[int, int], Any] = {}
         self._kept: list[Any] = []  # so that no identity is given twice
         self._answers: dict[Any, str] = {}
-
-    def of(self, body: Any) -> str:
-        return self.run(self.cell(body, None), {})
 
     def cell(self, statement: Any, rest: Any) -> Any:
         key = (id(statement), id(rest))
@@ -187,7 +185,8 @@ class _Run:
             for item in reversed(statement.decls if isinstance(statement, c_ast.DeclList) else statement.exprs):
                 rest = self.cell(item, rest)
         elif isinstance(statement, c_ast.For):
-            rest = self.cell(statement.init, self.cell(_loop(statement), rest))
+            body = c_ast.Compound([statement.stmt, *([statement.next] if statement.next else [])])
+            rest = self.cell(statement.init, self.cell(c_ast.While(statement.cond, body), rest))
         elif isinstance(statement, c_ast.While):
             holds = self.value(statement.cond, names)
             if not isinstance(holds, int):
@@ -265,12 +264,6 @@ class _Run:
         ):
             raise Unreadable(f"a call of {name}")
         return map_forks(lambda value: Term(SIGNED, self.bits[value.text]), self.value(given, names))
-
-
-def _loop(statement: Any) -> Any:
-    """A `for` without its start, as a `while`."""
-    body = c_ast.Compound([statement.stmt, *([statement.next] if statement.next else [])])
-    return c_ast.While(statement.cond, body)
 
 
 def _text(item: Any) -> str:

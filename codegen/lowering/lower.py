@@ -198,7 +198,7 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         actions=actions,
         nodes=nodes,
         lines=tuple(_lines(nodes)) if nodes else (),
-        tables=_tables(policy, nodes, comparisons) if nodes else Tables(True, 0, (), (), (), (), *_types(policy, 0)),
+        tables=_tables(policy, nodes, comparisons),
         used=tuple(feature for feature in features if feature.index in tested),
         repeated=frozenset(index for index, count in tested.items() if count > 1),
         comparisons=comparisons,
@@ -265,19 +265,16 @@ def _upper(name: str) -> str:
     return identifier(name.replace(".", "_")).upper()
 
 
-def _types(policy: ir.AgentPolicy, n_nodes: int) -> tuple[str, str, str, str]:
-    """The C types of thresholds, features, children and actions."""
-    return (
-        f"{policy.whole}_t" if policy.whole else C_TYPES[policy.numbers],
-        choose_unsigned(len(policy.features)),
-        choose_unsigned(n_nodes),
-        choose_unsigned(len(policy.actions)),
-    )
-
-
 def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tables:
-    """Complete where that is not much larger than the tree: it needs no children and no test for the end."""
-    types = _types(policy, len(nodes))
+    """Complete where that is not much larger than the tree: it needs no children and no test for the end. Of a tree
+    with sums, without nodes, the types alone.
+    """
+    types = (
+        f"{policy.whole}_t" if policy.whole else C_TYPES[policy.numbers],
+        *map(choose_unsigned, (len(policy.features), len(nodes), len(policy.actions))),
+    )
+    if not nodes:
+        return Tables(True, 0, (), (), (), (), *types)
     zero = whole_literal(0, policy.whole) if policy.whole else hex_literal(np.dtype(policy.numbers).type(0))
     if levels <= COMPLETE_LEVELS:
         n = 2**levels - 1

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.lowering.model import Agent, Given, Model, Node, SumNode
+from codegen.lowering.model import Agent, Model, Node, SumNode
 from codegen.lowering.render import render
 from codegen.wording import format_count
 
@@ -143,22 +143,11 @@ def _box(node: Node | SumNode, x: float, y: float) -> Box:
     if node.action:
         return Box(node, x, y, 60, 24, False, node.action.name, "")
     height = ROW_HEIGHT * len(node.given) + 6
-    top = y - height // 2
-    rows = tuple(_row(each, x, top + ROW_HEIGHT * place) for place, each in enumerate(node.given))
-    return Box(
-        node, x, y, GIVING_WIDTH - 12, height, False, ", ".join(_format_given(each) for each in node.given), "", rows
-    )
-
-
-def _row(given: Given, x: float, top: float) -> Row:
-    left, share = x - BAR_WIDTH // 2, given.share
-    return Row(
-        shorten_text(_format_given(given)), top + 14, None if share is None else (left, round(BAR_WIDTH * share, 2))
-    )
-
-
-def _format_given(given: Given) -> str:
-    return f"{given.output.name} = {given.shown}"
+    words, rows = [f"{each.output.name} = {each.shown}" for each in node.given], list[Row]()
+    for place, (each, text) in enumerate(zip(node.given, words, strict=True)):
+        bar = None if each.share is None else (x - BAR_WIDTH // 2, round(BAR_WIDTH * each.share, 2))
+        rows.append(Row(shorten_text(text), y - height // 2 + ROW_HEIGHT * place + 14, bar))
+    return Box(node, x, y, GIVING_WIDTH - 12, height, False, ", ".join(words), "", tuple(rows))
 
 
 def shorten_text(text: str) -> str:

@@ -92,24 +92,17 @@ def prove(build: Build, budget: int | None = None, effort: str = "normal") -> Pr
             asked += writers[target][1](text, profile, model)
         except Unreadable as error:
             skipped.append(f"{target}: {error}")
-    return Proofs(
-        tuple(
-            _answer_question(profile, question, budget or Budgets.of_effort(effort).solver_units) for question in asked
-        ),
-        tuple(skipped),
-    )
-
-
-def _answer_question(profile: ir.PolicyProfile, question: Obligation, budget: int) -> Proof:
-    answer = ask_bits(question.text, question.names, budget)
-    if answer.model is not None:
-        x = question.observation(answer.model)
-        policy = profile.policy(question.agent)
-        wanted = policy.actions[int(ir.act(policy, [x])[0])].name
-        values = ", ".join(repr(value) for value in x)
-        where = f"{question.agent}: for x = ({values}) the profile says {wanted}, the code another action"
-        raise DisagreementError(f"{question.target}: code and profile differ", where, "nothing was written")
-    return Proof(question, answer)
+    answered: list[Proof] = []
+    for question in asked:
+        answer = ask_bits(question.text, question.names, budget or Budgets.of_effort(effort).solver_units)
+        if answer.model is not None:
+            x, policy = question.observation(answer.model), profile.policy(question.agent)
+            wanted = policy.actions[int(ir.act(policy, [x])[0])].name
+            values = ", ".join(repr(value) for value in x)
+            where = f"{question.agent}: for x = ({values}) the profile says {wanted}, the code another action"
+            raise DisagreementError(f"{question.target}: code and profile differ", where, "nothing was written")
+        answered.append(Proof(question, answer))
+    return Proofs(tuple(answered), tuple(skipped))
 
 
 def files_of(proofs: Proofs, model: Model) -> dict[str, str]:
