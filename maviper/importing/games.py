@@ -16,7 +16,7 @@ are kept.
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from codegen import ir
@@ -43,12 +43,7 @@ ONE_VALUE = re.compile(r"(^|_)is_(minus_)?[0-9]+$")  # a feature of `wrap=flatte
 MAP = "write --{kind}s NEW=OLD for each that the world calls otherwise"
 
 
-@dataclass(frozen=True)
-class Spoken:
-    """The names that a user gives: those of features and of actions, in order or as new=old."""
-
-    features: Sequence[str] | None = None
-    actions: Sequence[str] | None = None
+Spoken = Sequence[str] | None  # the names that a user gives, in order or as new=old
 
 
 def find_game(name: str) -> World | None:
@@ -56,7 +51,7 @@ def find_game(name: str) -> World | None:
     return find(name, giving=True) if name in WORLDS or is_named_by_user(name) else None
 
 
-def tie_trees(origins: Mapping[str, Origin], world: World, said: Spoken) -> ir.PolicyProfile:
+def tie_trees(origins: Mapping[str, Origin], world: World, features: Spoken, actions: Spoken) -> ir.PolicyProfile:
     """The profile of a world's agents, each with one of the trees; observations are float32, as worlds show them.
 
     InputError where the world has other agents, features or actions than the trees.
@@ -65,7 +60,7 @@ def tie_trees(origins: Mapping[str, Origin], world: World, said: Spoken) -> ir.P
     facts: dict[str, Any] = {"observations": FLOAT32, OWN_NAMES: "the trees' own where the world has numbers"}
     sources: list[str] = []
     for place, (agent, origin) in enumerate(zip(world.agents, _by_agent(origins, world), strict=True)):
-        policy, told = _tie_agent(origin, agent, world, place, said)
+        policy, told = _tie_agent(origin, agent, world, place, features, actions)
         policies.append(policy)
         facts |= told
         sources.append(origin.kind)
@@ -96,19 +91,19 @@ def _by_agent(origins: Mapping[str, Origin], world: World) -> list[Origin]:
 
 
 def _tie_agent(
-    origin: Origin, agent: str, world: World, place: int, said: Spoken
+    origin: Origin, agent: str, world: World, place: int, features: Spoken, actions: Spoken
 ) -> tuple[ir.AgentPolicy, dict[str, float | int | str]]:
     """An agent's policy, and what is told of it."""
     specs, choices = world.features[place], world.actions[place]
-    features = _features(origin, agent, [each.name for each in specs], renaming(said.features))
+    tied, names = _features(origin, agent, [each.name for each in specs], renaming(features))
     if origin.vectors or world.continuous:
-        return _giving(features, agent, world, place)
+        return _giving(tied, names, agent, world, place)
     known = [each.name for each in choices]
     first = world.counted_from[place] if world.counted_from and not _is_placed(origin.placed, known) else 0
-    numbers = _numbers(origin, agent, known, first, renaming(said.actions))
-    actions = _action_names(origin, numbers, known, first, renaming(said.actions))
-    source = replace(features.origin, labels=tuple(numbers), called={})
-    profile = profile_of({agent: source}, Names(features.names, actions), FLOAT32)
+    numbers = _numbers(origin, agent, known, first, renaming(actions))
+    taken = _action_names(origin, numbers, known, first, renaming(actions))
+    source = replace(tied, labels=tuple(numbers), called={})
+    profile = profile_of({agent: source}, Names(names, taken), FLOAT32)
     (policy,) = profile.agents
     kept = zip(specs, policy.features, strict=True), zip(choices, policy.actions, strict=True)
     policy = replace(
@@ -129,16 +124,16 @@ def _tie_agent(
 
 
 def _giving(
-    features: "_Features", agent: str, world: World, place: int
+    origin: Origin, names: Sequence[str], agent: str, world: World, place: int
 ) -> tuple[ir.AgentPolicy, dict[str, float | int | str]]:
-    """The policy of an agent that gives numbers, cut to the bounds that the world has for them."""
-    origin, outputs = features.origin, world.given[place]
+    """The policy of an agent that gives numbers, cut to the world's bounds. `names`: those of its features."""
+    outputs = world.given[place]
     if not origin.vectors or not outputs:
         what = "gives numbers, and the world takes actions" if origin.vectors else "takes actions, and gives no numbers"
         raise InputError(f"the tree of {agent} {what}", world.name, "--outputs says that numbers are given")
-    names = [each.name for each in outputs]
-    _ensure_count(len(origin.vectors[0]), names, agent, "output")
-    profile = profile_of({agent: origin}, Names(features.names, outputs=names), FLOAT32)
+    given = [each.name for each in outputs]
+    _ensure_count(len(origin.vectors[0]), given, agent, "output")
+    profile = profile_of({agent: origin}, Names(names, outputs=given), FLOAT32)
     (policy,) = profile.agents
     for (_, low, high), spec in zip(list_bounds(policy), outputs, strict=True):
         below = low is None or (spec.low is not None and low <= spec.low)
@@ -156,14 +151,8 @@ def _giving(
 # --- features
 
 
-@dataclass(frozen=True)
-class _Features:
-    origin: Origin  # that looks them up by these names, or by place
-    names: list[str]
-
-
-def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> _Features:
-    """The features of a source among those of the world, and what they are called."""
+def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> tuple[Origin, list[str]]:
+    """The source, which looks its features up by the world's names, or by place; and what they are called."""
     if given.plain is not None:  # the user's names for the world's features
         known = _call_anew(known, given.plain, agent, "feature")
     own = [given.rename(each) for each in origin.features]
@@ -173,8 +162,11 @@ def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> 
         for name, there in zip(own, inside, strict=True):
             if not there:
                 raise UnknownNameError("feature", escape_text(name), known, f"{agent}: {MAP.format(kind='feature')}")
-        notes = origin.notes if origin.keyed else (*_note_order(own, keys), *origin.notes)
-        return _Features(replace(origin, features=tuple(own), keyed=True, notes=notes), known)
+        notes, order = origin.notes, [list(keys).index(identifier(legal(each, "x"))) for each in own]
+        if not origin.keyed and order != sorted(order):  # the world hands them over by place: either may be meant
+            listed = ", ".join(map(escape_text, own[:30]))
+            notes = (f"features are tied by name: the source has them in the order {listed}", *notes)
+        return replace(origin, features=tuple(own), keyed=True, notes=notes), known
     if own or origin.n_features:
         _ensure_count(len(own) or origin.n_features, known, agent, "feature")
     read = max(origin.n_named, origin.n_read)
@@ -182,17 +174,7 @@ def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> 
         what = f"the source reads feature {read - 1}, and {agent} observes {len(known)}, from 0 on"
         raise InputError(what, agent, f"the world shows {', '.join(known)}")
     names = own if own and _is_numbered(known) else known
-    return _Features(replace(origin, features=(), n_features=len(known)), names)
-
-
-def _note_order(own: Sequence[str], keys: Mapping[str, str]) -> list[str]:
-    """That a source has features in another order than the world, which hands them over by place: whoever wrote it may
-    have meant either. `keys`: those of the world, in its order.
-    """
-    order = [list(keys).index(identifier(legal(each, "x"))) for each in own]
-    if order == sorted(order):
-        return []
-    return [f"features are tied by name: the source has them in the order {', '.join(map(escape_text, own[:30]))}"]
+    return replace(origin, features=(), n_features=len(known)), names
 
 
 def _call_anew(known: Sequence[str], names: Sequence[str], agent: str, kind: str) -> list[str]:

@@ -52,7 +52,7 @@ def import_trees(
 
         world = games.find_game(asked.name)
         if world is not None:
-            return games.tie_trees(origins, world, games.Spoken(features, actions))
+            return games.tie_trees(origins, world, features, actions)
     return profile_of(origins, names, asked.numbers)
 
 
