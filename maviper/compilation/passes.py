@@ -12,7 +12,7 @@ from codegen import ir
 from codegen.boxes import read_bounds
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering import passes
-from codegen.lowering.passes import DROP, MERGE, PASSES, REORDER
+from codegen.lowering.passes import DROP, MERGE, PASSES
 from codegen.policy_json import content_hash
 from codegen.profiles import ensure
 from codegen.wording import format_count
@@ -47,10 +47,13 @@ def run_passes(profile: ir.PolicyProfile, names: Sequence[str], region: str | No
     ensure(profile)
     notes: list[str] = []
     before = profile
-    for name in PASSES:
-        if name not in names:
-            continue
-        after = {DROP: _drop_leaves, MERGE: _merge_leaves, REORDER: _reorder_trees}[name](before, region or "")
+    for name in (each for each in PASSES if each in names):
+        if name == DROP:
+            after = _drop_leaves(before, region or "")
+        elif name == MERGE:
+            after = _with_trees(before, {each.agent: passes.merge_splits(each.tree) for each in before.agents})
+        else:
+            after = _reorder_trees(before)
         notes.append(f"{name}: {_format_sizes(before, after)}")
         before = after
     if not names:
@@ -74,10 +77,6 @@ def _format_sizes(before: ir.PolicyProfile, after: ir.PolicyProfile) -> str:
 def _with_trees(profile: ir.PolicyProfile, trees: Mapping[str, ir.Tree], **changes: object) -> ir.PolicyProfile:
     agents = tuple(replace(policy, tree=trees[policy.agent], **changes) for policy in profile.agents)
     return replace(profile, agents=agents)
-
-
-def _merge_leaves(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
-    return _with_trees(profile, {policy.agent: passes.merge_splits(policy.tree) for policy in profile.agents})
 
 
 def _drop_leaves(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
@@ -106,7 +105,7 @@ def _drop_leaves(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
     return replace(_with_trees(profile, trees, grown=None), region=spec)
 
 
-def _reorder_trees(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
+def _reorder_trees(profile: ir.PolicyProfile) -> ir.PolicyProfile:
     world = matching_world(profile)
     if world is None:
         raise InputError("the pass reorder needs on-policy states", NO_WORLD, "leave it out")
