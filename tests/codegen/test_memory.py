@@ -147,39 +147,32 @@ def test_a_target_without_memory_says_so(target: str) -> None:
         emit(make_heater(), [target])
 
 
-def change_feature(place: int, **values: object) -> PolicyProfile:
-    """The heater with another feature."""
+def change(group: str, place: int, **values: object) -> PolicyProfile:
+    """The heater with another feature or action."""
     profile = make_heater()
-    features = list(profile.agents[0].features)
-    features[place] = replace(features[place], **values)  # type: ignore[arg-type]
-    return replace(profile, agents=(replace(profile.agents[0], features=tuple(features)),))
-
-
-def change_action(place: int, **values: object) -> PolicyProfile:
-    """The heater with another action."""
-    profile = make_heater()
-    actions = list(profile.agents[0].actions)
-    actions[place] = replace(actions[place], **values)  # type: ignore[arg-type]
-    return replace(profile, agents=(replace(profile.agents[0], actions=tuple(actions)),))
+    (policy,) = profile.agents
+    specs = list(getattr(policy, group))
+    specs[place] = replace(specs[place], **values)
+    return replace(profile, agents=(replace(policy, **{group: tuple(specs)}),))
 
 
 @pytest.mark.parametrize(
     ("profile", "said"),
     [
-        (change_feature(2, high=2.0), "low <= initial <= high"),
-        (change_feature(1, high=0.5), "whole numbers"),
-        (change_feature(1, initial=None), "each names one thing"),
-        (change_feature(2, initial=None), "come last"),
-        (change_feature(0, initial=0, low=0.0), "some are observed"),
-        (change_action(2, acts="cool"), "acts names an action"),
-        (change_action(2, acts=""), "acts names an action"),
-        (change_action(2, updates=()), "acts names an action"),
-        (change_action(0, acts="heat", updates=(Update("on", False, 1),)), "come first"),
-        (change_action(2, updates=(Update("on", False, 2),)), "lies in its range"),
-        (change_action(2, updates=(Update("on", False, 1), Update("on", False, 0))), "each names one thing"),
-        (change_action(3, updates=(Update("count", True, 0),)), "adds 0"),
-        (change_action(3, updates=(Update("count", True, 2),)), "may leave its range"),
-        (change_action(1, effect=(0.0, 1.0)), "no outputs, effects or masks"),
+        (change("features", 2, high=2.0), "low <= initial <= high"),
+        (change("features", 1, high=0.5), "whole numbers"),
+        (change("features", 1, initial=None), "each names one thing"),
+        (change("features", 2, initial=None), "come last"),
+        (change("features", 0, initial=0, low=0.0), "some are observed"),
+        (change("actions", 2, acts="cool"), "acts names an action"),
+        (change("actions", 2, acts=""), "acts names an action"),
+        (change("actions", 2, updates=()), "acts names an action"),
+        (change("actions", 0, acts="heat", updates=(Update("on", False, 1),)), "come first"),
+        (change("actions", 2, updates=(Update("on", False, 2),)), "lies in its range"),
+        (change("actions", 2, updates=(Update("on", False, 1), Update("on", False, 0))), "each names one thing"),
+        (change("actions", 3, updates=(Update("count", True, 0),)), "adds 0"),
+        (change("actions", 3, updates=(Update("count", True, 2),)), "may leave its range"),
+        (change("actions", 1, effect=(0.0, 1.0)), "no outputs, effects or masks"),
     ],
 )
 def test_a_broken_rule_about_memory_is_named(profile: PolicyProfile, said: str) -> None:

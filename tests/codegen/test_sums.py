@@ -147,6 +147,8 @@ def test_a_threshold_between_two_float32_is_refused():
 
 
 SMALL, TENTH = 1e-310, 0.1
+BESIDE = ([2, 0, -1, -1, -1], [0, TENTH, 0, 0, 0], [1, 2, -1, -1, -1], [4, 3, -1, -1, -1], [-1, -1, 0, 1, 0])
+SINGLE_BESIDE = ir.Tree(*BESIDE, arithmetic=DOUBLE_SUMS, sums=(DIFFERENCE,))  # a test of one feature beside a sum
 
 
 @pytest.mark.parametrize(
@@ -163,6 +165,7 @@ SMALL, TENTH = 1e-310, 0.1
         (one(stump(Sum(((1.0, 0),)))), "tree[0].sum", "more than one feature alone"),
         (one(stump(Sum(((1.0, ir.CONSTANT),)))), "tree[0].sum", "has a feature"),
         (one(stump(threshold=np.inf)), "tree[0].threshold", "finite"),
+        (one(SINGLE_BESIDE), "tree[1].threshold", "is no float32, which the feature is"),
         (one(stump(sums=(DIFFERENCE, DIFFERENCE))), "tree", "each sum stands once"),
         (one(stump(arithmetic="double sums", numbers="float64")), "numbers", "must be float32"),
         (one(stump(arithmetic="float16")), "arithmetic", "must be double sums"),
