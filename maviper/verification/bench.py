@@ -60,6 +60,10 @@ class ReplayBuild:
 
         return ReplayedC.of(self.profile)
 
+    def act(self, agent: str, obs: Float32) -> Int32:
+        """The actions of an agent at observations [batch, n_features]; the code is compiled for the first ones."""
+        return self.library.act(agent, obs)
+
     def __enter__(self) -> ReplayBuild:
         return self
 
@@ -77,17 +81,13 @@ def rollouts(made: ReplayBuild, world: ParticleWorld | None) -> Mapping[str, Epi
         "simulator": partial(_simulate_episode, profile, world, partial(_by_tree, profile))
     }
     if made.compilable:
-        players["compiled C"] = partial(_simulate_episode, profile, world, partial(_by_library, made))
+        players["compiled C"] = partial(_simulate_episode, profile, world, made.act)
     players[escape_text(profile.world.reference)] = partial(_episode_in_reference, profile, world)
     return players
 
 
 def _by_tree(profile: PolicyProfile, agent: str, obs: Float32) -> Int32:
     return ir.act(profile.policy(agent), obs)
-
-
-def _by_library(made: ReplayBuild, agent: str, obs: Float32) -> Int32:
-    return made.library.act(agent, obs)  # compiled for the first replay
 
 
 def state_of(profile: PolicyProfile, state: State) -> WorldState:
@@ -219,7 +219,7 @@ def _in_compiled(made: ReplayBuild, profile: ir.PolicyProfile, team: str, state:
     actions: list[int] = []
     for policy in profile.team(team):
         agent = policy.agent if policy.agent in known else policy.agent.removesuffix(RAISED).removesuffix(MIRRORED)
-        actions.append(int(made.library.act(agent, observe_state(profile, policy, state))[0]))
+        actions.append(int(made.act(agent, observe_state(profile, policy, state))[0]))
     return actions
 
 

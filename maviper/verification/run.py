@@ -179,14 +179,12 @@ def one_by_one(
     """Yields each result of `verify_claims` as soon as it is known, with the number of its question, from 0. `stated`:
     the world file that they are about.
     """
-    with _bench([*questions.values()]) if stated is None else nullcontext(stated) as bench:
+    asked = [*questions.values()]
+    observing = any(question.viewed is not None for question in asked)
+    with Bench.of(_profile_of(asked), observing) if stated is None else nullcontext(stated) as bench:
         for number, question in questions.items():
             found_in = region_file(number + 1, question.claim) if where else None
             yield number, procedure(question.claim).answer(question, bench, found_in)
-
-
-def _bench(questions: Sequence[Question[AnyClaim]]) -> Bench:
-    return Bench.of(_profile_of(questions), any(question.viewed is not None for question in questions))
 
 
 def verdicts(

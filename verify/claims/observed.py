@@ -11,13 +11,13 @@ share it. A view may hold one agent twice: the copy, which stands last and is ca
 with it but one; or it is called AGENT_mirrored, shares them all, and observes some with the opposite sign.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final, NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import AgentPolicy, Meaning, PolicyProfile, VariableSpec, WorldSpec
+from codegen.ir import AgentPolicy, Meaning, PolicyProfile, VariableSpec
 
 RAISED: Final = "_raised"  # ends the name of a copy
 MIRRORED: Final = "_mirrored"
@@ -113,19 +113,17 @@ def over(profile: PolicyProfile, view: View) -> PolicyProfile:
                 what = f"agents that share {name} give it unlike ranges or units"
                 said = ", ".join(f"[{each.low:g}, {each.high:g}] {each.unit}" for each in (before, one))
                 raise InputError(what, f"--shared: {said}", "do not share it, or state the same range and unit")
-        opposite = _opposite(view, policy)
+        opposite: tuple[str, ...] = ()
+        if view.mirrored is not None and policy.agent == view.copy:
+            opposite = view.mirrored.features or tuple(feature.name for feature in policy.features)
         features = tuple(
             replace(feature, meaning=Meaning(((-1.0 if feature.name in opposite else 1.0, name),)))
             for feature, name in zip(policy.features, names, strict=True)
         )
         seen.append(replace(policy, features=features, grown=None))
-    return replace(profile, world=_still(profile.world, variables.values()), agents=tuple(seen), region=None)
-
-
-def _still(world: WorldSpec, variables: Iterable[VariableSpec]) -> WorldSpec:
-    """A world of variables alone, in which nothing is said to move."""
-    still = replace(world, agents=(), landmarks=(), goals=(), variables=tuple(variables))
-    return replace(still, dt=0.0, damping=0.0, contact_force=0.0, contact_margin=0.0)
+    alone = replace(profile.world, agents=(), landmarks=(), goals=(), variables=tuple(variables.values()))
+    still = replace(alone, dt=0.0, damping=0.0, contact_force=0.0, contact_margin=0.0)  # nothing is said to move
+    return replace(profile, world=still, agents=tuple(seen), region=None)
 
 
 def _copy(profile: PolicyProfile, view: View) -> Iterator[AgentPolicy]:
@@ -143,13 +141,6 @@ def _copy(profile: PolicyProfile, view: View) -> Iterator[AgentPolicy]:
     if view.copy in agents or len(view.copy) > MAX_NAME:
         raise InputError(f"the copy of {view.copied} cannot be called {view.copy}", "agent", ADVICE)
     yield replace(policy, agent=view.copy)
-
-
-def _opposite(view: View, policy: AgentPolicy) -> tuple[str, ...]:
-    """The features that an agent of the view observes with the opposite sign."""
-    if view.mirrored is None or policy.agent != view.copy:
-        return ()
-    return view.mirrored.features or tuple(feature.name for feature in policy.features)
 
 
 def variable(profile: PolicyProfile, view: View, agent: str, feature: str) -> str:

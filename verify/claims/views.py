@@ -89,14 +89,12 @@ def build_seen_region(viewed: Viewed) -> Region | None:
     if not seen:
         return None
     whole = everywhere(viewed.profile).box
-    box = {name: _within(seen.get(name, ends), ends) for name, ends in whole.items()}
+    box: dict[str, Interval] = {}
+    for name, (least, most) in whole.items():
+        low, high = seen.get(name, (least, most))
+        low, high = max(low, least), min(high, most)
+        box[name] = (low, high) if low <= high else (least, most)
     return Region(box, (), name=SEEN)
-
-
-def _within(seen: Interval, stated: Interval) -> Interval:
-    """Returns the part of a range that was seen; all of it where nothing was."""
-    low, high = max(seen[0], stated[0]), min(seen[1], stated[1])
-    return (low, high) if low <= high else stated
 
 
 def carry_region(region: Region, viewed: Viewed) -> Region:

@@ -57,6 +57,7 @@ REAL_MEANINGS = {
     Verdict.PROVED: "holds in every world state of the region, in real arithmetic",
     Verdict.VIOLATED: "fails in the world state shown, in real arithmetic",
 }
+ALONE = "Z3 decides alone, without a second engine or a certificate: {}"
 OF_PLACES = ("margin", "radius")  # parameters that no formula over observations reads
 WORLD_MARGIN = 0.25
 NEAREST = 0.25  # least half side of what a picture shows, its margin aside: length units
@@ -130,7 +131,7 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
         "resources": result.cost.spent,
         "budget": result.cost.budget,
         "engines": [opinion.document() for opinion in evidence.opinions],
-        **({"alone": _alone(evidence.alone)} if evidence.alone else {}),
+        **({"alone": ALONE.format(evidence.alone)} if evidence.alone else {}),
         "certificate": None if evidence.certificate is None else _certificate(evidence),
         "counterexample": None if counterexample is None else _counterexample(profile, result, counterexample),
         "command": command,
@@ -141,10 +142,6 @@ def _where(profile: PolicyProfile, result: DecisionResult) -> dict[str, Any]:
     from verify.reports.where import where_facts  # imported here, as few ask where
 
     return {"where": where_facts(profile, result)}
-
-
-def _alone(reason: str) -> str:
-    return f"Z3 decides alone, without a second engine or a certificate: {reason}"
 
 
 def _format_parameter(value: Parameter, name: str) -> str:

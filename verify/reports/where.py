@@ -124,11 +124,8 @@ def _most(profile: PolicyProfile, result: DecisionResult) -> list[dict[str, Any]
 
 def describe_bounds(failing: Failing, zone: Branch, region: Region) -> list[str]:
     """The bounds of a zone that no others and not the region's box imply, in words."""
-    return [_words(*ends) for ends in _select_bounds(failing, zone, region)]
-
-
-def _words(name: str, low: tuple[Fraction, bool] | None, high: tuple[Fraction, bool] | None) -> str:
-    return f"{_format_end(low)}{name}{_format_end(high, True)}"
+    selected = _select_bounds(failing, zone, region)
+    return [f"{_format_end(low)}{name}{_format_end(high, True)}" for name, low, high in selected]
 
 
 def _format_end(end: tuple[Fraction, bool] | None, upper: bool = False) -> str:

@@ -8,7 +8,8 @@ Does not: prove, or read property files and region files, which may have been ch
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -73,10 +74,9 @@ def _write_formula(formula: Formula, profile: PolicyProfile) -> str:
 
 
 def _bounds(region: Region, profile: PolicyProfile) -> Iterator[str]:
-    try:
+    usual: Mapping[str, Interval] = {}
+    with suppress(InputError):  # no damping bounds the velocities
         usual = everywhere(profile).box
-    except InputError:  # no damping bounds the velocities
-        usual = {}
     for name, bounds in region.box.items():
         if usual.get(name) != bounds:
             yield f"{name} in {_interval(*bounds)}"

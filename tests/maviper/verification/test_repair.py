@@ -1,17 +1,26 @@
-"""The command `maviper repair`: what it writes, says and refuses."""
+"""The command `maviper repair`: what it writes, says and refuses; by the claims of a world file what holds then is told
+by a search of our own.
+"""
 
 import json
 from dataclasses import replace
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
+import maviper
 from codegen import policy_json
-from codegen.policy_json import content_hash
+from codegen.dynamics import motionless
+from codegen.errors import InputError
+from codegen.policy_json import content_hash, dumps
 from codegen.profiles import loads
 from maviper import load
+from maviper.answers import Guarded
 from maviper.cli import main
 from tests.support.small import small_profile
+from tests.support.system_cases import policy
+from tests.support.system_cases import team as team_of
 from tests.support.teams import DOWN, STAY, UP, team, towards, tree
 
 pytestmark = pytest.mark.solver
@@ -24,6 +33,10 @@ def written(place, profile):
     return path
 
 
+def repaired(folder, profile, *more):
+    return main.run(["repair", str(written(folder, profile)), *more, "-o", str(folder / "out")])
+
+
 @pytest.fixture(scope="module")
 def before():
     return team(small_profile(), towards(0, 0), tree((5, 0.4, 1, 2), DOWN, UP))
@@ -31,8 +44,7 @@ def before():
 
 def test_profile_certificate_report_and_costs_are_written(before, tmp_path, capsys):
     out = tmp_path / "out"
-    path = written(tmp_path, before)
-    assert main.run(["repair", str(path), "--max-depth", "4", "--episodes", "50", "-o", str(out)]) == 0
+    assert repaired(tmp_path, before, "--max-depth", "4", "--episodes", "50") == 0
     said = "".join(capsys.readouterr())
     assert "agent_0 for landmark_" in said and "PROVED" in said
     assert main.run(["check", str(out / "certificate-1-distinct_targets.json")]) == 0
@@ -54,33 +66,19 @@ def test_profile_certificate_report_and_costs_are_written(before, tmp_path, caps
 
 def test_a_team_that_is_proved_is_written_as_it_is(tmp_path, capsys):
     roles = team(small_profile(), towards(0, 0), towards(1, 1))
-    assert main.run(["repair", str(written(tmp_path, roles)), "--episodes", "10", "-o", str(tmp_path / "out")]) == 0
+    assert repaired(tmp_path, roles, "--episodes", "10") == 0
     assert "nothing: no state of the region violates" in capsys.readouterr().err
     assert (tmp_path / "out" / "profile.json").read_text() == policy_json.dumps(roles)
 
 
 def test_no_repair_exits_with_3_and_writes_nothing(before, tmp_path, capsys):
-    out = tmp_path / "out"
     still = team(before, tree(STAY), tree(STAY))
-    assert (
-        main.run(["repair", str(written(tmp_path, still)), "--claim", "distinct_targets(radius=0)", "-o", str(out)])
-        == 3
-    )
-    assert "no guard keeps agent_" in capsys.readouterr().err and not out.exists()
+    assert repaired(tmp_path, still, "--claim", "distinct_targets(radius=0)") == 3
+    assert "no guard keeps agent_" in capsys.readouterr().err and not (tmp_path / "out").exists()
 
 
 def test_a_repair_beyond_the_depth_exits_with_1(before, tmp_path, capsys):
-    asked = [
-        "repair",
-        str(written(tmp_path, before)),
-        "--max-depth",
-        "1",
-        "--episodes",
-        "10",
-        "-o",
-        str(tmp_path / "out"),
-    ]
-    assert main.run(asked) == 1
+    assert repaired(tmp_path, before, "--max-depth", "1", "--episodes", "10") == 1
     said = "".join(capsys.readouterr())
     assert "too deep" in said and "more than the 1 asked for" in said and "PROVED" in said
 
@@ -90,17 +88,7 @@ def test_a_world_that_cannot_be_played_is_repaired_without_measures(before, tmp_
     region = tmp_path / "near.toml"
     region.write_text('goals = ["landmark_0"]\n')
     out = tmp_path / "out"
-    asked = [
-        "repair",
-        str(written(tmp_path, strange)),
-        "--claim",
-        "own_target",
-        "--region",
-        str(region),
-        "-o",
-        str(out),
-    ]
-    assert main.run(asked) in (0, 3)
+    assert repaired(tmp_path, strange, "--claim", "own_target", "--region", str(region)) in (0, 3)
     cost = json.loads((out / "repair.json").read_text())
     assert cost["changed"]["met"] is None and cost["measures"] == [] and "no built-in game has" in cost["opponents"]
     assert cost["property"] == "own_target" and (out / "near.toml").exists()
@@ -118,11 +106,110 @@ def test_a_world_that_cannot_be_played_is_repaired_without_measures(before, tmp_
     ],
 )
 def test_wrong_options_are_input_errors(before, tmp_path, capsys, wrong, what):
-    assert main.run(["repair", str(written(tmp_path, before)), *wrong, "-o", str(tmp_path / "out")]) == 2
+    assert repaired(tmp_path, before, *wrong) == 2
     assert what in capsys.readouterr().err
 
 
 def test_one_episode_bounds_nothing_and_is_written(before, tmp_path):
-    out = tmp_path / "out"
-    assert main.run(["repair", str(written(tmp_path, before)), "--episodes", "1", "-o", str(out)]) == 0
-    assert all(one["difference"]["low"] is None for one in json.loads((out / "repair.json").read_text())["measures"])
+    assert repaired(tmp_path, before, "--episodes", "1") == 0
+    cost = json.loads((tmp_path / "out" / "repair.json").read_text())
+    assert all(one["difference"]["low"] is None for one in cost["measures"])
+
+
+WORLD = """
+name = "tank"
+steps = 20
+[variables]
+level = { unit = "m", range = [-100, 100] }
+[agents.valve.features]
+gap = "10[m] - level"
+[agents.valve.actions]
+keep = { flow = 0 }
+drain = { flow = -1 }
+fill = { flow = 1 }
+[start]
+box = { level = [4, 6] }
+[dynamics.next]
+level = "level + valve.flow*1[m]"
+[[claim]]
+name = "always"
+region = { box = { level = [2, 8] } }
+"""
+KEEP, DRAIN, FILL = range(3)
+
+
+def valve(tree):
+    own = policy("valve", ["gap"], ["keep", "drain", "fill"], tree)
+    return replace(team_of(own), world=motionless("stated", "", ("valve",), 10, {}))
+
+
+def repair(before, world):
+    done = maviper.repair(before, world)
+    assert isinstance(done, Guarded)
+    return done
+
+
+@pytest.fixture
+def world(tmp_path):
+    path = tmp_path / "tank.toml"
+    path.write_text(WORLD)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("tree", "guards"),
+    [(FILL, [("gap", False, 5.0, "drain")]), (DRAIN, [("gap", True, 5.0, "fill")]), (((0, 3.5), DRAIN, KEEP), [])],
+)
+def test_a_level_stays_within_its_bounds(world, tree, guards):
+    before = valve(tree)
+    done = repair(before, world)
+    assert done.after is not None
+    assert [guard[1:] for guard in done.guards] == guards and not done.reason
+    for start in range(40, 61):
+        level = start / 10
+        for _ in range(50):
+            (action,) = done.after.policy("valve").act([np.array([10 - level], np.float32)])
+            level += {KEEP: 0, DRAIN: -1, FILL: 1}[int(action)]
+            assert 2 <= level <= 8
+    if not guards:
+        assert dumps(done.after) == dumps(before)
+
+
+def test_what_is_written_is_accepted_and_says_what_changed(world, tmp_path, capsys):
+    profile, out = tmp_path / "valve.json", tmp_path / "out"
+    profile.write_text(dumps(valve(FILL)))
+    asked = ["repair", str(profile), "--claim", str(world), "-o", str(out)]
+    assert main.run(asked) == 0
+    assert "valve: gap <= 5 -> drain" in capsys.readouterr().err
+    told = json.loads((out / "repair.json").read_text())
+    assert told["guards"][0]["action"] == "drain" and told["trees"]["valve"]["after"] == {"leaves": 2, "depth": 1}
+    after = maviper.load(out / "profile.json")
+    assert after.provenance.training["profile before repair"] == told["profile_before"]
+    assert main.run(["check", str(out / "certificate-1-always.json")]) == 0
+    assert main.run(["repair", str(out / "profile.json"), "--claim", str(world), "-o", str(tmp_path / "again")]) == 0
+    assert "each claim holds as it is" in capsys.readouterr().err
+    assert (tmp_path / "again" / "profile.json").read_text() == (out / "profile.json").read_text()
+    assert main.run([*asked, "--max-depth", "3"]) == 2
+    assert "--max-depth has no effect with a world file" in capsys.readouterr().err
+    (tmp_path / "claims.toml").write_text('[[claim]]\nname = "distinct_targets"\n')
+    with pytest.raises(InputError, match="a repair takes no file of claims"):
+        maviper.repair(after, tmp_path / "claims.toml")
+
+
+def test_where_no_guard_helps_nothing_is_written(world, tmp_path, capsys):
+    profile, out = tmp_path / "valve.json", tmp_path / "out"
+    profile.write_text(dumps(valve(FILL)))
+    world.write_text(WORLD.replace('"level + valve', '"level + 2[m] + valve'))
+    assert main.run(["repair", str(profile), "--claim", str(world), "-o", str(out)]) == 3
+    assert "no guard of level is early enough" in capsys.readouterr().err and not out.exists()
+    world.write_text(WORLD.replace('gap = "10[m] - level"', 'gap = "sign(level)"'))
+    assert "no action moves level back" in repair(valve(FILL), world).reason
+    world.write_text(WORLD.replace("always", "avoids").replace("[2, 8]", "[7, 8]"))
+    assert "no bound of its region" in repair(valve(FILL), world).reason
+
+
+def test_what_a_world_file_does_not_read_is_refused(world):
+    with pytest.raises(InputError, match="region has no effect"):
+        maviper.repair(valve(FILL), world, "region.toml")
+    with pytest.raises(InputError, match="radius has no effect"):
+        maviper.repair(valve(FILL), world, radius=0.2)

@@ -12,15 +12,19 @@ import maviper
 from codegen import policy_json
 from codegen.errors import ExitCode, ProfileError
 from maviper.files.outputs import FOUND
-from maviper.verification.run import report_files, verify_claims
+from maviper.verification.run import PROCEDURES, procedure, report_files, verify_claims
 from maviper.verification.starters import starter
 from maviper.worlds import WORLDS, find
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.verifying import run
+from verify.claims.built_in import CLAIMS, OfEpisodes
 from verify.claims.catalogue import find_claim
+from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.region_files import everywhere
+from verify.kinds import Kind
 from verify.question import Question
 from verify.reports import report
+from verify.reports.report import TELLINGS
 from verify.subjects import Game
 
 pytestmark = pytest.mark.usefixtures("few_states_throughout")
@@ -389,3 +393,9 @@ def test_a_region_found_says_what_holds_in_it_and_is_found_again(capsys, place):
     part = text[text.index("holds in ") :]
     bounds = part[part.index("goal ") : part.index("all other bounds are those of the region above")]
     assert 1 < len(bounds.splitlines()) < 8 and "-1 <= adversary_0.x" not in bounds
+
+
+def test_a_kind_of_claim_has_an_entry_in_each_table():
+    assert set(PROCEDURES) == set(TELLINGS) == set(Kind)
+    assert {name for name, kind in CLAIMS.items() if issubclass(kind, OfEpisodes)} == set(EPISODE_CLAIMS)
+    assert procedure(EPISODE_CLAIMS["covers"]("team", 3)) is not PROCEDURES[Kind.DECISIONS]()

@@ -1,5 +1,8 @@
-"""Claims written as calls: what is read, what is refused, and that what is written reads back."""
+"""Claims written as calls: what is read, what is refused, and that what is written reads back. Of every claim the
+parameters are in one table, of which files and Python take all.
+"""
 
+import re
 from fractions import Fraction
 
 import pytest
@@ -7,10 +10,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.errors import InputError
+from maviper.options import VerifyOptions as Options
+from maviper.options import table_of
+from maviper.verification.ask import VerifyOptions
 from tests.support.small import small_profile
-from verify.claims.catalogue import NAMES, find_claim, read_call, spell_call, write_call
+from verify.claims import files
+from verify.claims.built_in import CLAIMS as CLASSES
+from verify.claims.built_in import PARAMETER_NAMES, PARAMETERS
+from verify.claims.catalogue import NAMES, ZONES, find_claim, read_call, readable, spell_call, write_call
+from verify.claims.decisions import STEADY
+from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.files import read_claim
 from verify.claims.region_files import everywhere
+from verify.claims.relations import RELATIONS
+from verify.claims.wording import BUILT_IN
 
 PROFILE = small_profile()
 TEXTS = st.text(st.characters(exclude_categories=["Cs"]), min_size=1)
@@ -82,3 +95,24 @@ def test_budget_label_and_assumption_are_read_as_in_a_file():
     assert stated.claim.label == "mine" and stated.claim.margin == Fraction(1, 40)
     assert read(write_call(stated.claim)).claim.assumption == "agent_0.x > 0"
     assert read("reaches(zones=9)").max_zones == 9
+
+
+def test_the_table_has_what_claims_read():
+    read = {parameter for claim in NAMES for parameter in readable(claim)} - {ZONES}
+    assert read == set(PARAMETER_NAMES) and len(set(PARAMETER_NAMES)) == len(PARAMETER_NAMES) == len(PARAMETERS)
+
+
+def test_what_a_claim_means_reads_what_it_is_declared_with():
+    """Certificates rest on the one, users know the other."""
+    kinds = BUILT_IN | RELATIONS
+    assert {name: kinds[name].reads for name in kinds} == {name: CLASSES[name].parameters() for name in kinds}
+    episodes = {name: ("steps", "radius", *filter(None, [kind.whom])) for name, kind in EPISODE_CLAIMS.items()}
+    assert episodes == {name: CLASSES[name].parameters() for name in EPISODE_CLAIMS}
+    assert set(CLASSES) == {*kinds, *EPISODE_CLAIMS, STEADY}
+    assert all(re.search(rf"claims\.{kind.__name__}\(", kind.__doc__) for kind in CLASSES.values())
+
+
+def test_files_python_and_questions_take_what_the_table_has():
+    assert set(PARAMETER_NAMES) < set(files.KEYS) and set(PARAMETER_NAMES) < set(table_of(Options))
+    given = VerifyOptions.of({"names": ("covers",), "steps": 3, "radius": None, "max_zones": 7, "team": "a"})
+    assert given.parameters == {"steps": 3} and given.max_zones == 7 and given.team == "a"

@@ -1,8 +1,11 @@
-"""Pictures of a counterexample over the steps: what is drawn is what the facts say, and no more."""
+"""Counterexamples over the steps: what is drawn and tabled is what the facts say, and no more; modes by their names."""
+
+import csv
 
 import pytest
 
-from verify.reports.courses import draw_courses, runs
+from verify.reports.courses import draw_courses, in_modes, moment, runs, table, tables, within
+from verify.reports.systems import lines
 
 VARIABLES = [{"name": "x", "unit": "m"}, {"name": "v", "unit": "1"}]
 
@@ -97,3 +100,63 @@ def test_what_is_not_drawn_is_said():
 def test_a_state_of_single_decisions_has_no_course():
     found = draw_courses(told("decides", [0.0], {}), VARIABLES)["counterexample"]
     assert "plots" not in found and found["runs"] == {"cart": "left 3x, stay"}
+
+
+MODES = {"heat": ["off", "low", "high"]}
+SWITCHED = {
+    "file": "counterexample-1-stays_in.json",
+    "step": 1,
+    "start": {"x": "1/10", "heat": "0"},
+    "start_float64": {"x": 0.1, "heat": 0.0},
+    "states": {"x": [0.1, 3.1], "heat": [0.0, 2.0]},
+    "actions": {"a": ["high"]},
+    "errors": [],
+}
+TOLD = {
+    "kind": "episodes", "name": "stays_in", "regions": [], "by": 0, "steps": 12, "modes": MODES,
+    "counterexample": SWITCHED, "sentence": "it stays", "formula": "", "reason": "", "verdict": "VIOLATED",
+    "shuffled_control": "VIOLATED",
+}  # fmt: skip
+OF_MODES = [{"name": "x", "unit": "K"}, {"name": "heat", "unit": "1", "modes": MODES["heat"]}]
+
+
+def test_modes_have_their_names():
+    assert in_modes({"x": 0.1, "heat": 2.0}, TOLD) == {"heat": "high"} and in_modes({"heat": 2.0}, {}) == {}
+    ready = draw_courses(TOLD, OF_MODES)["counterexample"]
+    assert ready["began"] == {"x": 0.1, "heat": "off"} and ready["last"] == {"x": 3.1, "heat": "high"}
+    assert ready["start"] == {"x": "1/10"} and ready["begun_in"] == {"heat": "off"}
+    told = lines(TOLD)
+    assert "from x 0.1, heat off" in told and "at step 1: x 3.1, heat high" in told
+
+
+def test_bounds_of_modes_have_their_names():
+    open_ = {"step": 2, "bounds": {"x": [0.5, "above 1.79e308"], "heat": [0.9, 2.0]}}
+    assert within({"open": open_, "modes": MODES}) == ["x in [0.5, above 1.79e308]", "heat in [low, high]"]
+    assert within({"open": open_})[1] == "heat in [0.9, 2]" and within({}) == []
+
+
+EPISODE = {
+    "file": "counterexample-1-stays_in.json",
+    "step": 2,
+    "states": {"x": [0.1, 1 / 3, "above 1.79e308"], "v": [0.0, -0.0, 5e-324]},
+    "actions": {"car": ["left", "right, slowly"]},
+}
+
+
+def test_a_row_for_each_state_with_numbers_that_read_back_exactly():
+    rows = list(csv.reader(table(EPISODE, "1/50").splitlines()))
+    assert rows[0] == ["step", "time_s", "x", "v", "car.action"]
+    assert [row[:2] for row in rows[1:]] == [["0", "0.0"], ["1", "0.02"], ["2", "0.04"]]
+    assert [float(row[2]) for row in rows[1:3]] == EPISODE["states"]["x"][:2] and rows[3][2] == "above 1.79e308"
+    assert [float(row[3]).hex() for row in rows[1:]] == [value.hex() for value in EPISODE["states"]["v"]]
+    assert [row[4] for row in rows[1:]] == ["left", "right, slowly", ""]
+
+
+def test_without_a_stated_step_there_is_no_time():
+    assert table(EPISODE, None).splitlines()[0] == "step,x,v,car.action"
+    assert moment(12, None) == "step 12" and moment(12, "1/50") == "step 12 (0.24 s)"
+
+
+def test_only_episodes_have_tables():
+    results = [{}, {"counterexample": {**EPISODE, "step": 0}}, {"counterexample": EPISODE}]
+    assert list(tables({"dt": None, "results": results})) == ["counterexample-1-stays_in.csv"]
