@@ -32,7 +32,7 @@ from verify.claims.catalogue import describe_left_out, opponents_words, select_s
 from verify.claims.claim import Parameter
 from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or, agents
 from verify.claims.observed import over
-from verify.claims.region import Region
+from verify.claims.region import Interval, Region
 from verify.claims.region_files import everywhere, is_start
 from verify.claims.views import describe_view
 from verify.decimals import plain
