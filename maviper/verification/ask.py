@@ -255,7 +255,11 @@ def questions(
     """
     if options.semantics not in SEMANTICS:
         raise InputError("the semantics must be machine or real", "--set semantics")
-    viewed = _find_view(profile, options)
+    viewed = None  # the view that is asked about, where options do not ask about world states
+    if options.observations or unread(profile):
+        viewed = Viewed(profile, View(select_features(profile, options.shared or ())))
+    elif options.shared:
+        raise InputError("--shared is about observations", "--shared", "add --observations")
     about = profile if viewed is None else viewed.profile
     region = resolve_region(about, viewed, options.region)
     posed = pose_claims(about, viewed, region, options, aside)
@@ -316,15 +320,6 @@ def pose_claims(
         claim = find_claim(name, about, options.team, **options.parameters)
         posed.append(Posed(claim, region, None, by_file=False))
     return posed
-
-
-def _find_view(profile: ir.PolicyProfile, options: VerifyOptions) -> Viewed | None:
-    """The view that the options ask about; None where they ask about world states."""
-    if not options.observations and not unread(profile):
-        if options.shared:
-            raise InputError("--shared is about observations", "--shared", "add --observations")
-        return None
-    return Viewed(profile, View(select_features(profile, options.shared or ())))
 
 
 def _question(

@@ -60,7 +60,7 @@ class ReplayBuild:
 
         return ReplayedC.of(self.profile)
 
-    def act(self, agent: str, obs: Float32) -> Int32:
+    def act(self, agent: str, obs: ir.Floats) -> Int32:
         """The actions of an agent at observations [batch, n_features]; the code is compiled for the first ones."""
         return self.library.act(agent, obs)
 

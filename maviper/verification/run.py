@@ -311,11 +311,8 @@ class Verified(Shown, Sequence[AnyResult]):
         """The report as plain data."""
         if self.stated is not None:
             return self.stated.document(self.results)
-        return report.document(self.profile, self.results, self._commands, {})
-
-    @property
-    def _commands(self) -> list[str]:
-        return [repeat_command(one, self.cells) for one in self.asked]
+        commands = [repeat_command(one, self.cells) for one in self.asked]
+        return report.document(self.profile, self.results, commands, {})
 
     @cached_property
     def certificates(self) -> dict[str, str]:

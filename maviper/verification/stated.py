@@ -121,7 +121,9 @@ class StatedWorld:
                 raise InputError(what, option, "leave it out; claims are those of --claims FILE")
         if options.file is None:
             what = "claims about agents that give numbers or test sums are formulas of a file"
-            raise InputError(what, "--claims", f'write a claim with formula = "{_example(profile)}"')
+            policy, first = sums_in(profile)[0], list_decided(sums_in(profile)[0])[0]
+            example = f"acts({policy.agent}) == {first}" if policy.actions else f"out({policy.agent}).{first} <= 1"
+            raise InputError(what, "--claims", f'write a claim with formula = "{example}"')
         given = {CLAIM_FILE: options.file}
         beside = _texts(given)
         viewed = Viewed(profile, View(select_features(profile, options.shared or ())))
@@ -415,12 +417,6 @@ def _join_parts(
 
 def _texts(given: Mapping[str, Path]) -> dict[str, str]:
     return {name: runs.read(path, MAX_WORLD_BYTES).decode(errors="replace") for name, path in given.items()}
-
-
-def _example(profile: PolicyProfile) -> str:
-    """A formula about the first agent that gives numbers, or tests sums."""
-    policy, first = sums_in(profile)[0], list_decided(sums_in(profile)[0])[0]
-    return f"acts({policy.agent}) == {first}" if policy.actions else f"out({policy.agent}).{first} <= 1"
 
 
 def _find_nothing(_: SystemCounterexample) -> None:

@@ -22,7 +22,7 @@ def world(name):
     return "\n" + (Path(__file__).parent.parent / "worlds" / f"{name}.toml").read_text()
 
 
-CART, MOUNTAIN, CURVED, HEATER = map(world, ("cart", "mountain_car", "curved", "heater"))
+CART, MOUNTAIN, CURVED, HEATER, TANK = map(world, ("cart", "mountain_car", "curved", "heater", "tank"))
 CASES = """
 [dynamics.let]
 noise = "choice(-1[K], 1[K])"

@@ -327,7 +327,12 @@ class _Encoder:
 
     def _terms(self, feature: FeatureSpec) -> Terms:
         """A feature's terms, the goal's coordinates as those of the landmark that it is."""
-        return tuple((weight, self._named.get(name, name)) for weight, name in _read_terms(feature, self.at))
+        terms = feature.meaning.terms if feature.meaning else ()
+        for _, name in terms:
+            if name not in self.at:
+                what = f"feature {feature.name} observes {name}, which regions cannot bound yet"
+                raise InputError(what, str(feature.meaning))
+        return tuple((weight, self._named.get(name, name)) for weight, name in terms)
 
     def _rounding(self, agent: str, feature: str, meaning: ir.Meaning) -> Real:
         """Returns the rounding error of a sum of coordinates: known within bounds only, the same one in every test.
@@ -388,12 +393,3 @@ def _line(meaning: ir.Meaning, threshold: float, by: _Arithmetic) -> HalfLine | 
         return HalfLine(Fraction(0), strict=True)  # what is rounded is float64, or a sum of two: 0 only from 0
     alone = len(meaning.terms) == 1 and not by.noisy
     return last_double(threshold, by.single) if alone else half_line(threshold, by.single)
-
-
-def _read_terms(feature: FeatureSpec, at: dict[str, Real]) -> Terms:
-    terms = feature.meaning.terms if feature.meaning else ()
-    for _, name in terms:
-        if name not in at:
-            what = f"feature {feature.name} observes {name}, which regions cannot bound yet"
-            raise InputError(what, str(feature.meaning))
-    return terms

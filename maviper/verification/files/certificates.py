@@ -135,7 +135,11 @@ def check_file(
         else:  # also what says of neither that it is one
             certified = certificate.read(text, str(path), decisions.FORMS, FollowedProof)
             about = find_profile(profile, beside=path)
-            other = _second(certified, against, path)
+            other = None
+            if certified.header.against:
+                other = find_profile(path.parent / AGAINST_FILE if against is None else against, beside=path)
+            elif against is not None:
+                raise InputError("the certificate is about one profile", "--against", "leave it out")
             closed, subject = decisions.check_certificate(certified, about, other), _subject(certified, about)
     except RejectedError as error:
         raise RefusedError(
@@ -144,15 +148,6 @@ def check_file(
             "do not rely on it; run `maviper verify` again",
         ) from None
     return Checked(subject, closed, count_bytes(certified.proof))
-
-
-def _second(proof: DecisionCertificate, against: PolicyProfile | Path | None, path: Path) -> PolicyProfile | None:
-    """The second profile of a certificate about two. InputError for one that was given to another certificate."""
-    if not proof.header.against:
-        if against is not None:
-            raise InputError("the certificate is about one profile", "--against", "leave it out")
-        return None
-    return find_profile(path.parent / AGAINST_FILE if against is None else against, beside=path)
 
 
 def _subject(proof: DecisionCertificate, profile: PolicyProfile) -> str:

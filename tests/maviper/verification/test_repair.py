@@ -21,6 +21,7 @@ from maviper.cli import main
 from tests.support.small import small_profile
 from tests.support.system_cases import policy
 from tests.support.system_cases import team as team_of
+from tests.support.systems import TANK
 from tests.support.teams import DOWN, STAY, UP, team, towards, tree
 
 pytestmark = pytest.mark.solver
@@ -116,25 +117,7 @@ def test_one_episode_bounds_nothing_and_is_written(before, tmp_path):
     assert all(one["difference"]["low"] is None for one in cost["measures"])
 
 
-WORLD = """
-name = "tank"
-steps = 20
-[variables]
-level = { unit = "m", range = [-100, 100] }
-[agents.valve.features]
-gap = "10[m] - level"
-[agents.valve.actions]
-keep = { flow = 0 }
-drain = { flow = -1 }
-fill = { flow = 1 }
-[start]
-box = { level = [4, 6] }
-[dynamics.next]
-level = "level + valve.flow*1[m]"
-[[claim]]
-name = "always"
-region = { box = { level = [2, 8] } }
-"""
+WORLD = TANK + '[[claim]]\nname = "always"\nregion = { box = { level = [2, 8] } }\n'
 KEEP, DRAIN, FILL = range(3)
 
 

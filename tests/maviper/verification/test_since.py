@@ -13,24 +13,12 @@ from codegen.errors import ExitCode, InputError
 from codegen.policy_json import dumps
 from maviper.cli.main import run
 from tests.support.system_cases import policy, team
+from tests.support.systems import TANK
 from verify.reach.renewal import AFRESH
 
 GENERATED = Path(__file__).parents[3] / "generated"
-WORLD = """
-name = "tank"
-steps = 20
-[variables]
-level = { unit = "m", range = [-100, 100] }
-[agents.valve.features]
-gap = "10[m] - level"
-[agents.valve.actions]
-keep = { flow = 0 }
-drain = { flow = -3 }
-fill = { flow = 3 }
-[start]
-box = { level = [4, 6] }
-[dynamics.next]
-level = "level + valve.flow*1[m]"
+FLOWS = TANK.replace("flow = -1", "flow = -3").replace("flow = 1", "flow = 3")
+CLAIMS = """
 [[claim]]
 label = "for ever"
 name = "always"
@@ -41,6 +29,7 @@ name = "stays_in"
 steps = 12
 region = { box = { level = [1, 9] } }
 """
+WORLD = FLOWS + CLAIMS
 KEEP, DRAIN, FILL = range(3)
 WHOLE = "the earlier proof holds as it was"
 
