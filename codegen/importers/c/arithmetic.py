@@ -233,12 +233,28 @@ class Arithmetic:
         enums = kinds.ENUM in (one.kind, other.kind)
         one, other = self._promote_number(one), self._promote_number(other)
         if sign in ("<<", ">>"):
-            return self._shift_number(sign, one, other)
+            other = self.resolve_number(other)
+            if not isinstance(other, Number) or one.kind.floating or not 0 <= other.value < one.kind.bits:
+                raise self.make_error("a shift is not read", "shift by a number within the type")
+            least = one.value if isinstance(one, Number) else self.ends(one.feature)[0] if sign == ">>" else 0
+            if least < 0:
+                raise self.make_error("a negative number may be shifted", RANGE_ADVICE)
+            return self._whole("*" if sign == "<<" else "/", one, Number(2**other.value, one.kind), one.kind)
         kind = self.common(one.kind, other.kind)
         one, other = (self.plain(self.convert_value(each, kind)) for each in (one, other))
         self._ensure_natural("meets" if enums else "", one, other)
         if sign in SIGNS:
-            return self._compare_values(sign, one, other)
+            if isinstance(one, Number) and isinstance(other, Number):
+                return Number(int(SIGNS[sign](one.value, other.value)), INT)
+            if isinstance(one, Symbol) and isinstance(other, Symbol):
+                one, other = self._compare_symbols(one, other), Number(0, INT)
+            if isinstance(one, Number):
+                one, other, sign = other, one, features.TURNED[sign]
+            assert isinstance(one, Symbol) and isinstance(other, Number)
+            feature, number = one.feature, other.value
+            if number != number:
+                return Number(int(sign == "!="), INT)
+            return Condition(lambda: self._holds(feature, sign, number))
         if kind.floating:
             return self._floating(sign, one, other, kind)
         whole = self._whole(sign, one, other, kind)
@@ -248,19 +264,6 @@ class Arithmetic:
     def _ensure_natural(self, does: str, *values: Value) -> None:
         if does and any(isinstance(each, Number) and each.value < 0 for each in values):
             raise self.make_error(OF_ENUM.format(does), "convert it to int")
-
-    def _compare_values(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
-        if isinstance(one, Number) and isinstance(other, Number):
-            return Number(int(SIGNS[sign](one.value, other.value)), INT)
-        if isinstance(one, Symbol) and isinstance(other, Symbol):
-            one, other = self._compare_symbols(one, other), Number(0, INT)
-        if isinstance(one, Number):
-            one, other, sign = other, one, features.TURNED[sign]
-        assert isinstance(one, Symbol) and isinstance(other, Number)
-        feature, number = one.feature, other.value
-        if number != number:
-            return Number(int(sign == "!="), INT)
-        return Condition(lambda: self._holds(feature, sign, number))
 
     def _floating(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
         make = kind.float_type
@@ -272,7 +275,15 @@ class Arithmetic:
             with np.errstate(all="ignore"):
                 return Number(make(FLOATING[sign](make(one.value), make(other.value))), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
-            return self._join_floats(sign, one, other, kind)
+            same = one.feature.key == other.feature.key
+            if sign in "+-" and not same:
+                total = self._add_features(sign, one.feature, other.feature, kind)
+                self._ensure_one_rounding(self.sums.known[total.place - SUMS])
+                return Symbol(total, kind)
+            if sign != "*" or not same:
+                what = "a product of features" if sign in "*/" else "a sum of several features"
+                raise self.make_error(f"{what} is not read", TEST_ADVICE)
+            return _then(one, Step(f"squared{kind}", lambda v: make(make(v) * make(v)), FOLDING))
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
         assert isinstance(given, Symbol) and isinstance(number, Number)
         c, first = make(number.value), given is one
@@ -304,26 +315,22 @@ class Arithmetic:
         if not power and not (of_floats and np.float32(by) == by):
             raise self.make_error(ROUNDINGS, CONTRACTED)
 
-    def _join_floats(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
-        """A sum or difference of two features, or the square of one. InputError where roundings have no order, or
-        compilers differ.
-        """
-        same = one.feature.key == other.feature.key
-        if sign in "+-" and not same:
-            total = self._add_features(sign, one.feature, other.feature, kind)
-            self._ensure_one_rounding(self.sums.known[total.place - SUMS])
-            return Symbol(total, kind)
-        if sign != "*" or not same:
-            what = "a product of features" if sign in "*/" else "a sum of several features"
-            raise self.make_error(f"{what} is not read", TEST_ADVICE)
-        make = kind.float_type
-        return _then(one, Step(f"squared{kind}", lambda v: make(make(v) * make(v)), FOLDING))
-
     def _whole(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
         if isinstance(one, Number) and isinstance(other, Number):
             return Number(self._compute_number(sign, one.value, other.value, kind), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
-            return self._join_whole(sign, one, other, kind)
+            total = None  # their sum; where that is none, one of few is asked which it is
+            if sign in "+-":
+                with suppress(InputError):
+                    total = self._add_whole(sign, one, other)
+            few = self.resolve_number(other) if total is None else other
+            if isinstance(few, Number):
+                return self._whole(sign, one, few, kind)
+            if sign not in "+-":
+                raise self.make_error(f"the operator {sign} of two features is not read", TEST_ADVICE)
+            (low, high), (less, more) = self.ends(one.feature), self.ends(other.feature)
+            ends = (low + less, high + more) if sign == "+" else (low - more, high - less)
+            return self.ensure_fits(Symbol(total or self._add_whole(sign, one, other), kind), ends)
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
         assert isinstance(given, Symbol) and isinstance(number, Number)
         c, first = int(number.value), given is one
@@ -343,21 +350,6 @@ class Arithmetic:
             )
         symbol = _then(Symbol(given.feature, kind), step)
         return self.ensure_fits(symbol, self.ends(symbol.feature))
-
-    def _join_whole(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Value:
-        """Joins two whole numbers: returns their sum; where that is none, one of few is asked which it is."""
-        total = None
-        if sign in "+-":
-            with suppress(InputError):
-                total = self._add_whole(sign, one, other)
-        few = self.resolve_number(other) if total is None else other
-        if isinstance(few, Number):
-            return self._whole(sign, one, few, kind)
-        if sign not in "+-":
-            raise self.make_error(f"the operator {sign} of two features is not read", TEST_ADVICE)
-        (low, high), (less, more) = self.ends(one.feature), self.ends(other.feature)
-        ends = (low + less, high + more) if sign == "+" else (low - more, high - less)
-        return self.ensure_fits(Symbol(total or self._add_whole(sign, one, other), kind), ends)
 
     def ensure_fits(self, symbol: Symbol, ends: tuple[Any, Any]) -> Symbol:
         """The symbol. The path ends where its number overflows, which C leaves undefined; InputError where it wraps."""
@@ -397,15 +389,6 @@ class Arithmetic:
             whole = kinds.quotient(a, b)
             return self.wrap_number(whole if sign == "/" else a - whole * b, kind)
         return self.wrap_number(COMPUTE[sign](a, b), kind)
-
-    def _shift_number(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
-        other = self.resolve_number(other)
-        if not isinstance(other, Number) or one.kind.floating or not 0 <= other.value < one.kind.bits:
-            raise self.make_error("a shift is not read", "shift by a number within the type")
-        least = one.value if isinstance(one, Number) else self.ends(one.feature)[0] if sign == ">>" else 0
-        if least < 0:
-            raise self.make_error("a negative number may be shifted", RANGE_ADVICE)
-        return self._whole("*" if sign == "<<" else "/", one, Number(2**other.value, one.kind), one.kind)
 
     # --- sums
 

@@ -99,7 +99,10 @@ def _agent(
         origin = origin_of(0, _Tables(tables, labels).read, said, where)
     else:
         origin = origin_of(items, partial(_read_nested, parse=parse, numbers=numbers, labels=labels), said, where)
-    return _number_actions(origin, labels)
+    place, act = np.array([labels.index(each) for each in origin.labels]), origin.act
+    assert act is not None
+    origin = renumber(origin, range(len(origin.features)), place.tolist())
+    return replace(origin, labels=tuple(labels), act=lambda rows: place[act(rows)])
 
 
 def _add_labels(origin: Origin, table: c_ast.InitList | None) -> Origin:
@@ -128,14 +131,6 @@ def _prove_origin(function: c_ast.FuncDef, origin: Origin, numbers: Mapping[str,
         return origin
     limits = np.iinfo(whole)
     return replace(origin, whole=((int(limits.min), int(limits.max)),) * len(origin.features))
-
-
-def _number_actions(origin: Origin, labels: Sequence[str]) -> Origin:
-    """The origin with all actions of the header, in its order, also those that no leaf takes."""
-    place, act = np.array([labels.index(each) for each in origin.labels]), origin.act
-    assert act is not None
-    origin = renumber(origin, range(len(origin.features)), place.tolist())
-    return replace(origin, labels=tuple(labels), act=lambda rows: place[act(rows)])
 
 
 def _read_nested(

@@ -172,7 +172,14 @@ def literal(text: str) -> Number | None:
     if match := CHARACTER.fullmatch(text):
         return Number(ESCAPES[match[1][1]] if len(match[1]) == 2 else ord(match[1]), INT)
     if match := WHOLE_NUMBER.fullmatch(text):
-        return _parse_integer(match[1], match[2].lower())
+        digits, suffix = match[1], match[2].lower()
+        decimal = digits[0] != "0"
+        value = int(digits, 10 if decimal else 16 if digits[:2] in ("0x", "0X") else 8)
+        kinds = [INT, UINT, LONG, ULONG, LLONG, ULLONG]  # the first that holds it
+        if "u" in suffix or decimal:
+            kinds = [each for each in kinds if each.signed != ("u" in suffix)]
+        rank = INT.rank + suffix.count("l")
+        return next((Number(value, kind) for kind in kinds if kind.rank >= rank and kind.holds(value)), None)
     match = DECIMAL.fullmatch(text) or HEXADECIMAL.fullmatch(text)
     if match is None:
         return None
@@ -187,17 +194,6 @@ def literal(text: str) -> Number | None:
     except OverflowError:
         return None
     return Number(value, kind) if np.isfinite(value) else None
-
-
-def _parse_integer(digits: str, suffix: str) -> Number | None:
-    """A whole number, of the first type that holds it."""
-    decimal = digits[0] != "0"
-    value = int(digits, 10 if decimal else 16 if digits[:2] in ("0x", "0X") else 8)
-    kinds = [INT, UINT, LONG, ULONG, LLONG, ULLONG]
-    if "u" in suffix or decimal:
-        kinds = [each for each in kinds if each.signed != ("u" in suffix)]
-    rank = INT.rank + suffix.count("l")
-    return next((Number(value, kind) for kind in kinds if kind.rank >= rank and kind.holds(value)), None)
 
 
 def round_number(exact: Fraction | int, kind: Kind) -> Any:

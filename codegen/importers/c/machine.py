@@ -178,9 +178,26 @@ class Machine(Executor):
                 raise self.make_error(f"a length is not read: {length}")
             return Many(self.type_of(node.type), length)
         if isinstance(node, c_ast.Struct):
-            return self._record(node)
+            name = node.name or str(node.coord)
+            record: Any = self.types.setdefault(f"struct {name}", Record(name, {}))
+            for each in node.decls or ():
+                if each.name is None or each.bitsize is not None:
+                    self.at(each)
+                    raise self.make_error("a member has bits or no name", "declare it as a whole number with a name")
+                record.members[each.name] = self.type_of(each)
+            return record
         if isinstance(node, c_ast.Enum):
-            return self._enum(node)
+            last, lowest = -1, 0
+            for each in node.values.enumerators if node.values is not None else ():
+                last = last + 1 if each.value is None else self.constant(each.value)
+                if not INT.holds(last):
+                    raise self.make_error(f"the enumerator {escape_text(each.name)} is no int")
+                lowest = min(lowest, last)
+                self.scope.names[each.name] = Number(last, INT, each.name)
+            kind, name = INT if lowest < 0 else kinds.ENUM, f"enum {node.name}"
+            if node.name and node.values is not None:
+                self.types[name] = kind
+            return self.types.get(name, kind) if node.name else kind
         names = tuple(node.names) if isinstance(node, c_ast.IdentifierType) else ()
         type_ = (self.types.get(names[0]) if len(names) == 1 else None) or (kinds.kind_of(names) if names else None)
         if type_ is None:
@@ -188,29 +205,6 @@ class Machine(Executor):
                 f"a type is not read: {text_of(node)}", "use float, double, and types of whole numbers"
             )
         return type_
-
-    def _record(self, node: Any) -> Type:
-        name = node.name or str(node.coord)
-        record: Any = self.types.setdefault(f"struct {name}", Record(name, {}))
-        for each in node.decls or ():
-            if each.name is None or each.bitsize is not None:
-                self.at(each)
-                raise self.make_error("a member has bits or no name", "declare it as a whole number with a name")
-            record.members[each.name] = self.type_of(each)
-        return record
-
-    def _enum(self, node: Any) -> Type:
-        last, lowest = -1, 0
-        for each in node.values.enumerators if node.values is not None else ():
-            last = last + 1 if each.value is None else self.constant(each.value)
-            if not INT.holds(last):
-                raise self.make_error(f"the enumerator {escape_text(each.name)} is no int")
-            lowest = min(lowest, last)
-            self.scope.names[each.name] = Number(last, INT, each.name)
-        kind, name = INT if lowest < 0 else kinds.ENUM, f"enum {node.name}"
-        if node.name and node.values is not None:
-            self.types[name] = kind
-        return self.types.get(name, kind) if node.name else kind
 
     # --- which object an expression names
 

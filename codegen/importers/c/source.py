@@ -64,14 +64,23 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
     text = None
     try:
         text = expand_source(content, where, said.beside)
-        types = [*STANDARD, *(_unknown_types(text.text) if text.missing else ())]
+        types = [*STANDARD]
+        if text.missing:  # names that can only be types of headers that are not there, since another name follows them
+            found = {each[1] for each in ADJACENT.finditer(TEXT.sub('""', text.text))}
+            types += sorted(name for name in found - KEYWORDS if name not in STANDARD)
         parsed = CParser().parse("".join(f"typedef int {each};" for each in types) + f"\n{text.text}", where)
         del parsed.ext[: len(types)]
         for each in walk(parsed) if text.names else ():
             if isinstance(each, DECLARING) and each.coord and each.name in text.names:
                 what = f"{escape_text(each.name)} is declared, and a macro of the file, too"
                 raise InputError(what, f"{where}, line {each.coord.line}", "give each a name")
-        _check_cases(parsed, where)
+        # no switch leads into a loop or another statement within it: a case is sought in its own block
+        nodes: list[Any] = [each for each in walk(parsed) if isinstance(each, CASES)]
+        own = {id(item) for each in nodes if isinstance(each, c_ast.Switch) for item in items_of(each)}
+        for each in nodes:
+            if not isinstance(each, c_ast.Switch) and id(each) not in own:
+                advice = "write the cases in the block of the switch itself"
+                raise InputError("a case stands within another statement", f"{where}, line {each.coord.line}", advice)
         find_calls(parsed, said.reads, where, acting=False)
         find_calls(parsed, said.acts, where, acting=True)
         hoisted = hoist_statics(parsed)
@@ -86,22 +95,6 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
     finally:
         walk.cache_clear()
-
-
-def _check_cases(parsed: Any, where: str) -> None:
-    """Refuses a switch that leads into a loop or another statement within it: a case is sought in its own block."""
-    nodes: list[Any] = [each for each in walk(parsed) if isinstance(each, CASES)]
-    own = {id(item) for each in nodes if isinstance(each, c_ast.Switch) for item in items_of(each)}
-    for each in nodes:
-        if not isinstance(each, c_ast.Switch) and id(each) not in own:
-            advice = "write the cases in the block of the switch itself"
-            raise InputError("a case stands within another statement", f"{where}, line {each.coord.line}", advice)
-
-
-def _unknown_types(text: str) -> list[str]:
-    """Names that can only be types, since another name follows them: those of headers that are not there."""
-    found = {each[1] for each in ADJACENT.finditer(TEXT.sub('""', text))}
-    return sorted(name for name in found - KEYWORDS if name not in STANDARD)
 
 
 # --- functions that decide
@@ -216,7 +209,14 @@ class _Follower(Machine):
             self.at(each)
             decl = each.decl if isinstance(each, c_ast.FuncDef) else each
             if isinstance(decl, c_ast.Decl):
-                self._declare_global(decl)
+                if is_const(decl):
+                    self.changing.discard(decl.name)
+                try:  # what cannot be read is an error only where a decision needs it
+                    self.declare(decl)
+                except InputError:
+                    if decl.name is None:
+                        raise
+                    self.file.names.pop(decl.name, None)
             elif isinstance(each, c_ast.Typedef | c_ast.Pragma | c_ast.StaticAssert):
                 self.value(each)
             else:
@@ -323,17 +323,6 @@ class _Follower(Machine):
         assert self.paths is not None
         return self.memories.settle(self.paths, after)
 
-    def _declare_global(self, node: Any) -> None:
-        """Declares what stands in the file; what cannot be read is an error only where a decision needs it."""
-        if is_const(node):
-            self.changing.discard(node.name)
-        try:
-            self.declare(node)
-        except InputError:
-            if node.name is None:
-                raise
-            self.file.names.pop(node.name, None)
-
     def path(self, paths: Growth, state: Any) -> Any:
         """Returns the function's answer on one path."""
         self.paths = self.arithmetic.paths = paths
@@ -361,7 +350,12 @@ class _Follower(Machine):
         """The answer of a path."""
         results = self.observed.results(self.memory)
         if self.acts:
-            return self._label_act(results or returned is not None)
+            done: Any = self.memory.get(DONE, ())
+            if len(done) != 1 or (results or returned is not None):
+                told = "something is returned or written, too" if len(done) == 1 else " and ".join(done) or "none"
+                raise self.make_error(f"some path does not call one action: {told}", "call exactly one on every path")
+            self.answers = [Place(ACT)]
+            return done[0]
         if results and returned is not None:
             what = "an action is returned, and another one is written to a parameter"
             raise self.make_error(what, "do one of both; return void where an answer is written")
@@ -378,15 +372,6 @@ class _Follower(Machine):
         value = self.together([self.load(each) for each in whole.parts()] if whole else [target])
         letter = _words_of(self.function.decl.type.type) == ["char"] and isinstance(value, int) and 32 < value < 127
         return chr(value) if letter else value
-
-    def _label_act(self, returned: Any) -> str:
-        """The one action that a path calls."""
-        done: Any = self.memory.get(DONE, ())
-        if len(done) != 1 or returned:
-            told = "something is returned or written, too" if len(done) == 1 else " and ".join(done) or "none"
-            raise self.make_error(f"some path does not call one action: {told}", "call exactly one on every path")
-        self.answers = [Place(ACT)]
-        return done[0]
 
 
 def _places(of: Object) -> list[Place]:

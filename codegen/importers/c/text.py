@@ -61,7 +61,17 @@ def expand_source(content: bytes, where: str, beside: Beside) -> Expanded:
     if where.lower().endswith(ENDINGS):
         text = strip_cpp(text, where)
         content = text.encode()  # a compiler of C is asked about the C inside
-    lines, expanding = text.split("\n"), _find_expanding(text, where, beside)
+    # macros of the text, and of headers beside it, that are not always one whole number are expanded
+    texts, seen, bodies = [text], set[str](), dict[str, set[str]]()
+    while texts:
+        each = texts.pop()
+        for name, body in DEFINED.findall(each):
+            bodies.setdefault(name, set()).add(body.strip())
+        for name in set(INCLUDED.findall(each)) - seen:
+            seen.add(name)
+            texts.append(_clean(beside(name) or b"", f"{where}, {name}"))
+    expanding = {name for name, each in bodies.items() if len(each) > 1 or parse_number(each.pop()) is None}
+    lines = text.split("\n")
     hides = HIDDEN.search(text) is None
     reader, out = _Reader(where, beside, MAX_EXPANSIONS + len(content)), io.StringIO()
     try:
@@ -98,19 +108,6 @@ def _clean(content: bytes, where: str) -> str:
         return " " + _breaks(matched)
 
     return COMMENT.sub(blank, text)
-
-
-def _find_expanding(text: str, where: str, beside: Beside) -> set[str]:
-    """The macros of a text, and of headers beside it, that are not always one whole number: these are expanded."""
-    texts, seen, bodies = [text], set[str](), dict[str, set[str]]()
-    while texts:
-        each = texts.pop()
-        for name, body in DEFINED.findall(each):
-            bodies.setdefault(name, set()).add(body.strip())
-        for name in set(INCLUDED.findall(each)) - seen:
-            seen.add(name)
-            texts.append(_clean(beside(name) or b"", f"{where}, {name}"))
-    return {name for name, each in bodies.items() if len(each) > 1 or parse_number(each.pop()) is None}
 
 
 def parse_number(body: str) -> int | None:

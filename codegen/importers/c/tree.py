@@ -34,7 +34,9 @@ def hoist_statics(parsed: Any) -> dict[str, str]:
             continue
         assigned, moved = collect_assigned(function), list[Any]()
         taken |= {each.name for each in walk(parsed) if isinstance(each, c_ast.ID | c_ast.Decl | c_ast.Enumerator)}
-        outer = _list_outer(parsed)
+        outside = [each.decl if isinstance(each, c_ast.FuncDef) else each for each in parsed.ext]
+        outside += [each for one in outside for each in walk(one) if isinstance(each, c_ast.Enumerator)]
+        outer = {each.name for each in outside if isinstance(each, c_ast.Decl | c_ast.Enumerator)}
         named = [each for each in walk(function.body) if isinstance(each, c_ast.Enumerator)]
         declared = [each.name for each in (*inner, *named, *parameters_of(function))]
         for items in _blocks(function.body):
@@ -54,13 +56,6 @@ def hoist_statics(parsed: Any) -> dict[str, str]:
         parsed.ext[place:place] = moved
         walk.cache_clear()
     return hoisted
-
-
-def _list_outer(parsed: Any) -> set[str]:
-    """The names of functions, variables and enumerators of the file."""
-    declared = [each.decl if isinstance(each, c_ast.FuncDef) else each for each in parsed.ext]
-    enumerators = [each for one in declared for each in walk(one) if isinstance(each, c_ast.Enumerator)]
-    return {each.name for each in (*declared, *enumerators) if isinstance(each, c_ast.Decl | c_ast.Enumerator)}
 
 
 def _blocks(body: Any) -> Iterator[list[Any]]:
