@@ -27,8 +27,7 @@ from sklearn.tree import DecisionTreeClassifier
 from codegen import ir
 from codegen.errors import InputError
 from codegen.importers.c.source import from_c
-from codegen.importers.onnx.graph import decision_tree
-from codegen.importers.onnx.model import from_onnx
+from codegen.importers.onnx.model import decision_tree, from_onnx
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from codegen.importers.reading import Said

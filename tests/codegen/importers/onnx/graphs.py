@@ -5,8 +5,7 @@ import pytest
 
 from codegen import ir
 from codegen.agreement import probes
-from codegen.importers.onnx.graph import decision_tree
-from codegen.importers.onnx.model import from_onnx
+from codegen.importers.onnx.model import decision_tree, from_onnx
 from codegen.importers.origin import NAN_RIGHT
 
 onnx = pytest.importorskip("onnx", reason="onnx is not installed")
