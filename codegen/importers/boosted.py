@@ -123,21 +123,18 @@ def _value(leaf: Leaf) -> float:
 def _apply_link(link: str | None, objective: str, scores: Sequence[Any], where: str, *, alone: bool) -> Leaf:
     """Turns scores into a leaf: a class, or a number, which is a label where the tree stands `alone`."""
     if link == LARGEST:
-        return Leaf(best_class([float(score) for score in scores], where))
+        scores = [float(score) for score in scores]
+        first, second = sorted(scores)[::-1][:2]  # which rounding must not turn
+        if not first - second >= NEAR:
+            what = f"two classes have scores too close to call, {first} and {second}"
+            raise InputError(what, where, "train it again")
+        return Leaf(scores.index(first))
     if link is None or len(scores) > 1:
         raise InputError(f"the objective is not understood: {escape_text(objective)}", where, ONE)
     score = float(scores[0])
     if link == SIGN:
         return Leaf(second_class(score, where))
     return Leaf(score) if alone else Leaf(0, ((score, CONSTANT),))
-
-
-def best_class(scores: Sequence[float], where: str) -> int:
-    """The place of the largest score. InputError where another is so near that rounding may decide."""
-    first, second = sorted(scores)[::-1][:2]
-    if not first - second >= NEAR:
-        raise InputError(f"two classes have scores too close to call, {first} and {second}", where, "train it again")
-    return scores.index(first)
 
 
 # --- LightGBM

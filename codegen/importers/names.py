@@ -113,8 +113,19 @@ def actions_of(labels: Sequence[Any], called: Mapping[Any, str], given: Renaming
         labels_by_number = dict(zip(whole, zip(values, known, strict=True), strict=True))
         actions, place = _number_actions(labels_by_number, given), tuple(whole)
         known += map(str, range(len(actions)))
-    else:
-        actions, place = _order_actions(values, known, given)
+    else:  # in the source's order, or in that of the user
+        own = [legal(name or value, "action") for name, value in zip(known, values, strict=True)]
+        order = list(range(len(values))) if given.plain is None else _order(own, given.plain, "actions")
+        texts = all(isinstance(each, str) for each in values)
+        spelled = texts or any(isinstance(each, int) and abs(each) > EXACT for each in values)
+        actions = list[Action]()
+        for k in order:
+            name, text = given.rename(own[k], str(values[k]), known[k]), str(values[k])
+            actions.append(Action(name, text if spelled else values[k], known[k] or text))
+        actions = _make_distinct(actions, given)
+        if texts and all(each.label == each.name for each in actions):
+            actions = [each._replace(label=None) for each in actions]
+        place = tuple(order.index(k) for k in range(len(values)))
     names, kept, _ = zip(*actions, strict=True)
     lines = tuple(f"{k} {each.line}" for k, each in enumerate(actions))
     return Placed(names, place, lines, kept, tuple(filter(None, (*known, *map(str, values)))))
@@ -167,24 +178,6 @@ def _number_actions(labels: Mapping[int, tuple[Label, str]], given: Renaming) ->
         name = given.rename(name, str(number), known)
         actions.append(Action(name, None, (known or str(value)) if number in labels else ""))
     return _make_distinct(actions, given)
-
-
-def _order_actions(
-    values: Sequence[Label], known: Sequence[str], given: Renaming
-) -> tuple[list[Action], tuple[int, ...]]:
-    """Actions in the source's order, or in that of the user, and the place of each label among them."""
-    own = [legal(name or value, "action") for name, value in zip(known, values, strict=True)]
-    order = list(range(len(values))) if given.plain is None else _order(own, given.plain, "actions")
-    texts = all(isinstance(each, str) for each in values)
-    spelled = texts or any(isinstance(each, int) and abs(each) > EXACT for each in values)
-    actions = list[Action]()
-    for k in order:
-        name, text = given.rename(own[k], str(values[k]), known[k]), str(values[k])
-        actions.append(Action(name, text if spelled else values[k], known[k] or text))
-    actions = _make_distinct(actions, given)
-    if texts and all(each.label == each.name for each in actions):
-        actions = [each._replace(label=None) for each in actions]
-    return actions, tuple(order.index(k) for k in range(len(values)))
 
 
 def _order(own: Sequence[str], given: Sequence[str], kind: str) -> list[int]:

@@ -130,7 +130,14 @@ class _Grown:
         leaves, node, box, visited = at
         while True:
             visited += 1
-            self._ensure_few(visited)
+            if len(self.ends) == MAX_LEAVES and len(self.trees) > 1:
+                what = f"{len(self.trees)} trees together have more than {MAX_LEAVES:,} leaves"
+                advice = "train fewer or smaller trees (n_estimators, max_depth, num_leaves)"
+                raise InputError(what, self.where, advice)
+            if visited > (1 + MAX_DEPTH) * len(self.trees) or len(self.splits) + len(self.ends) == MAX_NODES:
+                what = f"the tree has more than {MAX_NODES} nodes, or is deeper than {MAX_DEPTH} splits"
+                what += ", or a node leads back to itself"
+                raise InputError(what, self.where, "simplify it first; nodes must form a tree")
             each = self.trees[len(leaves)].read(node)
             if isinstance(each, Leaf):
                 leaves = (*leaves, each)
@@ -139,7 +146,14 @@ class _Grown:
                     return self.values.setdefault(value_of(self.add(leaves), self.where), len(self.values))
                 node = self.trees[len(leaves)].root
                 continue
-            _ensure_test(each, self.said.n_features, self.where, self.sums)
+            sums = SUMS + len(self.sums.known if self.sums else ())
+            known = 0 <= each.feature < MAX_FEATURES or SUMS <= each.feature < sums
+            if not known or not np.isfinite(each.number) or each.sign not in ("<", "<=", *UPWARDS):
+                what = f"a test is not understood: feature {each.feature} {escape_text(each.sign)} {each.number}"
+                raise InputError(what, self.where, "features are compared with finite numbers")
+            if self.said.n_features and self.said.n_features <= each.feature < SUMS:
+                what = f"the tree tests feature {each.feature}, there are {self.said.n_features}"
+                raise InputError(what, self.where, "write the file again")
             threshold = at_most(each.number) if each.sign in ("<=", ">") else below(each.number)
             sides = (each.otherwise, each.then) if each.sign in UPWARDS else (each.then, each.otherwise)
             if each.feature not in box.high:  # else no NaN comes here
@@ -150,17 +164,6 @@ class _Grown:
                 low, high = _Place(leaves, sides[0], left, visited), _Place(leaves, sides[1], right, visited)
                 return each.feature, threshold, low, high
             node = sides[0] if right is None else sides[1]
-
-    def _ensure_few(self, visited: int) -> None:
-        """InputError for a path through too many nodes, and for too many of them."""
-        if len(self.ends) == MAX_LEAVES and len(self.trees) > 1:
-            what = f"{len(self.trees)} trees together have more than {MAX_LEAVES:,} leaves"
-            advice = "train fewer or smaller trees (n_estimators, max_depth, num_leaves)"
-            raise InputError(what, self.where, advice)
-        if visited > (1 + MAX_DEPTH) * len(self.trees) or len(self.splits) + len(self.ends) == MAX_NODES:
-            what = f"the tree has more than {MAX_NODES} nodes, or is deeper than {MAX_DEPTH} splits"
-            what += ", or a node leads back to itself"
-            raise InputError(what, self.where, "simplify it first; nodes must form a tree")
 
     def make_origin(self, tree: GrownTree, width: int) -> Origin:
         """The origin of a tree over so many features, which the nodes themselves answer for."""
@@ -214,17 +217,6 @@ def _leaves_of(tree: Tree, columns: Mapping[int, Floats], rows: Any) -> Iterator
         given = columns[each.feature][rows]
         holds = SIGNS[each.sign](given, each.number) | (np.isnan(given) & each.nan)
         open_ += [(each.then, rows[holds]), (each.otherwise, rows[~holds])]
-
-
-def _ensure_test(split: Split, n_features: int, where: str, sums: Sums | None) -> None:
-    """InputError for a comparison with what is no finite number, and for features that there are not."""
-    known = 0 <= split.feature < MAX_FEATURES or SUMS <= split.feature < SUMS + len(sums.known if sums else ())
-    if not known or not np.isfinite(split.number) or split.sign not in ("<", "<=", *UPWARDS):
-        what = f"a test is not understood: feature {split.feature} {escape_text(split.sign)} {split.number}"
-        raise InputError(what, where, "features are compared with finite numbers")
-    if n_features and n_features <= split.feature < SUMS:
-        what = f"the tree tests feature {split.feature}, there are {n_features}"
-        raise InputError(what, where, "write the file again")
 
 
 def value_of(leaf: Leaf, where: str) -> Any:

@@ -32,6 +32,10 @@ from codegen.profiles import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, divisor_of
 
 MAX_NOTES = 8
+OTHER_NUMBERS = (
+    "games and --numbers float32 need float32: C of float has it, and if/else Python with --arrays float32; "
+    "else leave --numbers out, or give --world a name that is no game"
+)
 HOW = ("is", "plus")
 TEAM = "team"
 NAN_KEPT, NAN_RIGHT = "decided as in the origin", "goes right, whatever the origin does"
@@ -74,7 +78,9 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
         facts[f"{policy.agent} features"] = comment(names.format_first(features.lines))
         facts[f"{policy.agent} {kind_decided(policy)}"] = comment(names.format_first(actions.lines))
         facts |= {f"{policy.agent} sums": policy.tree.arithmetic} if policy.tree.arithmetic else {}
-        facts |= _list_permits(policy, origin)
+        leaves = zip(ir.leaves(policy.tree).tolist(), origin.permits, strict=False)
+        several = [f"leaf {leaf}: {' | '.join(labels)}" for leaf, labels in leaves if labels]
+        facts |= {f"{policy.agent} permits": comment("; ".join(several))} if several else {}
         if origin.notes:
             facts[f"{policy.agent} notes"] = comment("; ".join(origin.notes[:MAX_NOTES]))
         facts[f"{policy.agent} NaN"] = NAN_KEPT if origin.nan else NAN_RIGHT
@@ -109,13 +115,6 @@ def _replay(policy: ir.AgentPolicy, named: "_Named") -> tuple[int, str]:
         answers = running.ask(rows[:, columns])
     answers = replace(answers, told=place_told(answers.told))
     return replay.compare_answers(policy, rows, answers, known), answers.given
-
-
-def _list_permits(policy: ir.AgentPolicy, origin: Origin) -> dict[str, float | int | str]:
-    """Lists the actions that leaves permit beside the one that was chosen, by the origin's labels."""
-    leaves = zip(ir.leaves(policy.tree).tolist(), origin.permits, strict=False)
-    several = [f"leaf {leaf}: {' | '.join(labels)}" for leaf, labels in leaves if labels]
-    return {f"{policy.agent} permits": comment("; ".join(several))} if several else {}
 
 
 class _Named(NamedTuple):
@@ -207,7 +206,24 @@ def _policy_of(agent: str, named: "_Named", specs: tuple[ir.FeatureSpec, ...], n
         outputs = tuple(ir.OutputSpec(name, "none", *each) for name, each in zip(chosen.names, bounds, strict=True))
         actions = ()
     if origin.arithmetic:
-        tree = _tree_of(agent, origin, len(specs), numbers)
+        if numbers != origin.numbers:
+            what = f"sums of {origin.numbers} numbers would be others as {numbers}"
+            raise InputError(what, agent, OTHER_NUMBERS)
+        # such as 0.1 among float32 steps, which their arithmetic does not have
+        gives = FLOAT32 if origin.arithmetic == FLOAT32_STEPS else FLOAT64
+        weights = FLOAT32 if origin.arithmetic == DOUBLE_SUMS else gives
+        for each in (*origin.sums, *(one for vector in origin.vectors for one in vector)):
+            for weight, place in (term for part in each.parts() for term in part.terms):
+                type_, divisor = gives if place == CONSTANT else weights, divisor_of(weight)
+                if divisor is not None and origin.arithmetic == DOUBLE_SUMS:
+                    advice = "compute in float32 throughout, or let the observation be float64"
+                    raise InputError("a float32 number is divided in double", agent, advice)
+                number = float(weight) if divisor is None else divisor
+                if float(np.dtype(type_).type(number)) != number:
+                    what = f"{number!r} stands in a sum of {type_} numbers, and is none"
+                    raise InputError(what, agent, f"round it in the source to {type_}")
+        given = Given(origin.sums, origin.vectors, origin.arithmetic, gives)
+        tree = with_given(origin.grown, given, len(specs), SUMS, origin.numbers)
         return ir.AgentPolicy(agent, TEAM, specs, actions, tree, outputs=outputs)
     tree = deploy_tree(origin.grown, numbers)
     if not np.isfinite(tree.threshold).all():
@@ -252,35 +268,3 @@ def _remembering(agent: str, named: _Named, specs: Sequence[ir.FeatureSpec], num
     return ir.AgentPolicy(
         agent, TEAM, features, actions, deploy_tree(grown, numbers), grown if numbers == FLOAT32 else None
     )
-
-
-def _tree_of(agent: str, origin: Origin, n_features: int, numbers: str) -> ir.Tree:
-    """The tree of an origin that tests sums or gives numbers. InputError for another arithmetic than its own."""
-    if numbers != origin.numbers:
-        what = f"sums of {origin.numbers} numbers would be others as {numbers}"
-        advice = (
-            "games and --numbers float32 need float32: C of float has it, and if/else Python with --arrays float32; "
-            "else leave --numbers out, or give --world a name that is no game"
-        )
-        raise InputError(what, agent, advice)
-    _ensure_alike(origin, agent)
-    gives = FLOAT32 if origin.arithmetic == FLOAT32_STEPS else FLOAT64
-    given = Given(origin.sums, origin.vectors, origin.arithmetic, gives)
-    return with_given(origin.grown, given, n_features, SUMS, origin.numbers)
-
-
-def _ensure_alike(origin: Origin, agent: str) -> None:
-    """InputError for numbers that the arithmetic of an origin does not have, such as 0.1 among float32 steps."""
-    kind = FLOAT32 if origin.arithmetic == FLOAT32_STEPS else FLOAT64
-    weights = FLOAT32 if origin.arithmetic == DOUBLE_SUMS else kind
-    for each in (*origin.sums, *(one for vector in origin.vectors for one in vector)):
-        for weight, place in (term for part in each.parts() for term in part.terms):
-            numbers = kind if place == CONSTANT else weights
-            divisor = divisor_of(weight)
-            if divisor is not None and origin.arithmetic == DOUBLE_SUMS:
-                advice = "compute in float32 throughout, or let the observation be float64"
-                raise InputError("a float32 number is divided in double", agent, advice)
-            number = float(weight) if divisor is None else divisor
-            if float(np.dtype(numbers).type(number)) != number:
-                what = f"{number!r} stands in a sum of {numbers} numbers, and is none"
-                raise InputError(what, agent, f"round it in the source to {numbers}")

@@ -162,7 +162,17 @@ def list_values(numbers: Numbers, kind: str) -> tuple[Column, Column]:
     float32, float64, bool, and whole numbers of any width. The first list has zero, and no special value but that.
     """
     if np.dtype(kind).kind == "f":
-        return _list_floats(numbers, kind)
+        known = np.array([0.0, *(float(each) for each in numbers if abs(each) <= LARGEST)])
+        with np.errstate(all="ignore"):
+            at = _sort_distinct(np.concatenate([sign * known + beside for sign in (1, -1) for beside in (0.0, -1, 1)]))
+            values = [at]
+            for neighbours in (FLOAT32,) if kind == FLOAT32 else (FLOAT32, FLOAT64):
+                rounded = at.astype(neighbours)
+                values += [rounded, *(np.nextafter(rounded, np.array(end, neighbours)) for end in (-np.inf, np.inf))]
+            found = _sort_distinct(np.concatenate([each.astype(kind) for each in values]))
+            limits = np.finfo(kind)
+            special = np.array([-0.0, np.nan, np.inf, limits.max, limits.tiny, limits.smallest_subnormal], kind)
+        return found[np.isfinite(found)], np.concatenate([special, -special[2:]])
     if kind == "bool":
         return np.array([False, True]), np.array([], np.bool_)
     least, most = int(np.iinfo(kind).min), int(np.iinfo(kind).max)
@@ -172,20 +182,6 @@ def list_values(numbers: Numbers, kind: str) -> tuple[Column, Column]:
             for whole in (math.floor(number), math.ceil(number)):
                 found |= {sign * whole + beside for sign in (1, -1) for beside in (-1, 0, 1)}
     return np.array(sorted(each for each in found if least <= each <= most), kind), np.array([], kind)
-
-
-def _list_floats(numbers: Numbers, kind: str) -> tuple[Column, Column]:
-    known = np.array([0.0, *(float(each) for each in numbers if abs(each) <= LARGEST)])
-    with np.errstate(all="ignore"):
-        at = _sort_distinct(np.concatenate([sign * known + beside for sign in (1, -1) for beside in (0.0, -1, 1)]))
-        values = [at]
-        for neighbours in (FLOAT32,) if kind == FLOAT32 else (FLOAT32, FLOAT64):
-            rounded = at.astype(neighbours)
-            values += [rounded, *(np.nextafter(rounded, np.array(end, neighbours)) for end in (-np.inf, np.inf))]
-        found = _sort_distinct(np.concatenate([each.astype(kind) for each in values]))
-        limits = np.finfo(kind)
-        special = np.array([-0.0, np.nan, np.inf, limits.max, limits.tiny, limits.smallest_subnormal], kind)
-    return found[np.isfinite(found)], np.concatenate([special, -special[2:]])
 
 
 def choose_rows(
@@ -272,7 +268,10 @@ def compare_answers(policy: AgentPolicy, rows: Floats, answers: Answers, known: 
     """Compares tree and source, and counts the observations that the source takes. DisagreementError for the first one
     on which tree and source differ; InputError where none was compared. `known`: memory before each.
     """
-    ours = decide(policy, rows) if known is None else _remember(policy, rows, known)
+    if known is None:
+        ours = decide(policy, rows)
+    else:  # the action taken and the memory after it, [n, 1 + n_memories]
+        ours = np.column_stack(step_memory(policy, known, rows[:, : -len(policy.memory)]))
     wrong = (differing(ours, answers.told) | ~answers.known) & answers.asked
     for place in np.flatnonzero(wrong)[:1].tolist():
         numbers = ", ".join(f"{float(each)!r}" for each in rows[place][:20])
@@ -284,8 +283,3 @@ def compare_answers(policy: AgentPolicy, rows: Floats, answers: Answers, known: 
         what = "the assertions of the source hold at none of the observations that were asked"
         raise InputError(what, policy.agent, "assert what an observation may be, or nothing")
     return count
-
-
-def _remember(policy: AgentPolicy, rows: Floats, known: Int64) -> Any:
-    """The action taken and the memory after it, [n, 1 + n_memories]."""
-    return np.column_stack(step_memory(policy, known, rows[:, : -len(policy.memory)]))

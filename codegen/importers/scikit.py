@@ -366,7 +366,12 @@ def _columns(steps: Sequence[tuple[str, Any]], width: int) -> list[int]:
     places: list[int] = list(range(width))
     for name, step in steps:
         kind = f"{type(step).__module__}.{type(step).__qualname__}"
-        _ensure_finite(name, step)
+        for attribute, value in cast("dict[str, Any]", vars(step)).items():
+            array = np.asarray(value) if attribute.endswith("_") and isinstance(value, np.ndarray | float) else None
+            if attribute in USED and array is not None and array.dtype.kind == "f" and not np.isfinite(array).all():
+                step_name = f"the step {escape_text(name)!r} before the tree"
+                what = f"{step_name} has learned numbers that are not finite: {attribute}"
+                raise InputError(what, type(step).__name__, "fit it on data without missing or infinite values")
         if kind.startswith(SELECTORS) and "transform" not in vars(step) and hasattr(step, "get_support"):
             kept: list[int] = step.get_support(indices=True).tolist()
             places = [places[place] for place in kept]
@@ -374,16 +379,6 @@ def _columns(steps: Sequence[tuple[str, Any]], width: int) -> list[int]:
             what = f"the step {escape_text(name)!r} before the tree is not understood: {type(step).__name__}"
             raise InputError(what, "", "use scalers, selectors and binarizers, or give the tree alone")
     return places
-
-
-def _ensure_finite(name: str, step: Any) -> None:
-    """InputError for a step that was fitted on missing or infinite numbers, and makes such of every observation."""
-    for attribute, value in cast("dict[str, Any]", vars(step)).items():
-        array = np.asarray(value) if attribute.endswith("_") and isinstance(value, np.ndarray | float) else None
-        if attribute in USED and array is not None and array.dtype.kind == "f" and not np.isfinite(array).all():
-            step_name = f"the step {escape_text(name)!r} before the tree"
-            what = f"{step_name} has learned numbers that are not finite: {attribute}"
-            raise InputError(what, type(step).__name__, "fit it on data without missing or infinite values")
 
 
 def _rising(step: Any, attribute: str) -> bool:

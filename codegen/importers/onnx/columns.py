@@ -120,19 +120,6 @@ def _factors(call: Call, numbers: Any, kind: str, columns: Columns) -> list[Any]
     return found
 
 
-def _with_constant(call: Call) -> tuple[Columns, np.ndarray, bool]:
-    """The columns, the constant, and whether the constant stands first."""
-    if len(call.given) != 2:
-        raise call.make_error(f"a node has {len(call.given)} inputs, two are understood")
-    first = isinstance(call.given[0], np.ndarray)
-    columns, constant = call.columns(int(first)), call.constant(int(not first))
-    if columns[0].kind not in TYPES:
-        raise call.make_error(f"a node works on {columns[0].kind}")
-    if constant.ndim > 2 or (constant.ndim == 2 and len(constant) != 1):
-        raise call.make_error(f"a constant has the shape {list(constant.shape)}")
-    return columns, constant, first
-
-
 def _make_operator(
     compute: Callable[[Any, Any], Any], falls: Callable[[Any, bool], bool], *, kind: str = "", factors: bool = False
 ) -> Callable[[Call], Columns]:
@@ -141,7 +128,14 @@ def _make_operator(
     """
 
     def apply_to(call: Call) -> Columns:
-        columns, constant, first = _with_constant(call)
+        if len(call.given) != 2:
+            raise call.make_error(f"a node has {len(call.given)} inputs, two are understood")
+        first = isinstance(call.given[0], np.ndarray)
+        columns, constant = call.columns(int(first)), call.constant(int(not first))
+        if columns[0].kind not in TYPES:
+            raise call.make_error(f"a node works on {columns[0].kind}")
+        if constant.ndim > 2 or (constant.ndim == 2 and len(constant) != 1):
+            raise call.make_error(f"a constant has the shape {list(constant.shape)}")
         numbers = (_factors if factors else Call.each)(call, constant, columns[0].kind, columns)
         return tuple(
             column.after(
@@ -179,13 +173,9 @@ def _clip(call: Call) -> Columns:
         if bound.ndim:
             raise call.make_error(f"a bound has the shape {list(bound.shape)}")
         number = call.each(bound, kind, columns)[0]
-        steps.append(_cut(cut, number))
+        steps.append(lambda x, c=cut, n=number: c(x, n))
     # runtimes differ in what becomes of a NaN
     return tuple(each._replace(steps=(*each.steps, *steps), nan=False) for each in columns)
-
-
-def _cut(cut: Any, number: Any) -> Step:
-    return lambda x: cut(x, number)
 
 
 def _imputer(call: Call) -> Columns:

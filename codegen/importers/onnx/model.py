@@ -174,7 +174,21 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
         raise InputError("not an ONNX model", str(error)[:200], "is this the right file?") from None
     constant = {(MAIN, "ConstantOfShape")} <= {_operator(node) for node in loaded.graph.node} <= CONSTANT
     if not constant:
-        _ensure_understood(loaded)
+        if len(loaded.functions):
+            raise InputError("the model defines operators of its own", repr(loaded.functions[0].name), ADVICE)
+        for node in loaded.graph.node:
+            if _operator(node) not in UNDERSTOOD:
+                raise make_error(node, f"the model has a node that is not understood: {node.op_type!r}")
+        trees = [node.op_type for node in loaded.graph.node if node.op_type in OPERATOR_TREES]
+        if len(trees) != 1:
+            what = f"the model has {len(trees)} nodes {' or '.join(OPERATOR_TREES)}, one is needed"
+            raise InputError(what, "", ADVICE)
+        versions = {each.version for each in loaded.opset_import if each.domain == ML}
+        least, most = NEW_OPSETS if trees == [ENSEMBLE] else OLD_OPSETS
+        if len(versions) != 1 or not least <= min(versions) <= most:
+            present = ", ".join(map(str, sorted(versions))) or "none"
+            what = f"version {present} of {ML} is not supported; {least} to {most} are"
+            raise InputError(what, "opset_import", "export it again")
     try:
         onnx.checker.check_model(loaded)
     except Exception as error:  # ValidationError, or what the parser of types raises
@@ -258,24 +272,6 @@ def _operator(node: Any) -> tuple[str, str]:
     return (MAIN if node.domain == "ai.onnx" else node.domain, node.op_type)
 
 
-def _ensure_understood(loaded: Any) -> None:
-    if len(loaded.functions):
-        raise InputError("the model defines operators of its own", repr(loaded.functions[0].name), ADVICE)
-    for node in loaded.graph.node:
-        if _operator(node) not in UNDERSTOOD:
-            raise make_error(node, f"the model has a node that is not understood: {node.op_type!r}")
-    trees = [node.op_type for node in loaded.graph.node if node.op_type in OPERATOR_TREES]
-    if len(trees) != 1:
-        what = f"the model has {len(trees)} nodes {' or '.join(OPERATOR_TREES)}, one is needed"
-        raise InputError(what, "", ADVICE)
-    versions = {each.version for each in loaded.opset_import if each.domain == ML}
-    least, most = NEW_OPSETS if trees == [ENSEMBLE] else OLD_OPSETS
-    if len(versions) != 1 or not least <= min(versions) <= most:
-        present = ", ".join(map(str, sorted(versions))) or "none"
-        what = f"version {present} of {ML} is not supported; {least} to {most} are"
-        raise InputError(what, "opset_import", "export it again")
-
-
 def _read_input(onnx: Any, graph: Any, constants: AbstractSet[str]) -> tuple[str, int, bool]:
     """The input's name, its width (0: not declared), and whether it is float64. InputError for any other input."""
     if len(graph.input) != 1:
@@ -306,7 +302,11 @@ class _Flow:
         self.before: Columns = ()  # what the tree is given; (): the observation itself
         self.nan = True  # whether it is known what becomes of a NaN
         self.tree: Any = next(node for node in graph.node if node.op_type in OPERATOR_TREES)
-        self.whole = self._makes_whole(graph)
+        given = set(self.tree.output)  # whether a Cast is given it; nodes stand in order, and Identity changes nothing
+        for node in graph.node:
+            if node.op_type == "Identity" and given.intersection(node.input):
+                given.update(node.output)
+        self.whole = any(node.op_type == "Cast" and given.intersection(node.input) for node in graph.node)
         self.values: dict[str, Value] = {}
         for tensor in graph.initializer:
             self.values[tensor.name] = self.array(tensor, tensor.name)
@@ -379,14 +379,6 @@ class _Flow:
         if name not in kinds:
             raise make_error(node, "a constant is no array of numbers")
         return np.array(value, dtype=kinds[name])
-
-    def _makes_whole(self, graph: Any) -> bool:
-        """Returns True if a Cast is given the tree's numbers; nodes stand in order, and Identity changes nothing."""
-        given = set(self.tree.output)
-        for node in graph.node:
-            if node.op_type == "Identity" and given.intersection(node.input):
-                given.update(node.output)
-        return any(node.op_type == "Cast" and given.intersection(node.input) for node in graph.node)
 
     def columns(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Any]) -> Columns | Given:
         """Applies an operator to columns, before the tree, or to a regressor's numbers, behind it."""

@@ -412,16 +412,13 @@ class Sums:
         if form is None or value is None:
             return None
         if form[0] in ("*", "/"):
-            return self._scale_form(affine, value, over=form[0] == "/")
+            if value == 1:
+                return affine
+            # none by numbers that are zero or subnormal
+            vanishes = not affine.places or abs(value) < float(np.finfo(self.numbers).tiny)
+            return None if vanishes else affine.scale(_reciprocal(value) if form[0] == "/" else value)
         added = Affine(((-value if form[0] == "-" else value, CONSTANT),))
         return (affine.scale(-1.0) if form[0] == "c-" else affine).plus(added)
-
-    def _scale_form(self, affine: Affine, number: float, *, over: bool) -> Affine | None:
-        """A form times a number, or divided by it; None for those that are zero or subnormal."""
-        if number == 1:
-            return affine
-        vanishes = not affine.places or abs(number) < float(np.finfo(self.numbers).tiny)
-        return None if vanishes else affine.scale(_reciprocal(number) if over else number)
 
     def add_features(self, left: Feature, right: Feature, sign: str) -> Feature | None:
         """The sum ("+") or difference ("-") of two features as a feature, or one with the sign of the difference ("<");

@@ -91,22 +91,19 @@ class Memories:
                 number = value if isinstance(value, int) else _whole(value, low, self._where)
                 memory.note(number, number)
                 return None if low == high == number else Update(memory.name, adds=False, value=number)
-            turn = self._last_alike(value, low, high, memory.name)
+            # the last number up to which the computation sets a constant, or adds one
+            if high - low > MAX_ASKED:
+                what = f"{memory.name} is computed of itself, with {high - low:,} values"
+                raise InputError(what, self._where, FINITE)
+            told = [_whole(value, at, self._where) for at in range(low, high + 1)]
+            alike = [[told[0] + k * more for k in range(len(told))] for more in (0, 1)]
+            turns = (next((k for k, each in enumerate(told) if each != line[k]), len(told)) for line in alike)
+            turn = low + max(turns) - 1
             if turn < high:
                 paths.holds(Test(Feature(place), "<=", turn))
                 continue
             first, second = (_whole(value, at, self._where) for at in (low, low + 1))
             value, added = (first, None) if first == second else (value, first - low)
-
-    def _last_alike(self, value: Any, low: int, high: int, name: str) -> int:
-        """The last number up to which a computation sets a constant, or adds one."""
-        if high - low > MAX_ASKED:
-            what = f"{name} is computed of itself, with {high - low:,} values"
-            raise InputError(what, self._where, FINITE)
-        first = _whole(value, low, self._where)
-        told = [_whole(value, at, self._where) for at in range(low, high + 1)]
-        turns = (next((k for k, each in enumerate(told) if each != first + k * added), len(told)) for added in (0, 1))
-        return low + max(turns) - 1
 
     def widen(self) -> bool:
         """Makes ranges that paths have left wider, and those that are too wide narrower; False: all are as they were

@@ -397,26 +397,22 @@ def _labels_of(values: Sequence[Value], said: Described, where: str) -> tuple[tu
     if len(kinds) > 1:
         raise InputError("numbers, texts and lists are returned side by side", where, "return one kind of label")
     if kinds == {tuple}:
-        return _scores(cast("Sequence[tuple[Any, ...]]", values), said, where)
+        lists = cast("Sequence[tuple[Any, ...]]", values)
+        if not said.scores:
+            n, s = len(lists[0]), "s" * (len(lists[0]) > 1)
+            what = f"a list of {n} number{s} is returned, which may be an action of several numbers"
+            advice = "say --scores if it holds a score for each action, or --outputs with a name for each number"
+            raise InputError(what, where, advice)
+        lengths = {len(each) for each in lists}
+        if len(lengths) > 1 or min(lengths) <= 1:
+            what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
+            raise InputError(what, where, "return one score for each of two or more actions, or a single number")
+        return tuple(range(lengths.pop())), [each.index(max(each)) for each in lists]
     first: Mapping[Value, int] = {each: at for at, each in reversed(list(enumerate([*said.order, *values])))}
     # numbers are of one kind here, which the annotation cannot say
     chosen: list[Any] = sorted(values, key=first.__getitem__) if kinds == {str} else sorted(values)  # pyright: ignore
     places = {each: place for place, each in enumerate(chosen)}
     return tuple(chosen), [places[each] for each in values]
-
-
-def _scores(lists: Sequence[tuple[Any, ...]], said: Described, where: str) -> tuple[tuple[Any, ...], list[int]]:
-    """The places of scores as labels, and that of the largest of each list."""
-    if not said.scores:
-        length = len(lists[0])
-        what = f"a list of {length} number{'s' * (length > 1)} is returned, which may be an action of several numbers"
-        advice = "say --scores if it holds a score for each action, or --outputs with a name for each number"
-        raise InputError(what, where, advice)
-    lengths = {len(each) for each in lists}
-    if len(lengths) > 1 or min(lengths) <= 1:
-        what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
-        raise InputError(what, where, "return one score for each of two or more actions, or a single number")
-    return tuple(range(lengths.pop())), [each.index(max(each)) for each in lists]
 
 
 # --- sums of an origin
