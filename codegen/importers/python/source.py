@@ -403,12 +403,16 @@ class _Follower:
             if value != member.name:
                 self.machine.called.setdefault(value, member.name)
         label = self._plain_label(value)
+        self._ensure_alike(label, member)
+        return label
+
+    def _ensure_alike(self, label: Value, member: enum.Enum | None) -> None:
+        """InputError where one label is a member of an Enum on some paths only, or of another one."""
         known = self.members.setdefault(None if isinstance(label, Given) else label, member)
         mixed = None in self.members and any(each is not None for each in self.members.values())
         if known is not member or mixed:
             what = "a member of an Enum is returned, and elsewhere a number or a text that may be taken for it"
             raise Refused(what, "return members of one Enum on every path, or numbers on every path")
-        return label
 
     def _plain_label(self, value: Any) -> Value:
         m = self.machine

@@ -188,13 +188,13 @@ def test_what_is_no_one_decision_is_refused(name):
 @pytest.mark.compile
 def test_the_second_reading_sees_a_call_too_many(monkeypatch):
     """The reader is made to forget all calls but the last: the compiled file says that there were several."""
-    label = source._Follower._label_act
+    label = source._Follower._label
 
     def forget(machine, returned):
         machine.memory[source.DONE] = machine.memory[source.DONE][-1:]
         return label(machine, returned)
 
-    monkeypatch.setattr(source._Follower, "_label_act", forget)
+    monkeypatch.setattr(source._Follower, "_label", forget)
     twice = LINE.replace("else if (r > 500) steer_right();", "else if (r > 500) { straight(); steer_right(); }")
     with pytest.raises(DisagreementError, match=r"where its origin takes '\?'"):
         profile_of(from_c(twice.encode(), "robot.c", said(*FIRMWARE["line"][1:3])), Names())
