@@ -283,7 +283,6 @@ def _treelite(document: Mapping[str, Any], node: Mapping[str, Any], where: str, 
 
 
 def _decision(document: Mapping[str, Any], value: Any, where: str) -> int | float:
-    """The class that a leaf stands for, or its number."""
     task, link = document["task_type"], document["postprocessor"]
     base = [float(each) for each in document["base_scores"]]
     if document["num_target"] != 1:

@@ -307,7 +307,6 @@ def _split(node: Mapping[str, Any], names: _Names, sums: Sums, where: str) -> Sp
 
 
 def _single(side: object) -> bool:
-    """Returns True if the left side of a test is a feature alone."""
     return isinstance(side, Mapping) and float(cast("Mapping[str, Any]", side)["coeff"]) == 1.0
 
 

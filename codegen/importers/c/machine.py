@@ -611,7 +611,6 @@ class Machine(Executor):
     # --- functions
 
     def _call_function(self, node: Any, given: Sequence[Value]) -> Value:
-        """Calls a function of the file, and returns its value."""
         if self.depth >= MAX_CALLS:
             raise self.make_error("functions call one another too deeply", "write a loop")
         parameters = parameters_of(node)

@@ -123,7 +123,6 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
 
 
 def _runner(content: bytes) -> tuple[Callable[..., Any], str]:
-    """Returns the function that runs a model, and its name."""
     try:
         return onnx_session(content).run, "onnxruntime"
     except MissingToolError:
@@ -230,7 +229,6 @@ def _constant_label(onnx: Any, graph: Any, n_features: int) -> OnnxTree:
 
 
 def _fold_columns(grown: GrownTree, columns: Columns) -> Folded:
-    """The tree over the observation itself."""
     split = np.flatnonzero(grown.feature != NO_FEATURE)
     tested, thresholds = grown.feature[split], grown.threshold[split]
     groups: list[tuple[Column, Any]] = [
@@ -263,7 +261,6 @@ def _after(gives: Float32, value: Value, tree: Any) -> Float32:
 
 
 def _type(onnx: Any, number: int) -> str:
-    """The name of a type of tensor's elements."""
     names = {value: name for name, value in onnx.TensorProto.DataType.items()}
     return names.get(number, f"type {number}")
 

@@ -333,7 +333,6 @@ def _join_features(m: Any, kind: type[ast.operator], left: Feature, right: Featu
 
 
 def _of_feature(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """Arithmetic on a feature and a number."""
     turned = isinstance(right, Feature)
     feature, number = (right, left) if turned else (left, right)
     if not is_number(number):
@@ -451,7 +450,6 @@ def _unfold(m: Any, feature: Feature) -> Feature:
 
 
 def _with_number(m: Any, feature: Feature, sign: str, number: Any) -> Any:
-    """A test of a feature."""
     if type(number) is float and not feature.steps and not m.kind and number == number:  # most are this
         return Test(feature, sign, number)
     if not is_number(number):
@@ -538,7 +536,6 @@ def _call_step(name: str, m: Any, given: Given, named: Named) -> Any:
 
 
 def _call_extreme(function: Any, m: Any, given: Given, named: Named) -> Any:
-    """min, max and their like in numpy."""
     items = [*m.items(given[0])] if len(given) == 1 else given
     if named or not items or (function not in (min, max) and len(given) != 2):
         raise Refused("the least or largest of nothing, or of what is not understood", STATED)
@@ -566,7 +563,6 @@ def _join_pair(m: Any, function: Any, one: Any, other: Any) -> Any:
 
 
 def _clip(m: Any, given: Given, named: Named) -> Any:
-    """np.clip, of one number."""
     if len(given) == 1 and named.keys() == {"a_min", "a_max"}:
         given, named = [*given, named["a_min"], named["a_max"]], {}
     value, *ends = map(m.decide, given)
@@ -584,7 +580,6 @@ def _clip(m: Any, given: Given, named: Named) -> Any:
 
 
 def _call_list(make: Callable[..., Any], m: Any, given: Given, named: Named) -> Any:
-    """list, tuple, enumerate, zip and so on, as Python makes them."""
     items = [each if isinstance(each, int) else m.items(each) for each in given]
     sequence = make(*items, **named)
     return m.keep_value(sequence) if isinstance(sequence, list | dict | tuple) else Stream(sequence)
@@ -601,7 +596,6 @@ def _sum(m: Any, given: Given, named: Named) -> Any:
 
 
 def _range(m: Any, given: Given, named: Named) -> Any:
-    """`range`, of constants."""
     whole = [m.whole(each) for each in given]
     if not all(isinstance(each, int) for each in whole) or len(range(*whole)) > MAX_ITEMS:
         raise Refused("a range is no range of constants, or too long", "write range(n)")
@@ -609,7 +603,6 @@ def _range(m: Any, given: Given, named: Named) -> Any:
 
 
 def _make_array(m: Any, given: Given, named: Named) -> Any:
-    """np.array and np.asarray: of the observation, or of a list of numbers."""
     value, kind = given[0], named.get("dtype")
     if len(given) > 1 or named.keys() - {"dtype"} or not isinstance(value, Part | list | tuple):
         raise Refused(f"an array is made of {words_of(value)}", "give the observation, or a list of numbers")
@@ -629,14 +622,9 @@ def _make_array(m: Any, given: Given, named: Named) -> Any:
 
 
 def _field(m: Any, given: Given, named: Named) -> Any:
-    """`dataclasses.field`."""
     if named.keys() != {"default_factory"}:
         raise Refused("a field is not understood", "give its default, or its default_factory")
     return Bound(FACTORY, lambda m, given, _: m.call(named["default_factory"], given, {}))
-
-
-def _log(m: Any, given: Given, named: Named) -> Any:
-    """`print` and functions of logging: None."""
 
 
 def _refuse_call(m: Any, given: Given, named: Named) -> Any:
@@ -651,7 +639,9 @@ CALLS: Mapping[str, Call] = {
     **{name: partial(_call_step, name) for name in STEPS},
     **dict.fromkeys(("object", "str", "enum.unique", "dataclasses.dataclass"), _refuse_call),
     **dict.fromkeys(("typing.NamedTuple", "typing.TypedDict", "typing.Protocol"), _refuse_call),
-    **dict.fromkeys(("print", "logging.debug", "logging.info", "logging.warning", "logging.error"), _log),
+    **dict.fromkeys(
+        ("print", "logging.debug", "logging.info", "logging.warning", "logging.error"), lambda m, given, named: None
+    ),
     **dict.fromkeys(("numpy.dot", "numpy.matmul"), lambda m, given, named: binary(m, ast.MatMult, *given[:2])),
     **dict.fromkeys(("numpy.array", "numpy.asarray"), _make_array),
     **{name: partial(_call_extreme, function) for name, function in (("min", min), ("max", max))},

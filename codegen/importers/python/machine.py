@@ -492,7 +492,6 @@ class Machine(Executor):
         return Function("a lambda", node, scope.outer, self._signature_of(node.args, scope))
 
     def _signature_of(self, takes: ast.arguments, scope: Scope) -> Signature:
-        """The parameters of a function, with their defaults."""
         places = [*takes.posonlyargs, *takes.args]
         pairs = zip(places[len(places) - len(takes.defaults) :], takes.defaults, strict=True)
         named = zip(takes.kwonlyargs, takes.kw_defaults, strict=True)
@@ -583,7 +582,6 @@ class Machine(Executor):
         return slot.place(value)
 
     def _call_method(self, value: Any, name: str, given: list[Any], named: dict[str, Any]) -> Any:
-        """Calls a method of a list or a dictionary."""
         if name == "append":
             self.ensure_fresh(value).append(*given)
             self.keep_value(value)
@@ -794,7 +792,17 @@ class Machine(Executor):
         members: dict[str, Any] = {}
         self.block(node.body, Scope(members, scope, of_class=True))
         if any(isinstance(each, enum.EnumType) for each in bases):
-            scope.names[node.name] = _make_enum(node.name, bases, members)
+            # Python's own Enum of constants: which members are one, and equal to numbers and texts, it knows itself
+            mixed = {"str": str, "int": int, "float": float}
+            kinds = [mixed.get(getattr(each, "name", "")) for each in bases[:-1]]
+            constant = (int, float, str, tuple) if kinds else (int, float, str, tuple, enum.auto)
+            odd = [key for key, value in members.items() if key.startswith("_") or not isinstance(value, constant)]
+            by_itself = {isinstance(each, enum.auto) for each in members.values()}
+            kinds += [None] if len(by_itself) > 1 else []  # which versions number differently
+            if odd or len(kinds) > 1 or None in kinds or bases[-1] not in (enum.Enum, enum.IntEnum):
+                what = f"{odd[0]} of the Enum {node.name}" if odd else f"the Enum {node.name}"
+                raise Refused(f"{escape_text(what)} is not understood", "write members and constants: GO = 1")
+            scope.names[node.name] = bases[-1](node.name, list(members.items()), type=kinds[0] if kinds else None)
             return
         if node.keywords or not set(PLAIN).issuperset(names):
             raise Refused(f"{title} is built on another class", "write one class with all its methods")
@@ -850,19 +858,6 @@ def bind_arguments(signature: Signature, given: Sequence[Any], named: Mapping[st
     return dict(bound.arguments)
 
 
-def _make_enum(name: str, bases: Sequence[Any], members: Mapping[str, Any]) -> Any:
-    """Python's own Enum of constants: which members are one, and equal to numbers and texts, it knows itself."""
-    mixed = {"str": str, "int": int, "float": float}
-    kinds = [mixed.get(getattr(each, "name", "")) for each in bases[:-1]]
-    constant = (int, float, str, tuple) if kinds else (int, float, str, tuple, enum.auto)
-    odd = [key for key, value in members.items() if key.startswith("_") or not isinstance(value, constant)]
-    kinds += [None] if len({isinstance(each, enum.auto) for each in members.values()}) > 1 else []  # versions differ
-    if odd or len(kinds) > 1 or None in kinds or bases[-1] not in (enum.Enum, enum.IntEnum):
-        what = f"{odd[0]} of the Enum {name}" if odd else f"the Enum {name}"
-        raise Refused(f"{escape_text(what)} is not understood", "write members and constants: GO = 1")
-    return bases[-1](name, list(members.items()), type=kinds[0] if kinds else None)
-
-
 # --- nodes
 
 
@@ -902,6 +897,5 @@ def _cannot_fail(node: ast.AST) -> bool:
 
 
 def _within(node: ast.FunctionDef, nodes: Sequence[Any]) -> list[Any]:
-    """Those of the nodes that stand within a function."""
     last = node.end_lineno or node.lineno
     return [each for each in nodes if node.lineno <= each.lineno <= last and each is not node]

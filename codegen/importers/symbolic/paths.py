@@ -148,13 +148,11 @@ class Growth:
                 self.nan &= high < last or turns.nan != (turns.first ^ (which % 2 == 1))
 
     def _find_turns(self, test: Test, numbers: str) -> Turns:
-        """The turns of a test of what is computed, which takes long to search for."""
         if test.key not in self._turns:
             self._turns[test.key] = turns_of(test, numbers)
         return self._turns[test.key]
 
     def _fork(self, feature: int, threshold: float) -> bool:
-        """One of the two answers to a test that is open."""
         if len(self._given) < len(self._answers):
             answer = self._answers[len(self._given)]
         else:
