@@ -292,15 +292,9 @@ class Arithmetic:
             raise self.make_error(f"{what} is not read", TEST_ADVICE)
         if sign in "+-":
             self._ensure_exact_product(given.feature, kind, c)
-        compute = FLOATING[sign]
-        falls = (sign == "-" and not first) or (sign in "*/" and c < 0)
-        form = (sign if first or sign != "-" else "c-", c)
-        return _then(given, Step(
-            f"{sign}{c!r}{first}{kind}",
-            lambda v: make(compute(make(v), c) if first else compute(c, make(v))),
-            FALLING if falls else RISING,
-            form=form,
-        ))  # fmt: skip
+        compute, key = FLOATING[sign], f"{sign}{c!r}{first}{kind}"
+        joined = (lambda v, c: make(compute(make(v), c))) if first else (lambda c, v: make(compute(c, make(v))))
+        return _then(given, features.arithmetic_step(key, sign, c, joined, turned=not first))
 
     def _ensure_exact_product(self, feature: Feature, kind: Kind, added: Any) -> None:
         """InputError where the last step is a product that a compiler may join with the sum behind it."""
@@ -337,10 +331,7 @@ class Arithmetic:
         if sign == "*" and not c:
             return Number(0, kind)
         if sign in COMPUTE:
-            compute = COMPUTE[sign]
-            sense = FALLING if (sign == "*" and c < 0) or (sign == "-" and not first) else RISING
-            form = (sign if first or sign != "-" else "c-", c)
-            step = Step(f"{sign}{c}{first}", lambda v: compute(v, c) if first else compute(c, v), sense, form=form)
+            step = features.arithmetic_step(f"{sign}{c}{first}", sign, c, COMPUTE[sign], turned=not first)
         elif sign == "/" and first and c:
             step = Step(f"//{c}", lambda v: kinds.quotient(v, c), RISING if c > 0 else FALLING)
         else:

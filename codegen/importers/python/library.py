@@ -32,7 +32,6 @@ from codegen.importers.reading import MAX_FEATURES
 from codegen.importers.symbolic.feature import (
     CUT_BEFORE,
     CUTTING,
-    FALLING,
     FOLDING,
     IN_ORDER,
     RISING,
@@ -41,6 +40,7 @@ from codegen.importers.symbolic.feature import (
     Feature,
     Step,
     Test,
+    arithmetic_step,
     at_most,
     is_whole,
 )
@@ -348,13 +348,8 @@ def _of_feature(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
     if kind not in (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,))):
         said = "a number is divided by a feature" if turned else f"{kind.__name__.lower()} of a feature is asked"
         raise Refused(said, OTHERWISE.get(kind, TEST_ADVICE))
-    sense = FALLING if (kind is ast.Sub and turned) or (kind not in (ast.Add, ast.Sub) and number < 0) else RISING
-    operate, sign = OPERATIONS[kind], FORMS.get(kind)
-    apply = partial(operate, number) if turned else lambda value: operate(value, number)
-    form = ("c-" if kind is ast.Sub and turned else sign, number) if sign else None
-    return compute(
-        m, feature, Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense, form=form)
-    )
+    key = f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}"
+    return compute(m, feature, arithmetic_step(key, FORMS[kind], number, OPERATIONS[kind], turned=turned))
 
 
 def step_of(kind: str) -> tuple[Step, ...]:

@@ -94,6 +94,13 @@ class Step:
     jumps: tuple[int, ...] = field(default=(), kw_only=True)  # of JUMPING: whole numbers between which it never falls
 
 
+def arithmetic_step(key: str, sign: str, number: Any, compute: Callable[[Any, Any], Any], *, turned: bool) -> Step:
+    """A sum with a number, a difference, product or quotient. `turned`: the number stands first."""
+    falls = (sign == "-" and turned) or (sign in "*/" and number < 0)
+    apply = (lambda value: compute(number, value)) if turned else (lambda value: compute(value, number))
+    return Step(key, apply, FALLING if falls else RISING, form=("c-" if sign == "-" and turned else sign, number))
+
+
 @dataclass(frozen=True)
 class Feature:
     """An input, by its place, and what is computed of it, first step first. Without steps it is the input itself."""
