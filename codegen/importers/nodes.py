@@ -290,7 +290,8 @@ def _split(node: Mapping[str, Any], names: _Names, sums: Sums, where: str) -> Sp
     split, children = node["split"], cast(list[Any], node["children"])
     side: object = split["lhs"]
     listed = cast("list[Mapping[str, Any]]", side) if isinstance(side, list) else []
-    if split["op"] != "<=" or not (listed or _single(split["lhs"])):
+    single = isinstance(side, Mapping) and float(cast("Mapping[str, Any]", side)["coeff"]) == 1.0
+    if split["op"] != "<=" or not (listed or single):
         what = "a split is neither of one feature nor linear: categories, or another predicate"
         raise InputError(what, where, "use axis-aligned and linear splits")
     by_edge = {child["edge_label"]: child for child in children}
@@ -300,24 +301,15 @@ def _split(node: Mapping[str, Any], names: _Names, sums: Sums, where: str) -> Sp
     if not listed:
         place = names.place(cast("Mapping[str, Any]", side)["var"])
         return Split(place, "<=", float(split["rhs"]), then, otherwise, nan=False)
-    terms, limit = _linear(listed, names, float(split["rhs"]), where)
-    if len(terms) == 1 and terms[0][0] == 1:
-        return Split(Affine(terms).places[0], "<=", limit, then, otherwise, nan=False)
-    return Split(sums.place(Affine(terms)), "<=", limit, then, otherwise, nan=False)
-
-
-def _single(side: object) -> bool:
-    return isinstance(side, Mapping) and float(cast("Mapping[str, Any]", side)["coeff"]) == 1.0
-
-
-def _linear(side: Sequence[Mapping[str, Any]], names: _Names, right: float, where: str) -> tuple[Terms, float]:
-    """A linear predicate: its products, and the number that their sum is compared with. The intercept comes last, and
-    a rounded sum is at most 0 where the exact one is: so products are at most its opposite.
-    """
-    *products, last = side
-    if right != 0 or "intercept" not in last or not products or any("coeff" not in each for each in products):
+    # the intercept comes last, and a rounded sum is at most 0 where the exact one is: products are at most its opposite
+    *products, last = listed
+    plain = float(split["rhs"]) == 0 and "intercept" in last and products
+    if not plain or any("coeff" not in each for each in products):
         raise InputError("a linear predicate is not of products and an intercept, at most 0", where, AGAIN)
     terms = tuple((float(each["coeff"]), names.place(each["var"])) for each in products)
     if len({place for _, place in terms}) < len(terms) or any(weight == 0 for weight, _ in terms):
         raise InputError("a linear predicate names a feature twice, or with weight 0", where, AGAIN)
-    return terms, 0.0 - float(last["intercept"])
+    limit = 0.0 - float(last["intercept"])
+    if len(terms) == 1 and terms[0][0] == 1:
+        return Split(Affine(terms).places[0], "<=", limit, then, otherwise, nan=False)
+    return Split(sums.place(Affine(terms)), "<=", limit, then, otherwise, nan=False)

@@ -247,22 +247,6 @@ def read_ensemble(onnx: Any, node: Any, double: bool, *, whole: bool) -> Read:
     """
     if double and not whole:
         raise make_error(node, "a regressor takes float64", "export it with a float32 input")
-    given = _read_arrays(onnx, node, double)
-    weights = given["leaf_weights"]
-    if not whole:
-        if not np.isfinite(weights).all():
-            raise make_error(node, "a leaf's number is not finite", "export it again")
-        grown = _number_nodes(given, np.arange(len(weights), dtype=np.int32), node)
-        return Read(grown, (), weights.astype(np.float32)[:, None])
-    numbers = weights.astype(np.int64)
-    if not ((numbers == weights) & (weights >= 0) & (weights < MAX_NUMBER)).all():
-        raise make_error(node, "a leaf of the tree is no whole number")
-    labels, actions = np.unique(numbers, return_inverse=True)
-    return Read(_number_nodes(given, actions.astype(np.int32), node), tuple(labels.tolist()))
-
-
-def _read_arrays(onnx: Any, node: Any, double: bool) -> dict[str, Any]:
-    """The attributes as arrays. InputError for one that would change what the tree decides."""
     given = {item.name: onnx.helper.get_attribute_value(item) for item in node.attribute}
     unknown = sorted(set(given) - READ - UNREAD)
     if unknown:
@@ -282,7 +266,17 @@ def _read_arrays(onnx: Any, node: Any, double: bool) -> dict[str, Any]:
         arrays[name] = onnx.numpy_helper.to_array(tensor).ravel().astype(np.float64)
     if len({len(arrays[name]) for name in arrays if name.startswith("nodes")}) != 1:
         raise make_error(node, "the tree's nodes have attributes of unlike length", "export it again")
-    return arrays
+    weights = arrays["leaf_weights"]
+    if not whole:
+        if not np.isfinite(weights).all():
+            raise make_error(node, "a leaf's number is not finite", "export it again")
+        grown = _number_nodes(arrays, np.arange(len(weights), dtype=np.int32), node)
+        return Read(grown, (), weights.astype(np.float32)[:, None])
+    numbers = weights.astype(np.int64)
+    if not ((numbers == weights) & (weights >= 0) & (weights < MAX_NUMBER)).all():
+        raise make_error(node, "a leaf of the tree is no whole number")
+    labels, actions = np.unique(numbers, return_inverse=True)
+    return Read(_number_nodes(arrays, actions.astype(np.int32), node), tuple(labels.tolist()))
 
 
 def _number_nodes(given: dict[str, Any], actions: Int32, node: Any) -> GrownTree:

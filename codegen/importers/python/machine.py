@@ -523,7 +523,25 @@ class Machine(Executor):
                 )
             return self.inputs.enter(value, name)
         if isinstance(value, Instance | Class):
-            return self._attribute_of(value, name)
+            kind, made = (value, None) if isinstance(value, Class) else (value.kind, value)
+            member = kind.members.get(name)
+            if self.paths is not None and made is not None and made is self.owner and name in self.slots:
+                return self.recall(name)
+            lasting = self.paths is not None and made is not None and id(value) not in self.fresh
+            if lasting and not isinstance(member, Function) and self.kept.get(name, set()) - self.ran:
+                if made is self.owner:
+                    raise RemembersError(name)
+                raise Refused(f"'{escape_text(name)}' is remembered between calls: a function sets it", STATE_ADVICE)
+            if made is not None and name in made.attributes:
+                return made.attributes[name]
+            if member is None:
+                raise Refused(f"'{escape_text(name)}' is not set on some path", "set it in __init__")
+            if not isinstance(member, Function):
+                return member
+            first = {"classmethod": [kind], "staticmethod": []}.get(member.kind, [made] if made is not None else [])
+            if member.kind == "property" and first:
+                return self.apply(member, first, {})
+            return Bound(f"{name}()", lambda m, given, named: m.call(member, [*first, *given], named))
         if isinstance(value, enum.Enum) and name in ("value", "name"):
             return value.value if name == "value" else value.name
         if isinstance(value, enum.EnumType) and name in value.__members__:
@@ -531,27 +549,6 @@ class Machine(Executor):
         if name in METHODS.get(type(value), ()):
             return Bound(name, lambda m, given, named: m._call_method(value, name, given, named))
         raise Refused(f"'.{escape_text(name)}' of {words_of(value)} is not understood", STATED)
-
-    def _attribute_of(self, value: Instance | Class, name: str) -> Any:
-        kind, made = (value, None) if isinstance(value, Class) else (value.kind, value)
-        member = kind.members.get(name)
-        if self.paths is not None and made is not None and made is self.owner and name in self.slots:
-            return self.recall(name)
-        lasting = self.paths is not None and made is not None and id(value) not in self.fresh
-        if lasting and not isinstance(member, Function) and self.kept.get(name, set()) - self.ran:
-            if made is self.owner:
-                raise RemembersError(name)
-            raise Refused(f"'{escape_text(name)}' is remembered between calls: a function sets it", STATE_ADVICE)
-        if made is not None and name in made.attributes:
-            return made.attributes[name]
-        if member is None:
-            raise Refused(f"'{escape_text(name)}' is not set on some path", "set it in __init__")
-        if not isinstance(member, Function):
-            return member
-        first = {"classmethod": [kind], "staticmethod": []}.get(member.kind, [made] if made is not None else [])
-        if member.kind == "property" and first:
-            return self.apply(member, first, {})
-        return Bound(f"{name}()", lambda m, given, named: m.call(member, [*first, *given], named))
 
     def recall(self, name: str) -> Any:
         """What an attribute that is remembered holds: one of the values that it may have, or a number to count with."""

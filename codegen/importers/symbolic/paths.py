@@ -140,9 +140,19 @@ class Growth:
                 return holds
             which = end - 1 if end - begin <= MAX_CHAIN else (begin + end) // 2
             at = turns.turns[which]
-            left = self._fork(feature, at.threshold)
+            if len(self._given) < len(self._answers):  # one of the two answers to a test that is open
+                answer = self._answers[len(self._given)]
+            else:
+                if self._depth == MAX_DEPTH:
+                    raise self.make_error(f"the tree is deeper than {MAX_DEPTH} splits", "simplify it first")
+                answer, parent = True, self._add_node([feature, at.threshold, NO_CHILD, NO_CHILD, NO_ACTION])
+                self._open.append(
+                    _Open(self._mark[0], (*self._given, False), self._mark[1], ~parent, self._depth + 1)  # ~: its right
+                )
+                self._parent, self._depth = parent, self._depth + 1
+            self._given.append(answer)
             right = {**self.known, feature: (at.place + 1, high)}
-            self.known = {**self.known, feature: (low, at.place)} if left else right
+            self.known = {**self.known, feature: (low, at.place)} if answer else right
             if end - begin == 1:
                 self._other = right
                 self.nan &= high < last or turns.nan != (turns.first ^ (which % 2 == 1))
@@ -151,20 +161,6 @@ class Growth:
         if test.key not in self._turns:
             self._turns[test.key] = turns_of(test, numbers)
         return self._turns[test.key]
-
-    def _fork(self, feature: int, threshold: float) -> bool:
-        if len(self._given) < len(self._answers):
-            answer = self._answers[len(self._given)]
-        else:
-            if self._depth == MAX_DEPTH:
-                raise self.make_error(f"the tree is deeper than {MAX_DEPTH} splits", "simplify it first")
-            answer, parent = True, self._add_node([feature, threshold, NO_CHILD, NO_CHILD, NO_ACTION])
-            self._open.append(
-                _Open(self._mark[0], (*self._given, False), self._mark[1], ~parent, self._depth + 1)  # ~: its right
-            )
-            self._parent, self._depth = parent, self._depth + 1
-        self._given.append(answer)
-        return answer
 
     def _add_node(self, row: list[float]) -> int:
         if len(self.rows) == MAX_NODES:
@@ -318,7 +314,18 @@ def origin_of_tree(
 ) -> Origin:
     """The origin of a tree, whose actions are places of `values`; who answers for it is not said yet."""
     if any(isinstance(each, Kept) for each in values):
-        return _origin_of_memory(grown, values, said, where, sums)
+        # an action of the tree of a program that remembers is a label with what becomes of memory
+        distinct: list[Any] = list(dict.fromkeys(each.label for each in values))
+        if any(isinstance(each, Given) for each in distinct):
+            what = "numbers that depend on features are given, and something is remembered"
+            raise InputError(what, where, "give what is remembered as a feature")
+        if any(place < len(said.memory) for form in (sums.known if sums else ()) for place in form.places):
+            what = "what is remembered is compared with a feature, or stands in a sum"
+            raise InputError(what, where, "compare it with numbers")
+        plain = origin_of_tree(replace(grown, action=grown.action * 0), distinct, said, where, sums)
+        _, order = _labels_of(distinct, said, where)
+        pairs = tuple((order[distinct.index(each.label)], each.updates) for each in values)
+        return replace(plain, grown=replace(plain.grown, action=grown.action), pairs=pairs)
     vectors = _vectors_of(values, where, sums)
     bounds = _bounds([one.vector for one in vectors], where)
     labels, order = _labels_of(values, said, where) if not vectors else ((), list(range(len(vectors))))
@@ -332,23 +339,6 @@ def origin_of_tree(
     tests = tuple(each.terms for each in sums.known) if sums else ()
     given = [[each.terms for each in one.vector] for one in vectors]
     return renumber(with_sums(origin, tests, given, sums.arithmetic if sums else ""), said.places, order)
-
-
-def _origin_of_memory(
-    grown: GrownTree, values: Sequence[Kept], said: Described, where: str, sums: Sums | None
-) -> Origin:
-    """The same of a program that remembers: an action of the tree is a label with what becomes of memory."""
-    labels: list[Any] = list(dict.fromkeys(each.label for each in values))
-    if any(isinstance(each, Given) for each in labels):
-        what = "numbers that depend on features are given, and something is remembered"
-        raise InputError(what, where, "give what is remembered as a feature")
-    if any(place < len(said.memory) for form in (sums.known if sums else ()) for place in form.places):
-        what = "what is remembered is compared with a feature, or stands in a sum"
-        raise InputError(what, where, "compare it with numbers")
-    plain = origin_of_tree(replace(grown, action=grown.action * 0), labels, said, where, sums)
-    _, order = _labels_of(labels, said, where)
-    pairs = tuple((order[labels.index(each.label)], each.updates) for each in values)
-    return replace(plain, grown=replace(plain.grown, action=grown.action), pairs=pairs)
 
 
 def _vectors_of(values: Sequence[Any], where: str, sums: Sums | None) -> list[Given]:

@@ -177,6 +177,15 @@ def test_other_models_of_treelite_are_refused(nodes, more, said):
         from_treelite(treelite_model(nodes, **more), "tree.json")
 
 
+@pytest.mark.parametrize("numbers", ["float64", "float32"])
+def test_treelite_says_what_it_compares(numbers):
+    nodes = [split_node(0, 1, 2), *LEAVES]
+    (origin,) = from_treelite(treelite_model(nodes, threshold_type=numbers), "t.json").values()
+    assert origin.numbers == numbers
+    with pytest.raises(InputError, match="type of thresholds"):
+        from_treelite(treelite_model(nodes, threshold_type="int8"), "t.json")
+
+
 # --- linear predicates and sets of actions
 
 
@@ -189,12 +198,8 @@ def linear(rng, depth=0):
     weights = [float(rng.choice([1.0, -1.0, 0.5, round(float(rng.normal()), 6), float(rng.normal())])) for _ in places]
     products = [{"coeff": weight, "var": f"x_{place}"} for weight, place in zip(weights, places, strict=True)]
     shift = float(rng.choice([0.0, 0.25, -1.0, float(rng.normal())]))
-    sides = [linear(rng, depth + 1) | {"edge_label": edge} for edge in ("true", "false")]
-    return {
-        "actual_label": None,
-        "children": sides,
-        "split": {"lhs": [*products, {"intercept": shift}], "op": "<=", "rhs": 0},
-    }
+    left, right = linear(rng, depth + 1), linear(rng, depth + 1)
+    return split(0, 0, left, right, lhs=[*products, {"intercept": shift}])
 
 
 def permitted(node, row):
@@ -230,11 +235,7 @@ def test_linear_predicates_and_preferred_actions(count):
 
 
 def test_what_leaves_permit_is_kept_by_leaf():
-    tree = {
-        "actual_label": None,
-        "children": [leaf("left", "up") | {"edge_label": "true"}, leaf("up") | {"edge_label": "false"}],
-        "split": {"lhs": {"coeff": 1.0, "var": 0}, "op": "<=", "rhs": 0.5},
-    }
+    tree = split(0, 0.5, leaf("left", "up"), leaf("up"))
     origins = from_dtcontrol(json.dumps(tree).encode(), "default.json", Said(prefer=("left",)))
     profile = profile_of(origins, Names())
     assert profile.provenance.training["agent_0 permits"] == "leaf 1: left | up"
@@ -256,10 +257,8 @@ def test_what_leaves_permit_is_kept_by_leaf():
     ],
 )
 def test_damaged_linear_predicates_are_refused(side):
-    sides = [leaf("a") | {"edge_label": "true"}, leaf("b") | {"edge_label": "false"}]
-    tree = {"actual_label": None, "children": sides, "split": {"lhs": side, "op": "<=", "rhs": 0}}
     with pytest.raises(InputError):
-        from_dtcontrol(json.dumps(tree).encode(), "default.json")
+        dtcontrol(split(0, 0, leaf("a"), leaf("b"), lhs=side))
 
 
 @pytest.mark.parametrize("count", [3, pytest.param(300, marks=pytest.mark.slow)])

@@ -9,7 +9,6 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from codegen.importers import reading as kinds
-from codegen.importers.boosted import from_treelite
 from codegen.importers.c.header import from_header
 from codegen.importers.c.source import from_c
 from codegen.importers.onnx.model import from_onnx
@@ -116,17 +115,3 @@ def test_what_compares_float32_is_not_made_float64():
     text = b"int act(const float *x) { if (x[0] <= 0.1f) { return 1; } return 0; }"
     with pytest.raises(InputError, match="compares float32, not float64"):
         profile_of(kinds.read(text, "t.c"), Names(), "float64")
-
-
-def test_treelite_says_what_it_compares():
-    node = {"node_id": 0, "split_feature_id": 0, "default_left": False, "node_type": "numerical_test_node"}
-    node |= {"comparison_op": "<=", "threshold": 0.1, "left_child": 1, "right_child": 2}
-    leaves = [{"node_id": place, "leaf_value": float(place)} for place in (1, 2)]
-    text = {"num_feature": 1, "task_type": "kRegressor", "num_target": 1, "postprocessor": "identity"}
-    text |= {"base_scores": [0.0], "trees": [{"nodes": [node, *leaves]}]}
-    for said, numbers in (("float64", "float64"), ("float32", "float32")):
-        whole = str(text | {"threshold_type": said}).replace("'", '"').replace("False", "false")
-        (origin,) = from_treelite(whole.encode(), "t.json").values()
-        assert origin.numbers == numbers
-    with pytest.raises(InputError, match="type of thresholds"):
-        from_treelite(str(text | {"threshold_type": "int8"}).replace("'", '"').replace("False", "false").encode(), "t")

@@ -50,20 +50,6 @@ def test_what_is_predicted_is_the_action(model):
     assert [labels[action] for action in ir.act(policy, rows).tolist()] == model.predict(rows).tolist()
 
 
-@pytest.mark.parametrize(
-    ("model", "said"),
-    [
-        (GradientBoostingRegressor(n_estimators=2), "2 fitted trees, one is needed"),
-        (LinearRegression(), "not a fitted decision tree"),
-    ],
-    ids=str,
-)
-def test_others_are_refused_with_what_would_pass(model, said):
-    with pytest.raises(InputError, match=said) as caught:
-        from_sklearn(model.fit(X, X[:, 0] + X[:, 1]))
-    assert caught.value.next_step
-
-
 GIVING = [
     DecisionTreeRegressor(max_depth=6),
     ExtraTreeRegressor(max_depth=5, random_state=0),
@@ -109,9 +95,11 @@ def test_random_regressors_give_what_they_predict(count):
         assert ir.outputs(policy, rows).tolist() == model.predict(rows).tolist()
 
 
-def test_histogram_boosting_is_refused_with_what_would_pass():
+def test_others_are_refused_with_what_would_pass():
     one, missing = {"max_iter": 1}, np.where(X > 1, np.nan, X)
     told = [
+        (GradientBoostingRegressor(n_estimators=2), X, Y, "2 fitted trees, one is needed", "fit n_estimators=1"),
+        (LinearRegression(), X, Y, "not a fitted decision tree", "fit it first"),
         (HistGradientBoostingRegressor(max_iter=2), X, Y, "2 fitted trees", "fit max_iter=1"),
         (HistGradientBoostingClassifier(**one), X, Y, "3 fitted trees", "boost two classes at most"),
         (HistGradientBoostingRegressor(**one), missing, Y, "missing values", "without missing"),

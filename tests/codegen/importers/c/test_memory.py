@@ -62,21 +62,6 @@ def test_a_struct_that_is_passed_in_and_out_begins_as_its_function_says():
     assert [(each.low, each.high, each.initial) for each in policy.memory] == [(0, 1, 1), (1, 2, 2)]
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("int f(float e) { static float sum; sum += e; return sum > 1; }", "no whole number: sum"),
-        ("int f(float e) { static int n; if (e > 0) n++; return n > 10; }", "n is counted without an end"),
-        ("static int m; void set(int v) { m = v; } int f(float e) { if (e > 1) m = 1; return m; }", "set by set, too"),
-        ("int f(int e) { static int last; int was = last; last = e; return was > 3; }", "a feature of many values"),
-        ("int f(float e, int k) { static int n; if (e > 0 && n < 999) n++; return k > n; }", "remembered is compared"),
-    ],
-)
-def test_what_has_no_end_or_another_master_is_refused(text, said):
-    with pytest.raises(InputError, match=said):
-        profile_of(from_c(text.encode(), "f.c"), Names())
-
-
 @pytest.mark.parametrize(("name", "fault"), [("watchdog", "counts"), ("light", "begins"), ("heater", "keeps")])
 def test_memory_that_is_misread_is_seen(name, fault, monkeypatch):
     if fault == "counts":

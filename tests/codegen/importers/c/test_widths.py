@@ -120,23 +120,6 @@ def test_numbers_of_64_bits_are_refused_where_a_decision_reads_them(kind):
     assert from_c(f"{text}{{ {kind} big = 3; return o->on > big; }}".encode(), "tree.c")
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("int f(uint32_t x) { return x - 1 > 5; }", "wraps around"),
-        ("int f(uint32_t x) { return (uint8_t)x > 5; }", "which holds 0 to 255"),
-        ("int f(int32_t x) { return (x & 4) != 0; }", "more than 16 bits"),
-        ("int f(uint16_t x) { return (x & 1) != 0; }", "fall more than"),
-        ("int f(int16_t x) { return x >> 1 > 5; }", "negative number may be shifted"),
-        ("int f(int16_t x) { return (1 << 31) > x; }", "is no int"),
-        ("int f(int16_t x) { return 2147483647 + 1 > x; }", "is no int"),
-    ],
-)
-def test_what_may_not_fit_is_refused(text, said):
-    with pytest.raises(InputError, match=said):
-        from_c(f"#include <stdint.h>\n{text}".encode(), "tree.c")
-
-
 def test_an_assertion_limits_what_is_taken():
     text = b"""#include <assert.h>
     int f(int used, int total) { assert(total >= 4 && used >= 0); return used * 4 > total; }"""

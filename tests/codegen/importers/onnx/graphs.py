@@ -53,17 +53,21 @@ def same(model, **names):
 BOTH, FIRST = ({0: 1.0, 1: 0.0}, {0: 0.0, 1: 1.0}), ({0: 0.25}, {0: 0.75})
 
 
+STUMP = {  # nodes with one test of the second feature
+    "nodes_treeids": [0, 0, 0],
+    "nodes_nodeids": [0, 1, 2],
+    "nodes_modes": ["BRANCH_LEQ", "LEAF", "LEAF"],
+    "nodes_featureids": [1, 0, 0],
+    "nodes_values": [0.5, 0.0, 0.0],
+    "nodes_truenodeids": [1, 0, 0],
+    "nodes_falsenodeids": [2, 0, 0],
+}
+
+
 def stump(leaves=BOTH, labels=(0, 1), domain="ai.onnx.ml", outputs=("label", "scores"), **more):
-    """A node with one test of the second feature, and these weights by class at its leaves."""
+    """A node with STUMP's test, and these weights by class at its leaves."""
     weights = [(place + 1, label, weight) for place, leaf in enumerate(leaves) for label, weight in leaf.items()]
     given = {
-        "nodes_treeids": [0, 0, 0],
-        "nodes_nodeids": [0, 1, 2],
-        "nodes_modes": ["BRANCH_LEQ", "LEAF", "LEAF"],
-        "nodes_featureids": [1, 0, 0],
-        "nodes_values": [0.5, 0.0, 0.0],
-        "nodes_truenodeids": [1, 0, 0],
-        "nodes_falsenodeids": [2, 0, 0],
         "class_treeids": [0] * len(weights),
         "class_nodeids": [node for node, _, _ in weights],
         "class_ids": [label for _, label, _ in weights],
@@ -71,7 +75,7 @@ def stump(leaves=BOTH, labels=(0, 1), domain="ai.onnx.ml", outputs=("label", "sc
         "classlabels_strings" if isinstance(labels[0], str) else "classlabels_int64s": list(labels),
         "post_transform": "NONE",
     }
-    given = {name: value for name, value in (given | more).items() if value is not None}
+    given = {name: value for name, value in (STUMP | given | more).items() if value is not None}
     return helper.make_node("TreeEnsembleClassifier", ["x"], list(outputs), name="the tree", domain=domain, **given)
 
 

@@ -189,15 +189,6 @@ def test_what_is_not_understood_is_refused(model, said):
         from_onnx(model.SerializeToString())
 
 
-def test_one_tree_of_xgboost_is_refused():
-    """As its converter writes it: log odds of one class by `<`, a base value, and the logistic function after."""
-    one = stump(
-        ({0: -0.4}, {0: 0.6}), nodes_modes=["BRANCH_LT", "LEAF", "LEAF"], base_values=[0.5], post_transform="LOGISTIC"
-    )
-    with pytest.raises(InputError, match="'base_values', which is not understood"):
-        from_onnx(graph(one, made=["label", "scores"]).SerializeToString())
-
-
 def test_operators_of_a_models_own_are_refused():
     model = graph(stump(), main=18)
     body = [helper.make_node("Neg", ["a"], ["b"])]

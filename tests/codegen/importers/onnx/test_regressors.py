@@ -19,6 +19,7 @@ from tests.codegen.importers.onnx.graphs import (
     FLOAT,
     INT64,
     ROWS,
+    STUMP,
     THREE,
     WIDTH,
     converted,
@@ -67,22 +68,15 @@ def test_regressors_of_scikit_learn_give_what_onnxruntime_gives(model, y, labels
 
 
 def stump(**more):
-    """A node with one test of the second feature and two targets at its leaves."""
+    """A node with STUMP's test and two targets at its leaves."""
     given = {
-        "nodes_treeids": [0, 0, 0],
-        "nodes_nodeids": [0, 1, 2],
-        "nodes_modes": ["BRANCH_LEQ", "LEAF", "LEAF"],
-        "nodes_featureids": [1, 0, 0],
-        "nodes_values": [0.5, 0.0, 0.0],
-        "nodes_truenodeids": [1, 0, 0],
-        "nodes_falsenodeids": [2, 0, 0],
         "target_treeids": [0] * 4,
         "target_nodeids": [1, 1, 2, 2],
         "target_ids": [0, 1, 0, 1],
         "target_weights": [0.1, -2.0, 0.3, 7.0],
         "n_targets": 2,
     }
-    given = {name: value for name, value in (given | more).items() if value is not None}
+    given = {name: value for name, value in (STUMP | given | more).items() if value is not None}
     return helper.make_node("TreeEnsembleRegressor", ["x"], ["y"], name="the tree", domain="ai.onnx.ml", **given)
 
 
