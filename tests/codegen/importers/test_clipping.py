@@ -130,9 +130,3 @@ def act(x):
 def test_what_is_no_bound_is_refused(form, says):
     with pytest.raises(InputError, match=says):
         taken(f"import numpy as np\ndef act(x):\n    return {form.format(SUM.format(a=2.0, b=0.5))}\n")
-
-
-def test_c_at_zero_is_refused():
-    text = "#include <math.h>\nvoid act(const double *x, double *u) { u[0] = fmax(0.0, x[0] - x[1]); }\n"
-    with pytest.raises(InputError, match=ZERO):
-        from_c(text.encode(), "tree.c")

@@ -106,21 +106,6 @@ def test_outputs_have_the_names_that_are_given():
         imported(text, "", outputs=("force=a", "turn=b"))
 
 
-@pytest.mark.parametrize(
-    ("expression", "says"),
-    [
-        ("max(x[0], 1.0) - x[1]", "what is added is no sum"),
-        ("(x[0] - x[1]) / 1e-310", "no sum of weighted features"),
-        ("x[0] * x[1]", "the product of two features"),
-        ("max(0.0, x[0])", "the sign of the zero there is not known"),
-    ],
-)
-def test_what_is_not_exact_is_refused_with_the_way_out(expression, says):
-    with pytest.raises(InputError, match=says) as caught:
-        imported(f"def act(x):\n    return [{expression}, 1.0]\n")
-    assert caught.value.next_step
-
-
 def test_a_sum_may_be_scaled_and_bent_where_it_is_tested():
     text = "def act(x):\n    return 1 if abs((x[0] - x[1]) / 3 - 0.25) < 0.1 and -(x[2] - x[1]) > 0.5 else 0\n"
     policy = imported(text)
