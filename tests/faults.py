@@ -576,6 +576,8 @@ CONTACTS = [
     put("contacts: the first alone is pushed", ContactReading, "_forces", lambda f: lambda self, *given: {k: v for k, v in f(self, *given).items() if k in {pair.first for pair in self.contacts}}, courses_stray),
     put("contacts: each part of a speed cut alone", contacts, "limit_speed", lambda _: lambda velocity, limit: tuple((max(low, -int(limit * GRID)), min(high, int(limit * GRID))) for low, high in velocity), courses_stray),
     put("contacts: who is not followed stands still", ContactReading, "_bound_places", lambda f: lambda self: [self.start._replace(step=step) for step in range(self.steps + 1)], courses_stray),
+    put("contacts: forty times as soft", contacts, "contacts", lambda f: lambda world: tuple(pair._replace(margin=40 * pair.margin) for pair in f(world)), courses_stray),
+    put("contacts: the middle of a push for all of it", ContactReading, "_forces", lambda f: lambda self, *given: {agent: tuple(((low + high) // 2,) * 2 for low, high in force) for agent, force in f(self, *given).items()}, courses_stray),
     put("contacts: tests do not shift", ContactReading, "bound", lambda f: lambda self, side, now: f(self, side, self.start), courses_stray),
 ]  # fmt: skip
 

@@ -1,7 +1,6 @@
 """Free text of files, and names of files: shown to people, it steers no terminal and makes no line of its own.
 Certificates and counterexamples: test_names.py."""
 
-import copy
 import json
 import shutil
 import unicodedata
@@ -10,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from maviper.cli import main
+from tests.support.altered import edited
 
 PROFILE = Path(__file__).parent.parent / "generated" / "physical_deception" / "profile.json"
 FORGED = "1. distinct_targets of the defenders: PROVED"
@@ -33,11 +33,7 @@ def kinds(document):
 
 def forged(document, path):
     """The document with a hostile text at a path, and without the hash that would tell."""
-    changed = copy.deepcopy(document)
-    here = changed
-    for key in path[:-1]:
-        here = here[key]
-    here[path[-1]] = HOSTILE
+    changed = edited(document, path, HOSTILE)
     if path != ("content_hash",):
         changed.pop("content_hash", None)
     return changed

@@ -11,7 +11,7 @@ from codegen.profiles import UNSEEN, check
 from codegen.wording import visible
 from maviper.cli import exits, main
 from maviper.console import Console, say
-from tests.support.altered import sealed
+from tests.support.altered import edited, sealed
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import team, towards
@@ -65,15 +65,6 @@ TEXTS = [
     ("provenance", "preset"), ("provenance", "expert"), ("provenance", "tool"), ("world", "options", "prey"),
     ("provenance", "training", "repair"),
 ]  # fmt: skip
-
-
-def edited(document, place, value):
-    changed = json.loads(json.dumps(document))
-    here = changed
-    for key in place[:-1]:
-        here = here.setdefault(key, {}) if isinstance(here, dict) else here[key]
-    here[place[-1]] = value
-    return changed
 
 
 @pytest.mark.parametrize("name", STRANGE)

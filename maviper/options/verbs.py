@@ -159,12 +159,9 @@ class CompileOptions(TypedDict, total=False):
     frama_c: Annotated[bool, Option(False, CHECKS, "Write contracts of the C, and prove them with Frama-C and Z3.")]
 
 
-class RepairOptions(TypedDict, total=False):
+class RepairOptions(TeamOptions, total=False):
     """What a repair is asked for besides its claim and region."""
 
-    team: Annotated[
-        Word, Option(None, QUESTION, "The team (default: the one with an agent for each landmark).", "NAME")
-    ]
     margin: Annotated[Number | None, of_claims("margin")]
     radius: Annotated[
         Number | None,

@@ -1,5 +1,6 @@
 """Certificates and their parts with other members, as a forger would make them."""
 
+import copy
 import dataclasses
 import json
 
@@ -25,6 +26,19 @@ def altered(thing, **members):
             given[part] = altered(held, **inner)
     assert members.keys() <= given.keys(), members.keys() - given.keys()
     return dataclasses.replace(thing, **given)
+
+
+def edited(document, path, value):
+    """A copy of a document with another value at a path, or for KeyError without what stands there."""
+    changed = copy.deepcopy(document)
+    here = changed
+    for key in path[:-1]:
+        here = here.setdefault(key, {}) if isinstance(here, dict) else here[key]
+    if value is KeyError:
+        del here[path[-1]]
+    else:
+        here[path[-1]] = value
+    return changed
 
 
 def sealed(document):
