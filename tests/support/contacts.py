@@ -6,10 +6,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from codegen import ir
 from maviper.worlds import find
 from tests.support.episode_cases import arriving
-from tests.support.teams import tree
+from tests.support.teams import team_in, tree
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
 from verify.episodes.contacts import travels
@@ -22,14 +21,6 @@ ROOM = 64  # units of 1 / SCALE that this check's own arithmetic may lose
 MOVED = 2**10  # and the one of whole courses
 
 
-def played(name, trees):
-    """A profile of the world `name` with a tree for each agent."""
-    world = find(name)
-    columns = zip(world.agents, world.features, world.actions, trees, strict=True)
-    policies = (ir.AgentPolicy(agent, world.team_of(agent), *rest) for agent, *rest in columns)
-    return ir.PolicyProfile(world.spec, tuple(policies), ir.Provenance("", "", 0, "", ""))
-
-
 def random_team(name, depth, seed):
     """A profile with full random trees over features that are not constant."""
     world, rng = find(name), np.random.default_rng(seed)
@@ -37,7 +28,7 @@ def random_team(name, depth, seed):
     for features, actions in zip(world.features, world.actions, strict=True):
         useful = [number for number, feature in enumerate(features) if feature.meaning.terms]
         trees.append(tree(*_grown(rng, useful, len(actions), depth, 0)))
-    return played(name, trees)
+    return team_in(name, trees)
 
 
 def _grown(rng, useful, n_actions, depth, place):
@@ -99,8 +90,8 @@ HALF = Fraction(1, 40)
 
 
 def going(*actions, name=SPREAD):
-    return played(name, [tree(action) for action in actions])
+    return team_in(name, [tree(action) for action in actions])
 
 
-HOMING = played(SPREAD, [arriving(k, first=4) for k in range(3)])
+HOMING = team_in(SPREAD, [arriving(k, first=4) for k in range(3)])
 LANES = [(-0.8, -0.8), (0, -0.8), (0.8, -0.8), (-0.8, 0.8), (0, 0.8), (0.8, 0.8)]

@@ -4,6 +4,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.paths import in_preorder
+from maviper.worlds import find
 from tests.support.strategies import with_trees
 
 
@@ -32,6 +33,14 @@ def towards(k, index):
 
 def team(profile, first, second):
     return with_trees({"agent_0": first, "agent_1": second}, profile)
+
+
+def team_in(world, trees):
+    """A profile of a world, given itself or by its name, with a tree for each agent."""
+    world = find(world) if isinstance(world, str) else world
+    columns = zip(world.agents, world.features, world.actions, trees, strict=True)
+    policies = (ir.AgentPolicy(agent, world.team_of(agent), *rest) for agent, *rest in columns)
+    return ir.PolicyProfile(world.spec, tuple(policies), ir.Provenance("", "", 0, "", ""))
 
 
 def average_tests(one, seen):

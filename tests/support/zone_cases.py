@@ -9,7 +9,7 @@ import numpy as np
 from codegen import ir
 from maviper.worlds import find
 from tests.support.meanings import meanings, with_meanings
-from tests.support.teams import nested, team, towards
+from tests.support.teams import nested, team, team_in, towards
 from verify.claims.formula import agents
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere
@@ -84,11 +84,7 @@ def deception(rng, max_depth):
 
 def navigation(rng, max_depth):
     """Three agents with velocities."""
-    agents = tuple(
-        ir.AgentPolicy(name, "agents", features, actions, random_tree(rng, len(features), max_depth))
-        for name, features, actions in zip(NAVIGATION.agents, NAVIGATION.features, NAVIGATION.actions, strict=True)
-    )
-    profile = ir.PolicyProfile(NAVIGATION.spec, agents, ir.Provenance("", "", 0, "", ""))
+    profile = team_in(NAVIGATION, [random_tree(rng, len(features), max_depth) for features in NAVIGATION.features])
     return profile, BUILT_IN[str(rng.choice(PROPERTIES))]("agents", radius=Fraction(int(rng.integers(1, 13)), 10))
 
 

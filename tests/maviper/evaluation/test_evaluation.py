@@ -25,7 +25,7 @@ from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, find
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
 from tests.support.environments import Line
-from tests.support.teams import tree
+from tests.support.teams import team_in, tree
 from tests.support.verifying import run
 
 FEW = 5
@@ -376,11 +376,8 @@ def test_a_mix_without_an_expert_plays_against_itself(capsys):
 
 def test_a_users_environment(profile, tmp_path):
     world = PettingZooWorld(Line, "tests.support.environments:Line,length=6", games=1)
-    agents = tuple(
-        ir.AgentPolicy(agent, world.team_of(agent), features, actions, tree((0, 0.0, 1, 2), 2, 0))
-        for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True)
-    )
-    (tmp_path / "p.json").write_text(policy_json.dumps(ir.PolicyProfile(world.spec, agents, profile.provenance)))
+    made = team_in(world, [tree((0, 0.0, 1, 2), 2, 0)] * len(world.agents))
+    (tmp_path / "p.json").write_text(policy_json.dumps(replace(made, provenance=profile.provenance)))
     with pytest.raises(InputError) as error:
         asked(tmp_path / "p.json")
     assert error.value.next_step == "add --world tests.support.environments:Line"

@@ -15,6 +15,7 @@ from maviper.episodes.trees import among
 from maviper.evaluation import held_out
 from maviper.evaluation.show import rules
 from maviper.worlds import find
+from tests.support.teams import team_in
 
 EPISODES = 12
 
@@ -41,13 +42,10 @@ def test_those_who_have_left_visit_nothing(monkeypatch):
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 4)
     relay = world_of("relay")
     leaf = ir.Tree(*(np.array([value]) for value in (ir.NO_FEATURE, 0, ir.NO_CHILD, ir.NO_CHILD, 0)))
-    policies = [
-        ir.AgentPolicy(agent, relay.team_of(agent), features, actions, leaf)
-        for agent, features, actions in zip(relay.agents, relay.features, relay.actions, strict=True)
-    ]
+    policies = list(team_in(relay, [leaf] * len(relay.agents)).agents)
     _, counted = held_out.evaluate_trees(relay, policies, Expert(relay))
-    (played, *rest) = rollout(relay, [Expert(relay)] * 3, range(MEASUREMENT_SEEDS, MEASUREMENT_SEEDS + 4))
-    steps = sum(each.alive.sum(axis=(0, 1)) for each in [played, *rest])
+    (first, *rest) = rollout(relay, [Expert(relay)] * 3, range(MEASUREMENT_SEEDS, MEASUREMENT_SEEDS + 4))
+    steps = sum(each.alive.sum(axis=(0, 1)) for each in [first, *rest])
     assert [int(policy.tree.visits[0]) for policy in counted] == steps.tolist()
     assert len(set(steps.tolist())) > 1
 

@@ -6,13 +6,12 @@ import pytest
 
 import maviper
 from codegen.errors import ExitCode, InputError
-from codegen.ir import AgentPolicy, PolicyProfile, Provenance
 from codegen.policy_json import dumps
 from maviper.experts.network import decode
 from maviper.verification.starters import starter
 from maviper.worlds import find
 from tests.support.pole import pole
-from tests.support.teams import STAY, tree
+from tests.support.teams import STAY, team_in, tree
 from tests.support.verifying import run
 
 GOOD = '[[property]]\nlabel = "good"\nformula = "angle < 0 implies acts(pole) == left"\n'
@@ -58,9 +57,7 @@ def test_games_without_places_have_a_starter_or_a_reason(world, tmp_path, capsys
             starter(world)
         return
     found, text = find(world), starter(world)
-    places = zip(found.agents, found.features, found.actions, strict=True)
-    agents = tuple(AgentPolicy(name, found.team_of(name), *each, tree(STAY)) for name, *each in places)
-    (tmp_path / "one.json").write_text(dumps(PolicyProfile(found.spec, agents, Provenance("", "", 0, "", ""))))
+    (tmp_path / "one.json").write_text(dumps(team_in(found, [tree(STAY)] * len(found.agents))))
     code, out, err = asked(capsys, tmp_path / "one.json", text, tmp_path, "--verdict-only", "--json")
     assert code in (ExitCode.DONE, ExitCode.VIOLATED) and len(json.loads(out)["results"]) == 4, err
 

@@ -15,7 +15,7 @@ from maviper.files.outputs import FOUND
 from maviper.verification.run import PROCEDURES, procedure, report_files, verify_claims
 from maviper.verification.starters import starter
 from maviper.worlds import WORLDS, find
-from tests.support.teams import STAY, UP, team, towards, tree
+from tests.support.teams import STAY, UP, team, team_in, towards, tree
 from tests.support.verifying import run
 from verify.claims.built_in import CLAIMS, OfEpisodes
 from verify.claims.catalogue import find_claim
@@ -90,15 +90,10 @@ def test_the_starter_verifies_as_it_is_written(capsys, tmp_path):
 
 @pytest.mark.parametrize("world", sorted({*WORLDS} - {"coordination"}))
 def test_every_world_has_a_starter_that_reads(world):
-    from codegen import ir
     from verify.claims.files import read_properties
 
     found = find(world)
-    agents = tuple(
-        ir.AgentPolicy(name, found.team_of(name), features, actions, tree(STAY))
-        for name, features, actions in zip(found.agents, found.features, found.actions, strict=True)
-    )
-    profile = ir.PolicyProfile(found.spec, agents, ir.Provenance("", "", 0, "", ""))
+    profile = team_in(found, [tree(STAY)] * len(found.agents))
     claims = read_properties(starter(world), profile, "starter.toml", lambda name: None)
     names = {one.claim.name for one in claims}
     assert ("reaches" in names) == (not world.startswith("predator-prey"))

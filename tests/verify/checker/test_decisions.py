@@ -7,12 +7,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from codegen import ir
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from tests.support.altered import altered, of_goals, read_game, sealed
 from tests.support.certificates import ensure_caught, judge_changes
-from tests.support.teams import STAY, UP, team, towards, tree
+from tests.support.teams import STAY, UP, team, team_in, towards, tree
 from tests.support.zone_cases import NAVIGATION, deception, near_roles, random_region, stated, switching
 from verify.certificates.games import to_json
 from verify.certificates.proofs import varint
@@ -309,12 +308,7 @@ def test_bugs_of_the_engine_are_caught(profile, name, monkeypatch):
 def test_three_agents_with_velocities(profile):
     """A world without goals has one proof, for no goal; in the file its name is empty."""
     world = NAVIGATION
-    still = tree(UP)
-    agents = tuple(
-        ir.AgentPolicy(name, "agents", features, actions, still)
-        for name, features, actions in zip(world.agents, world.features, world.actions, strict=True)
-    )
-    trio = ir.PolicyProfile(world.spec, agents, ir.Provenance("", "", 0, "", ""))
+    trio = team_in(world, [tree(UP)] * 3)
     start = start_region(world.spec)
     low = {name: (Fraction(-3), Fraction(-2)) for name in start.box if name.startswith("agent") and name.endswith("y")}
     made = certified(trio, DistinctTargets("agents"), Region({**start.box, **low}, ()))

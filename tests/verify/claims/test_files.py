@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen.errors import InputError
-from tests.support.teams import STAY, team, towards, tree
+from tests.support.teams import STAY, team, team_in, towards, tree
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import OWN, PLAIN, DistinctTargets
 from verify.claims.episodes import Covers, Reaches
@@ -282,15 +282,8 @@ def test_any_text_is_claims_or_an_error_in_words(profile, source):
 
 def test_velocities_can_be_spoken_of_where_they_are_observed():
     """Navigation's agents see their velocities; a deception agent's is not bounded, so it is no known coordinate."""
-    from codegen import ir
-    from maviper.worlds import find
-
-    world = find("cooperative-navigation")
-    agents = tuple(
-        ir.AgentPolicy(name, world.team_of(name), features, actions, tree(STAY))
-        for name, features, actions in zip(world.agents, world.features, world.actions, strict=True)
-    )
-    navigation = ir.PolicyProfile(world.spec, agents, ir.Provenance("", "", 0, "", ""))
+    navigation = team_in("cooperative-navigation", [tree(STAY)] * 3)
+    agents = navigation.agents
     ((claim, region),) = read('[[property]]\nformula = "agent_0.vx > 0 implies acts(agent_0) == stay"', navigation)
     assert decide(Question(Game(navigation), claim, region)).verdict is Verdict.PROVED
     with pytest.raises(InputError, match="this world has no goal"):

@@ -9,7 +9,7 @@ import pytest
 from codegen import ir
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from maviper.worlds import find
-from tests.support.contacts import HALF, HOMING, LANES, SPREAD, TAG, around, escaped, going, played, random_team
+from tests.support.contacts import HALF, HOMING, LANES, SPREAD, TAG, around, escaped, going, random_team, team_in
 from tests.support.episode_certificates import failures, replays_of
 from tests.support.teams import LEFT, RIGHT, STAY, team, tree
 from tests.support.tiers import first_of
@@ -252,7 +252,7 @@ def test_where_contacts_have_no_force_nothing_is_pushed():
 def test_pushes_beyond_what_numbers_hold_are_refused():
     """Actions may push more strongly than a unit vector would."""
     for scale in (1e6, 1e8):
-        profile = _pushing(played("physical-deception", [tree(LEFT)] * 3), scale)
+        profile = _pushing(team_in("physical-deception", [tree(LEFT)] * 3), scale)
         for name in ("covers", "keeps_apart"):
             with pytest.raises(InputError, match="rounding over 3 steps"):
                 decide(Question(Game(profile), find_claim(name, profile, steps=3), everywhere(profile)))
@@ -268,7 +268,7 @@ def _pushing(profile, scale):
 
 def test_a_speed_beside_a_place_that_is_not_followed_is_asked_again():
     """The own speed turns the test at step 1, wherever the adversary is near the threshold."""
-    profile = played("physical-deception", [tree(STAY)] * 3)
+    profile = team_in("physical-deception", [tree(STAY)] * 3)
     own = profile.policy("agent_0")
     meaning = ir.Meaning(((1, "adversary_0.x"), (1, "agent_0.vx")))
     own = replace(own, features=(ir.FeatureSpec("odd", "length", -9.0, 9.0, meaning),), tree=TURNING)
@@ -329,7 +329,7 @@ def test_a_proof_says_which_starts_it_leaves_out():
     facts = report.document(profile, [result], [""])
     for text in (report.as_text(facts), report.as_html(facts)):
         assert "within 1e-150 of each other" in text and "one reading, no certificate" not in text
-    apart = played("physical-deception", [tree(STAY)] * 3)
+    apart = team_in("physical-deception", [tree(STAY)] * 3)
     still = verify_episodes(
         Question(Game(apart), find_claim("reaches", apart, steps=0), at_one_place(apart, "1/10")), {}
     )

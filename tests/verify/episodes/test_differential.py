@@ -7,8 +7,7 @@ import pytest
 
 from codegen import ir
 from tests.support.altered import altered, read_game
-from tests.support.contacts import played
-from tests.support.teams import RIGHT, STAY, tree
+from tests.support.teams import RIGHT, STAY, team_in, tree
 from verify.certificates.games import to_json
 from verify.checker.episodes.certificates import FORM, ProofPart, check_certificate
 from verify.checker.reading import RejectedError
@@ -75,7 +74,7 @@ def answers(profile, claim, region):
 )
 def test_a_sign_is_negative_zero_or_positive(grown, holds):
     """Where agent and landmark are at the same x, the tests at -0.5 and 0.5 part."""
-    profile = with_tree(played("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", grown)
+    profile = with_tree(team_in("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", grown)
     profile = observing(profile, "agent_0", SIGN)
     claim = find_claim("covers", profile, TEAM, steps=8, radius=Fraction(3, 50))
     wanted = (Verdict.PROVED, True) if holds else (Verdict.VIOLATED, False)
@@ -89,7 +88,7 @@ def test_a_sign_is_negative_zero_or_positive(grown, holds):
 def test_a_sign_that_a_shipped_world_shows():
     still = tree(STAY)
     grown = tree((10, -0.5, 1, 2), STAY, (10, 0.5, 3, 4), RIGHT, STAY)
-    profile = played("physical-deception,features=signs", [still, grown, still])
+    profile = team_in("physical-deception,features=signs", [still, grown, still])
     assert profile.policy("agent_0").features[10].name == "agent_1_dx_sign"
     claim = find_claim("covers", profile, TEAM, steps=8, radius=Fraction(3, 50))
     for region in (placed(profile), placed(profile, agent_0_x=NEAR, agent_0_y=BESIDE, agent_1_x=NEAR)):
@@ -102,7 +101,7 @@ def test_a_sign_that_a_shipped_world_shows():
 def test_functions_of_two_values_turn_once(function):
     """Whatever the thresholds between 0 and 1, nothing lies between the two values."""
     grown = tree((0, 0.25, 1, 2), STAY, (0, 0.75, 3, 4), RIGHT, STAY)
-    profile = with_tree(played("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", grown)
+    profile = with_tree(team_in("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", grown)
     profile = observing(profile, "agent_0", (function, SIGN[1]))
     claim = find_claim("covers", profile, TEAM, steps=8, radius=Fraction(3, 50))
     wide = placed(profile, agent_0_x=NEAR, agent_0_y=BESIDE, landmark_0_x=NEAR)
@@ -112,7 +111,7 @@ def test_functions_of_two_values_turn_once(function):
 def test_what_is_not_zero_stays_so():
     """Both readings know it in a second test; form 1 of certificates does not."""
     grown = tree((0, 0.25, 1, 2), STAY, (0, 0.75, 3, 4), RIGHT, STAY)
-    profile = with_tree(played("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", grown)
+    profile = with_tree(team_in("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", grown)
     profile = observing(profile, "agent_0", ("zero", SIGN[1]))
     claim = find_claim("covers", profile, TEAM, steps=6, radius=Fraction(3, 50))
     region = placed(profile, agent_0_x=NEAR, landmark_0_x=NEAR)
@@ -127,7 +126,7 @@ def test_what_is_not_zero_stays_so():
 
 def test_sums_of_three_are_refused():
     """A coordinate that cancels still rounds: such a test is another one than that of what is left of it."""
-    profile = with_tree(played("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", BETWEEN)
+    profile = with_tree(team_in("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", BETWEEN)
     rounding = [*SIGN[1], (1, "landmark_0.x")]
     profile = observing(profile, "agent_0", ("", rounding))
     claim = find_claim("keeps_apart", profile, TEAM, steps=8, others=["landmark_0"])

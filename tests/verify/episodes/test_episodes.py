@@ -15,7 +15,7 @@ from codegen.lowering.deploy import deploy_tree
 from tests.support.episode_cases import arriving, lost, on_lattice, verdicts_wrong
 from tests.support.episode_certificates import failures, replays_of
 from tests.support.strategies import grown_trees, with_trees
-from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
+from tests.support.teams import LEFT, RIGHT, STAY, UP, team, team_in, towards, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere, start_region
@@ -289,12 +289,9 @@ def test_speed_limits_and_observed_velocities(profile):
 
     world = PhysicalDeception(velocity=1)
     braking = tree((10, 0.3, 1, 2), RIGHT, STAY)  # accelerates up to a speed
-    policies = []
-    for name, features, actions in zip(world.agents, world.features, world.actions, strict=True):
-        chosen = braking if name == "agent_0" else tree(STAY)
-        policies.append(ir.AgentPolicy(name, world.team_of(name), features, actions, chosen))
+    found = team_in(world, [braking if name == "agent_0" else tree(STAY) for name in world.agents])
     agents = tuple(replace(entity, max_speed=0.4) for entity in world.spec.agents)
-    limited = ir.PolicyProfile(replace(world.spec, agents=agents), tuple(policies), ir.Provenance("", "", 0, "", ""))
+    limited = replace(found, world=replace(world.spec, agents=agents))
     assert limited.policy("agent_0").features[10].name == "vx"
     places = {"agent_0": (0, 0), "landmark_0": (0.9, 0), "agent_1": (0, 0), "landmark_1": (0, 0)}
     region = centred(limited, Fraction(1, 100), places)

@@ -9,14 +9,13 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import Meaning
 from codegen.lowering.deploy import deploy_tree
 from maviper.worlds import find
 from tests.support.meanings import WORLD, asking, meanings, tied_points, with_meanings
 from tests.support.strategies import FLOAT32, grown_trees
-from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
+from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team_in, tree
 from verify.claims.decisions import DistinctTargets
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
@@ -178,11 +177,7 @@ def test_navigation_is_verified_like_deception():
     names = [[feature.name for feature in features] for features in world.features]
 
     def profile(*trees):
-        agents = tuple(
-            ir.AgentPolicy(name, "agents", features, actions, one)
-            for name, features, actions, one in zip(world.agents, world.features, world.actions, trees, strict=True)
-        )
-        return ir.PolicyProfile(world.spec, agents, ir.Provenance("", "", 0, "", ""))
+        return team_in(world, trees)
 
     def roles(k):
         dx, dy = names[k].index(f"landmark_{k}_dx"), names[k].index(f"landmark_{k}_dy")

@@ -6,11 +6,9 @@ from itertools import combinations
 
 import pytest
 
-from codegen import ir
 from codegen.profiles import ensure
-from maviper.worlds import find
 from tests.support.altered import altered, read_game
-from tests.support.teams import LEFT, STAY, UP, tree
+from tests.support.teams import LEFT, STAY, UP, team_in, tree
 from verify.certificates.games import to_json
 from verify.checker.decisions import FORM, PARTED, check_certificate
 from verify.checker.reading import RejectedError
@@ -30,13 +28,8 @@ COUNT = 5
 @pytest.fixture(scope="module")
 def crowd():
     """Agents that go left or stay by their first feature; the last one also goes up."""
-    world = find(f"cooperative-navigation,agents={COUNT}")
     trees = [tree((0, 0.25, 1, 2), LEFT, STAY)] * (COUNT - 1) + [tree((0, 0.25, 1, 2), LEFT, UP)]
-    parts = zip(world.agents, world.features, world.actions, trees, strict=True)
-    policies = [
-        ir.AgentPolicy(name, world.team_of(name), features, actions, own) for name, features, actions, own in parts
-    ]
-    return ensure(ir.PolicyProfile(world.spec, tuple(policies), ir.Provenance("", "", 0, "", "")))
+    return ensure(team_in(f"cooperative-navigation,agents={COUNT}", trees))
 
 
 def never_both(profile, action):

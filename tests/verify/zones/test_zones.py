@@ -9,7 +9,7 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from tests.support.steady_zones import agree
-from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
+from tests.support.teams import RIGHT, STAY, UP, team, team_in, towards, tree
 from tests.support.zone_cases import (
     NAVIGATION,
     deception,
@@ -163,11 +163,7 @@ def test_inequalities_beyond_difference_bounds_are_told(profile):
 def test_coordinates_that_the_region_does_not_bound_are_refused():
     names = [feature.name for feature in NAVIGATION.features[0]]
     fast = tree((names.index("vx"), 0.0, 1, 2), RIGHT, UP)
-    agents = tuple(
-        ir.AgentPolicy(name, "agents", features, actions, fast)
-        for name, features, actions in zip(NAVIGATION.agents, NAVIGATION.features, NAVIGATION.actions, strict=True)
-    )
-    profile = ir.PolicyProfile(NAVIGATION.spec, agents, ir.Provenance("", "", 0, "", ""))
+    profile = team_in(NAVIGATION, [fast] * 3)
     with pytest.raises(InputError, match=r"agent_0\.vx, which regions cannot bound"):
         zones.decide(stated(profile, formula(profile, DistinctTargets("agents")), start_region(NAVIGATION.spec)))
 
