@@ -104,7 +104,6 @@ class Case(Bounded):
         return FACTORS[int(rng.integers(len(FACTORS)))]
 
     def unbounded(self, rng):
-        """A claim without its bound."""
         kind = str(rng.choice(KINDS))
         claim = {"kind": kind, "when": None, "steps": self.steps, "by": 0}
         names = [str(each) for each in rng.permutation(list(self.names))[: int(rng.integers(1, 3))]]
@@ -170,7 +169,6 @@ class Case(Bounded):
             return StatedWorld.of(self.profile, options)
 
     def source(self, claims):
-        """The world file."""
         variables = "".join(f"{name} = {{ range = [{plain(-WIDE)}, {plain(WIDE)}] }}\n" for name in self.names)
         rules = "".join(f'{name} = "{_text(form)}"\n' for name, form in self.plain["rules"].items())
         errors = "".join(f"{name} = {plain(size)}\n" for name, size in self.plain["errors"].items())
@@ -230,7 +228,6 @@ def one_case(number):
 
 
 def ask(seed, thorough):
-    """The answer to the question of a seed."""
     case = one_case(seed // TOGETHER)
     claim = case.claims[seed % TOGETHER]
     return ask_claim(case, claim, case.world([claim]), 0, seed, thorough)  # alone: no other claim takes its boxes

@@ -123,7 +123,6 @@ def _touching(rng: np.random.Generator, box: Mapping[str, Any], names: list[str]
 
 
 def _claim(rng: np.random.Generator, profile: PolicyProfile, team: str, goes: bool) -> dict[str, Any]:
-    """A claim about episodes of a team."""
     marks = [mark.name for mark in profile.world.landmarks]
     agents = [one.agent for one in profile.team(team)]
     name = str(rng.choice(["reaches", "covers", "keeps_apart"], p=[0.66, 0.2, 0.14]))

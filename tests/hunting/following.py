@@ -84,7 +84,6 @@ def drawn(rng, system, judge):
 
 
 def ask(seed, thorough):
-    """The answer to the question of a seed."""
     rng = np.random.default_rng([seed, 34])
     system, profile, _ = random_systems.case(rng)
     judge = Judge(system, profile)

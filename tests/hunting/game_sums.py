@@ -72,7 +72,6 @@ class Case(Bounded):
         return claim
 
     def unbounded(self, rng):
-        """A claim without its bound."""
         if self.moving:
             return {"agent": str(rng.choice(TEAM))}
         agent = str(rng.choice(TEAM))
@@ -181,6 +180,5 @@ class Case(Bounded):
 
 
 def ask(seed, thorough):
-    """The answer to the question of a seed."""
     case = Case(seed)
     return ask_claim(case, case.claim, case.world([case.claim]), case.asked, seed, thorough)

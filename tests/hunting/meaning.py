@@ -43,18 +43,15 @@ class Truth:
 
 
 def always(count: int, value: bool = True) -> Truth:
-    """The same everywhere."""
     found = np.full(count, value)
     return Truth(found, found)
 
 
 def every(parts: Sequence[Truth], count: int) -> Truth:
-    """All parts hold."""
     return reduce(Truth.__and__, parts, always(count))
 
 
 def some(parts: Sequence[Truth], count: int) -> Truth:
-    """Some part holds."""
     return reduce(Truth.__or__, parts, always(count, False))
 
 

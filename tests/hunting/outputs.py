@@ -58,7 +58,6 @@ class Case(Bounded):
         self.claims = [self.near(rng, acting) for _ in range(TOGETHER)]
 
     def unbounded(self, rng, acting):
-        """A claim without its bound."""
         one, other = (each.agent for each in self.profile.agents)
         kind = "action" if acting else str(rng.choice(KINDS))
         claim = {"kind": kind, "when": None, "both": rng.random() < 0.3}
@@ -101,7 +100,6 @@ class Case(Bounded):
         return any(self.exceeds(claim, *pair) for pair in zip(numbers.tolist(), errors.tolist(), strict=True))
 
     def exceeds(self, claim, numbers, errors):
-        """Whether a state breaks it."""
         reached = self.reach(claim, numbers, errors)
         return reached is not None and reached > claim["bound"]
 
@@ -169,7 +167,6 @@ def one_case(number):
 
 
 def ask(seed, thorough):
-    """The answer to the question of a seed."""
     case, world = one_case(seed // TOGETHER)
     place = seed % TOGETHER
     return ask_claim(case, case.claims[place], world, place, seed, thorough)

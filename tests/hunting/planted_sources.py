@@ -40,7 +40,6 @@ def _threshold(profile: PolicyProfile, towards: float) -> PolicyProfile:
 
 
 def _labels(profile: PolicyProfile) -> PolicyProfile:
-    """Two labels stand for each other."""
     tree = profile.agents[0].tree
     node = _last(tree)
     one, other = tree.action[tree.left[node]], tree.action[tree.right[node]]
@@ -48,7 +47,6 @@ def _labels(profile: PolicyProfile) -> PolicyProfile:
 
 
 def _leaf(profile: PolicyProfile) -> PolicyProfile:
-    """A leaf takes its sibling's action."""
     tree = profile.agents[0].tree
     changed, node = tree.action.copy(), _last(tree)
     changed[tree.left[node]] = changed[tree.right[node]]
@@ -56,7 +54,6 @@ def _leaf(profile: PolicyProfile) -> PolicyProfile:
 
 
 def _sides(profile: PolicyProfile) -> PolicyProfile:
-    """A split has its sides swapped."""
     tree = profile.agents[0].tree
     left, right, node = tree.left.copy(), tree.right.copy(), _last(tree)
     left[node], right[node] = right[node], left[node]

@@ -42,7 +42,6 @@ READS = {
 
 
 def claim_of(rng: np.random.Generator, profile: PolicyProfile, team: str) -> dict[str, Any]:
-    """A claim about a team."""
     agents, marks = [one.agent for one in profile.team(team)], [mark.name for mark in profile.world.landmarks]
     weights = np.array(list(NAMES.values()), dtype=float)
     name = str(rng.choice(list(NAMES), p=weights / weights.sum()))

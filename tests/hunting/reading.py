@@ -82,7 +82,6 @@ class Profile:
     agents: tuple[Agent, ...]
 
     def agent(self, name: str) -> Agent:
-        """The agent of that name."""
         return next(agent for agent in self.agents if agent.name == name)
 
     def team(self, team: str) -> list[Agent]:
@@ -91,7 +90,6 @@ class Profile:
 
     @cached_property
     def landmarks(self) -> list[str]:
-        """The landmarks' names."""
         return [entity["name"] for entity in self.world["landmarks"]]
 
     @cached_property

@@ -76,7 +76,6 @@ def claimed(claim):
 
 
 def drawn(rng):
-    """A case."""
     way = rng.random()
     if way < 0.2:
         statement, profile, told = draw_curved(rng)
@@ -122,7 +121,6 @@ def near(rng, case, claim, episodes):
 
 
 def ask(seed, thorough):
-    """The answer to the question of a seed."""
     rng = np.random.default_rng([seed, 33])
     case = drawn(rng)
     claim = for_ever(rng, case) if rng.random() < 0.4 else case.claim
@@ -156,7 +154,6 @@ def ask(seed, thorough):
 
 
 def question(case, claim):
-    """What is asked."""
     return Question(ClosedLoop(case.profile, case.system), claim, UNBOUNDED, budgets=BUDGETS)
 
 

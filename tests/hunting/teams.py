@@ -111,7 +111,6 @@ def useful(policy: ir.AgentPolicy) -> list[int]:
 
 
 def wild(rng: np.random.Generator, policy: ir.AgentPolicy, depth: int) -> Node:
-    """A random tree."""
     known: list[float] = []
     features = useful(policy)
 

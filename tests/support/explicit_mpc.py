@@ -81,7 +81,6 @@ invariant = { box = { x = [-1, 1], v = [-1, 1] }, where = [
 
 
 def controller():
-    """The profile of the controller."""
     said = Said(arrays="float64", outputs=("push",))
     return profile_of(from_python(CONTROLLER.encode(), "cart.py", said), Names(outputs=("push",)))
 

@@ -137,7 +137,6 @@ class Followed:
         return np.stack([np.column_stack([each[name] for name in self._names]) for each in acted], axis=1)
 
     def starts(self, rng, count):
-        """Random starts of the proof."""
         w = np.zeros((count, len(self._at)))
         for name, (low, high) in self.start.region.box.items():
             w[:, self._at[name]] = rng.uniform(float(Fraction(low)), float(Fraction(high)), count)

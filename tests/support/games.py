@@ -40,7 +40,6 @@ def random_tree(features, n_actions, rng, depth=5):
 
 
 def random_profile(name, seed=0, depth=4):
-    """A profile of the game `name`."""
     world, rng = find(name), np.random.default_rng(seed)
     agents = []
     for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True):

@@ -31,7 +31,6 @@ def blind(trees, features=None, span=2.0, teams=None):
 
 
 def blind_tree(rng, n_features, max_depth=3):
-    """A random tree of three actions."""
     return random_tree(rng, n_features, max_depth, n_actions=len(ACTIONS))
 
 

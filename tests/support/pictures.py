@@ -19,7 +19,6 @@ MAX_BYTES, COLOURS = 60_000, 256
 
 
 def main() -> None:
-    """Writes the picture."""
     assert COMMAND is not None, "chromium is not installed"
     with tempfile.TemporaryDirectory() as folder:
         shot = Path(folder) / "play.png"

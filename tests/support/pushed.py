@@ -102,7 +102,7 @@ class Watching:
     def broken(self, w: Any, step: int) -> Any:
         """Which states of a step break the claim."""
         if self.claim.about_decisions:
-            acted = {policy.agent: acting_of(self.played, w, policy) for policy in self.profile.agents}
+            acted = {policy.agent: act(policy, self.played.observed(w, policy)) for policy in self.profile.agents}
             return ~meets(self.claim.formula, self.played.at(w), acted, {})
         inside = self.played.inside(w, self.claim.regions)
         if self.claim.says.avoided:
@@ -124,11 +124,6 @@ class Watching:
         if after is None:
             return np.zeros((2, int(which.sum())), dtype=bool)
         return np.stack([self.broken(after[which], step + 1), ~self.vouched(after[which], step + 1)])
-
-
-def acting_of(played: Played, w: Any, policy: Any) -> Any:
-    """The action of an agent in each state."""
-    return act(policy, played.observed(w, policy))
 
 
 def shuffled(profile: Any) -> Any:

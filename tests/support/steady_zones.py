@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from tests.support.zone_cases import actions_at, actions_with_errors, everyone, exactly_inside, grid_points, stated
+from tests.support.zone_cases import actions_at, actions_with_errors, exactly_inside, grid_points, stated
 from verify.checker import decisions
 from verify.checker.certificate import numbers
 from verify.claims.decisions import DistinctTargets, formula
@@ -48,5 +48,5 @@ def agree(profile, claim, region, semantics=MACHINE, seed=0):
             arithmetic = Semantics(semantics, claim.eps)
             assert decisions.check(profile, (asked,), region, goal, arithmetic, numbers(proof)) >= 0
         for state in grid_points(np.random.default_rng(seed), region, 12):
-            assert all(stands(profile, claim, state, goal, machine) for goal in everyone(region))
+            assert all(stands(profile, claim, state, goal, machine) for goal in region.goal_cases)
     return found.verdict

@@ -253,8 +253,3 @@ def grid_points(rng, region, count):
             state[name] = low + (high - low) * step
         if exactly_inside(region, state):
             yield state
-
-
-def everyone(region):
-    """The goals to try."""
-    return region.goal_cases

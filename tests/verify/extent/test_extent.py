@@ -15,7 +15,6 @@ from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import (
     actions_at,
     deception,
-    everyone,
     grid_points,
     navigation,
     near_roles,
@@ -79,7 +78,7 @@ def fails_at(profile, claim, state, goal, machine=True):
 def check_points(profile, claim, region, semantics, rng, count=40):
     """Every violating point lies in exactly one zone of its goal, every other one in none; returns how many violate."""
     found, seen = violations.violations(Question(Game(profile), claim, region, semantics)), 0
-    assert [one.goal for one in found] == list(everyone(region)) and all(one.complete for one in found)
+    assert [one.goal for one in found] == list(region.goal_cases) and all(one.complete for one in found)
     zones_of = [[whole_numbers(one.bounds(zone)) for zone in one.zones] for one in found]
     for state in grid_points(rng, region, count):
         at = scaled(state)
@@ -351,7 +350,7 @@ def test_too_many_cells_leave_a_region_inside_a_smaller_one(profile):
         inner = question.within(found.part.region)
         assert decide(inner).verdict is Verdict.PROVED and shares.measure(inner, 3, 5_000).conflict.hits > 0
         for state in grid_points(rng, found.part.region, 60):
-            assert not any(fails_at(asked, claim, state, goal) for goal in everyone(found.part.region))
+            assert not any(fails_at(asked, claim, state, goal) for goal in found.part.region.goal_cases)
         assert found.part.exact is None or 0 < found.part.exact < 1
     assert found_for > 0
 
