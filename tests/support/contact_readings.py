@@ -132,20 +132,20 @@ def cut(episode, course, now, rng):
     return now
 
 
-class Weak(ContactReading):
-    """Pushes half as strong."""
+def pushing(change):
+    """A reading for which every push, least and most, is another."""
 
-    def _forces(self, now, pairs):
-        found = super()._forces(now, pairs)
-        return {agent: tuple((low // 2, high // 2) for low, high in force) for agent, force in found.items()}
+    class Pushing(ContactReading):
+        def _forces(self, now, pairs):
+            found = super()._forces(now, pairs)
+            return {agent: tuple(change(*ends) for ends in force) for agent, force in found.items()}
+
+    return Pushing
 
 
-class Pulling(ContactReading):
-    """Pushes of the wrong sign."""
-
-    def _forces(self, now, pairs):
-        found = super()._forces(now, pairs)
-        return {agent: tuple((-high, -low) for low, high in force) for agent, force in found.items()}
+Weak = pushing(lambda low, high: (low // 2, high // 2))
+Pulling = pushing(lambda low, high: (-high, -low))
+Rigid = pushing(lambda low, high: ((low + high) // 2,) * 2)  # the middle stands for all of it
 
 
 class Late(ContactReading):
@@ -154,14 +154,6 @@ class Late(ContactReading):
     def __init__(self, *given):
         super().__init__(*given)
         self.contacts = tuple(pair._replace(reach=pair.reach - GRID // 6) for pair in self.contacts)
-
-
-class Rigid(ContactReading):
-    """Takes the middle of each push for all of it."""
-
-    def _forces(self, now, pairs):
-        found = super()._forces(now, pairs)
-        return {agent: tuple(((low + high) // 2,) * 2 for low, high in force) for agent, force in found.items()}
 
 
 class Tame(ContactReading):

@@ -23,20 +23,13 @@ def team(seed, arithmetic=DOUBLE_SUMS, levels=3):
     policies = []
     for place, each in enumerate(plain.agents):
         seeds = itertools.count(seed * 1_000 + place, 10)
-        drawn = next(filter(has_sums, (draw_tree(at, arithmetic, levels, each) for at in seeds)))
+        trees = (tamed(policy(at, arithmetic, levels=levels, n_features=len(each.features))) for at in seeds)
+        drawn = next(one for one in trees if one.tree.sums)
         kept = {name: getattr(drawn.tree, name) for name in ("numbers", "arithmetic", "sums", "vectors", "gives")}
         actions = np.where(drawn.tree.action >= 0, rng.integers(0, len(each.actions), len(drawn.tree.action)), -1)
         arrays = (drawn.tree.feature, drawn.tree.threshold, drawn.tree.left, drawn.tree.right, actions)
         policies.append(replace(each, tree=ir.Tree(*arrays, **kept), grown=None))
     return replace(plain, agents=tuple(policies), region=None)
-
-
-def draw_tree(seed, arithmetic, levels, real):
-    return tamed(policy(seed, arithmetic, levels=levels, n_features=len(real.features)))
-
-
-def has_sums(each):
-    return bool(each.tree.sums)
 
 
 def draw_region(profile, seed):
