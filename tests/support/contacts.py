@@ -8,7 +8,7 @@ import numpy as np
 
 from maviper.worlds import find
 from tests.support.episode_cases import arriving
-from tests.support.teams import team_in, tree
+from tests.support.teams import nested, team_in, tree
 from verify.claims.region import Region
 from verify.claims.region_files import start_region
 from verify.episodes.contacts import travels
@@ -23,22 +23,19 @@ MOVED = 2**10  # and the one of whole courses
 
 def random_team(name, depth, seed):
     """A profile with full random trees over features that are not constant."""
-    world, rng = find(name), np.random.default_rng(seed)
-    trees = []
+    world, rng, trees = find(name), np.random.default_rng(seed), []
     for features, actions in zip(world.features, world.actions, strict=True):
         useful = [number for number, feature in enumerate(features) if feature.meaning.terms]
-        trees.append(tree(*_grown(rng, useful, len(actions), depth, 0)))
+
+        def grown(levels, useful=useful, actions=actions):
+            if not levels:
+                return int(rng.integers(len(actions)))
+            sides = grown(levels - 1), grown(levels - 1)
+            threshold = round(float(rng.uniform(-0.6, 0.6)), 2)
+            return int(rng.choice(useful)), threshold, *sides
+
+        trees.append(nested(grown(depth)))
     return team_in(name, trees)
-
-
-def _grown(rng, useful, n_actions, depth, place):
-    """The nodes of a full random tree whose root stands at `place`, in preorder."""
-    if not depth:
-        return [int(rng.integers(n_actions))]
-    left = _grown(rng, useful, n_actions, depth - 1, place + 1)
-    right = _grown(rng, useful, n_actions, depth - 1, place + 1 + len(left))
-    threshold = round(float(rng.uniform(-0.6, 0.6)), 2)
-    return [(int(rng.choice(useful)), threshold, place + 1, place + 1 + len(left)), *left, *right]
 
 
 def around(profile, half, middles):

@@ -1,37 +1,23 @@
-"""What several tests use of `maviper.page.test_odd_pages`."""
-
-import dataclasses
+"""Profiles with complete trees of some depth, for pages."""
 
 import numpy as np
 
-from codegen import ir
+from tests.support import strategies
+from tests.support.teams import nested
 
 
-def complete_tree(depth, n_features, n_actions):
+def complete_tree(depth, n_actions):
     """A tree with a split at every place: thresholds in order, so that all leaves are reached."""
     rng = np.random.default_rng(depth)
-    parts = {name: [] for name in ("feature", "threshold", "left", "right", "action")}
 
-    def add(level, low, high):
-        node = len(parts["feature"])
+    def grown(level, low, high):
+        if level == depth:
+            return int(rng.integers(n_actions))
         middle = (low + high) / 2
-        split = level < depth
-        values = (0 if split else -1, middle if split else 0.0, -1, -1, -1 if split else int(rng.integers(n_actions)))
-        for name, value in zip(parts, values, strict=True):
-            parts[name].append(value)
-        if split:
-            parts["left"][node] = add(level + 1, low, middle)
-            parts["right"][node] = add(level + 1, middle, high)
-        return node
+        return 0, middle, grown(level + 1, low, middle), grown(level + 1, middle, high)
 
-    add(0, -1.0, 1.0)
-    kinds = {"threshold": np.float32}
-    return ir.Tree(**{name: np.array(values, kinds.get(name, np.int32)) for name, values in parts.items()})
+    return nested(grown(0, -1.0, 1.0))
 
 
 def with_trees(profile, depth):
-    policies = tuple(
-        dataclasses.replace(one, tree=complete_tree(depth, len(one.features), len(one.actions)), grown=None)
-        for one in profile.agents
-    )
-    return dataclasses.replace(profile, agents=policies)
+    return strategies.with_trees({one.agent: complete_tree(depth, len(one.actions)) for one in profile.agents}, profile)
