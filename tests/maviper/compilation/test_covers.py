@@ -25,8 +25,7 @@ from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.systems import read
 from tests.support import monitors
-from tests.support.altered import altered
-from tests.support.certificates import rehashed
+from tests.support.altered import altered, sealed
 from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, CoverTwin, asked_of_cover, module_of
 from tests.support.stated_play import Played
@@ -112,7 +111,7 @@ def test_a_forged_or_strange_certificate_is_refused(for_ever, tmp_path):
     body = json.loads((for_ever / "certificate.json").read_text())
 
     def taken(**changed):
-        (tmp_path / "edited.json").write_text(rehashed(body | changed))
+        (tmp_path / "edited.json").write_text(sealed(body | changed))
         return load_proof(tmp_path / "edited.json", profile)
 
     assert taken().region.ever
@@ -133,7 +132,7 @@ def test_sets_that_no_few_comparisons_know_are_refused_with_the_reason(tmp_path)
     body = json.loads((WORLDS / "crossing" / "certificate-1-stays_in.json").read_text())
     for name in ("profile.json", "world.toml"):
         shutil.copy(WORLDS / "crossing" / name, tmp_path)
-    (tmp_path / "forms.json").write_text(rehashed(body | {"sets": "forms"}))
+    (tmp_path / "forms.json").write_text(sealed(body | {"sets": "forms"}))
     with pytest.raises(InputError, match="affine forms"):
         made(tmp_path, "forms.json")
 
@@ -328,7 +327,7 @@ def test_what_is_no_mode_is_vouched_for_nowhere(name, tmp_path):
     found = verify_system(profile, tmp_path / "world.toml", tmp_path / "properties.toml")
     ((_, certificate),) = found.certificates.items()
     if name == "flow":  # its sets are turned boxes; joined in cells they are boxes
-        certificate = rehashed(json.loads(certificate) | {"cells": {"x": "1/8", "heat": "1"}})
+        certificate = sealed(json.loads(certificate) | {"cells": {"x": "1/8", "heat": "1"}})
     (tmp_path / "certificate.json").write_text(certificate)
     cover = load_proof(tmp_path / "certificate.json", profile).region
     x, heat = (each.ravel() for each in np.meshgrid(np.linspace(-1.0, 1.0, 21), np.linspace(-0.5, 2.5, 25)))

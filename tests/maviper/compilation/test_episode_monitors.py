@@ -24,7 +24,7 @@ from maviper.worlds.matching import matching_world
 from tests.benchmarks import monitor as benchmark
 from tests.maviper.page.browsers import in_node
 from tests.support import monitors
-from tests.support.certificates import rehashed
+from tests.support.altered import sealed
 from tests.support.generated import FOLDER
 from tests.support.monitored import acting
 from tests.support.monitors import (
@@ -261,7 +261,7 @@ def test_a_certificate_with_other_edges_is_refused(lasting, tmp_path):
     profile, path = lasting
     body = json.loads(path.read_text())
     body["edges"] = {name: [low, "2"] for name, (low, _) in body["edges"].items()}
-    (tmp_path / "edited.json").write_text(rehashed(body))
+    (tmp_path / "edited.json").write_text(sealed(body))
     with pytest.raises(RefusedError, match="refused"):
         load_proof(tmp_path / "edited.json", profile)
     with pytest.raises(InputError, match="no room for noise"):

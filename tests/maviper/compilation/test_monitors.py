@@ -21,7 +21,7 @@ from maviper.compilation.compile import compile_and_prove, split_targets
 from maviper.compilation.monitors import load_proof, lower_monitor
 from tests.benchmarks import monitor as benchmark
 from tests.support import monitors
-from tests.support.certificates import rehashed
+from tests.support.altered import sealed
 from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, Twin, drawn, files, inside, module_of
 from tests.support.small import small_profile
@@ -173,7 +173,7 @@ def test_a_proof_that_does_not_hold_is_refused(tmp_path):
     """The proof of one goal left out: the checker does not take it, and so there is no monitor."""
     body = json.loads(PROVED.read_text())
     body["proofs"].pop(next(iter(body["proofs"])))
-    (tmp_path / "edited.json").write_text(rehashed(body))
+    (tmp_path / "edited.json").write_text(sealed(body))
     with pytest.raises(RefusedError, match="refused"):
         load_proof(tmp_path / "edited.json", load(PROVED.parent / "profile.json"))
 
