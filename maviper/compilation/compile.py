@@ -249,7 +249,11 @@ def _play_episodes(made: Build, world: World) -> tuple[list[Agreement], tuple[Fi
 def _drive_episodes(made: Build, world: World, episodes: Episodes, seeds: range) -> list[Agreement]:
     """The same episodes, driven by the compiled C: every action and world state must be the same."""
     profile = made.profile
-    driver = Policies([partial(_drive, made, policy) for policy in profile.agents])
+
+    def drive(policy: ir.AgentPolicy, rows: ir.Floats) -> Any:  # memory is among the observations
+        return take_actions(policy, made.library.act(policy.agent, rows))
+
+    driver = Policies([partial(drive, policy) for policy in profile.agents])
     again = on_policy(profile, world, driver, keep=False, seeds=seeds)
     if any(_bytes(a) != _bytes(b) for a, b in zip(again.states, episodes.states, strict=True)):
         raise DisagreementError(
@@ -260,22 +264,10 @@ def _drive_episodes(made: Build, world: World, episodes: Episodes, seeds: range)
     agreements: list[Agreement] = []
     for agent, policy in enumerate(profile.agents):
         rows = episodes.observations[agent].reshape(-1, len(policy.features))
-        wanted, given = (_select_actions(policy, agent, each.actions) for each in (episodes, again))
+        shape = shape_decided(policy)  # its actions in all steps, or the numbers that it gave
+        wanted, given = (each.actions[..., agent, *map(slice, shape)].reshape(-1, *shape) for each in (episodes, again))
         agreements.append(selfcheck.compare("episodes driven by c", policy, rows, wanted, given))
     return agreements
-
-
-def _drive(made: Build, policy: ir.AgentPolicy, rows: ir.Floats) -> Any:
-    """Returns what the compiled C of an agent does, [batch] or [batch, n_outputs]; memory is among the observations."""
-    return take_actions(policy, made.library.act(policy.agent, rows))
-
-
-def _select_actions(policy: ir.AgentPolicy, agent: int, actions: Any) -> Any:
-    """Returns an agent's actions in all steps of some episodes, [n] int32, or the numbers that it gave, [n, n_outputs].
-    `actions`: as in `Episodes`.
-    """
-    shape = shape_decided(policy)
-    return actions[..., agent, *map(slice, shape)].reshape(-1, *shape)
 
 
 def _bytes(state: Any) -> list[bytes]:
@@ -290,9 +282,6 @@ def evidence(compiled: Compiled) -> str:
         {"target": item.target, "agent": item.agent, "observations": item.observations, "differences": item.differences}
         for item in compiled.report.agreements
     ]
-    profile, skipped = (
-        compiled.build.model.content_hash,
-        [*compiled.report.skipped, *filter(None, [compiled.elsewhere])],
-    )
-    document = {"profile": profile, "agreement": rows, "skipped": skipped}
+    skipped = [*compiled.report.skipped, *filter(None, [compiled.elsewhere])]
+    document = {"profile": compiled.build.model.content_hash, "agreement": rows, "skipped": skipped}
     return layout(document | {"expert": [item.document() for item in compiled.faithful]}) + "\n"
