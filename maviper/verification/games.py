@@ -64,7 +64,9 @@ def iterate_states_near(
     """States of the game beside another one: float64 coordinates and errors, the goal at a landmark, and the roundings
     that the game makes there. First the nearest ones, then those of some farther away in which the claim seems to fail.
     """
-    drawable, goal = _list_drawable(profile, statement), _find_goal_in(profile, state)
+    drawable, marks = _list_drawable(profile, statement), [mark.name for mark in profile.world.landmarks]
+    at_goal = (mark for mark in marks if all(state.get(f"{PLACE}.{axis}") == state[f"{mark}.{axis}"] for axis in "xy"))
+    goal = next(at_goal, None)  # None: the game has none, or it is at no landmark
     ranges = _list_ranges(drawable)
     boxes = [bounds_of(region, ranges) for region in claim.regions] or [ranges]
     bounds = {  # of the box around all regions of the claim, but for differences
@@ -124,14 +126,6 @@ def _iterate_broken_states(
 
 def _list_ranges(drawable: Sequence[Variable]) -> dict[str, Interval]:
     return {one.name: one.range for one in drawable}
-
-
-def _find_goal_in(profile: PolicyProfile, state: State) -> str | None:
-    """The landmark at which the goal is in a state; None in a game without goal, or where it is at none."""
-    for landmark in profile.world.landmarks:
-        if all(state.get(f"{PLACE}.{axis}") == state[f"{landmark.name}.{axis}"] for axis in "xy"):
-            return landmark.name
-    return None
 
 
 def _at_goal(goal: str | None, at: Mapping[str, Number]) -> dict[str, Number]:

@@ -371,19 +371,15 @@ def pose_questions(
         return questions(profile, profile_name, options, aside), None
     from maviper.verification.stated import StatedWorld
 
+    # whether agents observe what world states say
+    located = all(feature.meaning is not None for policy in profile.agents for feature in policy.features)
     if options.world is not None:
         stated = StatedWorld.of(profile, options)
-    elif _plays_in_places(profile) and not options.observations and not options.shared:
+    elif only_acts(profile) and located and not options.observations and not options.shared:
         stated = StatedWorld.of_game(profile, options)
     else:
         stated = StatedWorld.of_observations(profile, options)
     return stated.asked, stated
-
-
-def _plays_in_places(profile: ir.PolicyProfile) -> bool:
-    """Returns True if agents take actions, and observe what world states say."""
-    located = (feature.meaning is not None for policy in profile.agents for feature in policy.features)
-    return only_acts(profile) and all(located)
 
 
 def verify_questions(

@@ -134,13 +134,10 @@ def _spell(value: object, key: str = "") -> str:
         return f"[{', '.join(map(_spell, cast('list[object]', value)))}]"
     if isinstance(value, Fraction):
         return number_text(value)
-    return _spell_text(value) if isinstance(value, str) else str(value).lower()
-
-
-def _spell_text(words: str) -> str:
-    """Any text, as TOML writes it: JSON but for two halves of a character, and one character that only TOML escapes."""
-    whole = words.encode(errors="replace").decode()
-    return json.dumps(whole, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if not isinstance(value, str):
+        return str(value).lower()
+    # as JSON but for two halves of a character, and one character that only TOML escapes
+    return json.dumps(value.encode(errors="replace").decode(), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _bounds(ranges: Mapping[str, Interval]) -> Table:

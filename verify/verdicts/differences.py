@@ -305,7 +305,10 @@ def _compare_agent(question: DecisionQuestion, agent: str, unmeasured: str) -> A
         return replace(_by_solver(question, agent), unmeasured=unmeasured)
     share = unmeasured or exact_share(question, failing)
     known = share if isinstance(share, ExactShare) else None
-    reason = _ending(question, failing)
+    short = [one for one in failing if not one.complete]
+    reason = MANY_CELLS.format(question.budgets.max_cells) if short else ""  # why zones are missing
+    spent = next((one.limit for one in short if one.nodes > one.limit), 0)
+    reason = NO_NODES.format(spent, question.budgets.hint("goes on")) if spent else reason
     outcome = AgentDifference(agent, Verdict.VIOLATED, reason, failing, known, unmeasured)
     if not outcome.zones:
         return replace(outcome, verdict=Verdict.UNKNOWN if reason else Verdict.PROVED)
@@ -318,17 +321,6 @@ def _compare_agent(question: DecisionQuestion, agent: str, unmeasured: str) -> A
     if state is None:
         return replace(outcome, verdict=Verdict.UNKNOWN, reason=ONLY_REAL)
     return replace(outcome, example=state)
-
-
-def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
-    """Why zones are missing; "" where none is."""
-    short = [one for one in failing if not one.complete]
-    if not short:
-        return ""
-    spent = next((one.limit for one in short if one.nodes > one.limit), 0)
-    if spent:
-        return NO_NODES.format(spent, question.budgets.hint("goes on"))
-    return MANY_CELLS.format(question.budgets.max_cells)
 
 
 def example(question: DecisionQuestion, zone: Zone) -> State | None:

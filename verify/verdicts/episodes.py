@@ -229,8 +229,11 @@ def _settle_question(question: EpisodeQuestion, samples: int) -> tuple[ZonesDeci
     bad[bad] = ~coinciding(profile, episode[:, bad])
     violating = Share(int(bad.sum()), len(bad))
     rows = np.flatnonzero(bad)[:TRIED_STARTS]
-    states = [state_at(region, profile.world, coordinates[row], int(goals[row])) for row in rows]
-    state = first_failing(question, [_resting(state) for state in states])
+    resting = list[State]()
+    for drawn in (state_at(region, profile.world, coordinates[row], int(goals[row])) for row in rows):
+        still = {name: 0.0 if name.endswith((".vx", ".vy")) else value for name, value in drawn.position.items()}
+        resting.append(State(still, drawn.goal))
+    state = first_failing(question, resting)
     if state is not None:
         return ZonesDecision(Verdict.VIOLATED, 0, state=state), violating
     return ZonesDecision(Verdict.UNKNOWN, 0) if claim.by_edges else decide(question), violating
@@ -239,11 +242,6 @@ def _settle_question(question: EpisodeQuestion, samples: int) -> tuple[ZonesDeci
 def _samples(claim: EpisodeClaim) -> int:
     """Returns the number of starts to play; fewer for a claim for ever, since its episodes are longer."""
     return SAMPLES // LONGER if claim.ever else SAMPLES
-
-
-def _resting(state: State) -> State:
-    still = {name: 0.0 if name.endswith((".vx", ".vy")) else value for name, value in state.position.items()}
-    return State(still, state.goal)
 
 
 def _stands(question: EpisodeQuestion, state: State) -> bool:
