@@ -257,6 +257,9 @@ def test_a_property_file_with_both_kinds_of_claims(capsys, place):
         (["--claims", "bytes.toml"], "not UTF-8"),
         (["--claims", "far.toml"], "far.toml, line 3: property 1, region"),
         (["--smt", "roles.json"], "roles.json"),
+        (["--claim", "covers", "--where", "--set", "max_cells=7"], "--where is about single decisions"),
+        (["--set", "max_cells=7"], "add --where"),
+        (["--where", "--set", "max_cells=0"], "between 1 and"),
     ],
 )
 def test_what_cannot_be_asked_is_told(capsys, place, arguments, message):
@@ -335,15 +338,6 @@ def test_where_says_what_it_does_not_know(capsys, place):
     assert "not all violating zones are known" in told["exact_reason"] and told["exact_reason"] in err
     _, out, _ = run(capsys, "-q", "verify", "-v", "same.json", "--claim", "aligned", "--where")
     assert "only a solver can decide it" in out
-
-
-def test_the_number_of_cells_is_checked(capsys, place):
-    code, _, err = run(capsys, "verify", "same.json", "--claim", "covers", "--where", "--set", "max_cells=7")
-    assert code == ExitCode.INPUT and "--where is about single decisions" in err
-    code, _, err = run(capsys, "verify", "same.json", "--set", "max_cells=7")
-    assert code == ExitCode.INPUT and "add --where" in err
-    code, _, err = run(capsys, "verify", "same.json", "--where", "--set", "max_cells=0")
-    assert code == ExitCode.INPUT and "between 1 and" in err
 
 
 def test_an_interrupted_search_leaves_no_file(capsys, place, monkeypatch):

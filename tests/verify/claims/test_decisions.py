@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.profiles import check
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import PLAIN, NoDouble, formula
 from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, below, holds, negate, normal
@@ -147,15 +146,3 @@ def test_observed_velocities_are_bounded_by_what_actions_can_cause(profile):
 def test_no_double_needs_two(profile):
     with pytest.raises(InputError, match="two or more"):
         formula(profile, NoDouble("adversaries"))
-
-
-def test_without_damping_nothing_bounds_a_velocity(profile):
-    from dataclasses import replace
-
-    from verify.claims.region_files import start_region
-
-    still = replace(profile.world, damping=0.0)
-    with pytest.raises(InputError, match="no damping"):
-        start_region(still, ("agent_0.vx",))
-    broken = replace(profile, world=replace(profile.world, damping=-0.5))
-    assert any("damping" in item.path for item in check(broken))
