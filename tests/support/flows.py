@@ -39,6 +39,11 @@ CASES = {
 }
 
 
+# x = cos t, with samples one turn apart, for two turns
+EXACTLY = TURNING.replace("error = { x = 0.001, y = [-0.002, 0.001] }", "").replace('"0.5 s"', '"6.283185307 s"')
+EXACTLY = EXACTLY.replace("[0.9, 1.1]", "1").replace("[-0.1, 0.1]", "0").replace("0.2", "0").replace("= 12", "= 2")
+
+
 def coefficients(flow, start, order):
     """Bounds of the coefficients 0 to `order` of each variable, for solutions from a point [variables]."""
     names = list(flow.rates)
@@ -102,13 +107,16 @@ def outside(seen, states, tubes):
     """
     worst = 0.0
     for (period, step), boxes in seen.items():
-        low, high = (np.concatenate(ends) for ends in zip(*boxes[tubes], strict=True))
-        points = states[period, step]
-        if not len(low):
-            return np.inf
-        off = np.maximum(low[None] - points[:, None], points[:, None] - high[None]).max(axis=2).min(axis=1)
-        worst = max(worst, off.max())
+        worst = max(worst, off_by(boxes[tubes], states[period, step]))
     return worst
+
+
+def off_by(boxes, points):
+    """By how much some of the points [n, variables] leave all boxes, which may bound more variables behind these."""
+    low, high = (np.concatenate(ends)[:, : points.shape[1]] for ends in zip(*boxes, strict=True))
+    if not len(low):
+        return np.inf
+    return np.maximum(low[None] - points[:, None], points[:, None] - high[None]).max(axis=2).min(axis=1).max()
 
 
 def watched(sweep, plan):

@@ -188,7 +188,6 @@ TREES = [
     fault(reading, "goes_left", "no test goes left", BROKEN, of(FALSE)),
     fault(reading, "_effects", "all actions do what the first does", BROKEN, changed(lambda effects: effects[:1] * len(effects))),
     fault(reading, "_effects", "the effects of the first piece", HELD, changed(lambda effects: [setattr(each, "by_piece", each.by_piece[:1] * len(each.by_piece)) or each for each in effects])),
-    fault(reading, "_of_action", "no action does anything", BROKEN, of({})),
     fault(reading, "sides_of", "all splits are the first one", HELD, changed(lambda sides: dict.fromkeys(sides, next(iter(sides.values()))) if sides else sides)),
     fault(reading, "_build_split", "every test goes left", BROKEN, lambda f: lambda reading, side, left, right: left),
     fault(reading, "_decision", "the first test always goes left", BROKEN, changed(lambda decision: decision.left if isinstance(decision, reading.Split) else decision)),
@@ -197,7 +196,7 @@ TREES = [
     fault(reading, "prune_decision", "the other side of a known test", HELD, lambda f: lambda decision, known, holds: f(decision, known, not holds)),
 ]  # fmt: skip
 WALK = [
-    fault(branch_proofs, "_parts", "of a union the first", BROKEN, changed(lambda parts: parts[:1])),
+    fault(branch_proofs, "alternatives", "of a union the first", BROKEN, changed(lambda parts: parts[:1])),
     fault(branch_proofs, "ways", "a claim is broken in one way", FORGED, of(1)),
     fault(branch_proofs, "ensure_closed", "what a variable depends on is not followed", FORGED, of(None)),
     fault(branch_proofs, "_is_state", "any state shows that a claim is about some", FORGED, of(True)),

@@ -15,7 +15,7 @@ from verify.checker.systems.proofs import PROOFS, FlowSets, SystemCertificate, S
 from verify.claims.formula import Linear
 from verify.claims.wording import formula_document
 from verify.systems import documents
-from verify.systems.claims import SystemClaim, SystemPremise
+from verify.systems.claims import SystemClaim
 from verify.systems.system import HalfSpace, State, System
 
 __all__ = ["certify", "claim_document", "to_json"]
@@ -38,6 +38,7 @@ def _(claim: SystemClaim, proof: object) -> dict[str, Any]:
 
 def claim_document(claim: SystemClaim) -> dict[str, Any]:
     """A claim as plain data."""
+    premises = [{"formula": formula_document(each.formula), "state": plain(each.state)} for each in claim.premises]
     return {
         "name": claim.name,
         "kind": claim.pattern.value,
@@ -49,12 +50,8 @@ def claim_document(claim: SystemClaim) -> dict[str, Any]:
         "region": claim.region,
         **({"assuming": plain(claim.assuming)} if claim.assuming else {}),
         **({"assumed": claim.assumed} if claim.assumed else {}),
-        **({"premises": list(map(_premise_document, claim.premises))} if claim.premises else {}),
+        **({"premises": premises} if premises else {}),
     }
-
-
-def _premise_document(premise: SystemPremise) -> dict[str, Any]:
-    return {"formula": formula_document(premise.formula), "state": plain(premise.state)}
 
 
 @plain.register

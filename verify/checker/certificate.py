@@ -100,7 +100,12 @@ def read(
 
     def convert(kind: Any, value: Any) -> Any:
         if kind is Bytes:
-            return followed(_read_bytes(msgspec.convert(value, list[str])))
+            lines = msgspec.convert(value, list[str])
+            try:
+                proof = base64.b64decode("".join(lines), validate=True)
+            except binascii.Error as error:
+                raise ValueError(f"a proof: {error}") from None
+            return followed(proof)
         return read_number(value) if kind is Fraction else kind.read(value)
 
     what = "the certificate does not hold what it should"
@@ -165,11 +170,3 @@ def ensure_about(stated: str, actual: str, what: str, option: str = "") -> None:
 def body_hash(body: Mapping[str, Any]) -> str:
     """SHA-256 of a document without its hash."""
     return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
-
-
-def _read_bytes(lines: list[str]) -> bytes:
-    """The bytes of a proof from lines of base64."""
-    try:
-        return base64.b64decode("".join(lines), validate=True)
-    except binascii.Error as error:
-        raise ValueError(f"a proof: {error}") from None

@@ -218,7 +218,8 @@ def check_certificate(
         raise RejectedError(f"the proofs are for the goals {proved}, but the region has {stated}")
     closed, semantics = list[int](), Semantics(header.semantics, header.eps)
     parts = conjuncts(claim.formula) if header.certificate in (PARTED, MET_PARTED) else (claim.formula,)
-    for_any_goal = not _names_goal(claim.formula, profile)
+    seen = any(GOAL in read_by(profile.policy(agent)) for agent in agents(claim.formula))
+    for_any_goal = not seen and not names_goal(claim.formula)  # then all goals are one question
     for goal in goals:
         proof = proofs[goal_text(goal)]
         if for_any_goal and closed and proof == proofs[goal_text(goals[0])]:
@@ -277,12 +278,6 @@ def _act(policy: AgentPolicy, at: Mapping[str, Fraction], semantics: str) -> int
             raise RejectedError(error.what) from None
         node = int(tree.left[node] if holds(left, at, {}) else tree.right[node])
     return int(tree.action[node])
-
-
-def _names_goal(claim: Formula, profile: PolicyProfile) -> bool:
-    """Returns True if a formula, or a test of an agent in it, names the goal: else all goals are one question."""
-    acting = agents(claim)
-    return names_goal(claim) or any(GOAL in read_by(profile.policy(agent)) for agent in acting)
 
 
 def _pair(certificate: DecisionCertificate, first: PolicyProfile, second: PolicyProfile | None) -> PolicyProfile:

@@ -114,7 +114,15 @@ def sides(
     if not meaning.terms:
         return _always(threshold >= 0)
     if meaning.function:
-        return _of_function(meaning.function, terms, threshold, eps)
+        # The sides for a function of a sum. Rounding keeps signs, and a sum of two float64 rounds to 0 only from 0.
+        lowest = -1 if meaning.function == "sign" else 0
+        if threshold < lowest or threshold >= 1:
+            return _always(threshold >= 1)
+        if meaning.function == "zero":  # 1 where the sum is 0
+            at_most, above = _cut(terms, Fraction(0), False)
+            below, at_least = _cut(terms, Fraction(0), True)
+            return Or((below, above)), And((at_most, at_least))
+        return _cut(terms, Fraction(0), threshold < 0, eps)
     if semantics == REAL:
         return _cut(terms, Fraction(threshold), False, eps)
     if FORMATS[numbers] is DOUBLE and threshold == below_zero(numbers) and not eps:
@@ -140,15 +148,3 @@ def _cut(sums: _Sums, end: Fraction, strict: bool, eps: Fraction = NO_ERROR) -> 
     terms, opposite = sums
     to, beyond = (end + eps, eps - end) if eps else (end, -end)
     return Linear(terms, to, strict), Linear(opposite, beyond, not strict)
-
-
-def _of_function(function: str, terms: _Sums, threshold: float, eps: Fraction) -> tuple[Formula, Formula]:
-    """The sides for a function of a sum. Rounding keeps signs, and a sum of two float64 rounds to 0 only from 0."""
-    lowest = -1 if function == "sign" else 0
-    if threshold < lowest or threshold >= 1:
-        return _always(threshold >= 1)
-    if function == "zero":  # 1 where the sum is 0
-        at_most, above = _cut(terms, Fraction(0), False)
-        below, at_least = _cut(terms, Fraction(0), True)
-        return Or((below, above)), And((at_most, at_least))
-    return _cut(terms, Fraction(0), threshold < 0, eps)

@@ -103,46 +103,28 @@ def decide(question: Question[SystemClaim], soonest: bool = False) -> ReachOutco
         if counterexample is not None:
             return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)
     search = PlanSearch(profile, system, claim, question.budgets.max_boxes // SET)
-    outcome = _try_plans(question, search) or _try_courses(question, play, search, replay) or _unknown(question, search)
-    return replace(outcome, boxes=search.spent)
-
-
-def _try_plans(question: Question[SystemClaim], search: PlanSearch) -> ReachOutcome | None:
-    """PROVED by the first plan whose certificate the checker accepts."""
-    assert isinstance(question.subject, ClosedLoop)
-    profile, system, claim = question.profile, question.subject.system, question.claim
     for proof in search.plans():
-        with suppress(RejectedError):
-            return prove(profile, system, claim, proof)
-    return None
+        with suppress(RejectedError):  # the first plan whose certificate the checker accepts
+            return replace(prove(profile, system, claim, proof), boxes=search.spent)
 
-
-def _try_courses(
-    question: Question[SystemClaim], play: FlowPlay, search: PlanSearch, replay: FlowReplay
-) -> ReachOutcome | None:
-    """VIOLATED by one of more random episodes, or by the middle of a part that was left open."""
-    assert isinstance(question.subject, ClosedLoop)
-    names = [one.name for one in question.subject.system.variables]
+    # more random episodes, and the middles of parts that were left open
+    names = [one.name for one in system.variables]
     middles = [0.5 * one.low + 0.5 * one.high for one in search.open[:MIDDLES]]
     starts = [dict(zip(names, middle.tolist(), strict=True)) for middle in middles]
     for course in (*play.breaking(question.budgets.samples), *play.from_starts(starts)):
         counterexample = replay.follow_course(course)
         if counterexample is not None:
-            return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)
-    return None
+            return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample, boxes=search.spent)
 
-
-def _unknown(question: Question[SystemClaim], search: PlanSearch) -> ReachOutcome:
-    """No answer, with what is left open and what may help."""
-    assert isinstance(question.subject, ClosedLoop)
-    helps = [*search.helps(), "a smaller start region", *(["fewer steps"] if question.claim.steps > 1 else [])]
+    # no answer, with what is left open and what may help
+    helps = [*search.helps(), "a smaller start region", *(["fewer steps"] if claim.steps > 1 else [])]
     left = None
     if search.open:
-        one, names = search.open[0], [each.name for each in question.subject.system.variables]
+        one = search.open[0]
         left = OpenState(0, {n: (float(a), float(b)) for n, a, b in zip(names, one.low, one.high, strict=True)})
     reason = f"{LEFT_OPEN} ({search.why})" if search.why else LEFT_OPEN
     if search.why == NOT_SHOWN and search.open:
-        system, plan = question.subject.system, Plan((), *search.how)
+        plan = Plan((), *search.how)
         places = [f"dynamics.flow.{name}" for name in find_undefined(system, search.sweep, search.open[:1], plan)]
         reason += f"; {' and '.join(places)} may not be defined near there" if places else ""
-    return ReachOutcome(Verdict.UNKNOWN, reason, left, tuple(helps))
+    return ReachOutcome(Verdict.UNKNOWN, reason, left, tuple(helps), boxes=search.spent)

@@ -79,12 +79,10 @@ class FlowPlay:
         self._profile, self._system, self._claim, self._flow = profile, system, claim, system.flow
         self._rates = [{name: function(rate, ARRAYS) for name, rate in each.rates.items()} for each in system.flow.each]
         self._jumps = [
-            {name: function(value, ARRAYS) for name, value in each.jumps.items()} for each in system.flow.each
+            {name: function(after, ARRAYS) for name, after in each.jumps.items()} for each in system.flow.each
         ]
-        zero = Fraction(0), Fraction(0)
-        self._ends = [
-            {name: _floats(each.error.get(name, zero)) for name in system.flow.errors} for each in system.flow.each
-        ]
+        errors = system.flow.errors
+        self._ends = [{name: _floats(each.error.get(name, EXACT)) for name in errors} for each in system.flow.each]
         self._period = float(system.flow.period)
 
     def breaking(self, count: int, soonest: bool = False) -> Iterator[FlowCourse]:
@@ -112,10 +110,8 @@ class FlowPlay:
         moved = [self._draw_errors(chances, period) for period in periods]
         bounds, ends = self._flow.errors, self._start_ranges
         for place in places:
-            begun = {name: _exact(float(values[place]), ends[name]) for name, values in start.items()}
-            off = [
-                {name: _exact(float(values[place]), bounds[name]) for name, values in each.items()} for each in moved
-            ]
+            begun = {x: _exact(float(values[place]), ends[x]) for x, values in start.items()}
+            off = [{x: _exact(float(values[place]), bounds[x]) for x, values in each.items()} for each in moved]
             longer = [_exact(float(each[place]), self._flow.jitter) for each, _ in drawn]
             yield FlowCourse(begun, off, longer, [int(each[place]) for _, each in drawn], int(chances.rank[place]))
 
@@ -132,10 +128,8 @@ class FlowPlay:
         turns, random = chances.turns, np.random.default_rng((SEED + 1, period))
         kinds, later = np.where(turns < 0, 0, turns // 2 % 3), dict[str, Float64]()
         for name, stays in chances.errors.items():
-            ends = _floats(self._flow.errors[name])
-            later[name] = np.choose(
-                kinds, [stays, np.array(ends)[(turns + period) % 2], random.choice(ends, len(turns))]
-            )
+            ends = np.array(_floats(self._flow.errors[name]))
+            later[name] = np.choose(kinds, [stays, ends[(turns + period) % 2], random.choice(ends, len(turns))])
         return later
 
     def _draw_sample(self, turns: Int64, period: int) -> tuple[Float64, Int64]:
@@ -187,9 +181,7 @@ class FlowPlay:
             held = self._hold_inputs(state, way)
             known, case = {**state, **held}, self._case(state, chances.rank)
             for number, jumps in enumerate(self._jumps):
-                state = state | {
-                    name: np.where(case == number, value(known), state[name]) for name, value in jumps.items()
-                }
+                state = state | {x: np.where(case == number, after(known), state[x]) for x, after in jumps.items()}
             for part in range(PARTS):
                 state = self._move_state(state, held, (self._period + longer) / PARTS, errors, case)
                 if part + 1 < PARTS and not claim.at_samples:
@@ -223,9 +215,7 @@ class FlowPlay:
             known, after = {**now, **held}, dict[str, Float64]()
             for number, (rates, ends) in enumerate(zip(self._rates, self._ends, strict=True)):
                 for name, rate in rates.items():
-                    each = rate(known) + (
-                        np.clip(errors[name], ends[name][0], ends[name][1]) if name in errors else 0.0
-                    )
+                    each = rate(known) + (np.clip(errors[name], *ends[name]) if name in errors else 0.0)
                     after[name] = np.where(case == number, each, after[name]) if number else each
             return after
 
@@ -311,10 +301,9 @@ class FlowReplay:
     def follow_course(self, course: FlowCourse) -> SystemCounterexample | None:
         """Replays a course as `replay_course` does, in the steps that are left."""
         bounds, (least, most) = self.flow.errors, self.flow.jitter
-        within = all(
-            low <= each.get(name, Fraction(0)) <= high for each in course.errors for name, (low, high) in bounds.items()
-        )
-        within &= all(each.keys() <= bounds.keys() for each in course.errors)
+        within = all(each.keys() <= bounds.keys() for each in course.errors)
+        for off in course.errors:
+            within &= all(low <= off.get(name, Fraction(0)) <= high for name, (low, high) in bounds.items())
         within &= all(least <= each <= most for each in course.longer)
         within &= all(0 <= each < len(self.flow.seen) for each in course.ways)
         if not within or not is_start(self.system, self.claim, course.start):
@@ -378,11 +367,16 @@ class _Narrow:
             if not cases:
                 return None
             self._taken.append(cases[self._course.rank % len(cases)])
-            if not self._make_jump(held, self._taken[-1]):
-                return None
+            jump = self._sweep.jumps[self._taken[-1]]
+            if jump is not None:
+                moved = jump.jump_sets(self._box, self._frames, held)
+                self._box, self._frames = moved.box, moved.frames
+                if not moved.shown.all() or moved.empty.any():
+                    return None
             if not self._follow_period(period, held):
                 return None
-            self._states.append(self._middle())
+            middle = self._box.middle[0]
+            self._states.append({name: Fraction(float(value)) for name, value in zip(self._names, middle, strict=True)})
             if self._broken_between:
                 return self._report_course(period + 1)
         return self._report_course(claim.steps) if claim.says.once else None
@@ -411,23 +405,10 @@ class _Narrow:
                 break
         return True
 
-    def _make_jump(self, held: Mapping[str, Spans], case: int) -> bool:
-        """Makes the jump of a sample; whether it was enclosed."""
-        jump = self._sweep.jumps[case]
-        if jump is None:
-            return True
-        moved = jump.jump_sets(self._box, self._frames, held)
-        self._box, self._frames = moved.box, moved.frames
-        return bool(moved.shown.all() and not moved.empty.any())
-
     def _surely_broken(self, box: Spans, period: int) -> bool:
         if self._claim.says.avoided:
             return self._sweep.surely_inside(box)
         return period >= self._claim.by and self._sweep.surely_outside(box)
-
-    def _middle(self) -> Values:
-        middle = self._box.middle[0]
-        return {name: Fraction(float(value)) for name, value in zip(self._names, middle, strict=True)}
 
     def _report_course(self, step: int) -> SystemCounterexample:
         course, cases, periods = self._course, self._replay.flow.cases, range(max(len(self._actions), 1))

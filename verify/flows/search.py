@@ -15,7 +15,7 @@ from math import floor, log2
 
 import numpy as np
 
-from codegen.ir import NO_FEATURE, Float64, PolicyProfile
+from codegen.ir import NO_FEATURE, PolicyProfile
 from verify.checker.covers.boxes import StartBox, halves
 from verify.checker.flows.sweep import FEW as FEW_SETS
 from verify.checker.flows.sweep import PARTS, FlowSweep, LevelSweep, Plan, SeenStep
@@ -46,26 +46,21 @@ AT_ONCE = 128  # parts that are swept together
 SMALLER = "a start region in smaller parts: a larger --effort"
 
 
-class _Cutting:
-    """Cuts of the start so far: parts that are still to be shown, and those that cannot be cut further."""
-
-    def __init__(self, whole: StartBox) -> None:
-        self.whole, self.root = whole, CutPart(whole)
-        self.pending, self.lost = [self.root], list[CutPart]()
-
-
 class _Trying:
-    """The progress with one order and number of steps: cuts, and the levels and cells that may still show it."""
+    """The progress with one order and number of steps: cuts of the start so far, their parts that are still to be shown
+    and those that cannot be cut further; the levels and cells that may still show it.
+    """
 
-    def __init__(self, how: tuple[int, int], cutting: _Cutting) -> None:
-        self.how, self.cutting = how, cutting
+    def __init__(self, how: tuple[int, int], whole: StartBox) -> None:
+        self.how, self.whole, self.root = how, whole, CutPart(whole)
+        self.pending, self.lost = [self.root], list[CutPart]()
         self.cells: list[dict[int, float]] | None = None
         self.levels = list[LevelSweep]()
 
     @property
     def goes_on(self) -> bool:
         """True if more sets may help."""
-        return self.cells is None or bool(self.cutting.pending or self.cells or self.levels)
+        return self.cells is None or bool(self.pending or self.cells or self.levels)
 
 
 class PlanSearch:
@@ -76,7 +71,14 @@ class PlanSearch:
         self.sweep = FlowSweep(profile, system, claim)
         self._names = [one.name for one in system.variables]
         self._most, self._steps = most, max(claim.steps, 1)
-        self._tested = _find_tested(profile, system)
+        tested: set[str] = set()  # variables that trees test, and cases
+        for policy in profile.agents:
+            for place in {int(each) for each in policy.tree.feature if each != NO_FEATURE}:
+                feature = system.features[policy.agent][policy.features[place].name]
+                tested |= {name for name, _ in feature.form.terms}
+        tested = {each.get(name, name) for name in tested for each in system.flow.seen}
+        whens = [half for case in system.flow.cases for half in case.when]
+        self._tested = tested | {name for half in whens for name, _ in half.form.terms}
         deciding = _moving(self._tested, system)
         bounded = {name for region in claim.regions for half in region for name, _ in half.form.terms}
         # what the claim hangs on by decisions alone, if at all
@@ -107,8 +109,15 @@ class PlanSearch:
                 self.how = how = pending.pop(0)
                 if self._find_open([whole], Plan((), *how), self._once) == []:
                     yield FlowSets(*how, {}, WHOLE)
-                if self._points_are_shown(whole):
-                    tries.append(_Trying(how, _Cutting(whole)))
+                # If some starts alone are left open, tubes are too wide, and no cut helps. They may also become too
+                # many sets to say so, before these are joined in cells.
+                points = [whole.low, whole.high, 0.5 * whole.low + 0.5 * whole.high]
+                alone = [StartBox(point, point) for point in points]
+                open_ = self._find_open(alone, Plan((), *how), max(FIRST, self._once))
+                if open_ != []:
+                    self.open = [whole]
+                if not open_:
+                    tries.append(_Trying(how, whole))
             tries = [each for each in tries if each.goes_on]
             if not tries and not pending:
                 return
@@ -121,7 +130,7 @@ class PlanSearch:
     def _by(self, whole: StartBox, trying: _Trying, allowed: int) -> Iterator[FlowSets]:
         """Proofs with one order and number of steps: cuts, cells of what is tested, levels, cells of all in turn."""
         how = trying.how
-        cuts = self._by_cuts(trying.cutting, how, min(allowed, self._left))
+        cuts = self._by_cuts(trying, min(allowed, self._left))
         if cuts is not None:
             yield FlowSets(*how, {}, cuts)
         if trying.cells is None:
@@ -140,7 +149,7 @@ class PlanSearch:
         """Proofs with cells of one width; those that left something open are not tried again."""
         for widths in cells:
             plan = Plan((), *trying.how, widths)
-            open_ = self._find_open([trying.cutting.whole], plan, min(allowed, self._left))
+            open_ = self._find_open([trying.whole], plan, min(allowed, self._left))
             if open_ == []:
                 yield self._name_widths(plan)
             if open_ is None:  # narrower cells take more sets
@@ -203,50 +212,26 @@ class PlanSearch:
         self.why = next(iter(self.sweep.open.values()), self.why)
         return sorted(self.sweep.open)
 
-    def _points_are_shown(self, whole: StartBox) -> bool:
-        """Returns True if some starts alone are shown, or become too many sets to say so before these are joined in
-        cells. If they are left open, tubes are too wide, and no cut helps.
-        """
-        points = [whole.low, whole.high, 0.5 * whole.low + 0.5 * whole.high]
-        open_ = self._find_open(
-            [StartBox(point, point) for point in points],
-            Plan((), *self.how),
-            max(FIRST, self._once),
-        )
-        if open_ != []:
-            self.open = [whole]
-        return not open_
-
-    def _by_cuts(self, cutting: _Cutting, how: tuple[int, int], allowed: int) -> bytes | None:
+    def _by_cuts(self, trying: _Trying, allowed: int) -> bytes | None:
         """Cuts of the start after which all of its parts are shown; None where some are left open, in `pending`."""
         end = self.spent + allowed
         each = self._once
-        while cutting.pending and end - self.spent >= each:
+        while trying.pending and end - self.spent >= each:
             count = min(AT_ONCE, (end - self.spent) // each)
-            some, cutting.pending = cutting.pending[:count], cutting.pending[count:]
-            open_ = self._find_open([part.box for part in some], Plan((), *how), each * len(some))
+            some, trying.pending = trying.pending[:count], trying.pending[count:]
+            open_ = self._find_open([part.box for part in some], Plan((), *trying.how), each * len(some))
             for part in some if open_ is None else [some[place] for place in open_]:
-                halved = part.cut(cutting.whole, self._weights, MAX_DEPTH)
-                cutting.pending += halved
-                cutting.lost += [] if halved else [part]
-        self.open = [part.box for part in (*cutting.lost, *cutting.pending)]
+                halved = part.cut(trying.whole, self._weights, MAX_DEPTH)
+                trying.pending += halved
+                trying.lost += [] if halved else [part]
+        self.open = [part.box for part in (*trying.lost, *trying.pending)]
         if self.open:
-            cutting.pending = [] if cutting.lost else cutting.pending
+            trying.pending = [] if trying.lost else trying.pending
             return None
-        return cutting.root.cuts
+        return trying.root.cuts
 
     def _cells(self, whole: StartBox, how: tuple[int, int]) -> Iterator[dict[int, float]]:
         """Widths of cells, the wide ones first: of the variables that are tested, then of all."""
-        scale = self._scale(whole, how)
-        ranging = [column for column in range(len(scale)) if scale[column] > NARROW]
-        tested = [column for column in ranging if self._names[column] in self._tested]
-        for columns in (tested, ranging) if tested != ranging else (ranging,):
-            for power in CELLS:
-                if columns and power * len(columns) <= MAX_POWER:
-                    yield {column: 2.0 ** (floor(log2(scale[column])) - power) for column in columns}
-
-    def _scale(self, whole: StartBox, how: tuple[int, int]) -> Float64:
-        """Estimates how far each variable ranges at samples."""
         low, high = whole.low.copy(), whole.high.copy()
 
         def see(told: SeenStep) -> None:
@@ -259,7 +244,13 @@ class PlanSearch:
         points = whole.low + shares * (whole.high - whole.low)
         self._find_open([StartBox(point, point) for point in points], Plan((), *how), FIRST)
         self.sweep.watch = None
-        return high - low
+        scale = high - low  # about how far each variable ranges at samples
+        ranging = [column for column in range(len(scale)) if scale[column] > NARROW]
+        tested = [column for column in ranging if self._names[column] in self._tested]
+        for columns in (tested, ranging) if tested != ranging else (ranging,):
+            for power in CELLS:
+                if columns and power * len(columns) <= MAX_POWER:
+                    yield {column: 2.0 ** (floor(log2(scale[column])) - power) for column in columns}
 
     def helps(self) -> list[str]:
         """Lists what would show parts that are left open, the best first, by a try with some of them."""
@@ -287,18 +278,6 @@ class PlanSearch:
             if one.high[column] > one.low[column]:
                 boxes = [half for each in boxes for half in halves(each, column)]
         return boxes if len(boxes) <= 64 else boxes[:64]
-
-
-def _find_tested(profile: PolicyProfile, system: System) -> set[str]:
-    """The variables that trees test."""
-    tested: set[str] = set()
-    for policy in profile.agents:
-        for place in {int(each) for each in policy.tree.feature if each != NO_FEATURE}:
-            feature = system.features[policy.agent][policy.features[place].name]
-            tested |= {name for name, _ in feature.form.terms}
-    assert system.flow is not None
-    tested = {each.get(name, name) for name in tested for each in system.flow.seen}
-    return tested | {name for case in system.flow.cases for half in case.when for name, _ in half.form.terms}
 
 
 def _moving(some: set[str], system: System) -> set[str]:

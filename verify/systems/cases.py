@@ -8,7 +8,7 @@ Does not: read texts, or say how the state moves.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations, product
 from typing import NamedTuple
@@ -59,8 +59,11 @@ def split_regions(
         found: list[Part] = []
         for part, (number, regions) in product(parts, enumerate(known[own])):
             for region in regions:
-                both = _intersect(part.region, region, variables)
-                found += [] if both is None else [Part(both, {**part.taken, action: number})]
+                halves = [half for box, when in (part.region, region) for half in (*box_of(box), *when)]
+                if not is_empty(tuple(halves)):
+                    named = {name for half in halves for name, _ in half.form.terms}
+                    both = _region(tuple(halves), {each.name: each.range for each in variables if each.name in named})
+                    found.append(Part(both, {**part.taken, action: number}))
         parts = found
         if len(parts) > MAX_REGIONS:
             raise InputError(f"more than {MAX_REGIONS} cases", where, "test less")
@@ -81,15 +84,6 @@ def _set_inputs(region: Polytope, forms: Mapping[str, Affine | None], where: Pla
     return tuple(halves)
 
 
-def _intersect(one: CaseRegion, other: CaseRegion, variables: Sequence[Variable]) -> CaseRegion | None:
-    """The states of both; None of none."""
-    halves = (*box_of(one.where), *one.when, *box_of(other.where), *other.when)
-    if is_empty(halves):
-        return None
-    named = {name for half in halves for name, _ in half.form.terms}
-    return _region(halves, {each.name: each.range for each in variables if each.name in named})
-
-
 def case_regions(
     conditions: Conditions, variables: Sequence[Variable], where: Place, some: bool = True
 ) -> list[list[CaseRegion]]:
@@ -104,13 +98,18 @@ def case_regions(
     last = next((number for number, given in enumerate(conditions) if given is None), None)
     others: list[Polytope] = []
     met: list[set[Polytope]] = [set() for _ in regions]  # of each case the polytopes that hold some state
-    for fixed in _combinations(modes):
+    for values in product(*map(range, modes.values())):
+        fixed = dict(zip(modes, map(Fraction, values), strict=True))
         whole = _with(box_of(ranges), fixed)
-        kept = [{each: _restrict_region(each, fixed, whole) for each in given} for given in regions]
-        held = [[part for part in given.values() if part is not None] for given in kept]
-        for seen, given in zip(met, kept, strict=True):
-            seen |= {each for each, part in given.items() if part is not None}
-        _ensure_apart(held, where)
+        held: list[list[Polytope]] = []  # of each case its polytopes that have a state with these modes
+        for seen, given in zip(met, regions, strict=True):
+            kept = {each: _with(each, fixed) for each in given}
+            kept = {each: part for each, part in kept.items() if not is_empty((*part, *whole))}
+            seen.update(kept)
+            held.append(list(kept.values()))
+        for (i, one), (j, other) in combinations(enumerate(held), 2):
+            if any(is_empty((*a, *b)) is not True for a, b in product(one, other)):
+                raise InputError(f"cases {i + 1} and {j + 1} overlap", where / j, NARROW)
         for left in _subtract_regions(whole, [each for given in held for each in given]):
             if last is None:
                 what = f"cases leave a gap: {_states(left, ranges, fixed, variables)}"
@@ -125,11 +124,6 @@ def case_regions(
         if some and not given:
             raise InputError(f"case {number + 1} holds no state of the ranges", where / number, "remove it")
     return [[_region(each, ranges) for each in given] for given in regions]
-
-
-def _combinations(modes: Mapping[str, int]) -> Iterator[dict[str, Fraction]]:
-    for values in product(*map(range, modes.values())):
-        yield dict(zip(modes, map(Fraction, values), strict=True))
 
 
 def _tight(region: Polytope, modes: Mapping[str, int]) -> Polytope:
@@ -157,18 +151,6 @@ def _with(region: Polytope, fixed: Mapping[str, Fraction]) -> Polytope:
         added = sum((factor * fixed[name] for name, factor in half.form.terms if name in fixed), Fraction(0))
         halves.append(HalfSpace(Affine.of(terms, half.form.constant + added), half.strict))
     return tuple(half for half in dict.fromkeys(halves) if half.form.terms or not half.holds({}))
-
-
-def _restrict_region(region: Polytope, fixed: Mapping[str, Fraction], whole: Polytope) -> Polytope | None:
-    """A region with modes at values; None where it has no state then."""
-    restricted = _with(region, fixed)
-    return None if is_empty((*restricted, *whole)) else restricted
-
-
-def _ensure_apart(held: Sequence[Sequence[Polytope]], where: Place) -> None:
-    for (i, one), (j, other) in combinations(enumerate(held), 2):
-        if any(is_empty((*a, *b)) is not True for a, b in product(one, other)):
-            raise InputError(f"cases {i + 1} and {j + 1} overlap", where / j, NARROW)
 
 
 def _subtract_regions(whole: Polytope, held: Sequence[Polytope]) -> list[Polytope]:

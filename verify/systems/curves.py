@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from itertools import pairwise, product
+from itertools import product
 from math import prod
 
 from codegen.errors import InputError
@@ -42,7 +42,7 @@ from verify.claims.formula import normal as pushed
 from verify.language.parser import PRIME, CallNode, Joined, Level, NameNode, Node, Prefixed, Source, Token
 from verify.language.units import Unit
 from verify.systems.claims import CurveOverCell, atom
-from verify.systems.enclosures import Enclosing, enclose_expression
+from verify.systems.enclosures import Enclosing, enclose_expression, split_interval
 from verify.systems.expressions import Expression, names
 from verify.systems.parsing import FUNCTIONS, Names, curve_of
 from verify.systems.system import Affine, Box, HalfSpace, Interval, Piece, Variable
@@ -113,7 +113,7 @@ def without_curves(
     stated = pushed(formula)
     by_cell: dict[tuple[str, tuple[Interval, ...]], CurveOverCell] = {}
     both: tuple[list[Formula], list[Formula]] = ([], [])
-    for sides in product(*(_parts(ranges[name], count) for name, count in zip(named, counts, strict=True))):
+    for sides in product(*map(split_interval, (ranges[name] for name in named), counts)):
         cell = dict(zip(named, sides, strict=True))
         over = Enclosing(cell)
         known: dict[str, CurveOverCell] = {}
@@ -128,11 +128,6 @@ def without_curves(
             held = with_comparisons(stated, partial(_put_forms, known=known, stronger=stronger, box=box))
             parts.append(disjunction(beyond(cell), held))
     return conjunction(*both[0]), conjunction(*both[1]), tuple(by_cell.values())
-
-
-def _parts(bounds: Interval, count: int) -> list[Interval]:
-    low, high = bounds
-    return list(pairwise(low + (high - low) * k / count for k in range(count + 1)))
 
 
 def beyond(cell: Box) -> Formula:
@@ -208,16 +203,20 @@ def without_next(
     stated = pushed(formula)
     terms = [name for part in atoms(stated) if isinstance(part, Linear) for _, name in part.terms]
     named = sorted({following[name] for name in terms if name in following})
-    moving = [agent for agent in acting if any(_moves(piece, agent, named) for piece in pieces)]
+    effects = [each for piece in pieces for each in piece.effect.items()]
+    movers = {agent for (agent, _), forms in effects if forms.keys() & {*named}}
+    moving = [agent for agent in acting if agent in movers]
     parts = len(pieces) * prod(len(acting[agent].actions) for agent in moving)
     if parts > MAX_PARTS:
         advice = "name fewer next values, or state the claim about fewer agents"
         raise InputError(f"{parts:,} pieces and joint actions, of at most {MAX_PARTS:,}", where, advice)
+    numbers = {agent: {each.name: n for n, each in enumerate(acting[agent].actions)} for agent in moving}
     both: tuple[list[Formula], list[Formula]] = ([], [])
     for piece in pieces:
         elsewhere = _beyond(piece)
-        for actions in _joint(moving, acting):
-            done = [negate(Acts(agent, _number(acting[agent], name))) for agent, name in actions.items()]
+        for chosen in product(*(numbers[agent] for agent in moving)):
+            actions = dict(zip(moving, chosen, strict=True))  # what each agent that matters does
+            done = [negate(Acts(agent, numbers[agent][name])) for agent, name in actions.items()]
             after = {name + PRIME: piece.total(name, actions.items()) for name in named}
             errors = {name + PRIME: piece.error[name] for name in named if name in piece.error}
             surely = _put(stated, after, errors, max)
@@ -225,19 +224,6 @@ def without_next(
             for formulas, held in zip(both, (surely, maybe), strict=True):
                 formulas.append(disjunction(elsewhere, *done, held))
     return conjunction(*both[0]), conjunction(*both[1])
-
-
-def _moves(piece: Piece, agent: str, named: Sequence[str]) -> bool:
-    return any(one == agent and forms.keys() & {*named} for (one, _), forms in piece.effect.items())
-
-
-def _joint(moving: Sequence[str], acting: Mapping[str, AgentPolicy]) -> Iterator[Action]:
-    for chosen in product(*([action.name for action in acting[agent].actions] for agent in moving)):
-        yield dict(zip(moving, chosen, strict=True))
-
-
-def _number(policy: AgentPolicy, name: str) -> int:
-    return [action.name for action in policy.actions].index(name)
 
 
 def _beyond(piece: Piece) -> Formula:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from itertools import chain, pairwise, product
-from math import isqrt
+from math import isqrt, prod
 from typing import NamedTuple
 
 from codegen.errors import InputError
@@ -72,10 +72,21 @@ class Enclosing:
     def of(self, expression: Expression, where: object) -> Enclosure:
         """The enclosure of an expression that stands somewhere. InputError with the place if it may be undefined."""
         try:
-            return _coarse(self._model(expression), self.box)
+            model = self._model(expression)
         except UndefinedError as undefined:
             states = ", ".join(f"{name} in [{plain(low)}, {plain(high)}]" for name, (low, high) in self.box.items())
             raise InputError(str(undefined), f"{where}: {states}", "narrow the ranges, or cut them") from None
+        # in decimals, the error around 0 and widened
+        slopes = {name: Fraction(round(slope * GRID), GRID) for name, slope in model.slopes.items()}
+        lost, middle = Fraction(0), model.middle + (model.rest[0] + model.rest[1]) / 2
+        for name, slope in slopes.items():
+            low, high = self.box[name]
+            lost += abs(slope - model.slopes[name]) * (high - low) / 2
+            middle -= slope * (low + high) / 2
+        constant = Fraction(round(middle * GRID), GRID)
+        half = (model.rest[1] - model.rest[0]) / 2 + lost + abs(constant - middle)
+        wide = Fraction((half * (1 + SLACK) * GRID).__ceil__() + 1, GRID)
+        return Enclosure(Affine.of(slopes, constant), (-wide, wide))
 
     def _model(self, expression: Expression) -> _Model:
         if expression not in self._known:
@@ -144,7 +155,8 @@ class Enclosing:
 
     def _scale_model(self, model: _Model, factor: Fraction) -> _Model:
         slopes = {name: slope * factor for name, slope in model.slopes.items()}
-        return self._fine(model.middle * factor, slopes, _scale_bounds(model.rest, factor))
+        low, high = model.rest[0] * factor, model.rest[1] * factor
+        return self._fine(model.middle * factor, slopes, (min(low, high), max(low, high)))
 
     def _product(self, one: _Model, other: _Model) -> _Model:
         for constant, factor in ((one, other), (other, one)):
@@ -179,11 +191,6 @@ class Enclosing:
 
 def _add_bounds(one: Interval, other: Interval) -> Interval:
     return one[0] + other[0], one[1] + other[1]
-
-
-def _scale_bounds(bounds: Interval, factor: Fraction) -> Interval:
-    low, high = bounds[0] * factor, bounds[1] * factor
-    return min(low, high), max(low, high)
 
 
 def _times(one: Interval, other: Interval) -> Interval:
@@ -344,21 +351,6 @@ def _round_quotient(number: int, by: int) -> int:
 # --- a short form
 
 
-def _coarse(model: _Model, box: Box) -> Enclosure:
-    """The enclosure in decimals, its error around 0 and widened."""
-    slopes = {name: Fraction(round(slope * GRID), GRID) for name, slope in model.slopes.items()}
-    lost = Fraction(0)
-    middle = model.middle + (model.rest[0] + model.rest[1]) / 2
-    for name, slope in slopes.items():
-        low, high = box[name]
-        lost += abs(slope - model.slopes[name]) * (high - low) / 2
-        middle -= slope * (low + high) / 2
-    constant = Fraction(round(middle * GRID), GRID)
-    half = (model.rest[1] - model.rest[0]) / 2 + lost + abs(constant - middle)
-    wide = Fraction((half * (1 + SLACK) * GRID).__ceil__() + 1, GRID)
-    return Enclosure(Affine.of(slopes, constant), (-wide, wide))
-
-
 MAX_PIECES = 4_096
 
 
@@ -378,10 +370,7 @@ def pieces(rules: Sequence[Rule], variables: Sequence[Variable], where: object) 
 
 def count(rule: Rule) -> int:
     """Counts the pieces that a rule becomes."""
-    total = 1
-    for name in list_curved(rule):
-        total *= rule.cuts.get(name, 1)
-    return total
+    return prod(rule.cuts.get(name, 1) for name in list_curved(rule))
 
 
 def list_curved(rule: Rule) -> tuple[str, ...]:
@@ -393,26 +382,24 @@ def list_curved(rule: Rule) -> tuple[str, ...]:
 def cells(rule: Rule, ranges: Mapping[str, Interval]) -> Iterator[Box]:
     """The boxes that a rule is enclosed over: its domain, cut where something is not affine."""
     whole, cut = domain(rule, ranges), list_curved(rule)
-    sides = [_parts(whole[name], rule.cuts.get(name, 1)) for name in cut]
+    sides = [split_interval(whole[name], rule.cuts.get(name, 1)) for name in cut]
     for chosen in product(*sides):
         yield {**whole, **dict(zip(cut, chosen, strict=True))}
 
 
 def domain(rule: Rule, ranges: Mapping[str, Interval]) -> Box:
     """The box in which a rule says how the state moves: its own, and the ranges of what is not affine."""
-    return {**rule.where, **{name: _within(rule.where, ranges, name) for name in list_curved(rule)}}
+    box = dict(rule.where)
+    for name in list_curved(rule):
+        (least, most), (low, high) = ranges[name], box.get(name, ranges[name])
+        box[name] = (max(low, least), min(high, most)) if low <= most and high >= least else (low, high)
+    return box
 
 
-def _within(where: Box, ranges: Mapping[str, Interval], name: str) -> Interval:
-    low, high = where.get(name, ranges[name])
-    least, most = ranges[name]
-    return (max(low, least), min(high, most)) if low <= most and high >= least else (low, high)
-
-
-def _parts(bounds: Interval, n: int) -> list[Interval]:
+def split_interval(bounds: Interval, count: int) -> list[Interval]:
+    """So many parts of an interval, equally wide."""
     low, high = bounds
-    ends = [low + (high - low) * k / n for k in range(n + 1)]
-    return list(pairwise(ends))
+    return list(pairwise(low + (high - low) * k / count for k in range(count + 1)))
 
 
 def _pieces(rule: Rule, ranges: Mapping[str, Interval]) -> Iterator[Piece]:
@@ -433,19 +420,15 @@ def _pieces(rule: Rule, ranges: Mapping[str, Interval]) -> Iterator[Piece]:
                 by_agent[agent, name] = min(low, error[0]), max(high, error[1])
         for (_, name), error in by_agent.items():
             errors.setdefault(name, []).append(error)
-        yield Piece(box, move, effect, _sum_errors(errors), rule.when, rule.choice)
+        sums: dict[str, Interval] = {}
+        for name, bounds in errors.items():
+            low, high = (sum((each[side] for each in bounds), Fraction(0)) for side in (0, 1))
+            if low or high:
+                sums[name] = low, high
+        yield Piece(box, move, effect, sums, rule.when, rule.choice)
 
 
 def enclose_expression(expression: Expression, over: Enclosing, where: object) -> Enclosure:
     """The affine form that an expression is, or an enclosure of it. InputError with `where` if it may be undefined."""
     form = affine(expression)
     return over.of(expression, where) if form is None else Enclosure(form, ZERO)
-
-
-def _sum_errors(errors: Mapping[str, Sequence[Interval]]) -> dict[str, Interval]:
-    sums: dict[str, Interval] = {}
-    for name, bounds in errors.items():
-        low, high = (sum((each[side] for each in bounds), Fraction(0)) for side in (0, 1))
-        if low or high:
-            sums[name] = low, high
-    return sums

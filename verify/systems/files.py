@@ -92,7 +92,8 @@ def state_world(document: Mapping[str, object], where: Place) -> Statement:
         unset = {name for each in agents for name in each.inputs - inputs.keys()}
         still = dict.fromkeys(unset, Typed[Expression](Number(Fraction(0)), None))
         around = Around(variables, agents, Names(units | inputs, {**constants.meant, **still}, modes), counted)
-        if _flows(moved):
+        parts = moved.get("piece", [])  # time is continuous where derivatives are stated, of all states or in a piece
+        if "flow" in moved or any(is_table(each) and "flow" in each for each in (parts if is_list(parts) else [])):
             _ensure_numbers(_giving(agents), "a flow", place / "flow")
             if "reference" in document:
                 what = "a flow is not compared with an environment"
@@ -131,43 +132,27 @@ def lower(statement: Statement, acting: Mapping[str, Acting]) -> Statement:
     rules = tuple(each.of_actions(setters) for each in statement.rules)
     bounds = {each.variable: each.range for one in acting.values() for each in one.roundings}
     if bounds:
-        ranges = {each.name: each.range for each in system.variables}
-        anew: dict[str, Expression] = dict.fromkeys(bounds, Number(Fraction(0)))  # and an error, which is all of it
-        rules = tuple(
-            replace(
-                rule,
-                where={name: _intersect_ranges(ends, rule.where.get(name, ends)) for name, ends in ranges.items()},
-                move={**rule.move, **anew},
-                error={**rule.error, **bounds},
-            )
-            for rule in rules
-        )
+        anew: dict[str, Expression] = dict.fromkeys(bounds, ZERO)  # and an error, which is all of it
+        bounded: list[Rule] = []
+        for rule in rules:
+            where = {each.name: each.range for each in system.variables}
+            for name, (low, high) in where.items():
+                least, most = rule.where.get(name, (low, high))
+                where[name] = max(low, least), min(high, most)
+            moved = {"move": {**rule.move, **anew}, "error": {**rule.error, **bounds}}
+            bounded.append(replace(rule, where=where, **moved))
+        rules = tuple(bounded)
     variables = (*system.variables, *(Variable(name, "1", ends) for name, ends in bounds.items()))
-    system = replace(
-        system,
-        variables=variables,
-        features={
-            agent: {**own, **acting[agent].features} if agent in acting else own
-            for agent, own in system.features.items()
-        },
-        start=(*system.start, *box_of(bounds)),
-        pieces=pieces(rules, variables, place),
-    )
+    features = dict(system.features)
+    for agent, one in acting.items():
+        features[agent] = {**features[agent], **one.features}
+    start, made = (*system.start, *box_of(bounds)), pieces(rules, variables, place)
+    system = replace(system, variables=variables, features=features, start=start, pieces=made)
     return replace(statement, system=system, agents=agents, rules=rules, acting=acting)
-
-
-def _flows(moved: Mapping[str, object]) -> bool:
-    """Returns True if the state moves in continuous time: derivatives are stated, of all states or in a piece."""
-    pieces = moved.get("piece", [])
-    return "flow" in moved or any(is_table(each) and "flow" in each for each in (pieces if is_list(pieces) else []))
 
 
 def _giving(agents: Sequence[Agent]) -> list[str]:
     return [f"{agent.name}.{output}" for agent in agents for output in agent.outputs]
-
-
-def _intersect_ranges(one: Interval, other: Interval) -> Interval:
-    return max(one[0], other[0]), min(one[1], other[1])
 
 
 def _ensure_numbers(strange: Sequence[str], what: str, where: Place) -> None:
@@ -211,7 +196,13 @@ def _variables(
         if identifier(name) in map(identifier, units):
             raise InputError(f"another variable is '{name}' but for its case", place, "give each a name of its own")
         if "modes" in value:
-            variables.append(_mode(as_name(name, place, dotted=True), value, place))
+            as_name(name, place, dotted=True)
+            only(value, ("modes",), place)
+            place /= "modes"
+            modes = [as_name(text(each, place), place) for each in as_list(value["modes"], place)]
+            if not 2 <= len(modes) <= MAX_MODES or len(set(modes)) < len(modes):
+                raise InputError(f"not 2 to {MAX_MODES} different modes", place, 'write modes = ["off", "on"]')
+            variables.append(Variable(name, "1", (Fraction(0), Fraction(len(modes) - 1)), tuple(modes)))
             units[name] = PURE
             continue
         if "range" not in value:
@@ -219,15 +210,6 @@ def _variables(
         units[as_name(name, place, dotted=True)] = unit = unit_of(text(value.get("unit", ""), place), place)
         variables.append(Variable(name, format_unit(unit), interval(value["range"], unit, constants, place)))
     return tuple(variables), units
-
-
-def _mode(name: str, given: Mapping[str, object], where: Place) -> Variable:
-    """A variable that is a mode."""
-    only(given, ("modes",), where)
-    modes = [as_name(text(each, where / "modes"), where / "modes") for each in as_list(given["modes"], where / "modes")]
-    if not 2 <= len(modes) <= MAX_MODES or len(set(modes)) < len(modes):
-        raise InputError(f"not 2 to {MAX_MODES} different modes", where / "modes", 'write modes = ["off", "on"]')
-    return Variable(name, "1", (Fraction(0), Fraction(len(modes) - 1)), tuple(modes))
 
 
 def _clock(document: Mapping[str, object], variables: tuple[Variable, ...], constants: Names) -> tuple[Variable, ...]:
@@ -350,12 +332,13 @@ def _like(agent: str, given: Mapping[str, object], where: Place) -> str:
 def _actions(
     agent: str, described: Mapping[str, object], names: Names, inputs: dict[str, Unit], where: Place
 ) -> Mapping[str, Mapping[str, Expression]]:
-    """Reads what each action sets; all of them set the same inputs."""
+    """Reads what each action sets: all of them the same inputs, those that one leaves out to 0."""
     actions: dict[str, Mapping[str, Expression]] = {}
     for action, settings in _some(described, "actions", where, MAX_ACTIONS).items():
         place = where / "actions" / action
         actions[_as_label(action, place)] = _settings(agent, as_table(settings, place), names, inputs, place)
-    return _whole(actions)
+    known = dict.fromkeys((name for values in actions.values() for name in values if not is_mode(name)), ZERO)
+    return {action: {**known, **values} for action, values in actions.items()}
 
 
 def _outputs(agent: str, described: Mapping[str, object], inputs: dict[str, Unit], where: Place) -> tuple[str, ...]:
@@ -405,12 +388,6 @@ def _settings(
                 raise InputError(what, place, "set an input in one unit")
         settings[name] = setting.value
     return settings
-
-
-def _whole(actions: Mapping[str, Mapping[str, Expression]]) -> dict[str, Mapping[str, Expression]]:
-    """The actions with 0 for every input that one of them leaves out."""
-    inputs = dict.fromkeys(name for values in actions.values() for name in values if not is_mode(name))
-    return {action: {**dict.fromkeys(inputs, ZERO), **values} for action, values in actions.items()}
 
 
 # --- features

@@ -15,7 +15,7 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from verify.claims.region_files import is_list, is_table
-from verify.language.units import Unit, times, unit_of
+from verify.language.units import times, unit_of
 from verify.systems.cases import CaseRegion
 from verify.systems.expressions import Call, Expression, Name, Number, affine, parts
 from verify.systems.expressions import names as names_in
@@ -38,22 +38,20 @@ def flow_of(
     """The flow of a file, and what its delays keep. InputError with the place of the first fault."""
     for key in STEPWISE:
         if key in given:
-            what = f"both flow and {key}"
-            raise InputError(
-                what, where / key, f"a flow states derivatives, and next what jumps: remove {key}, or flow"
-            )
+            advice = f"a flow states derivatives, and next what jumps: remove {key}, or flow"
+            raise InputError(f"both flow and {key}", where / key, advice)
     only(given, KEYS, where)
     if "period" not in given:
         raise InputError("a flow needs the period of its samples", where, TIME)
-    sampling = sampling_of(given["period"], around.names, where / "period")
-    late = keeping(sampling.delays, around.variables, features, where / "period")
+    period, jitter, delays = _read_period(given["period"], around.names, where / "period")
+    late = keeping(delays, around.variables, features, where / "period")
     reader = _FlowReader(around, late)
     cases = tuple(case for piece in reader.pieces(given, where) for case in reader.cases(*piece))
     first = cases[0]
     alone = not first.where and not first.when and len(cases) == 1
     held, of = _hold_inputs(set_modes(around.agents, around.variables), where), () if alone else cases
-    samples = sampling.jitter, late.seen, late.kept
-    return Flow(sampling.length, first.rates, held, first.error, first.jumps, *samples, of), late
+    samples = jitter, late.seen, late.kept
+    return Flow(period, first.rates, held, first.error, first.jumps, *samples, of), late
 
 
 class _FlowReader(MotionReader):
@@ -76,7 +74,13 @@ class _FlowReader(MotionReader):
         stated = self.entries(given, "flow", where, self.units)
         second = unit_of("s", where)
         rates_in = {name: times(unit, second, -1) for name, unit in self.units.items()}
-        rates = {name: _rate(stated, name, unit, known, where / "flow") for name, unit in rates_in.items()}
+        rates: dict[str, Expression] = {}
+        for name, unit in rates_in.items():
+            place = where / "flow"
+            if name not in stated:
+                raise InputError(f"nothing says how {name} moves", place, f"write {name} = 0 if it stays")
+            rates[name] = fitting(as_typed(stated[name], known, place / name), unit, place / name)
+            _ensure_smooth(rates[name], place / name)
         for name, rate in rates.items():
             if any(each in choices for each in names_in(rate)):
                 raise InputError("a derivative is not chosen", where / "flow" / name, "choose in [dynamics.next]")
@@ -93,15 +97,6 @@ class _FlowReader(MotionReader):
             cases += (FlowCase(box, when, rates | self._still, errors, jumped, chosen.words) for box, when in regions)
             ensure_few(cases, where)
         return cases
-
-
-def _rate(stated: Mapping[str, object], name: str, unit: Unit, names: Names, where: Place) -> Expression:
-    """A derivative, in the unit of its variable per second."""
-    if name not in stated:
-        raise InputError(f"nothing says how {name} moves", where, f"write {name} = 0 if it stays")
-    rate = fitting(as_typed(stated[name], names, where / name), unit, where / name)
-    _ensure_smooth(rate, where / name)
-    return rate
 
 
 def _ensure_smooth(expression: Expression, where: Place) -> None:
@@ -136,45 +131,28 @@ MAX_VARIABLES = 256  # with those that keep earlier values
 TIME = 'write period = "0.1 s", or a table with length, jitter and delay'
 
 
-@dataclass(frozen=True)
-class Sampling:
-    """A period in seconds, by how much it may be longer, and the delays of observations in whole periods."""
-
-    length: Fraction
-    jitter: Interval = (Fraction(0), Fraction(0))
-    delays: tuple[int, ...] = (0,)
-
-
-def sampling_of(given: object, names: Names, where: Place) -> Sampling:
-    """Reads `period`: a time, or a table. InputError with the place of the first fault."""
+def _read_period(stated: object, names: Names, where: Place) -> tuple[Fraction, Interval, range]:
+    """A period in seconds, by how much it may be longer, and the delays of observations in whole periods, from a time
+    or a table. InputError with the place of the first fault.
+    """
     second = unit_of("s", where)
-    if not is_table(given):
-        return Sampling(_length(given, second, names, where))
+    given, at = (stated, where / "length") if is_table(stated) else ({"length": stated}, where)
     only(given, OF_PERIODS, where)
     if "length" not in given:
         raise InputError("a period needs a length", where, 'write length = "0.1 s"')
-    length = _length(given["length"], second, names, where / "length")
+    length = as_constant(given["length"], second, names, at)
+    if length <= 0:
+        raise InputError(f"the period {length} is not above 0", at, TIME)
     jitter = error_of(given.get("jitter", 0), second, names, where / "jitter")
     if length + jitter[0] <= 0:
         what = f"a period of {length} s may be {length + jitter[0]} s long"
         raise InputError(what, where / "jitter", "keep the jitter below the length")
-    return Sampling(length, jitter, _delays(given.get("delay", 0), where / "delay"))
-
-
-def _length(given: object, second: Unit, names: Names, where: Place) -> Fraction:
-    length = as_constant(given, second, names, where)
-    if length <= 0:
-        raise InputError(f"the period {length} is not above 0", where, TIME)
-    return length
-
-
-def _delays(given: object, where: Place) -> tuple[int, ...]:
-    """Whole periods: one number, or the ends of an interval."""
-    ends = as_list(given, where, 2) if is_list(given) else [given, given]
+    delay, where = given.get("delay", 0), where / "delay"  # whole periods: one number, or the ends of an interval
+    ends = as_list(delay, where, 2) if is_list(delay) else [delay, delay]
     low, high = (0 if end == 0 and not isinstance(end, bool) else count(end, where, MAX_DELAY) for end in ends)
     if low > high:
         raise InputError(f"the least delay {low} is above the largest one {high}", where, "swap them")
-    return tuple(range(low, high + 1))
+    return length, jitter, range(low, high + 1)
 
 
 @dataclass(frozen=True)
@@ -209,16 +187,12 @@ def keeping(
     kept = {earlier(one.name, age): one.name for age in ages for one in late}
     jumps = {earlier(one.name, age): Name(earlier(one.name, age - 1)) for age in ages for one in late}
     seen = tuple({one.name: earlier(one.name, delay) for one in late if delay} for delay in delays)
-    return Keeping(tuple(added), _alike(kept), jumps, kept, seen)
+    one = Fraction(1)  # every start: what is kept is what the variable is
+    ways = [(a, b) for pair in kept.items() for a, b in (pair, pair[::-1])]
+    alike = tuple(HalfSpace(Affine.of({a: one, b: -one})) for a, b in ways)
+    return Keeping(tuple(added), alike, jumps, kept, seen)
 
 
 def earlier(name: str, age: int) -> str:
     """The variable that keeps what another was so many periods ago. No text can write it."""
     return f"{name} {age} ago" if age else name
-
-
-def _alike(kept: Mapping[str, str]) -> Polytope:
-    """Every start: what is kept is what the variable is."""
-    one = Fraction(1)
-    ways = [(a, b) for pair in kept.items() for a, b in (pair, pair[::-1])]
-    return tuple(HalfSpace(Affine.of({a: one, b: -one})) for a, b in ways)

@@ -13,7 +13,7 @@ between 0 and twice the bound; each step sets it anew. So a test of a sum is a t
 a time gives them.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -90,10 +90,8 @@ class Errors:
     def __init__(self, policy: AgentPolicy, sizes: Mapping[int, Fraction | None]) -> None:
         """`sizes`: the largest absolute value of each affine feature, by place; None: observed without rounding."""
         tree = policy.tree
-        self._seen, self._added = (
-            HALVES[policy.numbers],
-            HALVES[choose_numbers(tree.arithmetic) if tree.arithmetic else FLOAT64],
-        )
+        self._seen = HALVES[policy.numbers]
+        self._added = HALVES[choose_numbers(tree.arithmetic) if tree.arithmetic else FLOAT64]
         self._exact_products, self._gives = tree.arithmetic == DOUBLE_SUMS, HALVES[tree.gives]
         self._sizes = sizes
 
@@ -157,8 +155,9 @@ class _Reading:
         self._stated = [features[each.name] for each in policy.features]
         self._taken = {*features, *ranges}
         self._roundings: dict[str, Rounded] = {}
-        sizes = {place: self._size(feature) for place, feature in enumerate(self._stated)}
-        self._errors = Errors(policy, sizes)
+        rounded = {place: each for place, each in enumerate(self._stated) if each.measure not in EXACT}
+        sizes = {place: max(map(abs, self._reach(each.form))) for place, each in rounded.items()}
+        self._errors = Errors(policy, dict.fromkeys(range(len(self._stated))) | sizes)
         self._features: dict[str, Feature] = {}  # of the plain agent, in order
         self._added: dict[str, Feature] = {}
         self._settings: dict[str, dict[str, Expression]] = {}
@@ -180,12 +179,13 @@ class _Reading:
     def _node(self, node: int) -> int:
         place = int(self._tree.feature[node])
         if place == NO_FEATURE:
-            return self._leaf(node)
+            if not self.real.outputs:
+                return self._ending(int(self._tree.action[node]))
+            return self._output(node, 0, {}, f"leaf_{node}")
         plain = self._single(place) if place < len(self._stated) else self._sum(place - len(self._stated))
         left, right = int(self._tree.left[node]), int(self._tree.right[node])
-        return self._split(
-            plain, float(self._tree.threshold[node]), lambda: self._node(left), lambda: self._node(right)
-        )
+        threshold = float(self._tree.threshold[node])
+        return self._split(plain, threshold, lambda: self._node(left), lambda: self._node(right))
 
     def _split(self, plain: int, threshold: float, left: Callable[[], int], right: Callable[[], int]) -> int:
         place = len(self._rows)
@@ -198,18 +198,12 @@ class _Reading:
         self._rows.append((NO_FEATURE, 0.0, -1, -1, action))
         return len(self._rows) - 1
 
-    def _leaf(self, node: int) -> int:
-        if not self.real.outputs:
-            return self._ending(int(self._tree.action[node]))
-        return self._output(node, 0, {}, f"leaf_{node}")
-
     def _output(self, node: int, output: int, settings: dict[str, Expression], name: str) -> int:
         """The part of the plain tree that gives a leaf's outputs from one on. `name`: of the action, so far."""
         if output == len(self.real.outputs):
             if len(self._settings) == MAX_ACTIONS:
-                raise InputError(
-                    f"outputs are cut in more than {MAX_ACTIONS} ways", self.real.agent, "use fewer leaves"
-                )
+                what = f"outputs are cut in more than {MAX_ACTIONS} ways"
+                raise InputError(what, self.real.agent, "use fewer leaves")
             self._settings[name] = settings
             return self._ending(len(self._settings) - 1)
         spec, vector = self.real.outputs[output], int(self._tree.action[node])
@@ -221,7 +215,13 @@ class _Reading:
 
         if not given.places:
             return ends(self._constant(vector, output), "")()
-        form = self._value(output, given)
+        # the output before it is cut, with its rounding, whose bound is that of all leaves
+        variable = f"{self.real.agent}.{ROUNDING}output_{output + 1}"
+        if variable not in self._roundings:
+            sums = tuple(vector[output] for vector in self._tree.vectors)
+            bound = max(self._errors.of(each) for each in sums)
+            self._roundings[variable] = Rounded(variable, _short(bound), sums, output)
+        form = self._form(given).plus(self._roundings[variable].form)
         low, high = self._reach(form)
 
         def inner() -> int:
@@ -258,7 +258,9 @@ class _Reading:
         known = [place for place, each in enumerate(self._features.values()) if each == Feature(form)]
         if known:
             return known[0]
-        name = self._pick_name(f"sum_{len(self._added) + 1}")
+        name = f"sum_{len(self._added) + 1}"
+        while name in self._taken:
+            name += "_"
         self._added[name] = self._features[name] = Feature(form)
         return len(self._features) - 1
 
@@ -270,9 +272,8 @@ class _Reading:
             return list(self._features).index(name)
         if stated.measure is not Measure.VALUE:
             raise self._make_feature_error(place, "is rounded to float32 after it is clipped")
-        return self._feature(
-            self._with(stated.form, f"feature_{place + 1}", Sum(((1.0, place),)), self._errors.bound_feature(place))
-        )
+        bound = self._errors.bound_feature(place)
+        return self._feature(self._with(stated.form, f"feature_{place + 1}", Sum(((1.0, place),)), bound))
 
     def _sum(self, place: int) -> int:
         """A feature that measures a sum with its rounding."""
@@ -282,15 +283,6 @@ class _Reading:
     def _with(self, form: Affine, name: str, each: Sum, bound: Fraction) -> Affine:
         variable = f"{self.real.agent}.{ROUNDING}{name}"
         return form.plus(self._roundings.setdefault(variable, Rounded(variable, _short(bound), (each,))).form)
-
-    def _value(self, output: int, given: Sum) -> Affine:
-        """Returns an output before it is cut, with its rounding, whose bound is that of all leaves."""
-        variable = f"{self.real.agent}.{ROUNDING}output_{output + 1}"
-        if variable not in self._roundings:
-            sums = tuple(vector[output] for vector in self._tree.vectors)
-            bound = max(self._errors.of(each) for each in sums)
-            self._roundings[variable] = Rounded(variable, _short(bound), sums, output)
-        return self._form(given).plus(self._roundings[variable].form)
 
     def _last(self, output: int, form: Affine, low: Fraction, high: Fraction) -> Affine:
         """The form after the last rounding of an output."""
@@ -311,9 +303,8 @@ class _Reading:
                 form = form.plus(Affine((), weight))
                 continue
             if self._stated[place].measure is not Measure.VALUE:
-                raise self._make_feature_error(
-                    place, f"is {self._stated[place].measure.value}(..), and stands in a sum"
-                )
+                what = f"is {self._stated[place].measure.value}(..), and stands in a sum"
+                raise self._make_feature_error(place, what)
             form = form.plus(self._stated[place].form, weight)
         return form
 
@@ -321,23 +312,13 @@ class _Reading:
         where = f"{self.real.agent}: feature {self.real.features[place].name}"
         return InputError(f"the feature {what}", where, "sums are proved of affine features only")
 
-    def _pick_name(self, name: str) -> str:
-        while name in self._taken:
-            name += "_"
-        return name
-
     # --- ranges
-
-    def _size(self, feature: Feature) -> Fraction | None:
-        return None if feature.measure in EXACT else max(map(abs, self._reach(feature.form)))
 
     def _reach(self, form: Affine) -> Interval:
         """The least and most that a form is within the ranges, and within the bounds of roundings."""
-        ends = list(self._ends(form))
-        return form.constant + sum(low for low, _ in ends), form.constant + sum(high for _, high in ends)
-
-    def _ends(self, form: Affine) -> Iterator[Interval]:
+        least = most = form.constant
         for name, factor in form.terms:
-            rounding = self._roundings.get(name)
-            low, high = self._ranges[name] if rounding is None else rounding.range
-            yield (factor * low, factor * high) if factor > 0 else (factor * high, factor * low)
+            bounds = self._roundings[name].range if name in self._roundings else self._ranges[name]
+            low, high = sorted(factor * end for end in bounds)
+            least, most = least + low, most + high
+        return least, most

@@ -36,7 +36,6 @@ from verify.systems.expressions import (
 from verify.systems.parsing import (
     CASE,
     Choices,
-    ChosenMotion,
     Names,
     conditions,
     fitting,
@@ -126,8 +125,19 @@ class MotionReader:
         """The states of each piece: all have a box, `where`, or all have conditions, `when`."""
         places = [where / "piece" / index for index in range(len(tables))]
         if not any("when" in each for each in tables):
-            boxes = [self._box(each, place) for each, place in zip(tables, places, strict=True)]
-            _ensure_cover(boxes, self.around.variables, where)
+            boxes: list[Box] = []
+            for each, place in zip(tables, places, strict=True):
+                ends = self.entries(each, "where", place, self.bounded).items()
+                at = place / "where"
+                boxes.append({x: interval(end, self.bounded[x], self.names, at / x) for x, end in ends})
+            if (pair := overlapping(boxes)) is not None:
+                what = f"pieces {pair[0] + 1} and {pair[1] + 1} overlap"
+                raise InputError(what, where, "pieces may share borders only")
+            ranges = {variable.name: variable.range for variable in self.around.variables}
+            if (gap := find_gap(ranges, boxes)) is not None:
+                told = {name: bounds for name, bounds in gap.items() if any(name in box for box in boxes)}
+                states = ", ".join(f"{name} in [{low}, {high}]" for name, (low, high) in (told or gap).items())
+                raise InputError(f"pieces leave a gap: {states}", where, "add a piece, or narrow the ranges")
             return [[CaseRegion(box, ())] for box in boxes]
         for each, place in zip(tables, places, strict=True):
             if "when" not in each or "where" in each:
@@ -145,13 +155,6 @@ class MotionReader:
     def regions_of(self, stated: Conditions, where: Place) -> list[list[CaseRegion]]:
         """The regions of each case."""
         return case_regions(stated, self.around.variables, where)
-
-    def _box(self, given: Mapping[str, object], where: Place) -> Box:
-        """The box of a piece."""
-        return {
-            name: interval(bounds, self.bounded[name], self.names, where / "where" / name)
-            for name, bounds in self.entries(given, "where", where, self.bounded).items()
-        }
 
     def entries(
         self, given: Mapping[str, object], key: str, where: Place, known: Collection[str]
@@ -222,19 +225,6 @@ def _merge_tables(shared: Mapping[str, object], stated: Mapping[str, object], wh
     return piece
 
 
-def _ensure_cover(boxes: Sequence[Box], variables: Sequence[Variable], where: Place) -> None:
-    """InputError where two boxes share more than a border, or the ranges hold states that no box holds."""
-    pair = overlapping(boxes)
-    if pair is not None:
-        what = f"pieces {pair[0] + 1} and {pair[1] + 1} overlap"
-        raise InputError(what, where, "pieces may share borders only")
-    gap = find_gap({variable.name: variable.range for variable in variables}, boxes)
-    if gap is not None:
-        told = {name: bounds for name, bounds in gap.items() if any(name in box for box in boxes)}
-        states = ", ".join(f"{name} in [{low}, {high}]" for name, (low, high) in (told or gap).items())
-        raise InputError(f"pieces leave a gap: {states}", where, "add a piece, or narrow the ranges")
-
-
 class StepReader(MotionReader):
     """Reads motion in steps."""
 
@@ -257,13 +247,13 @@ class StepReader(MotionReader):
         cases: list[list[Rule]] = []
         for stated, regions, place in self.pieces(given, where):
             moves = self._moves(stated, place)
-            error, cuts = self.read_errors(stated, self.units, self.names, place), self._cuts(stated, place)
-            cases.append(
-                [
-                    Rule({}, {**move, **self.around.counted}, effect, error, cuts, (), words, place, following)
-                    for following, move, effect, words in moves
-                ]
-            )
+            error = self.read_errors(stated, self.units, self.names, place)
+            cut = self.entries(stated, "cuts", place, self.units)  # into how many parts where something is not affine
+            cuts = {name: count(value, place / "cuts" / name, MAX_CUTS) for name, value in cut.items()}
+            cases.append([])
+            for following, move, effect, words in moves:
+                moved = {**move, **self.around.counted}
+                cases[-1].append(Rule({}, moved, effect, error, cuts, (), words, place, following))
             own = [replace(each, where=box, when=when) for box, when in regions for each in cases[-1]]
             ensure_few(own, place)
             rules += own
@@ -298,17 +288,16 @@ class StepReader(MotionReader):
         """The rule of a part in which actions take several cases. InputError where it would depend on more."""
         taken = sorted({*part.taken.values()})
         first, place = cases[taken[0]][0], where / "piece" / taken[-1]
-        if any(
-            len(cases[each]) > 1 or not cases[each][0].next or cases[each][0].error != first.error for each in taken
-        ):
+        own = [cases[each] for each in taken]
+        if any(len(each) > 1 or not each[0].next or each[0].error != first.error for each in own):
             what = "an action chooses between cases with choices, matrices or other errors"
             raise InputError(what, place, "write cases by next, with one error and no choice(..)")
-        joined = {
-            name: self._take(agent, part.taken, {each: cases[each][0].next[name] for each in taken})
-            for name in first.next
-        }
-        stated = [cases[each][0].cuts for each in taken]
-        cuts = {name: max(each.get(name, 1) for each in stated) for name in {name for each in stated for name in each}}
+        joined: dict[str, Expression] = {}
+        for name in first.next:
+            joined[name] = self._take(agent, part.taken, {each: cases[each][0].next[name] for each in taken})
+        cuts: dict[str, int] = {}
+        for (rule,) in own:
+            cuts |= {name: max(count, cuts.get(name, 1)) for name, count in rule.cuts.items()}
         return replace(first, where=part.region.where, when=part.region.when, next=joined, cuts=cuts)
 
     def _take(self, agent: Agent, taken: Mapping[str, int], values: Mapping[int, Expression]) -> Expression:
@@ -325,11 +314,11 @@ class StepReader(MotionReader):
 
     def _with_cases(self, agent: Agent) -> Agent:
         """The agent, whose actions say which cases they take."""
-        own = {name: ones for (owner, ones), name in self._inputs.items() if owner == agent.name}
-        taking = {
-            action: {name: Number(Fraction(action in ones)) for name, ones in own.items()} for action in agent.actions
-        }
-        return replace(agent, actions={key: {**values, **taking[key]} for key, values in agent.actions.items()})
+        actions = {action: dict(values) for action, values in agent.actions.items()}
+        for (owner, ones), name in self._inputs.items():
+            for action, values in actions.items() if owner == agent.name else ():
+                values[name] = Number(Fraction(action in ones))
+        return replace(agent, actions=actions)
 
     def _split_clips(self, rule: Rule) -> list[Rule]:
         """The rules of the parts in which what an action sets is at an end of a clip, or between its ends."""
@@ -366,31 +355,34 @@ class StepReader(MotionReader):
             for key in ("A", "B", "c"):
                 if key in given:
                     raise InputError(f"both next and {key}", place, "write expressions or matrices, not both")
-            return [(chosen.next, {}, {}, chosen.words) for chosen in self._next(given, place)]
+            choices = Choices()
+            known = self.read_lets(given, choices, place)
+            stated = self.entries(given, "next", place, self.units)
+            following: dict[str, Expression] = {}
+            for name in self.units:
+                if name not in stated:
+                    what = f"nothing says how {name} moves"
+                    raise InputError(what, place / "next", f'write {name} = "{name}" if it stays')
+                following[name] = self.read_next(name, stated[name], known, place / "next" / name)
+                choices.call(name)
+            return [(chosen.next, {}, {}, chosen.words) for chosen in choices.ways(following, place)]
         if "A" not in given:
             raise InputError("nothing says how the state moves", place, "write next, or A, B and c")
         if self.names.modes:
             raise InputError("matrices do not say what becomes of modes", place / "A", "write next")
-        return [({}, self._matrices(given, place), self._effects(table(given, "B", place), place / "B"), {})]
-
-    def _next(self, given: Mapping[str, object], where: Place) -> list[ChosenMotion]:
-        """The next values for each way to choose."""
-        choices = Choices()
-        known = self.read_lets(given, choices, where)
-        stated = self.entries(given, "next", where, self.units)
-        following: dict[str, Expression] = {}
-        for name in self.units:
-            if name not in stated:
-                what = f"nothing says how {name} moves"
-                raise InputError(what, where / "next", f'write {name} = "{name}" if it stays')
-            following[name] = self.read_next(name, stated[name], known, where / "next" / name)
-            choices.call(name)
-        return list(choices.ways(following, where))
-
-    def _cuts(self, given: Mapping[str, object], where: Place) -> dict[str, int]:
-        """Into how many parts the range of a variable is cut where something is not affine."""
-        stated = self.entries(given, "cuts", where, self.units)
-        return {name: count(value, where / "cuts" / name, MAX_CUTS) for name, value in stated.items()}
+        move = self._matrices(given, place)
+        # B: agent -> action -> a number for each variable. An action without one adds nothing.
+        gained, where = table(given, "B", place), place / "B"
+        acting = {agent.name: agent for agent in self.around.agents}
+        only(gained, tuple(acting), where, "agent")
+        gains: Effect = {}
+        for agent, actions in gained.items():
+            vectors = as_table(actions, where / agent)
+            only(vectors, tuple(acting[agent].actions), where / agent, "action")
+            for action, vector in vectors.items():
+                added = self._vector(vector, where / agent / action)
+                gains[agent, action] = {name: of_affine(Affine.of({}, value)) for name, value in added.items() if value}
+        return [({}, move, gains, {})]
 
     # --- matrices
 
@@ -424,16 +416,3 @@ class StepReader(MotionReader):
             name: as_constant(entry, unit, self.names, where.saying(name))
             for (name, unit), entry in zip(self.units.items(), entries, strict=True)
         }
-
-    def _effects(self, given: Mapping[str, object], where: Place) -> Effect:
-        """B: agent -> action -> a number for each variable. An action without one adds nothing."""
-        acting = {agent.name: agent for agent in self.around.agents}
-        only(given, tuple(acting), where, "agent")
-        gains: Effect = {}
-        for agent, actions in given.items():
-            stated = as_table(actions, where / agent)
-            only(stated, tuple(acting[agent].actions), where / agent, "action")
-            for action, vector in stated.items():
-                added = self._vector(vector, where / agent / action)
-                gains[agent, action] = {name: of_affine(Affine.of({}, value)) for name, value in added.items() if value}
-        return gains

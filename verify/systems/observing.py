@@ -23,7 +23,7 @@ from codegen.numbers import nearest_double, nearest_number
 from codegen.sums import clip_values
 from verify.systems.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum, affine
 from verify.systems.files import lower
-from verify.systems.lowered import Acting, Rounded, acting
+from verify.systems.lowered import Rounded, acting
 from verify.systems.remembering import with_memory
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Feature, Measure, State, System
@@ -110,34 +110,28 @@ def with_roundings(statement: Statement, state: State) -> dict[str, Fraction]:
     """A state with the roundings that the real agents make there, exactly, if it lies in the ranges; its other
     variables are kept.
     """
-    extended = dict(state)
+    extended, system = dict(state), statement.system
     added = set(list_roundings(statement))
-    if any(
-        not one.range[0] <= state[one.name] <= one.range[1]
-        for one in statement.system.variables
-        if one.name not in added
-    ):
+    stated = [one for one in system.variables if one.name not in added]
+    if any(not one.range[0] <= state[one.name] <= one.range[1] for one in stated):
         return extended
-    for each in statement.acting.values():
-        extended |= _roundings(statement.system, each, state)
+    for lowered in statement.acting.values():
+        real = lowered.real
+        row = observe_state(system, real, state)
+        vector = int(real.tree.action[apply(real.tree, row)[0]]) if real.outputs else 0
+        for each in lowered.roundings:
+            chosen = each.sums[0 if each.output is None else vector]
+            if each.output is not None and not chosen.places:
+                extended[each.variable] = each.bound
+                continue
+            exact = Fraction(0)
+            for place, weight in chosen.expand().items():
+                feature = None if place == CONSTANT else system.features[real.agent][real.features[place].name]
+                exact += weight * (1 if feature is None else feature.form.at(state))
+            rounding = _rounding(real, each, chosen, row, exact)
+            assert abs(rounding) <= each.bound, f"{each.variable}: {rounding} beyond {each.bound}"
+            extended[each.variable] = each.bound + rounding
     return extended
-
-
-def _roundings(system: System, acting: Acting, state: State) -> dict[str, Fraction]:
-    real = acting.real
-    row = observe_state(system, real, state)
-    vector = int(real.tree.action[apply(real.tree, row)[0]]) if real.outputs else 0
-    roundings: dict[str, Fraction] = {}
-    for each in acting.roundings:
-        chosen = each.sums[0 if each.output is None else vector]
-        if each.output is not None and not chosen.places:
-            roundings[each.variable] = each.bound
-            continue
-        exact = _exact(real, chosen, system.features[real.agent], state)
-        rounding = _rounding(real, each, chosen, row, exact)
-        assert abs(rounding) <= each.bound, f"{each.variable}: {rounding} beyond {each.bound}"
-        roundings[each.variable] = each.bound + rounding
-    return roundings
 
 
 def _rounding(real: AgentPolicy, rounded: Rounded, chosen: ir.Sum, row: np.ndarray, exact: Fraction) -> Fraction:
@@ -151,14 +145,6 @@ def _rounding(real: AgentPolicy, rounded: Rounded, chosen: ir.Sum, row: np.ndarr
     spec = real.outputs[rounded.output]
     cut = clip_values(value, spec.low, spec.high)
     return Fraction(float(cut.astype(real.tree.gives)[0])) - Fraction(float(cut[0]))
-
-
-def _exact(real: AgentPolicy, each: ir.Sum, features: Mapping[str, Feature], state: State) -> Fraction:
-    """The exact value of a sum in a state."""
-    total = Fraction(0)
-    for place, weight in each.expand().items():
-        total += weight * (1 if place == CONSTANT else features[real.features[place].name].form.at(state))
-    return total
 
 
 # --- expressions in floats

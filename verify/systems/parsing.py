@@ -113,7 +113,15 @@ class Choices:
     def add(self, values: Iterable[Expression], text: str) -> str:
         """The name that stands for a further choice, whose values are written in `text` from its parenthesis on."""
         name = f"{CHOICE} {len(self._made) + 1}"
-        self._made[name] = tuple(map(Option, values, _arguments(text)))
+        cuts, depth = list[int](), 0
+        for place, letter in enumerate(text):
+            depth += (letter == "(") - (letter == ")")
+            if (letter, depth) in (("(", 1), (",", 1), (")", 0)):
+                cuts.append(place)
+            if (letter, depth) == (")", 0):
+                break
+        given = [text[one + 1 : other].strip() for one, other in pairwise(cuts)]
+        self._made[name] = tuple(map(Option, values, [each for each in given if each]))
         return name
 
     def call(self, name: str) -> None:
@@ -124,47 +132,27 @@ class Choices:
 
     def ways(self, stated: Mapping[str, Expression], where: Place) -> Iterator[ChosenMotion]:
         """The next values for each way to choose. InputError for too many."""
-        used = self._find_used(stated.values())
-        count = prod(len(self._made[name]) for name in used)
-        if count > MAX_WAYS:
-            raise InputError(f"{count:,} ways to choose, of at most {MAX_WAYS}", where, "choose between fewer values")
-        for options in product(*(self._made[name] for name in used)):
-            taken = dict(zip(used, options, strict=True))
-            words = {self._called[name]: option.written for name, option in taken.items()}
-            yield ChosenMotion({name: _replace_choices(each, taken) for name, each in stated.items()}, words)
-
-    def _find_used(self, stated: Iterable[Expression]) -> list[str]:
-        """The choices that expressions hold, those within others included, in the order in which they were read."""
-        used: set[str] = set()
-        pending = [name for each in stated for name in names(each) if name in self._made]
+        used: set[str] = set()  # choices, those within others included
+        pending = [name for each in stated.values() for name in names(each) if name in self._made]
         while pending:
             name = pending.pop()
             if name not in used:
                 used.add(name)
-                pending += [
-                    other for option in self._made[name] for other in names(option.value) if other in self._made
-                ]
-        return [name for name in self._made if name in used]
-
-
-def _replace_choices(expression: Expression, taken: Mapping[str, Option]) -> Expression:
-    """The expression with what is taken in place of choices."""
-    while names(expression) & taken.keys():
-        expression = substitute(expression, {name: option.value for name, option in taken.items()})
-    return expression
-
-
-def _arguments(text: str) -> list[str]:
-    """The arguments of a call as they are written, from its parenthesis on."""
-    cuts, depth = list[int](), 0
-    for place, letter in enumerate(text):
-        depth += (letter == "(") - (letter == ")")
-        if (letter, depth) in (("(", 1), (",", 1), (")", 0)):
-            cuts.append(place)
-        if (letter, depth) == (")", 0):
-            break
-    given = [text[one + 1 : other].strip() for one, other in pairwise(cuts)]
-    return [each for each in given if each]
+                within = [other for option in self._made[name] for other in names(option.value)]
+                pending += [other for other in within if other in self._made]
+        ordered = [name for name in self._made if name in used]
+        count = prod(len(self._made[name]) for name in ordered)
+        if count > MAX_WAYS:
+            raise InputError(f"{count:,} ways to choose, of at most {MAX_WAYS}", where, "choose between fewer values")
+        for options in product(*(self._made[name] for name in ordered)):
+            taken = dict(zip(ordered, options, strict=True))
+            words = {self._called[name]: option.written for name, option in taken.items()}
+            values = {name: option.value for name, option in taken.items()}
+            following = dict(stated)
+            for name in following:
+                while names(following[name]) & values.keys():
+                    following[name] = substitute(following[name], values)
+            yield ChosenMotion(following, words)
 
 
 @dataclass(frozen=True)
@@ -454,7 +442,8 @@ OPPOSITE = Fraction(-1)
 
 def outside(regions: Sequence[Polytope]) -> list[Polytope]:
     """Polytopes of which a state lies in one just where it lies in none of some."""
-    return _every([[(_opposite(half),) for half in region] for region in regions])
+    beyond = [[HalfSpace(Affine().plus(half.form, OPPOSITE), not half.strict) for half in each] for each in regions]
+    return _every([[(half,) for half in halves] for halves in beyond])
 
 
 def _every(parts: Sequence[Sequence[Polytope]]) -> list[Polytope]:
@@ -464,10 +453,6 @@ def _every(parts: Sequence[Sequence[Polytope]]) -> list[Polytope]:
         if len(union) > MAX_POLYTOPES:
             return union
     return union
-
-
-def _opposite(half: HalfSpace) -> HalfSpace:
-    return HalfSpace(Affine().plus(half.form, OPPOSITE), not half.strict)
 
 
 Actions = Mapping[str, Sequence[str]]  # of each agent

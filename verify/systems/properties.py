@@ -15,7 +15,6 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
@@ -167,7 +166,22 @@ class _ClaimReader:
         claim = SystemClaim(
             pattern, regions, steps, by, at_samples=self._times(table, where), label=label, region=words
         )
-        return self._for_ever(claim, table, where)
+        if not claim.says.ever:
+            for key in FOR_EVER:
+                if key in table:
+                    raise InputError(f"{claim.name} has no {key}", where / key, "remove it, or ask for always")
+            return claim
+        stated, assuming = self._regions(table, "assuming", where)
+        assumed = " or ".join(_words(each, where / "assuming") for each in stated)
+        invariant = self._regions(table, "invariant", where)[1]
+        for index, region in enumerate(invariant):
+            if is_empty(region):
+                at = where / "invariant" / index
+                raise InputError("no state lies in this region", at, "remove it, or widen it")
+        lowered = self._statement.acting.values()
+        roundings = box_of({each.variable: each.range for one in lowered for each in one.roundings})
+        held = tuple((*region, *roundings) for region in invariant)  # an invariant bounds all that moves what it names
+        return replace(claim, assuming=assuming, assumed=assumed, invariant=held)
 
     # --- claims about episodes
 
@@ -178,24 +192,6 @@ class _ClaimReader:
         places = [place / index for index in range(len(stated))] if is_list(given) else [place]
         names = self._statement.names
         return stated, tuple(region_of(each, names, at) for each, at in zip(stated, places, strict=True))
-
-    def _for_ever(self, claim: SystemClaim, table: Table, where: Place) -> SystemClaim:
-        """The claim with what claims for ever alone have."""
-        if not claim.says.ever:
-            for key in FOR_EVER:
-                if key in table:
-                    raise InputError(f"{claim.name} has no {key}", where / key, "remove it, or ask for always")
-            return claim
-        stated, assuming = self._regions(table, "assuming", where)
-        assumed = " or ".join(_words(each, where / "assuming") for each in stated)
-        invariant = self._regions(table, "invariant", where)[1]
-        for place, region in enumerate(invariant):
-            if is_empty(region):
-                raise InputError("no state lies in this region", where / "invariant" / place, "remove it, or widen it")
-        lowered = self._statement.acting.values()
-        roundings = box_of({each.variable: each.range for one in lowered for each in one.roundings})
-        held = tuple((*region, *roundings) for region in invariant)  # an invariant bounds all that moves what it names
-        return replace(claim, assuming=assuming, assumed=assumed, invariant=held)
 
     def _steps(self, table: Table, pattern: Pattern, where: Place) -> tuple[int, int]:
         """The steps of a claim about episodes, of one for ever those in which counterexamples are looked for; `by`."""
@@ -228,14 +224,37 @@ class _ClaimReader:
     # --- claims about decisions
 
     def _robust(self, table: Table, begun: SystemClaim, where: Place) -> SystemClaim:
-        """A claim that an output changes little where observations are a little off, as a formula about two agents."""
+        """The claim |out(x + e) - out(x)| <= most, wherever each |e| is at most its `eps`: an output changes little
+        where observations are a little off. It is a formula about two agents.
+        """
         only(table, ("name", "label", "region", *OF_ROBUST), where)
-        found = robust_of(table, self._statement, where)
-        regions = tuple((*each, *found.errors) for each in begun.regions) or (found.errors,)
-        words = f"with {begun.region and f'{begun.region} and '}{found.words}"
-        label = begun.label or f"robust: {found.formula}"
-        begun = replace(begun, regions=regions, region=words, label=label)
-        return self._decides({"formula": found.formula}, begun, where)
+        statement, agent = self._statement, text(table.get("agent", ""), where / "agent")
+        copy = copy_called(agent)
+        agents = {each.name: each for each in statement.agents}
+        doubled = [each.like for each in statement.agents if each.name == copy_called(each.like)]
+        if agent not in doubled:
+            raise UnknownNameError("agent with a copy", agent, doubled, where / "agent")
+        output = text(table.get("output", ""), where / "output")
+        if output not in agents[agent].outputs:
+            raise UnknownNameError("output", output, agents[agent].outputs, where / "output")
+        if "most" not in table:
+            raise InputError(f"{ROBUST} needs the largest change of the output", where, "write most = 0.2")
+        most = number(table["most"], where / "most")
+        added = set(statement.acting[agent].features) if agent in statement.acting else set[str]()
+        features = {name: each for name, each in statement.system.features[agent].items() if name not in added}
+        errors = errors_of(table, features, where)
+        _ensure_copied(statement, agent, features, errors, where)
+        bounds = {f"{copy}.{name}": (-size, size) for name, size in errors.items()}
+        for name in statement.names.known:
+            if name.startswith(f"{copy}."):
+                bounds.setdefault(name, (Fraction(0), Fraction(0)))
+        off = box_of(bounds)
+        regions = tuple((*each, *off) for each in begun.regions) or (off,)
+        told = ", ".join(f"{name} off by up to {plain(size)}" for name, size in errors.items())
+        words = f"with {begun.region and f'{begun.region} and '}{told}"
+        formula = f"|out({copy}).{output} - out({agent}).{output}| <= {plain(most)}"
+        begun = replace(begun, regions=regions, region=words, label=begun.label or f"robust: {formula}")
+        return self._decides({"formula": formula}, begun, where)
 
     def vocabulary(self, curves: Curves) -> Vocabulary:
         """The names that formulas may use."""
@@ -336,14 +355,6 @@ def _words(region: object, place: Place, beyond: Mapping[str, str] | None = None
 # --- an output that changes little
 
 
-class Robust(NamedTuple):
-    """The claim |out(x + e) - out(x)| <= most, wherever each |e| is at most its `eps`."""
-
-    formula: str
-    errors: Polytope  # over the copy's variables
-    words: str
-
-
 def copy_called(agent: str) -> str:
     """Returns the name of the copy of an agent that observes with errors."""
     return agent + OFF
@@ -364,33 +375,6 @@ def errors_of(table: Mapping[str, object], features: Mapping[str, object], where
         if most < 0:
             raise InputError(f"the error of {name} is below 0", place, "write the largest absolute value")
     return errors
-
-
-def robust_of(table: Mapping[str, object], statement: Statement, where: Place) -> Robust:
-    """A claim of a property table. InputError with the place of what is wrong."""
-    agent = text(table.get("agent", ""), where / "agent")
-    copy = copy_called(agent)
-    agents = {each.name: each for each in statement.agents}
-    doubled = [each.like for each in statement.agents if each.name == copy_called(each.like)]
-    if agent not in doubled:
-        raise UnknownNameError("agent with a copy", agent, doubled, where / "agent")
-    output = text(table.get("output", ""), where / "output")
-    if output not in agents[agent].outputs:
-        raise UnknownNameError("output", output, agents[agent].outputs, where / "output")
-    if "most" not in table:
-        raise InputError(f"{ROBUST} needs the largest change of the output", where, "write most = 0.2")
-    most = number(table["most"], where / "most")
-    added = set(statement.acting[agent].features) if agent in statement.acting else set[str]()
-    features = {name: each for name, each in statement.system.features[agent].items() if name not in added}
-    errors = errors_of(table, features, where)
-    _ensure_copied(statement, agent, features, errors, where)
-    bounds = {f"{copy}.{name}": (-size, size) for name, size in errors.items()}
-    for name in statement.names.known:
-        if name.startswith(f"{copy}."):
-            bounds.setdefault(name, (Fraction(0), Fraction(0)))
-    told = ", ".join(f"{name} off by up to {plain(size)}" for name, size in errors.items())
-    formula = f"|out({copy}).{output} - out({agent}).{output}| <= {plain(most)}"
-    return Robust(formula, box_of(bounds), told)
 
 
 def _ensure_copied(
@@ -536,7 +520,7 @@ def spell_claim(claim: SystemClaim, actions: Mapping[str, Sequence[str]], ranges
     """The claim in words that are made from its data alone, as a file's own words may say anything. `actions`: of each
     agent, by number. `ranges`: of the system's variables, which bound what a claim about decisions says.
     """
-    regions = " or ".join(_conditions(region) for region in claim.regions)
+    regions = " or ".join(" and ".join(map(_condition, region)) or "any state" for region in claim.regions)
     if not claim.about_decisions:
         return replace(claim, region=regions).sentence
     named = coordinates(claim.formula).union(*(coordinates(atom(half)) for region in claim.regions for half in region))
@@ -545,10 +529,6 @@ def spell_claim(claim: SystemClaim, actions: Mapping[str, Sequence[str]], ranges
     )
     where = "of the ranges" + (f" ({bounds})" if bounds else "") + (f" with {regions}" if regions else "")
     return f"in every state {where}, {spell_formula(claim.formula, actions)}"
-
-
-def _conditions(region: Polytope) -> str:
-    return " and ".join(map(_condition, region)) or "any state"
 
 
 def _condition(half: HalfSpace, places: int = MAX_PLACES) -> str:

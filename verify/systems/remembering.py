@@ -46,11 +46,13 @@ def with_memory(statement: Statement, profile: PolicyProfile) -> Statement:
         for each in set_modes(statement.agents, statement.system.variables)
     )
     rules = tuple(moved for each in statement.rules for moved in _move_rule(each, agents, parts))
-    start = {f"{p.agent}.{each.name}": _at(each.initial or 0, each.low) for p in own.values() for each in p.memory}
-    features = {
-        agent: {**stated, **(_list_features(own[agent]) if agent in own else {})}
-        for agent, stated in statement.system.features.items()
-    }
+    start: dict[str, Interval] = {}
+    features = {agent: dict(stated) for agent, stated in statement.system.features.items()}
+    for policy in own.values():
+        for each in policy.memory:
+            name, begun = f"{policy.agent}.{each.name}", Fraction(each.initial or 0) - Fraction(each.low)
+            start[name] = begun, begun
+            features[policy.agent][each.name] = Feature(Affine.of({name: Fraction(1)}, Fraction(each.low)))
     system: System = replace(
         statement.system,
         variables=variables,
@@ -63,10 +65,6 @@ def with_memory(statement: Statement, profile: PolicyProfile) -> Statement:
     return replace(statement, system=system, agents=agents, rules=rules, names=replace(statement.names, known=known))
 
 
-def _at(value: float, low: float) -> tuple[Fraction, Fraction]:
-    return Fraction(value) - Fraction(low), Fraction(value) - Fraction(low)
-
-
 def _list_variables(policy: AgentPolicy, steps: bool) -> list[Variable]:
     """A variable for each memory, from 0 on; of a flow, whose jumps only set modes, what is added to is a number."""
     made: list[Variable] = []
@@ -76,14 +74,6 @@ def _list_variables(policy: AgentPolicy, steps: bool) -> list[Variable]:
         modes = tuple(str(int(each.low) + k) for k in range(count)) if few else ()
         made.append(Variable(f"{policy.agent}.{each.name}", "1", (Fraction(0), Fraction(count - 1)), modes))
     return made
-
-
-def _list_features(policy: AgentPolicy) -> dict[str, Feature]:
-    """What the agent observes of its memory."""
-    return {
-        each.name: Feature(Affine.of({f"{policy.agent}.{each.name}": Fraction(1)}, Fraction(each.low)))
-        for each in policy.memory
-    }
 
 
 def _list_added(policy: AgentPolicy, memory: str) -> set[int]:

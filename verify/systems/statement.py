@@ -84,9 +84,7 @@ class Rule:
                     if acted.get(agent.name):
                         added = substitute(total([*_taken(acted[agent.name], values)]), values)
                         effect.setdefault((agent.name, action), {})[name] = added
-        return replace(
-            self, move={**move, **{n: each for n, each in self.move.items() if n not in move}}, effect=effect
-        )
+        return replace(self, move={**move, **{n: e for n, e in self.move.items() if n not in move}}, effect=effect)
 
 
 def _taken(acted: Sequence[Expression], values: Mapping[str, Expression]) -> Iterator[Expression]:

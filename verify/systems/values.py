@@ -111,19 +111,13 @@ def as_typed(value: object, names: Names, where: Place) -> Typed[Expression]:
     if isinstance(value, str) and not infinite and stated is None:
         return expression_of(value, names, where)
     if stated is not None and stated[2] is not None:
-        _ensure_unit(stated[1], stated[2], names, where)
+        words, written = _WORD.findall(stated[2]), escape_text(stated[2])
+        if words and all(word in names.known or word in names.meant for word in words):  # 0.5 x may mean 0.5*x
+            what = f"'{written}' is a unit, and the file has what is named so too"
+            advice = f"write {stated[1]}[{written}] for the unit, {stated[1]}*{written} for a product"
+            raise InputError(what, where, advice)
     exact, unit = quantity(value, where)
     return Typed(Number(exact), unit)
-
-
-def _ensure_unit(exact: str, unit: str, names: Names, where: Place) -> None:
-    """InputError for `0.5 x` where x is a name too: whoever wrote it may have meant 0.5*x."""
-    words = _WORD.findall(unit)
-    if words and all(word in names.known or word in names.meant for word in words):
-        what = f"'{escape_text(unit)}' is a unit, and the file has what is named so too"
-        raise InputError(
-            what, where, f"write {exact}[{escape_text(unit)}] for the unit, {exact}*{escape_text(unit)} for a product"
-        )
 
 
 def as_constant(value: object, unit: Unit, names: Names, where: Place) -> Fraction:

@@ -287,7 +287,19 @@ class Cut:
             return self._by_one(boxes, self.line)
         if not self._terms:
             return boxes if self._always else boxes.take(slice(0, 0))
-        return self._by_all(boxes)
+        least = [each.least(boxes.bounds) for each in self._terms]
+        met = ~(_total_down(least) > self._end.last)
+        if not met.any():
+            return boxes.take(slice(0, 0))
+        at = np.flatnonzero(met)
+        kept, least = boxes.take(at), [each.take(at) for each in least]
+        empty = np.zeros(kept.size, dtype=np.bool_)
+        for place, term in enumerate(self._terms):  # bounded by what the least of all others leaves of the end
+            left = sum_down(_total_down(least[:place] + least[place + 1 :]), -self._end.up)
+            far = np.maximum(kept.bounds[:, term.far], term.factor.into_down(left if term.factor.positive else -left))
+            kept.bounds[:, term.far] = far
+            empty |= kept.bounds[:, term.near] + far > 0  # a sum of two floats has its sign, however it rounds
+        return kept.take(~empty) if empty.any() else kept
 
     @staticmethod
     def _by_one(boxes: BoxList, line: BoundLine) -> BoxList:
@@ -299,22 +311,6 @@ class Cut:
         kept = boxes.take(met)
         kept.bounds[:, line.far] = np.maximum(kept.bounds[:, line.far], first)
         return kept
-
-    def _by_all(self, boxes: BoxList) -> BoxList:
-        """Bounds each term by what the least of all others leaves of the end."""
-        least = [each.least(boxes.bounds) for each in self._terms]
-        met = ~(_total_down(least) > self._end.last)
-        if not met.any():
-            return boxes.take(slice(0, 0))
-        at = np.flatnonzero(met)
-        kept, least = boxes.take(at), [each.take(at) for each in least]
-        empty = np.zeros(kept.size, dtype=np.bool_)
-        for place, term in enumerate(self._terms):
-            left = sum_down(_total_down(least[:place] + least[place + 1 :]), -self._end.up)
-            far = np.maximum(kept.bounds[:, term.far], term.factor.into_down(left if term.factor.positive else -left))
-            kept.bounds[:, term.far] = far
-            empty |= kept.bounds[:, term.near] + far > 0  # a sum of two floats has its sign, however it rounds
-        return kept.take(~empty) if empty.any() else kept
 
 
 class _Term(NamedTuple):

@@ -320,7 +320,10 @@ class FormTree:
                 self._test(node, test, columns)
         for behind, node in enumerate(twice, own):
             self._right[node] = behind
-            for at, part in zip((node, behind), _two(tests[node]), strict=True):
+            test = tests[node]
+            if not isinstance(test, Or) or len(test.parts) != 2:  # equality has two parts
+                raise RejectedError("a test that forms do not know")
+            for at, part in zip((node, behind), test.parts, strict=True):
                 self._test(at, part, columns)
 
     def _test(self, node: int, test: Formula, columns: Mapping[str, int]) -> None:
@@ -356,13 +359,6 @@ class FormTree:
         return together(below), np.concatenate(nodes)
 
 
-def _two(test: Formula) -> tuple[Formula, Formula]:
-    """The two parts of a test for equality."""
-    if not isinstance(test, Or) or len(test.parts) != 2:
-        raise RejectedError("a test that forms do not know")
-    return test.parts[0], test.parts[1]
-
-
 ZERO = (Fraction(0), Fraction(0))
 JOINED = 2.0  # times the error of a piece alone: so large may one be that has room for others
 MAX_COMPARED = 1 << 25  # bounds of pieces that are compared with bounds of forms at once
@@ -391,20 +387,20 @@ class FormPieces:
         self._names = [one.name for one in system.variables]
         self._columns = {name: column for column, name in enumerate(self._names)}
         self._pieces, self._policies = system.pieces, policies
-        self._ends = np.array([[self._end(piece.where.get(name)) for name in self._names] for piece in system.pieces])
+        self._ends = np.full((len(system.pieces), len(self._names), 2), (-np.inf, np.inf))
+        for piece, ends in zip(system.pieces, self._ends, strict=True):
+            for name, (low, high) in piece.where.items():
+                ends[self._columns[name]] = floor(low), ceiling(high)
         self._cut = [self._columns[name] for name in self._names if any(name in each.where for each in system.pieces)]
         self._when = [[cut_of(linear(half), self._columns) for half in piece.when] for piece in system.pieces]
-        self._kept = np.array([self._columns[name] for name in self._names if self._errs(name)], dtype=np.int64)
+        # the variables for which a piece has an error, or does otherwise than another one
+        moves = [{(p.move.get(name, Affine()), p.error.get(name, ZERO)) for p in system.pieces} for name in self._names]
+        kept = [
+            at for at, each in enumerate(moves) if len({form for form, _ in each}) > 1 or {e for _, e in each} - {ZERO}
+        ]
+        self._kept = np.array(kept, dtype=np.int64)
         size, self._numbers = len(self._names), PairNumbers(len(system.pieces))
         self._known = _Known(np.zeros((0, size, size)), np.zeros((0, size)), np.zeros((0, size)))
-
-    def _end(self, bounds: tuple[Fraction, Fraction] | None) -> tuple[float, float]:
-        return (-np.inf, np.inf) if bounds is None else (floor(bounds[0]), ceiling(bounds[1]))
-
-    def _errs(self, name: str) -> bool:
-        """Returns True if a piece has an error for a variable, or does otherwise than another piece."""
-        forms = {piece.move.get(name, Affine()) for piece in self._pieces}
-        return len(forms) > 1 or any(piece.error.get(name, ZERO) != ZERO for piece in self._pieces)
 
     def move_forms(self, forms: FormList) -> FormList:
         """Forms around all next states."""
@@ -415,22 +411,20 @@ class FormPieces:
         alone = Moves(moves.matrix[one], *_with_error(moves.low[one], moves.high[one]), self._kept)
         images = [alone.of(forms.take(pairs.form[one]))]
         if not one.all():
-            images += self._across(forms, _Pairs(*(each[~one] for each in pairs)), low, high)
+            # The forms that meet several pieces have a row for every such piece.
+            pairs = _Pairs(*(each[~one] for each in pairs))
+            least, most = self._room(forms.joint[pairs.form], pairs, low, high)
+            rows, begins, back = np.unique(pairs.form, return_index=True, return_inverse=True)
+            first = self._of(forms.joint[rows], pairs.first[begins])
+            least, most = np.minimum.reduceat(least, begins), np.maximum.reduceat(most, begins)
+            shift, error = _with_error(least, most)
+            own = first.high - first.low
+            fits = 2.0 * error <= JOINED * own + LOST * np.abs(shift)  # else the form is cut by the boxes of pieces
+            small = np.asarray(fits.all(axis=1), dtype=np.bool_)
+            joined = Moves(first.matrix[small], shift[small], error[small], self._kept).of(forms.take(rows[small]))
+            cut = ~small[back.reshape(-1)]
+            images += [joined, self._cut_and_moved(forms.take(pairs.form[cut]), pairs.piece[cut])]
         return together(images)
-
-    def _across(self, forms: FormList, pairs: _Pairs, low: Float64, high: Float64) -> list[FormList]:
-        """After a step, the forms that meet several pieces, each with a row for every such piece in `pairs`."""
-        least, most = self._room(forms.joint[pairs.form], pairs, low, high)
-        rows, begins, back = np.unique(pairs.form, return_index=True, return_inverse=True)
-        first = self._of(forms.joint[rows], pairs.first[begins])
-        least, most = np.minimum.reduceat(least, begins), np.maximum.reduceat(most, begins)
-        shift, error = _with_error(least, most)
-        own = first.high - first.low
-        fits = 2.0 * error <= JOINED * own + LOST * np.abs(shift)
-        small = np.asarray(fits.all(axis=1), dtype=np.bool_)
-        joined = Moves(first.matrix[small], shift[small], error[small], self._kept).of(forms.take(rows[small]))
-        cut = ~small[back.reshape(-1)]
-        return [joined, self._cut_and_moved(forms.take(pairs.form[cut]), pairs.piece[cut])]
 
     def _cut_and_moved(self, forms: FormList, piece: Int64) -> FormList:
         """After a step, forms cut by the box of a piece each."""
@@ -503,19 +497,17 @@ class FormPieces:
 
     def _add(self, pairs: Sequence[tuple[int, int]]) -> None:
         """Notes the effects of pieces and joint actions."""
-        new = zip(*(self._effect(*pair) for pair in pairs), strict=True)
+        count, size = len(pairs), len(self._names)
+        matrix, low, high = np.zeros((count, size, size)), np.zeros((count, size)), np.zeros((count, size))
+        for at, (number, joint) in enumerate(pairs):
+            choices, piece = choices_of(joint, self._policies), self._pieces[number]
+            for row, name in enumerate(self._names):
+                form, (least, most) = piece.total(name, choices), piece.error.get(name, ZERO)
+                for read, factor in form.terms:
+                    matrix[at, row, self._columns[read]] = weight(factor)
+                low[at, row], high[at, row] = floor(form.constant + least), ceiling(form.constant + most)
+        new = _Known(matrix, low, high)
         self._known = _Known(*(np.concatenate(each) for each in zip(self._known, new, strict=True)))
-
-    def _effect(self, piece: int, joint: int) -> _Known:
-        size = len(self._names)
-        matrix, low, high = np.zeros((size, size)), np.zeros(size), np.zeros(size)
-        choices, of = choices_of(joint, self._policies), self._pieces[piece]
-        for row, name in enumerate(self._names):
-            form, error = of.total(name, choices), of.error.get(name, ZERO)
-            for read, factor in form.terms:
-                matrix[row, self._columns[read]] = weight(factor)
-            low[row], high[row] = floor(form.constant + error[0]), ceiling(form.constant + error[1])
-        return _Known(matrix, low, high)
 
 
 def _with_error(low: Float64, high: Float64) -> tuple[Float64, Float64]:

@@ -17,14 +17,15 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import AgentPolicy, Bool, Float64, Int64, PolicyProfile
-from verify.checker.covers.boxes import BoundLine, BoxList, Cut, half_line, linear, together
+from verify.checker.covers.boxes import BoxList, Cut, half_line, linear, together
 from verify.checker.covers.rounding import Factor, ceiling, floor, sum_down
 from verify.checker.covers.trees import LeafWays, PairNumbers, TreeCuts, WayDown, choices_of, meet_all, split_by_trees
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import has_cases, hull_of
 from verify.systems.claims import SystemClaim
-from verify.systems.system import Affine, Box, Piece, System, box_of, find_gap
+from verify.systems.system import Box, HalfSpace, System, box_of, find_gap
 
+ZERO = Fraction(0), Fraction(0)
 Reads = tuple[tuple[tuple[int, Fraction], ...], ...]  # of each next bound: columns of bounds, and factors above 0
 
 
@@ -111,25 +112,23 @@ class BoxPieces:
         self._names = [one.name for one in system.variables]
         self._columns = {name: column for column, name in enumerate(self._names)}
         self._system, self._policies = system, policies
-        rows = groupby(range(len(system.pieces)), lambda number: number if system.pieces[number].when else None)
-        self._rows = [row for _, numbers in rows if (row := self._row(list(numbers))) is not None]
+        self._rows: list[_Row] = []
+        for _, numbers in groupby(range(len(system.pieces)), lambda n: n if system.pieces[n].when else None):
+            ways: list[WayDown] = []
+            when: Sequence[HalfSpace] = ()
+            for number in numbers:
+                when, where = system.pieces[number].when, box_of(system.pieces[number].where)
+                lines = [half_line(linear(half), self._columns) for half in where]
+                begun = WayDown.begin(2 * len(self._names), number)
+                way = begun.on([line for line in lines if line is not None], number)
+                ways += [] if way is None else [way]
+            if ways:  # else no state lies in the box of any
+                self._rows.append(_Row([Cut(linear(half), self._columns) for half in when], LeafWays(ways)))
         self._numbers = PairNumbers(len(system.pieces))
         self._kinds: dict[Reads, int] = {}  # numbers of the motions
         self._kind = np.zeros(0, dtype=np.int64)  # of each pair of a piece and a joint action that was met
         self._shift = np.zeros((0, 2 * len(self._names)))  # what each adds, at least
         self._motions = _BoxMotions([])
-
-    def _row(self, numbers: Sequence[int]) -> _Row | None:
-        """Pieces in a row; None where no state lies in the box of any."""
-        pieces = [self._system.pieces[number] for number in numbers]
-        begun = [WayDown.begin(2 * len(self._names), number) for number in numbers]
-        ways = [way.on(self._where(piece), way.node) for way, piece in zip(begun, pieces, strict=True)]
-        some = [way for way in ways if way is not None]
-        return _Row([Cut(linear(half), self._columns) for half in pieces[0].when], LeafWays(some)) if some else None
-
-    def _where(self, piece: Piece) -> list[BoundLine]:
-        lines = [half_line(linear(half), self._columns) for half in box_of(piece.where)]
-        return [line for line in lines if line is not None]
 
     def cut_boxes(self, boxes: BoxList) -> tuple[BoxList, Int64]:
         """Boxes around the states that lie in the box of a piece, bounds included, and meet its conditions, with the
@@ -155,33 +154,23 @@ class BoxPieces:
 
     def _add(self, pairs: Sequence[tuple[int, int]]) -> None:
         """Notes how pieces move boxes in which joint actions are chosen."""
-        kinds, shifts = self._kind.tolist(), self._shift.tolist()
+        kinds, shifts, size = self._kind.tolist(), self._shift.tolist(), len(self._columns)
         for number, joint in pairs:
             piece, choices = self._system.pieces[number], choices_of(joint, self._policies)
             forms = [piece.total(name, choices) for name in self._names]
-            kinds.append(self._kinds.setdefault(self._reads(forms), len(self._kinds)))
-            ends = [_shift_of(piece, name, form) for name, form in zip(self._names, forms, strict=True)]
-            shifts.append([*(low for low, _ in ends), *(-high for _, high in ends)])
+            # What each next bound reads: from below, and then of the negatives.
+            lower = [
+                tuple((self._columns[name] + size * (factor < 0), abs(factor)) for name, factor in form.terms)
+                for form in forms
+            ]
+            upper = [tuple(((at + size) % (2 * size), factor) for at, factor in terms) for terms in lower]
+            kinds.append(self._kinds.setdefault((*lower, *upper), len(self._kinds)))
+            errors = [piece.error.get(name, ZERO) for name in self._names]
+            least = [floor(form.constant + low) for form, (low, _) in zip(forms, errors, strict=True)]
+            most = [ceiling(form.constant + high) for form, (_, high) in zip(forms, errors, strict=True)]
+            shifts.append([*least, *(-each for each in most)])
         self._kind, self._shift = np.array(kinds, dtype=np.int64), np.array(shifts)
         self._motions = _BoxMotions(list(self._kinds))
-
-    def _reads(self, forms: Sequence[Affine]) -> Reads:
-        """Returns what each next bound reads, from below and of the negatives."""
-        size = len(self._columns)
-        of = [
-            [(self._columns[name] + size * (factor < 0), abs(factor)) for name, factor in form.terms] for form in forms
-        ]
-        lower, upper = (
-            [tuple(each) for each in of],
-            [tuple(((at + size) % (2 * size), f) for at, f in each) for each in of],
-        )
-        return (*lower, *upper)
-
-
-def _shift_of(piece: Piece, name: str, form: Affine) -> tuple[float, float]:
-    """Bounds of what is added to a variable: a constant, and an error."""
-    low, high = piece.error.get(name, (Fraction(0), Fraction(0)))
-    return floor(form.constant + low), ceiling(form.constant + high)
 
 
 class StatedStates:

@@ -65,12 +65,8 @@ class FollowedMotion:
         self.followed = np.array([self.columns[name] for name in self.columns if name in names], dtype=np.int64)
         self._others = np.array([at for name, at in self.columns.items() if name not in names], dtype=np.int64)
         self._modes = [(self.columns[one.name], len(one.modes)) for one in system.variables if one.modes]
-        self._motion, self._starts, self._stated = (
-            BoxMotion(profile, system),
-            Parts(system),
-            StatedStates(system, claim),
-        )
-        self._first = claim.by
+        self._motion, self._starts = BoxMotion(profile, system), Parts(system)
+        self._stated, self._first = StatedStates(system, claim), claim.by
         self._assumed = Regions(claim.assuming, self.columns) if claim.assuming else None
         self.shows = find_shown_halves(claim, names)
         asked = [tuple(half for half in region if names_of(half) <= names) for region in claim.regions]
@@ -172,32 +168,29 @@ class InvariantSweep:
         `watch` is told of the boxes of cells, and of those on the way back to cells: of every state of these that meets
         the claim it is shown that the system keeps it.
         """
-        seen = watch or _unseen
+        asked, seen = 0, watch or _unseen
         with np.errstate(all="ignore"):  # what overflows is not finite, and is refused
             known = Known(cells)
             for boxes in arriving:
                 self.motion.ensure_meets(boxes)
                 if not known.holds(self.in_cells(boxes)[1]).all():
                     raise RejectedError("a state at the first step lies in no cell of the invariant")
-            return sum(
-                self._follow_cells(cells[begin : begin + AT_ONCE], known, steps, seen)
-                for begin in range(0, len(cells), AT_ONCE)
-            )
-
-    def _follow_cells(self, cells: Int64, known: Known, steps: int, seen: Callable[[BoxList], None]) -> int:
-        boxes = self.boxes(cells)
-        asked = boxes.size
-        seen(boxes)
-        for _ in range(steps):
-            boxes = self.motion.move_boxes(boxes)
-            self.motion.ensure_meets(boxes)
-            boxes, of = self.in_cells(boxes)
-            asked += boxes.size
-            boxes = boxes.take(~known.holds(of))
-            if not boxes.size:
-                return asked
-            seen(boxes)
-        raise RejectedError("some states may stay out of the invariant")
+            for begin in range(0, len(cells), AT_ONCE):
+                boxes = self.boxes(cells[begin : begin + AT_ONCE])
+                asked += boxes.size
+                seen(boxes)
+                for _ in range(steps):
+                    boxes = self.motion.move_boxes(boxes)
+                    self.motion.ensure_meets(boxes)
+                    boxes, of = self.in_cells(boxes)
+                    asked += boxes.size
+                    boxes = boxes.take(~known.holds(of))
+                    if not boxes.size:
+                        break
+                    seen(boxes)
+                else:
+                    raise RejectedError("some states may stay out of the invariant")
+        return asked
 
 
 def _unseen(boxes: BoxList) -> None:
@@ -226,9 +219,8 @@ class Known:
 
     def holds(self, cells: Int64) -> Bool:
         """Returns True for each cell that is in the list, [n]."""
-        inside = np.asarray(((cells >= self._low) & (cells <= self._high)).all(axis=1), dtype=np.bool_)
-        held = inside.copy()
-        held[inside] = np.isin(self._key(cells[inside]), self._keys)
+        held = np.asarray(((cells >= self._low) & (cells <= self._high)).all(axis=1), dtype=np.bool_)
+        held[held] = np.isin(self._key(cells[held]), self._keys)
         return held
 
 
@@ -244,7 +236,16 @@ class RegionSweep:
         names = {name for region in regions for half in region for name in names_of(half)}
         self.motion = FollowedMotion(profile, system, claim, names)
         self.regions = Regions(regions, self.motion.columns)
-        self._begun = [_start_in_region(system, region, names) for region in regions]
+        # the system as if a region were its start, and as if the bounds of the region were the ranges
+        free = {one.name: one.range if one.modes else FREE for one in system.variables if one.name in names}
+        self._begun: list[System] = []
+        for region in regions:
+            ranges = bounds_of(region, free)
+            for name, ends in ranges.items():
+                if not set(FREE).isdisjoint(ends):
+                    raise RejectedError(f"the invariant does not bound {name}")
+            variables = tuple(replace(one, range=ranges.get(one.name, one.range)) for one in system.variables)
+            self._begun.append(replace(system, variables=variables, start=region))
         self.parts = [Parts(begun) for begun in self._begun]
         self._all, self._names, self._steps = tuple(regions), names, steps
 
@@ -285,18 +286,6 @@ class RegionSweep:
         begun, claim = self._begun[number], SystemClaim(Pattern.STAYS_IN, self._all, 1)
         followed = tuple(one.name for one in begun.variables if one.name in self._names)
         return begun, claim, FollowedPart(followed, tuple(range(ways(claim) + needs_stated(claim, begun))), (), b"")
-
-
-def _start_in_region(system: System, region: Polytope, names: set[str]) -> System:
-    """The system as if a region were its start, and as if the bounds of the region were the ranges."""
-    ranges = bounds_of(
-        region, {one.name: one.range if one.modes else FREE for one in system.variables if one.name in names}
-    )
-    for name, ends in ranges.items():
-        if not set(FREE).isdisjoint(ends):
-            raise RejectedError(f"the invariant does not bound {name}")
-    variables = tuple(replace(one, range=ranges.get(one.name, one.range)) for one in system.variables)
-    return replace(system, variables=variables, start=region)
 
 
 def find_shown_halves(claim: SystemClaim, followed: set[str]) -> frozenset[int]:
@@ -390,12 +379,8 @@ def read_cells(given: Iterator[int], variables: int) -> Int64:
     keys = np.cumsum(np.array(steps, dtype=np.int64))
     if not ((keys >= 0) & (keys < span)).all():
         raise RejectedError("the cells of an invariant are out of range")
-    return _digits(keys, lows, spans)
-
-
-def _digits(keys: Int64, lows: Sequence[int], spans: Sequence[int]) -> Int64:
     digits: list[Int64] = []
-    for low, span in zip(reversed(lows), reversed(spans), strict=True):
-        digits.append(keys % span + low)
-        keys = keys // span
+    for low, size in zip(reversed(lows), reversed(spans), strict=True):
+        digits.append(keys % size + low)
+        keys = keys // size
     return np.stack(digits[::-1], axis=1)

@@ -133,7 +133,3 @@ class Factor:
         """A float at most the quotient of each value by this number."""
         quotients = values / self.low if self._exact else np.minimum(values / self.low, values / self.high)
         return np.where(values == 0, 0.0, lower(quotients))
-
-    def into_up(self, values: Float64) -> Float64:
-        """A float at least the quotient of each value by this number."""
-        return -self.into_down(-values)

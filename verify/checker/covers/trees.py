@@ -39,8 +39,8 @@ from verify.checker.covers.boxes import (
     unit_of,
 )
 from verify.checker.reading import RejectedError
-from verify.checker.systems.reading import goes_left
-from verify.claims.formula import TRUE, Formula, Linear, Or
+from verify.checker.systems.reading import alternatives, goes_left
+from verify.claims.formula import TRUE, Formula, Linear
 from verify.systems.system import System
 
 AT_ONCE = 1 << 24  # pairs of a box and an end
@@ -136,22 +136,18 @@ class LeafWays:
                 met &= by_column[column] <= last[:, column, None]
             at, box = np.divmod(np.flatnonzero(met), max(count, 1))
             return box, ways.take(at)
-        at_once, row = max(AT_ONCE // len(self.node), 1), _pack_flags(reached[None])
-        some = ((at, by_column[:, at : at + at_once]) for at in range(0, max(count, 1), at_once))
-        pairs = [self._look_up(each, columns, row) + at * len(self.node) for at, each in some]
+        # A pair's number is that of the box times the number of ways, and the way's.
+        at_once, row, pairs = max(AT_ONCE // len(self.node), 1), _pack_flags(reached[None]), list[Int64]()
+        for at in range(0, max(count, 1), at_once):
+            some = by_column[:, at : at + at_once]
+            common: Bits = np.repeat(row, some.shape[1], axis=0)
+            for column in columns:
+                ends, left = self._columns[column]
+                own: Float64 = some[column]
+                common &= left.take(np.searchsorted(ends, own), axis=0)
+            flags = np.unpackbits(common.view(np.uint8), axis=1, count=len(self.node), bitorder="little")
+            pairs.append(np.flatnonzero(flags.view(np.bool_)) + at * len(self.node))
         return np.divmod(np.concatenate(pairs), len(self.node))
-
-    def _look_up(self, by_column: Float64, columns: Sequence[int], row: Bits) -> Int64:
-        """Returns the pairs of a box and a way in a row of bits that meet, as far as some columns say: a pair's number
-        is that of the box times the number of ways, and the way's.
-        """
-        common: Bits = np.repeat(row, by_column.shape[1], axis=0)
-        for column in columns:
-            ends, left = self._columns[column]
-            own: Float64 = by_column[column]
-            common &= left.take(np.searchsorted(ends, own), axis=0)
-        flags = np.unpackbits(common.view(np.uint8), axis=1, count=len(self.node), bitorder="little")
-        return np.flatnonzero(flags.view(np.bool_))
 
 
 def _column(last: Float64) -> _Column:
@@ -229,8 +225,8 @@ class TreeCuts:
         if goes_left == TRUE:
             self._lines[node] = [([], left)]
             return
-        parts = [each for each in _parts(goes_left) if isinstance(each, Linear)]
-        if len(parts) < len(_parts(goes_left)):
+        parts = [each for each in alternatives(goes_left) if isinstance(each, Linear)]
+        if len(parts) < len(alternatives(goes_left)):
             raise RejectedError("a test of a number that does not change")
         lines = [line for line in (half_line(each, self._columns) for each in parts) if line is not None]
         if len(lines) == len(parts):
@@ -276,24 +272,16 @@ class TreeCuts:
     def _leaves(self, root: int) -> LeafWays:
         """The ways down from a node by tests of single variables."""
         if root not in self._cells:
-            self._cells[root] = LeafWays(self._ways(root))
+            ways, pending = list[WayDown](), deque([WayDown.begin(2 * len(self._columns), root)])
+            while pending:
+                way = pending.popleft()
+                if way.node not in self._lines or len(pending) >= MAX_WAYS:  # to any test once there are many
+                    ways.append(way)
+                else:
+                    further = [way.on(lines, to) for lines, to in self._lines[way.node]]
+                    pending += [each for each in further if each is not None]
+            self._cells[root] = LeafWays(ways)
         return self._cells[root]
-
-    def _ways(self, root: int) -> list[WayDown]:
-        """These ways, to leaves and other tests; to any test once there are many."""
-        ways, pending = list[WayDown](), deque([WayDown.begin(2 * len(self._columns), root)])
-        while pending:
-            way = pending.popleft()
-            if way.node not in self._lines or len(pending) >= MAX_WAYS:
-                ways.append(way)
-            else:
-                further = [way.on(lines, to) for lines, to in self._lines[way.node]]
-                pending += [each for each in further if each is not None]
-        return ways
-
-
-def _parts(goes_left: Formula) -> Sequence[Formula]:
-    return goes_left.parts if isinstance(goes_left, Or) else (goes_left,)
 
 
 def meet_all(cuts: Sequence[Cut], boxes: BoxList) -> BoxList:
@@ -340,7 +328,10 @@ class PairNumbers:
         """The numbers of pairs, [n]. `add` is told of those that are new, in their order."""
         at = np.searchsorted(self._joints, joint)
         if not (len(self._joints) and (self._joints.take(at, mode="clip") == joint).all()):
-            self._meet_joints(joint)
+            before, known = self._joints, self._numbers
+            self._joints = np.union1d(before, joint)
+            self._numbers = np.full((len(known), len(self._joints)), -1)
+            self._numbers[:, np.searchsorted(self._joints, before)] = known
             at = np.searchsorted(self._joints, joint)
         numbers = self._numbers[piece, at]
         if (numbers < 0).any():
@@ -350,9 +341,3 @@ class PairNumbers:
             add([(number, int(self._joints[place])) for number, place in new])
             numbers = self._numbers[piece, at]
         return numbers
-
-    def _meet_joints(self, joint: Int64) -> None:
-        before, numbers = self._joints, self._numbers
-        self._joints = np.union1d(before, joint)
-        self._numbers = np.full((len(numbers), len(self._joints)), -1)
-        self._numbers[:, np.searchsorted(self._joints, before)] = numbers

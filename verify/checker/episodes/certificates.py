@@ -117,13 +117,10 @@ def check_certificate(certificate: EpisodeCertificate, profile: PolicyProfile) -
     agents, marks = {each.agent for each in profile.agents}, {mark.name for mark in profile.world.landmarks}
     marks |= agents if claim.apart else set()
     for part in proof.parts:
-        if not {part.agent} <= agents | {""} or not {*part.followed} <= agents or not part.followed:
+        if part.agent not in agents | {""} or not {*part.followed} <= agents or not part.followed:
             raise RejectedError("a part is about agents that the profile does not have")
-        if (
-            not {part.landmark} <= marks | {""}
-            or part.goal not in ("", *header.region.goals)
-            or (bool(part.agent) != bool(part.landmark))
-        ):
+        fits = part.landmark in marks | {""} and bool(part.agent) == bool(part.landmark)
+        if not fits or part.goal not in ("", *header.region.goals):
             whom = "others" if claim.apart else "landmarks"
             raise RejectedError(f"a part is about {whom} that the profile does not have")
     return check_parts(profile, claim, header.region, proof.parts, READINGS[header.certificate])

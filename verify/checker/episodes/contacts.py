@@ -38,7 +38,7 @@ from itertools import combinations
 from math import exp, isqrt
 from typing import Any, NamedTuple
 
-from codegen.ir import EntitySpec, PolicyProfile, WorldSpec
+from codegen.ir import PolicyProfile, WorldSpec
 from verify.checker.episodes.reading import (
     ARRIVED,
     AWAY,
@@ -133,13 +133,11 @@ def contacts(world: WorldSpec) -> tuple[Contact, ...]:
     """All pairs that may push each other: both collide, and an agent is one of them."""
     everything, agents = world.agents + world.landmarks, len(world.agents)
     force, margin = Fraction(world.contact_force), Fraction(world.contact_margin)
-    pairs = [(i, j) for i, j in combinations(range(len(everything)), 2) if i < agents]
-    touching = [(i, j) for i, j in pairs if everything[i].collides and everything[j].collides and force]
-    # the machine adds the sizes as floats
     pushing: list[Contact] = []
-    for i, j in touching:
-        distance = Fraction(everything[i].size + everything[j].size)
-        pushing.append(Contact(i, j, force, margin, distance, _up((distance + SURE_MARGINS * margin) * GRID)))
+    for i, j in combinations(range(len(everything)), 2):
+        if i < agents and everything[i].collides and everything[j].collides and force:
+            distance = Fraction(everything[i].size + everything[j].size)  # the machine adds the sizes as floats
+            pushing.append(Contact(i, j, force, margin, distance, _up((distance + SURE_MARGINS * margin) * GRID)))
     return tuple(pushing)
 
 
@@ -155,16 +153,13 @@ def _along(gap: Interval, beside: Sizes, least: int, most: int) -> Interval:
 
     `beside`: the sizes of the gap on the other axis.
     """
-    return -_greatest(-gap[0], beside, least, most), _greatest(gap[1], beside, least, most)
 
+    def greatest(end: int) -> int:
+        if end > 0:  # towards the end of a gap that may be positive; else away from it, as weak as it may be
+            return -(-most * end // isqrt(end * end + beside.least**2))
+        return -(least * -end // (isqrt(end * end + beside.most**2) + 1))
 
-def _greatest(end: int, beside: Sizes, least: int, most: int) -> int:
-    """The greatest force on an axis on which the gap is at most `end`: towards `end` for a gap that may be positive,
-    else away from it, and then as weak as it may be.
-    """
-    if end > 0:
-        return -(-most * end // isqrt(end * end + beside.least**2))
-    return -(least * -end // (isqrt(end * end + beside.most**2) + 1))
+    return -greatest(-gap[0]), greatest(gap[1])
 
 
 def limit_speed(velocity: Box, limit: Fraction) -> Box:
@@ -177,14 +172,11 @@ def limit_speed(velocity: Box, limit: Fraction) -> Box:
 
 
 def _cut(part: Interval, beside: Sizes, limit: Fraction) -> Interval:
-    return -_greatest_cut(-part[0], beside, limit), _greatest_cut(part[1], beside, limit)
+    def greatest(end: int) -> int:
+        speed = isqrt(end * end + beside.least**2) if end > 0 else isqrt(end * end + beside.most**2) + 1
+        return end if speed <= limit * GRID else _up(end * limit * GRID / speed)
 
-
-def _greatest_cut(end: int, beside: Sizes, limit: Fraction) -> int:
-    speed = isqrt(end * end + beside.least**2) if end > 0 else isqrt(end * end + beside.most**2) + 1
-    if speed <= limit * GRID:
-        return end
-    return _up(end * limit * GRID / speed)
+    return -greatest(-part[0]), greatest(part[1])
 
 
 def _up(value: Fraction) -> int:
@@ -210,7 +202,11 @@ class ContactReading(PartedReading):
     ) -> None:  # fmt: skip
         world = profile.world
         self._apart, self.contacts = claim.apart, contacts(world)
-        self._actions = [_pushes(profile, one) for one in world.agents]
+        self._actions: list[list[Box]] = []  # what each action adds to the velocity in a step
+        for one in world.agents:
+            pushes = [compute_push(action.effect, one, world) for action in profile.policy(one.name).actions]
+            exact = [(Fraction(x), Fraction(y)) for x, y in pushes]
+            self._actions.append([(_around(x, x), _around(y, y)) for x, y in exact])
         super().__init__(profile, claim, region, goal, followed, allowed)
         entities = world.agents + world.landmarks
         self.places = [[self._number[f"{one.name}.{axis}"] for axis in "xy"] for one in entities]
@@ -385,22 +381,20 @@ class ContactReading(PartedReading):
         return Now(now.step + 1, (), least, moved, most, now.gaps)
 
     def _bound_velocity(self, agent: int, action: int | None, before: Box, force: Box) -> Box:
-        """Bounds of an agent's velocity after a step."""
-        speed = self._along(agent, action, before, force, 0), self._along(agent, action, before, force, 1)
-        limit = self._agents[agent].max_speed
+        """Bounds of an agent's velocity after a step: of its pushes and forces, of the limit, and of roundings."""
+        actions = self._actions[agent] if action is None else [self._actions[agent][action]]
+
+        def along(axis: int) -> Interval:
+            low, high = min(push[axis][0] for push in actions), max(push[axis][1] for push in actions)
+            (slow, fast), (weakest, strongest) = before[axis], force[axis]
+            low += _times(self._damped, slow) + _times(self._step, weakest)
+            high -= _times(self._damped, -fast) + _times(self._step, -strongest)
+            return low, high
+
+        speed, limit = (along(0), along(1)), self._agents[agent].max_speed
         (west, east), (south, north) = speed if limit is None else limit_speed(speed, Fraction(limit))
         room = 0 if west == east == south == north == 0 and agent not in self._touched else PAD
         return (west - room, east + room), (south - room, north + room)
-
-    def _along(self, agent: int, action: int | None, before: Box, force: Box, axis: int) -> Interval:
-        """The same along one axis, before the speed is cut to a limit and without room for roundings."""
-        actions = self._actions[agent]
-        pushes = [push[axis] for push in (actions if action is None else [actions[action]])]
-        low, high = min(push[0] for push in pushes), max(push[1] for push in pushes)
-        (slow, fast), (weakest, strongest) = before[axis], force[axis]
-        low += _times(self._damped, slow) + _times(self._step, weakest)
-        high -= _times(self._damped, -fast) + _times(self._step, -strongest)
-        return low, high
 
     def _forces(self, now: Now, pairs: Iterable[int]) -> dict[int, Box]:
         """Bounds of what contacts push agents and landmarks, by number, length / s^2."""
@@ -412,12 +406,6 @@ class ContactReading(PartedReading):
                 forces[pair.first] = _sum(forces.get(pair.first, NOTHING), force)
                 forces[pair.second] = _less(forces.get(pair.second, NOTHING), force)
         return forces
-
-
-def _pushes(profile: PolicyProfile, agent: EntitySpec) -> list[Box]:
-    """Of each of an agent's actions what it adds to the velocity in a step."""
-    pushes = [compute_push(action.effect, agent, profile.world) for action in profile.policy(agent.name).actions]
-    return [(_around(Fraction(x), Fraction(x)), _around(Fraction(y), Fraction(y))) for x, y in pushes]
 
 
 def _around(low: Fraction, high: Fraction) -> Interval:

@@ -211,14 +211,12 @@ class EpisodeReading:
         ends = {child if isinstance(child, int) else -1 for _, child in sides}
         if len(ends) == 1 and -1 not in ends:
             return ends.pop()
-        return tuple(side for flat, child in sides for side in self._ways(flat, child))
-
-    def _ways(self, flat: Flat, child: Node) -> list[Side]:
-        """The answers that a side of a test is: one, or one for each part of its choice."""
-        assert flat is not None
-        parts = flat[1][0] if self.parting and flat[1] else (flat,)
-        sides = [self._side(part, child, SLACK, self._unknown) for part in parts]
-        return sides[:1] if sides[0][:4] == FREE[:4] else sides
+        answers: list[Side] = []
+        for flat, child in sides:  # a side of a test is one answer, or one for each part of its choice
+            parts = flat[1][0] if self.parting and flat[1] else (flat,)
+            ways = [self._side(part, child, SLACK, self._unknown) for part in parts]
+            answers += ways[:1] if ways[0][:4] == FREE[:4] else ways
+        return tuple(answers)
 
     def _build_claim(
         self, pairs: Sequence[tuple[str, str]], near: Mapping[Any, Any], allowed: Sequence[Matching]
@@ -276,7 +274,6 @@ class EpisodeReading:
         return self._follow_choice(chosen, now)
 
     def _ask_claim(self, chosen: tuple[int, ...], now: Now) -> Place | None:
-        """The claim, where it is asked now."""
         if self._always or now.step == self.steps:
             return CLAIM, self.claim, chosen, now
         return self._going_on(chosen, now)

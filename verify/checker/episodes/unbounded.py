@@ -26,7 +26,7 @@ from fractions import Fraction
 from math import ceil
 from typing import Literal, NamedTuple
 
-from codegen.ir import EntitySpec, PolicyProfile
+from codegen.ir import PolicyProfile
 from verify.checker import decisions
 from verify.checker.certificate import Bytes, Members, numbers
 from verify.checker.episodes.reading import FARTHEST, compute_push, ensure_stated
@@ -108,20 +108,14 @@ class EdgeReading:
         ensure_stated(world, 0, region)
         if not {entity.name for entity in world.agents} <= {policy.agent for policy in profile.agents}:
             raise RejectedError("an agent of the world has no policy in the profile")
-        self._profile, self._region = profile, region
-        self.axes = {
-            f"{entity.name}.{axis}": self._axis(entity, number, kept)
-            for entity in world.agents
-            for number, axis in enumerate("xy")
-        }
-
-    def _axis(self, entity: EntitySpec, number: int, kept: Fraction) -> Axis:
-        world, policy = self._profile.world, self._profile.policy(entity.name)
-        pushes = [Fraction(compute_push(action.effect, entity, world)[number]) for action in policy.actions]
-        axis = Axis(tuple(pushes), Fraction(world.dt), kept)
-        if max(axis.fastest(1), axis.fastest(-1)) * axis.dt > MAX_SPEED:
-            raise RejectedError(f"{entity.name} may come farther than {MAX_SPEED} in a step")
-        return axis
+        self._profile, self._region, self.axes = profile, region, dict[str, Axis]()
+        for entity in world.agents:
+            pushes = [compute_push(action.effect, entity, world) for action in profile.policy(entity.name).actions]
+            for number, name in enumerate("xy"):
+                axis = Axis(tuple(Fraction(push[number]) for push in pushes), Fraction(world.dt), kept)
+                if max(axis.fastest(1), axis.fastest(-1)) * axis.dt > MAX_SPEED:
+                    raise RejectedError(f"{entity.name} may come farther than {MAX_SPEED} in a step")
+                self.axes[f"{entity.name}.{name}"] = axis
 
     def danger(self, edges: Mapping[str, Interval], coordinate: str, upper: bool) -> Region:
         """Where a push beyond an edge may lead an agent across it."""
@@ -193,11 +187,8 @@ def ensure_shown(profile: PolicyProfile, claim: EpisodeClaim, region: Region, ed
     places |= {name: bounds for name, bounds in region.box.items() if name.rpartition(".")[0] not in agents}
     claim.ensure(profile)
     claim.check_ranges()
-
-    def between(entity: str, axis: str) -> Interval:
-        return places.get(f"{entity}.{axis}", (-RUNAWAY, RUNAWAY))
-
-    broken = claim.describe_broken(profile, between)
+    free = -RUNAWAY, RUNAWAY
+    broken = claim.describe_broken(profile, lambda entity, axis: places.get(f"{entity}.{axis}", free))
     if broken:
         raise RejectedError(broken)
 

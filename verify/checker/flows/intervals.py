@@ -29,14 +29,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
 from math import factorial
 from typing import NamedTuple
 
 import numpy as np
 
 from codegen.ir import Bool, Float64, Int64
-from verify.checker.covers.rounding import Factor, ceiling, floor, lower, sum_down, sum_up
+from verify.checker.covers.rounding import Factor, around, lower, sum_down, sum_up
 
 Index = int | slice | Bool | Int64 | tuple[int | slice | None, ...]
 RELATIVE = 1.0 + 2.0**-44  # more than rounding takes from a sum of at most 500 products that are not negative
@@ -82,13 +81,8 @@ def round_up(values: Float64) -> Float64:
 
 def exact(number: Fraction, count: int) -> Spans:
     """An exact number, `count` times."""
-    low, high = _ends(number)
+    low, high = around(number)
     return Spans(np.full(count, low), np.full(count, high))
-
-
-@lru_cache(maxsize=1 << 12)
-def _ends(number: Fraction) -> tuple[float, float]:
-    return floor(number), ceiling(number)
 
 
 def of_ends(ends: Float64) -> Spans:
@@ -98,12 +92,7 @@ def of_ends(ends: Float64) -> Spans:
 
 def plus(one: Spans, other: Spans) -> Spans:
     """Sums."""
-    return of_ends(add_ends(one.ends, other.ends))
-
-
-def add_ends(one: Float64, other: Float64) -> Float64:
-    """Sums, by ends."""
-    return sum_down(one, other)
+    return of_ends(sum_down(one.ends, other.ends))
 
 
 def minus(one: Spans, other: Spans) -> Spans:
@@ -126,10 +115,6 @@ def multiply_ends(one: Float64, other: Float64) -> Float64:
     return np.where(nothing, 0.0, lower(products))
 
 
-def _is_zero(span: Spans) -> Bool:
-    return (span.low == 0.0) & (span.high == 0.0)
-
-
 def scale_spans(span: Spans, factor: Factor) -> Spans:
     """Multiples by one exact number other than 0."""
     ends = span.ends if factor.positive else -span.ends[::-1]
@@ -140,7 +125,8 @@ def square(span: Spans) -> Spans:
     """Squares, which are not below 0."""
     ends = span.low * span.low, span.high * span.high
     low = np.where((span.low <= 0.0) & (span.high >= 0.0), 0.0, np.nextafter(np.minimum(*ends), -np.inf))
-    return Spans(np.maximum(low, 0.0), np.where(_is_zero(span), 0.0, np.nextafter(np.maximum(*ends), np.inf)))
+    nothing = (span.low == 0.0) & (span.high == 0.0)
+    return Spans(np.maximum(low, 0.0), np.where(nothing, 0.0, np.nextafter(np.maximum(*ends), np.inf)))
 
 
 def inverse(span: Spans) -> Spans:
@@ -313,11 +299,10 @@ class Program:
             else:
                 first_ones += enumerate(of, first)
         self._given = [(slot, each.name) for slot, each in first_ones if each.does == "given"]
-        fixed = [(slot, _number(each)) for slot, each in first_ones if each.does != "given"]
+        fixed = [(slot, each) for slot, each in first_ones if each.does != "given"]  # the same for all boxes
+        spans = [half_turns(1) if each.does == "pi" else exact(each.number, 1) for _, each in fixed]
         self._fixed = np.array([slot for slot, _ in fixed], dtype=np.int64)
-        self._numbers = (
-            np.concatenate([span.ends for _, span in fixed], axis=1)[:, :, None] if fixed else np.zeros((2, 0, 1))
-        )
+        self._numbers = np.concatenate([np.zeros((2, 0)), *(span.ends for span in spans)], axis=1)[:, :, None]
         self._size, self._count = len(slots), len(wanted)
         self._filled = np.array([row for row, place in enumerate(wanted) if place is not None], dtype=np.int64)
         self._wanted = np.array([slots[place] for place in wanted if place is not None], dtype=np.int64)
@@ -328,18 +313,14 @@ class Program:
         ends = {name: given[name].ends for _, name in self._given}
         for begin in range(0, count, each):
             some = slice(begin, min(begin + each, count))
-            computed = self._run_some({name: span[:, some] for name, span in ends.items()}, some.stop - begin)
+            computed = np.empty((2, self._size, some.stop - begin))
+            for slot, name in self._given:
+                computed[:, slot] = ends[name][:, some]
+            computed[:, self._fixed] = self._numbers
+            for group in self._groups:
+                computed[:, group.first : group.last] = group.does(*(computed.take(at, axis=1) for at in group.reads))
             results[:, self._filled, some] = computed[:, self._wanted]
         return of_ends(results)
-
-    def _run_some(self, given: Mapping[str, Float64], count: int) -> Float64:
-        computed = np.empty((2, self._size, count))
-        for slot, name in self._given:
-            computed[:, slot] = given[name]
-        computed[:, self._fixed] = self._numbers
-        for group in self._groups:
-            computed[:, group.first : group.last] = group.does(*(computed.take(at, axis=1) for at in group.reads))
-        return computed
 
 
 def _sort_by_level(operations: Sequence[Operation], wanted: Iterable[int | None]) -> dict[tuple[int, str], list[int]]:
@@ -358,42 +339,27 @@ def _sort_by_level(operations: Sequence[Operation], wanted: Iterable[int | None]
     return kinds
 
 
-def _number(operation: Operation) -> Spans:
-    """Returns the value of an operation that is the same for all boxes."""
-    return half_turns(1) if operation.does == "pi" else exact(operation.number, 1)
-
-
 def _does(kind: str, operations: Sequence[Operation]) -> Callable[..., Float64]:
     """Returns the function that computes a group of operations."""
-    if kind == "scale":
-        return _scaling([each.number for each in operations])
-    return _waving(operations) if kind == "waves" else FUNCTIONS[kind]
+    if kind == "scale":  # each by a factor of its own
+        factor = Factor(*(each.number for each in operations))
+        positive = np.array([each.number > 0 for each in operations])[:, None]
 
+        def scale(ends: Float64) -> Float64:
+            turned = ends if positive.all() else np.where(positive, ends, -ends[::-1])
+            return factor.times_down(turned.transpose(0, 2, 1)).transpose(0, 2, 1)
 
-def _scaling(factors: Sequence[Fraction]) -> Callable[[Float64], Float64]:
-    """Multiples, each by a factor of its own."""
-    factor, positive = Factor(*factors), np.array([each > 0 for each in factors])[:, None]
+        return scale
+    if kind == "waves":  # both are computed once for each result that is read
+        _, first, of = np.unique([each.reads[0] for each in operations], return_index=True, return_inverse=True)
+        is_sine = np.array([each.does == "sin" for each in operations])[:, None]
 
-    def scale(ends: Float64) -> Float64:
-        turned = ends if positive.all() else np.where(positive, ends, -ends[::-1])
-        return factor.times_down(turned.transpose(0, 2, 1)).transpose(0, 2, 1)
+        def wave(ends: Float64) -> Float64:
+            sine, cosine = waves(of_ends(ends[:, first]))
+            return np.where(is_sine, sine.ends[:, of], cosine.ends[:, of])
 
-    return scale
-
-
-def _waving(operations: Sequence[Operation]) -> Callable[[Float64], Float64]:
-    """sin or cos of each; both are computed once for each result that is read."""
-    _, first, of = np.unique([each.reads[0] for each in operations], return_index=True, return_inverse=True)
-    which = np.array([WAVES.index(each.does) for each in operations])
-
-    def wave(ends: Float64) -> Float64:
-        return _choose(which, [each.ends[:, of] for each in waves(of_ends(ends[:, first]))])
-
-    return wave
-
-
-def _choose(which: Int64, of: Sequence[Float64]) -> Float64:
-    return np.where(which[:, None] == 0, *of)
+        return wave
+    return FUNCTIONS[kind]
 
 
 def _by_spans(function: Callable[[Spans], Spans]) -> Callable[[Float64], Float64]:
@@ -402,7 +368,7 @@ def _by_spans(function: Callable[[Spans], Spans]) -> Callable[[Float64], Float64
 
 WAVES = ("sin", "cos")
 FUNCTIONS: Mapping[str, Callable[..., Float64]] = {
-    "plus": add_ends,
+    "plus": sum_down,
     "times": multiply_ends,
     "square": _by_spans(square),
     "inverse": _by_spans(inverse),

@@ -40,7 +40,11 @@ class FlowCases:
         for one in modes.values():
             if one.name not in system.flow.kept:  # what is kept starts as what it keeps
                 ensure_starts(one, system.start)
-            _ensure_stays(one, modes, system.flow)
+            for each in system.flow.each:
+                if each.rates[one.name] != STILL or one.name in each.error:
+                    raise RejectedError(f"the mode {one.name} moves between samples")
+                if not _is_set(each.jumps.get(one.name, Name(one.name)), one, modes, system.flow):
+                    raise RejectedError(f"{one.name} may become what is none of its modes")
         of = replace(system, pieces=tuple(case.piece for case in system.flow.cases))
         self._cuts = [RegionCut(tests_of(piece), columns) for piece in of.pieces]
         self._stated: RegionCut | None = None
@@ -62,14 +66,6 @@ class FlowCases:
     def surely(self, boxes: BoxList) -> list[int]:
         """The cases that hold every state of all boxes."""
         return [k for k, cut in enumerate(self._cuts) if not cut.outside(boxes).size] if self._cuts else [0]
-
-
-def _ensure_stays(mode: Variable, modes: Mapping[str, Variable], flow: Flow) -> None:
-    for each in flow.each:
-        if each.rates[mode.name] != STILL or mode.name in each.error:
-            raise RejectedError(f"the mode {mode.name} moves between samples")
-        if not _is_set(each.jumps.get(mode.name, Name(mode.name)), mode, modes, flow):
-            raise RejectedError(f"{mode.name} may become what is none of its modes")
 
 
 def _is_set(value: Expression, mode: Variable, modes: Mapping[str, Variable], flow: Flow) -> bool:
@@ -99,13 +95,9 @@ def pace_flow(flow: Flow) -> Flow:
     """The flow with all periods of one length, at a pace; itself where there is no jitter."""
     if not any(flow.jitter):
         return flow
-    errors = {name: _products(pace_of(flow), error) for name, error in flow.error.items()}
+    products = {name: [pace * end for pace in pace_of(flow) for end in error] for name, error in flow.error.items()}
+    errors = {name: (min(ends), max(ends)) for name, ends in products.items()}
     return replace(flow, rates={name: Product(Name(PACE), rate) for name, rate in flow.rates.items()}, error=errors)
-
-
-def _products(one: Interval, other: Interval) -> Interval:
-    ends = [a * b for a in one for b in other]
-    return min(ends), max(ends)
 
 
 class LateTrees:

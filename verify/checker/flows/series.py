@@ -82,60 +82,48 @@ class FlowReading:
     def _place(self, expression: Expression) -> int:
         match expression:
             case Number(value):
-                return self._add(Operation("number", number=value))
+                return self._add("number", number=value)
             case Pi():
-                return self._add(Operation("pi"))
+                return self._add("pi")
             case Name(name):
-                return self._add(Operation("name", name=name))
+                return self._add("name", name=name)
             case Sum(left, right):
-                return self._add(Operation("sum", (self._place(left), self._place(right))))
+                return self._add("sum", self._place(left), self._place(right))
             case Product(Number(value), other) | Product(other, Number(value)) if not value:
-                return self._add(Operation("number"))
+                return self._add("number")
             case Product(Number(value), other) | Product(other, Number(value)):
-                return self._add(Operation("multiple", (self._place(other),), number=value))
+                return self._add("multiple", self._place(other), number=value)
             case Product(left, right):
-                return self._add(Operation("product", (self._place(left), self._place(right))))
+                return self._add("product", self._place(left), self._place(right))
             case Quotient(left, Number(value)) if value:
-                return self._add(Operation("multiple", (self._place(left),), number=1 / value))
+                return self._add("multiple", self._place(left), number=1 / value)
             case Quotient(left, right):
-                return self._add(Operation("quotient", (self._place(left), self._place(right))))
+                return self._add("quotient", self._place(left), self._place(right))
             case Power(base, exponent):
                 return self._power(self._place(base), exponent)
             case Call(function, argument, None):
-                return self._call(function, self._place(argument))
+                inner = self._place(argument)
+                if function in ("exp", "sqrt"):
+                    return self._add(function, inner)
+                if function not in ("sin", "cos", "tan"):
+                    raise RejectedError(f"the checker of flows does not know {function}")
+                # sin and cos: each reads the other's coefficients of before
+                sine = self._places.get(Operation("sin", (inner,)))
+                if sine is None:
+                    sine = self._places[Operation("sin", (inner,))] = len(self._operations)
+                    self._operations += [Operation("sin", (inner, sine + 1)), Operation("cos", (inner, sine))]
+                return self._add("quotient", sine, sine + 1) if function == "tan" else sine + (function == "cos")
             case _:
                 raise RejectedError("a derivative holds what the checker of flows does not know")
 
     def _power(self, base: int, exponent: int) -> int:
         if exponent == 1:
             return base
-        half = self._power(base, exponent // 2)
-        even = self._add(Operation("square", (half,)))
-        return even if exponent % 2 == 0 else self._add(Operation("product", (even, base)))
+        even = self._add("square", self._power(base, exponent // 2))
+        return even if exponent % 2 == 0 else self._add("product", even, base)
 
-    def _call(self, function: str, inner: int) -> int:
-        if function in ("sin", "cos", "tan"):
-            places = self._wave(inner)
-            if function != "tan":
-                return places[function == "cos"]
-            return self._add(Operation("quotient", places))
-        if function not in ("exp", "sqrt"):
-            raise RejectedError(f"the checker of flows does not know {function}")
-        return self._add(Operation(function, (inner,)))
-
-    def _wave(self, inner: int) -> tuple[int, int]:
-        """sin and cos of a part: each reads the other's coefficients of before."""
-        sine_at = self._places.get(Operation("sin", (inner,)))
-        if sine_at is None:
-            sine_at = len(self._operations)
-            self._places[Operation("sin", (inner,))] = sine_at
-            self._operations += [
-                Operation("sin", (inner, sine_at + 1)),
-                Operation("cos", (inner, sine_at)),
-            ]
-        return sine_at, sine_at + 1
-
-    def _add(self, operation: Operation) -> int:
+    def _add(self, does: str, *reads: int, name: str = "", number: Fraction = Fraction(0)) -> int:
+        operation = Operation(does, reads, name, number)
         if operation not in self._places:
             self._places[operation] = len(self._operations)
             self._operations.append(operation)
@@ -344,44 +332,35 @@ class StepPrograms:
         if frames not in self._steps:
             tape, wanted = Tape(), list[int | None]()
             for number in range(frames):
-                wanted += self._write_polynomial(tape, centre_of(number))
-            wanted += [*self._write_slopes(tape), *self._write_remainder(tape), *self._write_bends(tape)]
+                series = self._reading.series(self._order - 1, False, tape, centre_of(number)).coefficients
+                wanted += [self._sum_powers(tape, [_value_of(one) for one in each]) for each in series]
+            series = self._reading.series(self._order - 1, True, tape, AROUND).coefficients
+            of = [[_slope_of(one, column) for one in each] for each in series for column in range(len(series))]
+            wanted += [self._sum_powers(tape, terms) for terms in of]
+            wanted += self._write_remainder(tape)
+            series, errors = self._write_on_the_way(tape, 2)  # f' is 2 x_2 + Dx_1 W
+            twice = [_scale_place(tape, _value_of(each[2]), Fraction(2)) for each in series]
+            moved = [self._multiply_errors(tape, each[1], errors) for each in series]
+            wanted += [_add_places(tape, both) for both in zip(twice, moved, strict=True)]
             self._steps[frames] = Program(tape, wanted)
         return self._steps[frames]
-
-    def _write_polynomial(self, tape: Tape, mark: str) -> list[int | None]:
-        series = self._reading.series(self._order - 1, False, tape, mark).coefficients
-        return [self._sum_powers(tape, [_value_of(one) for one in each]) for each in series]
-
-    def _write_slopes(self, tape: Tape) -> list[int | None]:
-        series = self._reading.series(self._order - 1, True, tape, AROUND).coefficients
-        of = [[_slope_of(one, column) for one in each] for each in series for column in range(len(series))]
-        return [self._sum_powers(tape, terms) for terms in of]
 
     def _write_remainder(self, tape: Tape) -> list[int | None]:
         """h**K x_K + sum of k < K of h**(k+1) / (k+1) Dx_k W, where W are the errors by their names."""
         series, errors = self._write_on_the_way(tape, self._order)
-        return [self._bound_last(tape, each, errors) for each in series]
-
-    def _write_bends(self, tape: Tape) -> list[int | None]:
-        """2 x_2 + Dx_1 W."""
-        series, errors = self._write_on_the_way(tape, 2)
-        twice = [_scale_place(tape, _value_of(each[2]), Fraction(2)) for each in series]
-        moved = [self._multiply_errors(tape, each[1], errors) for each in series]
-        return [_add_places(tape, both) for both in zip(twice, moved, strict=True)]
+        remainder: list[int | None] = []
+        for each in series:
+            last = _scale_place(tape, _value_of(each[self._order]), self._seconds**self._order)
+            for k in range(self._order):
+                moved = self._multiply_errors(tape, each[k], errors)
+                last = _add_places(tape, [last, _scale_place(tape, moved, self._seconds ** (k + 1) / (k + 1))])
+            remainder.append(last)
+        return remainder
 
     def _write_on_the_way(self, tape: Tape, order: int) -> tuple[list[list[Known]], dict[int, int]]:
         """Coefficients of what is on the way, and errors by their columns."""
         series = self._reading.series(order, bool(self._off), tape, ON_THE_WAY).coefficients
         return series, {self._reading.names.index(n): tape.write("given", name=error_name(n)) for n in self._off}
-
-    def _bound_last(self, tape: Tape, coefficients: Sequence[Known], errors: dict[int, int]) -> int | None:
-        last = _scale_place(tape, _value_of(coefficients[self._order]), self._seconds**self._order)
-        for k in range(self._order):
-            factor = self._seconds ** (k + 1) / (k + 1)
-            moved = self._multiply_errors(tape, coefficients[k], errors)
-            last = _add_places(tape, [last, _scale_place(tape, moved, factor)])
-        return last
 
     def _multiply_errors(self, tape: Tape, one: Known, errors: dict[int, int]) -> int | None:
         """The derivatives of a coefficient times errors."""

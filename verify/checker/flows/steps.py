@@ -132,7 +132,11 @@ class FlowStep:
             moved_frames.append(moved)
             after = common(after, moved.box)
         shown &= np.asarray(finite(after).all(axis=1)) & np.asarray(finite(stay).all(axis=1))
-        tube = common(stay, plus(hull(box, after), self._bulge(bends)))
+        # Solutions are no further from the line between their ends than -[0, h**2 / 8] f' + [-h / 4, h / 4] |W|.
+        bent, errors = scale_spans(bends, self._eighth), self._errors_of(len(bends.low))
+        bent = Spans(np.minimum(bent.low, 0.0), np.maximum(bent.high, 0.0))
+        bulge = plus(bent, scale_spans(minus(errors, errors), self._quarter))
+        tube = common(stay, plus(hull(box, after), bulge))
         tube = Spans(*(np.where(finite(tube), new, old) for old, new in zip(stay, tube, strict=True)))
         return Moved(after, tuple(moved_frames), tube, shown, np.asarray((after.low > after.high).any(axis=1)))
 
@@ -141,7 +145,13 @@ class FlowStep:
         image = self._run(self._programs.rates, box, held)
         slopes = _as_matrices(self._run(self._programs.rate_slopes, _around(box, frames), held))
         after, carried = image, list[Frame]()
-        for frame, landed in zip(frames, self._of_centres(frames, held), strict=True):
+        rates = image  # of all centres, in one run
+        if frames:
+            tiled = {name: Spans(*(np.tile(end, len(frames)) for end in span)) for name, span in held.items()}
+            centres = np.concatenate([frame.centre for frame in frames])
+            rates = self._run(self._programs.rates, Spans(centres, centres), tiled)
+        for number, frame in enumerate(frames):
+            landed = rates.at(slice(number * len(frame.centre), (number + 1) * len(frame.centre)))
             carried.append(_move_frame(frame, box, landed, slopes))
             after = common(after, carried[-1].box)
         shown = np.asarray(finite(after).all(axis=1)) & np.asarray(finite(image).all(axis=1))
@@ -182,25 +192,7 @@ class FlowStep:
     def _errors_of(self, count: int) -> Spans:
         return Spans(*(np.broadcast_to(each, (count, len(each))) for each in self._bounds))
 
-    def _bulge(self, bends: Spans) -> Spans:
-        """Bounds how far solutions may be from the line between their ends: -[0, h**2 / 8] f' + [-h / 4, h / 4] |W|."""
-        bent = scale_spans(bends, self._eighth)
-        errors = self._errors_of(len(bends.low))
-        return plus(
-            Spans(np.minimum(bent.low, 0.0), np.maximum(bent.high, 0.0)),
-            scale_spans(minus(errors, errors), self._quarter),
-        )
-
     # --- the series
-
-    def _of_centres(self, frames: Sequence[Frame], held: Mapping[str, Spans]) -> list[Spans]:
-        """The rates at the centres, [n, d] of each frame."""
-        if not frames:
-            return []
-        tiled = {name: Spans(*(np.tile(end, len(frames)) for end in span)) for name, span in held.items()}
-        centres, count = np.concatenate([frame.centre for frame in frames]), len(frames[0].centre)
-        landed = self._run(self._programs.rates, Spans(centres, centres), tiled)
-        return [landed.at(slice(place, place + count)) for place in range(0, len(centres), count)]
 
     def _sum_series(
         self, box: Spans, frames: Sequence[Frame], stay: Spans, held: Mapping[str, Spans]
@@ -380,12 +372,9 @@ def _cut(frame: Frame, box: Spans, cut: Bool) -> Frame:
             with np.errstate(all="ignore"):
                 ends = least / factor, most / factor
             known = np.abs(factor) > 1e-200
-            low[:, column] = np.where(
-                known, np.maximum(low[:, column], _beside(np.minimum(*ends), -1.0)), low[:, column]
-            )
-            high[:, column] = np.where(
-                known, np.minimum(high[:, column], _beside(np.maximum(*ends), 1.0)), high[:, column]
-            )
+            least, most = _beside(np.minimum(*ends), -1.0), _beside(np.maximum(*ends), 1.0)
+            low[:, column] = np.where(known, np.maximum(low[:, column], least), low[:, column])
+            high[:, column] = np.where(known, np.minimum(high[:, column], most), high[:, column])
     high = np.maximum(low, high)  # what is empty may be any one point
     return _rescale_frame(frame, of, low, high)
 
@@ -400,13 +389,8 @@ def _rescale_frame(frame: Frame, of: Int64, low: Float64, high: Float64) -> Fram
     middle = 0.5 * low + 0.5 * high
     radius = np.maximum(high - middle, middle - low) * (1.0 + 2.0**-50)
     centre, matrix, rest, turned = (each.copy() for each in frame)
-    moved = np.matmul(matrix[of], middle[:, :, None])[:, :, 0]
-    size = centre.shape[1]
-    off = (
-        np.matmul(np.abs(matrix[of]), (np.abs(middle) + radius)[:, :, None])[:, :, 0]
-        + np.abs(centre[of])
-        + np.abs(moved)
-    )
+    moved, size = _apply_matrix(matrix[of], middle), centre.shape[1]
+    off = _apply_matrix(np.abs(matrix[of]), np.abs(middle) + radius) + np.abs(centre[of]) + np.abs(moved)
     centre[of] += moved
     matrix[of] *= radius[:, None, :]
     turned[of], rest[of] = orthogonalise_rest(turned[of], rest[of], round_up((size + 4) * 2.0**-52 * off))

@@ -31,18 +31,18 @@ from codegen.errors import InputError
 from codegen.ir import Bool, Float64, Int64, PolicyProfile
 from verify.checker.certificate import REMAKE, numbers
 from verify.checker.covers.boxes import BoxList, Parts, Regions, StartBox, cut, least_of_runs, multipliers, widths_of
-from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
+from verify.checker.covers.rounding import around, ceiling, ensure_arithmetic, floor
 from verify.checker.covers.trees import choices_of, split_by_trees
 from verify.checker.flows.intervals import Spans
 from verify.checker.flows.samples import PACE, FlowCases, LateTrees, pace_flow, pace_of
 from verify.checker.flows.series import FlowReading, Stepping
-from verify.checker.flows.steps import EXACT, FlowStep, SetList, beside, build_frames, build_sets
+from verify.checker.flows.steps import EXACT, FlowStep, Moved, SetList, beside, build_frames, build_sets
 from verify.checker.reading import RejectedError
 from verify.checker.systems.branch_proofs import ensure_asked
 from verify.checker.systems.proofs import FlowSets, SystemCertificate
 from verify.systems.claims import SystemClaim
 from verify.systems.expressions import Name
-from verify.systems.system import Flow, System
+from verify.systems.system import System
 
 MAX_PARTS = 1 << 18  # of the start
 AT_ONCE = 1 << 11  # parts that are swept together
@@ -110,7 +110,10 @@ class FlowSweep:
         self._flows = [pace_flow(each) for each in system.flow.each]
         self._readings = [FlowReading(each, names) for each in self._flows]
         self._errors = [[each.error.get(name, EXACT) for name in names] for each in self._flows]
-        self.jumps = [_jump_of(each, names) for each in self._flows]
+        self.jumps: list[FlowStep | None] = []  # None where nothing jumps
+        for each in self._flows:
+            reading = FlowReading(replace(each, rates={x: each.jumps.get(x, Name(x)) for x in names}), names)
+            self.jumps.append(FlowStep(reading, (), Stepping(1, Fraction(1))) if each.jumps else None)
         self._cases = FlowCases(system, self.columns)
         self._held: dict[int, dict[str, tuple[float, float]]] = {}
         self._moves: dict[Stepping, list[_Move]] = {}
@@ -138,26 +141,6 @@ class FlowSweep:
         the parts that were not shown.
         """
         self.open = {}
-        moves, joins = self._find_moves(plan), plan.widths and not plan.levels
-        with np.errstate(all="ignore"):  # what overflows is not finite, and is left open
-            for period in range(first, end + (end == self.last)):
-                sets = sets.join_by_cell(plan.widths) if joins else sets
-                if self.sampled is not None:
-                    self.sampled(period, sets)
-                sets = self._ask_at_sample(sets, period)
-                if period == self.last or not sets.size:
-                    break
-                boxes = split_by_trees(self._trees, sets.numbered)
-                sets = self._limit_sets(sets.narrow_to(boxes))
-                sets = self._drop_bad(sets, self._cases.beyond(sets.numbered), NOT_STATED)
-                held = zip(self._cases.within(sets.numbered), moves, strict=True)
-                sets = beside([self._through(sets.narrow_to(each), move, plan, period) for each, move in held])
-        if end == self.last and self._claim.says.once and sets.size:
-            self._leave(sets, np.ones(sets.size, dtype=np.bool_), "an episode may not get into the region")
-        return sets
-
-    def _find_moves(self, plan: Plan) -> list[_Move]:
-        """Returns the motion of the sets of each case."""
         how = Stepping(plan.order, self._flow.period / plan.steps)
         if how not in self._moves:
             of = zip(self._readings, self._errors, self.jumps, strict=True)
@@ -166,11 +149,35 @@ class FlowSweep:
                 _Move(FlowStep(reading, errors, how), FlowStep(reading, errors, part), jump)
                 for reading, errors, jump in of
             ]
-        return self._moves[how]
+        moves, joins = self._moves[how], plan.widths and not plan.levels
+        with np.errstate(all="ignore"):  # what overflows is not finite, and is left open
+            for period in range(first, end + (end == self.last)):
+                sets = sets.join_by_cell(plan.widths) if joins else sets
+                if self.sampled is not None:
+                    self.sampled(period, sets)
+                if self._claim.says.once:
+                    sets = self._outside(sets)
+                else:
+                    sets = self._drop_broken(sets, self._breaks(sets.box, period), f"at sample {period}")
+                if period == self.last or not sets.size:
+                    break
+                boxes = split_by_trees(self._trees, sets.numbered)
+                sets = sets.narrow_to(boxes)
+                if sets.size > MAX_SETS:
+                    raise RejectedError(f"a list has more than {MAX_SETS:,} sets")
+                sets = self._drop_bad(sets, self._cases.beyond(sets.numbered), NOT_STATED)
+                held = zip(self._cases.within(sets.numbered), moves, strict=True)
+                sets = beside([self._through(sets.narrow_to(each), move, plan, period) for each, move in held])
+        if end == self.last and self._claim.says.once and sets.size:
+            self._leave(sets, np.ones(sets.size, dtype=np.bool_), "an episode may not get into the region")
+        return sets
 
     def _through(self, sets: SetList, move: _Move, plan: Plan, period: int) -> SetList:
         """One period. Beside the frames of their start, sets have one of the sample, which is dropped after it."""
-        inside = self._jump_sets(sets._replace(frames=(build_frames(sets.box), *sets.frames)), move.jump)
+        inside = sets._replace(frames=(build_frames(sets.box), *sets.frames))
+        if move.jump is not None and sets.size:
+            moved = move.jump.jump_sets(inside.box, inside.frames, self.inputs(inside.joint))
+            inside = self._keep_shown(inside, moved)
         for number in range(plan.steps):
             if not inside.size:
                 break
@@ -179,11 +186,8 @@ class FlowSweep:
                 raise RejectedError(f"more than {self.most:,} sets")
             self.swept += inside.size
             moved = move.step.move_sets(inside.box, inside.frames, self.inputs(inside.joint))
-            self._leave(inside, ~moved.shown, NOT_SHOWN)
-            kept = moved.shown & ~moved.empty
-            inside = inside.take(kept)
-            tube, frames = moved.tube.at(kept), tuple(frame.at(kept) for frame in moved.frames)
-            after = SetList(moved.box.at(kept), frames, inside.part, inside.joint)
+            after, kept = self._keep_shown(inside, moved), moved.shown & ~moved.empty
+            inside, tube = inside.take(kept), moved.tube.at(kept)
             if self.watch is not None:
                 self.watch(SeenStep(period, number, inside, tube, after.box))
             broken = self._may_break(inside, moved_to=after.box, tube=tube, part=move.part, period=period)
@@ -192,11 +196,8 @@ class FlowSweep:
                 inside = self._outside(inside)
         return inside._replace(frames=inside.frames[1:])
 
-    def _jump_sets(self, sets: SetList, jump: FlowStep | None) -> SetList:
-        """The sets after what jumps at a sample."""
-        if jump is None or not sets.size:
-            return sets
-        moved = jump.jump_sets(sets.box, sets.frames, self.inputs(sets.joint))
+    def _keep_shown(self, sets: SetList, moved: Moved) -> SetList:
+        """The sets after a step or jump; those of which it was not shown are left open."""
         self._leave(sets, ~moved.shown, NOT_SHOWN)
         kept = moved.shown & ~moved.empty
         frames = tuple(frame.at(kept) for frame in moved.frames)
@@ -214,22 +215,14 @@ class FlowSweep:
 
     def _of_joint(self, joint: int) -> dict[str, tuple[float, float]]:
         if joint not in self._held:
-            held: dict[str, tuple[float, float]] = {}
-            for choice in choices_of(joint, self._profile.agents):
-                values = self._flow.held[choice]
-                held |= {name: (floor(value), ceiling(value)) for name, value in values.items()}
+            chosen = [self._flow.held[choice] for choice in choices_of(joint, self._profile.agents)]
+            held = {name: around(value) for values in chosen for name, value in values.items()}
             if any(self._flow.jitter):
                 held[PACE] = floor(self._pace[0]), ceiling(self._pace[1])
             self._held[joint] = held
         return self._held[joint]
 
     # --- the claim
-
-    def _ask_at_sample(self, sets: SetList, period: int) -> SetList:
-        """The sets that are followed further from a sample."""
-        if self._claim.says.once:
-            return self._outside(sets)
-        return self._drop_broken(sets, self._breaks(sets.box, period), f"at sample {period}")
 
     def _may_break(self, sets: SetList, moved_to: Spans, tube: Spans, part: FlowStep, period: int) -> Bool:
         """Returns True for each set of which some state may break the claim in a step: by `tube`, boxes of all states
@@ -308,11 +301,6 @@ class FlowSweep:
         self._leave(sets, bad, why)
         return sets.take(~bad)
 
-    def _limit_sets(self, sets: SetList) -> SetList:
-        if sets.size > MAX_SETS:
-            raise RejectedError(f"a list has more than {MAX_SETS:,} sets")
-        return sets
-
     @property
     def last(self) -> int:
         """The number of the last sample."""
@@ -327,14 +315,6 @@ class FlowSweep:
     def whole(self) -> StartBox | None:
         """A box around all starts; None where bounds show that there are none."""
         return self._start.whole
-
-
-def _jump_of(flow: Flow, names: Sequence[str]) -> FlowStep | None:
-    """Returns the step that moves sets at samples; None where nothing jumps."""
-    if not flow.jumps:
-        return None
-    values = {name: flow.jumps.get(name, Name(name)) for name in names}
-    return FlowStep(FlowReading(replace(flow, rates=values), names), (), Stepping(1, Fraction(1)))
 
 
 def _as_list(box: Spans) -> BoxList:
@@ -403,14 +383,27 @@ class LevelSweep:
             marked, targets = boxes >= 0, np.repeat(boxes, np.diff(begins, append=len(hashes)))
             spans[first] = _Span(hashes[begins], bounds, marked, parts.part, targets)
             joined = BoxList(bounds, boxes, np.zeros_like(boxes))
-            parts, left = self._follow(joined, first, min(first + self.plan.every, last))
+            self._seen = []
+            self._sweep.sampled = None if self._told is None else lambda at, sets: self._seen.append((at, sets))
+            try:
+                begun, end = build_sets(joined, int(self.plan.every > 1)), min(first + self.plan.every, last)
+                sets = self._sweep.follow_sets(begun, self.plan, first, end)
+            finally:
+                self._sweep.sampled = self._told
+            parts = BoxList.of(sets.box.low, sets.box.high, sets.part, np.zeros_like(sets.part))
+            left = self._sweep.open  # boxes that were not shown up to the end, and why
             marked[list(left)] = False
             self.why = next(iter(left.values()), self.why)
             seen.append(self._seen)
-        _unmark(list(spans.values()))
+        ordered = list(spans.values())
+        for before, after in zip(reversed(ordered[:-1]), reversed(ordered[1:]), strict=True):
+            before.marked[after.sources[~after.marked[after.targets]]] = False  # left for a box that is not marked
         self._levels.append((widths, spans))
-        self._tell(list(spans.values()), seen)
-        return all(span.marked.all() for span in list(spans.values())[:1])
+        if self._told is not None:
+            for span, lists in zip(ordered, seen, strict=True):
+                for at, sets in lists:
+                    self._told(at, sets.take(span.marked[sets.part]))
+        return all(span.marked.all() for span in ordered[:1])
 
     def _drop_shown(self, parts: BoxList, first: int) -> BoxList:
         """Returns the parts that lie in no marked box of the levels before, cut by their cells."""
@@ -419,29 +412,6 @@ class LevelSweep:
                 parts, hashes = _hash_cells(parts, widths)
                 parts = parts.take(~spans[first].hold(parts, hashes))
         return parts
-
-    def _follow(self, boxes: BoxList, first: int, end: int) -> tuple[BoxList, dict[int, str]]:
-        """Returns what is left of boxes at a later sample, and for boxes not shown up to it, why."""
-        self._seen = []
-        self._sweep.sampled = None if self._told is None else lambda at, sets: self._seen.append((at, sets))
-        try:
-            after = self._sweep.follow_sets(build_sets(boxes, int(self.plan.every > 1)), self.plan, first, end)
-        finally:
-            self._sweep.sampled = self._told
-        return BoxList.of(after.box.low, after.box.high, after.part, np.zeros_like(after.part)), self._sweep.open
-
-    def _tell(self, spans: list[_Span], seen: list[list[tuple[int, SetList]]]) -> None:
-        """Tells of the sets that come from marked boxes."""
-        if self._told is not None:
-            for span, lists in zip(spans, seen, strict=True):
-                for at, sets in lists:
-                    self._told(at, sets.take(span.marked[sets.part]))
-
-
-def _unmark(spans: list[_Span]) -> None:
-    """Unmarks boxes that something leaves for an unmarked one."""
-    for before, after in zip(reversed(spans[:-1]), reversed(spans[1:]), strict=True):
-        before.marked[after.sources[~after.marked[after.targets]]] = False
 
 
 def _hash_cells(parts: BoxList, widths: Mapping[int, float]) -> tuple[BoxList, Int64]:

@@ -31,6 +31,7 @@ from verify.checker.systems.reading import (
     Row,
     Split,
     SystemReading,
+    alternatives,
     decisions,
     sides_of,
 )
@@ -39,7 +40,6 @@ from verify.claims.formula import (
     TRUE,
     Acts,
     Formula,
-    Or,
     agents,
     atoms,
     below,
@@ -103,12 +103,10 @@ class Proof(Answers):
         if answer > SideAnswer.NEITHER:
             raise RejectedError(f"after {self.closed} closed branches: {answer} is no answer")
         if answer != SideAnswer.BOTH:
-            aside = (
-                []
-                if answer == SideAnswer.NEITHER
-                else [(row if answer == SideAnswer.NOT_THIS else row.opposite(), self._times())]
-            )
-            self._ensure_empty(branch, aside)
+            used = list[tuple[Row, int]]()
+            if answer != SideAnswer.NEITHER:
+                used.append((row if answer == SideAnswer.NOT_THIS else row.opposite(), self._times()))
+            self._ensure_empty(branch, used)
         return SideAnswer(answer)
 
     def visit(self, branch: Branch) -> None:
@@ -140,9 +138,8 @@ class Proof(Answers):
                 raise RejectedError(f"after {self.closed} closed branches: the branch has no row {place}")
             used.append((branch.rows[place], self._times()))
         if not branch.is_contradicted(used):
-            raise RejectedError(
-                f"after {self.closed} closed branches: the rows at step {branch.step} do not contradict"
-            )
+            what = f"the rows at step {branch.step} do not contradict"
+            raise RejectedError(f"after {self.closed} closed branches: {what}")
         self.closed += 1
 
     def _times(self) -> int:
@@ -162,11 +159,7 @@ def ways(claim: SystemClaim) -> int:
     """In how many ways a state may break the claim: the parts of which one has to hold. The number of leaving what is
     stated comes after them.
     """
-    return 1 if claim.about_decisions else len(_parts(claim.violation_at(claim.steps)))
-
-
-def _parts(formula: Formula) -> tuple[Formula, ...]:
-    return formula.parts if isinstance(formula, Or) else (formula,)
+    return 1 if claim.about_decisions else len(alternatives(claim.violation_at(claim.steps)))
 
 
 class SystemQuestions:
@@ -248,7 +241,7 @@ class SystemQuestions:
     def _build_exclusion(self, step: int) -> Condition:
         """Returns the condition that must be excluded at a step."""
         if step not in self._conditions:
-            parts = _parts(self.claim.violation_at(step))
+            parts = alternatives(self.claim.violation_at(step))
             shown = [parts[way] for way in self._shows if way < len(parts)]
             self._conditions[step] = self.reading.condition(disjunction(*shown))
         return self._conditions[step]
@@ -438,18 +431,14 @@ def _ensure_known(certificate: SystemCertificate, named: set[str], profile: Poli
         raise InputError(
             "the profile has no tree for agents that move the system", ", ".join(map(escape_text, silent)), REMAKE
         )
-    strange = strange or _strange_actions(claim, profile)
+    if not strange:
+        counts = {policy.agent: len(policy.actions) for policy in profile.agents}
+        said = {(part.agent, part.action) for part in atoms(claim.formula) if isinstance(part, Acts)}
+        strange = [f"action {action} of {who}" for who, action in sorted(said) if not 0 <= action < counts[who]]
     states = [certificate.header.inhabitant, *(premise.state for premise in claim.premises)]
     if strange or any(set(state) != names for state in states):
         what = "the certificate names what the profile and the system do not have"
         raise InputError(what, ", ".join(map(escape_text, strange)) or "$.inhabitant", REMAKE)
-
-
-def _strange_actions(claim: SystemClaim, profile: PolicyProfile) -> list[str]:
-    """Actions that a claim speaks of, and that its agents do not have."""
-    known = {policy.agent: len(policy.actions) for policy in profile.agents}
-    said = {(part.agent, part.action) for part in atoms(claim.formula) if isinstance(part, Acts)}
-    return [f"action {action} of {agent}" for agent, action in sorted(said) if not 0 <= action < known[agent]]
 
 
 def _is_state(claim: SystemClaim, state: State, system: System) -> bool:

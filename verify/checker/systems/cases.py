@@ -18,14 +18,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from codegen.ir import Bool
 from verify.checker.reading import RejectedError, TooMuchError
 from verify.systems.system import (
     FREE,
     Affine,
     Box,
     HalfSpace,
-    Interval,
     Piece,
     Polytope,
     System,
@@ -118,25 +116,21 @@ def ensure_complete(system: System, modes: Mapping[str, Variable]) -> None:
     if count > MAX_CELLS or len(sums) > MAX_SUMS:
         raise TooMuchError(f"the pieces test too much to be seen to leave out nothing: {count:,} cells")
     places = {total: place for place, total in enumerate(sums)}
-    held_cells = np.zeros([len(each) for each in cells], dtype=np.bool_)
+    held_cells = np.zeros([len(each) for each in cells], dtype=np.bool_)  # one axis for each sum
     for tests in held:
-        held_cells |= _meets_tests(tests, places, cells)
+        met = np.ones_like(held_cells)
+        for half in tests:
+            place, lead = places[_sum(half)], half.form.terms[0][1]
+            values = [lead * total + half.form.constant for total in cells[place]]
+            holds = np.array([value < 0 if half.strict else value <= 0 for value in values], dtype=np.bool_)
+            met &= holds.reshape([-1 if axis == place else 1 for axis in range(len(cells))])
+        held_cells |= met
     if not held_cells.all():
         chosen: list[int] = np.argwhere(~held_cells)[0].tolist()
-        at = [f"{_format_sum(total)} near {float(cells[place][chosen[place]]):g}" for total, place in places.items()]
-        raise RejectedError(f"no piece is seen to hold {', '.join(at)}")
-
-
-def _meets_tests(tests: Sequence[HalfSpace], places: Mapping[Sum, int], cells: Sequence[Sequence[Fraction]]) -> Bool:
-    """Returns True for each combination of cells that meets all tests of a piece: one axis for each sum."""
-    masks: list[Bool] = [np.ones(len(each), dtype=np.bool_) for each in cells]
-    for half in tests:
-        place = places[_sum(half)]
-        masks[place] &= np.array([_holds(half, value) for value in cells[place]], dtype=np.bool_)
-    whole = np.ones([len(each) for each in cells], dtype=np.bool_)
-    for place, each in enumerate(masks):
-        whole &= each.reshape([-1 if axis == place else 1 for axis in range(len(cells))])
-    return whole
+        near = [float(each[at]) for each, at in zip(cells, chosen, strict=True)]
+        words = [" + ".join(name if factor == 1 else f"{factor}*{name}" for name, factor in total) for total in sums]
+        told = ", ".join(f"{each} near {value:g}" for each, value in zip(words, near, strict=True))
+        raise RejectedError(f"no piece is seen to hold {told}")
 
 
 def tests_of(piece: Piece) -> list[HalfSpace]:
@@ -151,27 +145,13 @@ def _sum(half: HalfSpace) -> Sum:
     return tuple((name, factor / lead) for name, factor in half.form.terms)
 
 
-def _holds(half: HalfSpace, total: Fraction) -> bool:
-    """Returns True if a half space holds where its sum has this value."""
-    value = half.form.terms[0][1] * total + half.form.constant
-    return value < 0 if half.strict else value <= 0
-
-
 def _cells(total: Sum, held: Sequence[Sequence[HalfSpace]], hull: Box, modes: Mapping[str, Variable]) -> list[Fraction]:
     """A number of each cell of a sum, within the bounds that it has."""
     if len(total) == 1 and total[0][0] in modes:
         return [Fraction(n) for n in range(len(modes[total[0][0]].modes))]
-    low, high = _bounds(total, hull)
-    own = [half for tests in held for half in tests if _sum(half) == total]
-    ends = {-half.form.constant / half.form.terms[0][1] for half in own}
-    inner = sorted({low, high, *(end for end in ends if low < end < high)})
-    return [*inner, *((a + b) / 2 for a, b in pairwise(inner))]
-
-
-def _bounds(total: Sum, hull: Box) -> Interval:
     ends = [sorted(factor * end for end in hull[name]) for name, factor in total]
-    return sum((low for low, _ in ends), Fraction(0)), sum((high for _, high in ends), Fraction(0))
-
-
-def _format_sum(total: Sum) -> str:
-    return " + ".join(name if factor == 1 else f"{factor}*{name}" for name, factor in total)
+    low, high = sum((least for least, _ in ends), Fraction(0)), sum((most for _, most in ends), Fraction(0))
+    own = [half for tests in held for half in tests if _sum(half) == total]
+    tested = {-half.form.constant / half.form.terms[0][1] for half in own}
+    inner = sorted({low, high, *(end for end in tested if low < end < high)})
+    return [*inner, *((a + b) / 2 for a, b in pairwise(inner))]

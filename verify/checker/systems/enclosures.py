@@ -135,10 +135,6 @@ def _negative(span: Range) -> Range:
 # --- functions
 
 
-def _sin(angle: Range) -> ValueAndSlope:
-    return waves(angle)
-
-
 def _cos(angle: Range) -> ValueAndSlope:
     sin, cos = waves(angle)
     return cos, _negative(sin)
@@ -170,7 +166,7 @@ def _root(span: Range) -> ValueAndSlope:
 
 
 FUNCTIONS: dict[str, Callable[[Range], ValueAndSlope]] = {
-    "sin": _sin,
+    "sin": lambda angle: waves(angle),
     "cos": _cos,
     "tan": _tan,
     "exp": _exp,
@@ -280,6 +276,7 @@ class FormDifference(NamedTuple):
 
 
 NOTHING = FormDifference((), Affine())
+NO_ERROR = Fraction(0), Fraction(0)
 OnPiece = Callable[[int, int], None]  # how many pieces are shown, of how many
 
 
@@ -292,11 +289,23 @@ def ensure_enclosed(statement: Statement, on_piece: OnPiece = lambda done, most:
     owners = [_owner(piece, statement.rules) for piece in statement.system.pieces]
     for number, rule in enumerate(statement.rules):
         boxes = [piece.where for piece, owner in zip(statement.system.pieces, owners, strict=True) if owner == number]
-        whole = {**ranges, **_common(rule.where, ranges)}
+        whole = dict(ranges)
+        for name, (low, high) in rule.where.items():
+            both = max(low, ranges[name][0]), min(high, ranges[name][1])
+            whole[name] = both if both[0] <= both[1] else (low, high)
         if not boxes or find_gap(whole, boxes) is not None:
             raise RejectedError(f"pieces leave out states of rule {number + 1}")
     for number, (piece, owner) in enumerate(zip(statement.system.pieces, owners, strict=True), 1):
-        shown += _check_piece(piece, statement.rules[owner], f"piece {number}")
+        rule = statement.rules[owner]
+        for name in rule.move:
+            error, stated = piece.error.get(name, NO_ERROR), rule.error.get(name, NO_ERROR)
+            allowed = error[0] - stated[0], error[1] - stated[1]  # what the stated error leaves for the enclosure
+            for curved, rest in _differences(piece, rule, name):
+                if not curved and (rest != Affine() or not allowed[0] <= 0 <= allowed[1]):
+                    raise RejectedError(f"piece {number}: {name} moves otherwise than the rule says")
+                if curved:
+                    _ensure_within(total(list(curved)), rest, piece.where, allowed, f"piece {number}: {name}")
+                    shown += 1
         on_piece(number, len(owners))
     return shown
 
@@ -317,11 +326,6 @@ def ensure_curves(enclosures: Sequence[CurveOverCell], ranges: Box) -> int:
     return len(enclosures)
 
 
-def _common(where: Box, ranges: Box) -> Box:
-    both = {name: (max(low, ranges[name][0]), min(high, ranges[name][1])) for name, (low, high) in where.items()}
-    return {name: bounds if bounds[0] <= bounds[1] else where[name] for name, bounds in both.items()}
-
-
 def _owner(piece: Piece, rules: Sequence[Rule]) -> int:
     """The rule in whose box a piece lies, with its conditions and choices."""
     for number, rule in enumerate(rules):
@@ -332,24 +336,6 @@ def _owner(piece: Piece, rules: Sequence[Rule]) -> int:
         if all(inside) and rule.when == piece.when and rule.choice == piece.choice:
             return number
     raise RejectedError("a piece lies in the box of no rule")
-
-
-def _check_piece(piece: Piece, rule: Rule, where: str) -> int:
-    shown = 0
-    for name in rule.move:
-        allowed = _less(piece.error.get(name, (Fraction(0), Fraction(0))), rule.error.get(name, (0, 0)))
-        for curved, rest in _differences(piece, rule, name):
-            if not curved and (rest != Affine() or not allowed[0] <= 0 <= allowed[1]):
-                raise RejectedError(f"{where}: {name} moves otherwise than the rule says")
-            if curved:
-                _ensure_within(total(list(curved)), rest, piece.where, allowed, f"{where}: {name}")
-                shown += 1
-    return shown
-
-
-def _less(error: Interval, stated: tuple[Fraction | int, Fraction | int]) -> Interval:
-    """Returns the error that the stated one leaves for enclosures."""
-    return error[0] - stated[0], error[1] - stated[1]
 
 
 def _differences(piece: Piece, rule: Rule, name: str) -> Iterator[FormDifference]:
@@ -409,21 +395,14 @@ def _ensure_within(expression: Expression, form: Affine, box: Box, allowed: Inte
         try:
             difference, worst = _over(expression, known, here)
         except UnboundedError:
-            difference, worst = Range(least - 1, most + 1), _widest(here)
+            difference = Range(least - 1, most + 1)
+            worst = max(here, key=lambda name: here[name].high - here[name].low, default="")
         if not least <= difference.low or not difference.high <= most:
             if not here or here[worst].high - here[worst].low < 4:
                 raise RejectedError(f"{where}: its error is exceeded")
-            open_ += _halves(here, worst)
-
-
-def _widest(box: Mapping[str, Range]) -> str:
-    return max(box, key=lambda name: box[name].high - box[name].low, default="")
-
-
-def _halves(box: Mapping[str, Range], name: str) -> list[dict[str, Range]]:
-    low, high = box[name]
-    middle = (low + high) // 2
-    return [{**box, name: Range(low, middle)}, {**box, name: Range(middle, high)}]
+            low, high = here[worst]
+            middle = (low + high) // 2
+            open_ += [{**here, worst: Range(low, middle)}, {**here, worst: Range(middle, high)}]
 
 
 def _over(expression: Expression, form: FormRanges, box: Mapping[str, Range]) -> tuple[Range, str]:
@@ -464,7 +443,7 @@ def _part(expression: Expression, box: Mapping[str, Range]) -> SlopedRange:
             return SlopedRange(box[name], {name: Range(ONE, ONE)})
         case Sum(left, right):
             one, other = _part(left, box), _part(right, box)
-            slopes = _both(one.slopes, other.slopes)
+            slopes = _add_slopes(one.slopes, other.slopes)
             return SlopedRange(plus(one.value, other.value), slopes, one.steep | other.steep)
         case Product(left, right):
             return _product(_part(left, box), _part(right, box))
@@ -474,8 +453,16 @@ def _part(expression: Expression, box: Mapping[str, Range]) -> SlopedRange:
             part = _part(base, box)
             slope = scale_range(power(part.value, exponent - 1), exponent)
             return _apply_function(part, lambda _: (power(part.value, exponent), slope))
-        case Call(_, argument, (low, high)):
-            return _clip_part(_part(argument, box), exactly(low), exactly(high))
+        case Call(_, argument, (lower, upper)):
+            part, low, high = _part(argument, box), exactly(lower), exactly(upper)
+            least, most = part.value
+            value = Range(min(max(least, low.low), high.low), min(max(most, low.high), high.high))
+            if low.high <= least and most <= high.low:
+                return part
+            if most < low.low or high.high < least:
+                return SlopedRange(value, {})
+            slopes = {name: Range(min(0, slope.low), max(0, slope.high)) for name, slope in part.slopes.items()}
+            return SlopedRange(value, slopes, part.steep)
         case Call(function, argument, _):
             return _apply_function(_part(argument, box), FUNCTIONS[function])
 
@@ -491,20 +478,8 @@ def _apply_function(part: SlopedRange, function: Callable[[Range], ValueAndSlope
 def _product(one: SlopedRange, other: SlopedRange) -> SlopedRange:
     first = {name: times(slope, other.value) for name, slope in one.slopes.items()}
     second = {name: times(slope, one.value) for name, slope in other.slopes.items()}
-    return SlopedRange(times(one.value, other.value), _both(first, second), one.steep | other.steep)
+    return SlopedRange(times(one.value, other.value), _add_slopes(first, second), one.steep | other.steep)
 
 
-def _both(one: dict[str, Range], other: dict[str, Range]) -> dict[str, Range]:
+def _add_slopes(one: dict[str, Range], other: dict[str, Range]) -> dict[str, Range]:
     return {name: plus(one.get(name, ZERO), other.get(name, ZERO)) for name in {**one, **other}}
-
-
-def _clip_part(part: SlopedRange, low: Range, high: Range) -> SlopedRange:
-    least, most = part.value
-    value = Range(min(max(least, low.low), high.low), min(max(most, low.high), high.high))
-    if low.high <= least and most <= high.low:
-        return part
-    if most < low.low or high.high < least:
-        return SlopedRange(value, {})
-    return SlopedRange(
-        value, {name: Range(min(0, s.low), max(0, s.high)) for name, s in part.slopes.items()}, part.steep
-    )

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from msgspec import field
 
 from verify.checker import certificate
-from verify.checker.certificate import Bytes, Certificate, Forms, Header, Members
+from verify.checker.certificate import Bytes, Certificate, Forms, Header, Members, stated_as
 from verify.claims.formula import Linear, read_formula
 from verify.exact import read_number
 from verify.systems.claims import Pattern, SystemClaim, SystemPremise
@@ -27,27 +27,20 @@ WHOLE = bytes(1)  # cuts of a set that is not cut
 
 def read_region(halves: Sequence[Mapping[str, Any]]) -> Polytope:
     """A polytope in a file. ValueError for what is none."""
-    return tuple(map(_read_half, halves))
-
-
-def _read_half(document: Mapping[str, Any]) -> HalfSpace:
-    formula = read_formula(document)
-    if not isinstance(formula, Linear):
-        raise ValueError(f"not an inequality: {str(document)[:80]}")
-    return HalfSpace(Affine.of({name: weight for weight, name in formula.terms}, -formula.bound), formula.strict)
+    polytope: list[HalfSpace] = []
+    for document in halves:
+        formula = read_formula(document)
+        if not isinstance(formula, Linear):
+            raise ValueError(f"not an inequality: {str(document)[:80]}")
+        form = Affine.of({name: weight for weight, name in formula.terms}, -formula.bound)
+        polytope.append(HalfSpace(form, formula.strict))
+    return tuple(polytope)
 
 
 if TYPE_CHECKING:
     StatedRegion = Polytope
 else:
-
-    class StatedRegion(tuple):
-        """A polytope; inequalities in a document."""
-
-        @classmethod
-        def read(cls, document: Any) -> StatedRegion:
-            """The polytope in a document. ValueError for what is none."""
-            return cls(read_region(document))
+    StatedRegion = stated_as(read_region, tuple)  # inequalities in a document
 
 
 # --- symbolic states
@@ -195,12 +188,11 @@ def read_claim(raw: SystemClaimJson) -> SystemClaim:
         label=raw.label,
         region=raw.region,
         assumed=raw.assumed,
-        premises=tuple(map(_read_premise, raw.premises)),
+        premises=tuple(
+            SystemPremise(read_formula(each.formula), {name: read_number(value) for name, value in each.state.items()})
+            for each in raw.premises
+        ),
     )
-
-
-def _read_premise(raw: SystemPremiseJson) -> SystemPremise:
-    return SystemPremise(read_formula(raw.formula), {name: read_number(value) for name, value in raw.state.items()})
 
 
 SystemProof = Walks | Cover | FlowSets | Invariant

@@ -436,6 +436,11 @@ def goes_left(feature: Feature, threshold: float, numbers: str) -> Formula:
     return below(terms, most - feature.form.constant, strict)
 
 
+def alternatives(formula: Formula) -> tuple[Formula, ...]:
+    """The formulas of which one has to hold."""
+    return formula.parts if isinstance(formula, Or) else (formula,)
+
+
 def decisions(
     system: System, reading: SystemReading, policies: Sequence[AgentPolicy], by_action: bool
 ) -> list[Decision]:
@@ -445,11 +450,8 @@ def decisions(
 
 def _decision(system: System, reading: SystemReading, policy: AgentPolicy, by_action: bool) -> Decision:
     sides = sides_of(system, policy)
-    effects = (
-        [Effect((), number) for number in range(len(policy.actions))]
-        if by_action
-        else _effects(system, reading, policy)
-    )
+    alone = [Effect((), number) for number in range(len(policy.actions))]
+    effects = alone if by_action else _effects(system, reading, policy)
     tree, built = policy.tree, dict[int, Decision]()
     for node in reversed(range(len(tree.feature))):  # children stand behind their parents
         if tree.feature[node] == NO_FEATURE:
@@ -479,15 +481,13 @@ def _effects(system: System, reading: SystemReading, policy: AgentPolicy) -> lis
     distinct: dict[object, Effect] = {}
     effects: list[Effect] = []
     for number, action in enumerate(policy.actions):
-        by_piece = tuple(_of_action(reading, piece, (policy.agent, action.name)) for piece in system.pieces)
+        stated = [piece.effect.get((policy.agent, action.name), {}) for piece in system.pieces]
+        by_piece = tuple(
+            {name: forms[name] for name in reading.order if forms.get(name, Affine()) != Affine()} for forms in stated
+        )
         key = tuple(tuple((name, form.terms, form.constant) for name, form in each.items()) for each in by_piece)
         effects.append(distinct.setdefault(key, Effect(by_piece, number)))
     return effects
-
-
-def _of_action(reading: SystemReading, piece: Piece, choice: tuple[str, str]) -> dict[str, Affine]:
-    stated = piece.effect.get(choice, {})
-    return {name: stated[name] for name in reading.order if name in stated and stated[name] != Affine()}
 
 
 def _build_split(reading: SystemReading, side: Formula, left: Decision, right: Decision) -> Decision:

@@ -7,7 +7,18 @@ from math import factorial
 import numpy as np
 import pytest
 
-from tests.support.flows import CASES, NEAR, case, coefficients, outside, starts_of, trajectories, watched
+from tests.support.flows import (
+    CASES,
+    EXACTLY,
+    NEAR,
+    SIDES,
+    case,
+    coefficients,
+    outside,
+    starts_of,
+    trajectories,
+    watched,
+)
 from tests.support.system_cases import box
 from verify.checker.covers.boxes import Regions
 from verify.checker.flows import intervals, series, steps, sweep
@@ -63,10 +74,7 @@ def forbidden():
 
 def between():
     """x = cos t at whole turns, where it is 1, and between them, where it is not."""
-    text, profile, _ = CASES["turning"]
-    text = text.replace("error = { x = 0.001, y = [-0.002, 0.001] }", "").replace('"0.5 s"', '"6.283185307 s"')
-    text = text.replace("[0.9, 1.1]", "1").replace("[-0.1, 0.1]", "0").replace("0.2", "0").replace("= 12", "= 2")
-    system, profile, claim = case(text, profile, NEAR.replace("[-2, 2]", "[0.9, 1.1]"))
+    system, profile, claim = case(EXACTLY, SIDES, NEAR.replace("[-2, 2]", "[0.9, 1.1]"))
     try:
         return FlowSweep(profile, system, claim).run(Plan((0,), 6, 40)) > 0
     except RejectedError:
@@ -116,13 +124,17 @@ def squares_of_starts(write, read, own, number, k):
     return SQUARE(write, read, own, number, k) if k == 0 else None
 
 
-def first_factor(factors):
-    return SCALED([factors[0]] * len(factors))
+def first_factor(*factors):
+    return FACTOR(*factors[:1] * len(factors))
+
+
+def sine_twice(span):
+    return WAVES(span)[0], WAVES(span)[0]
 
 
 RENAMED, DECIDED = steps._rescale_frame, sweep.split_by_trees
 LEFT_OUT = StepPrograms._write_remainder
-SQUARE, SCALED = series._square, intervals._scaling
+SQUARE, FACTOR, WAVES = series._square, intervals.Factor, intervals.waves
 FAULTS = {
     "what the series leaves out": (
         StepPrograms,
@@ -138,8 +150,8 @@ FAULTS = {
     "frames cut too far": (steps, "_rescale_frame", first_half, lambda: escapes("pendulum")),
     "one side of a split": (sweep, "split_by_trees", first_side, lambda: escapes("pendulum")),
     "coefficients of squares": (series, "_square", squares_of_starts, lambda: not _squares()),
-    "multiples by another's factor": (intervals, "_scaling", first_factor, lambda: not _grows()),
-    "sin for cos": (intervals, "_choose", lambda which, of: of[0], lambda: escapes("mixed")),
+    "multiples by another's factor": (intervals, "Factor", first_factor, lambda: not _grows()),
+    "sin for cos": (intervals, "waves", sine_twice, lambda: escapes("mixed")),
     "sin without its extremes": (
         intervals,
         "_meets",

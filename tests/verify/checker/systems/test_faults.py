@@ -31,6 +31,7 @@ CONSTRUCTING = ("__init__", "sum")
 NO_READING = ("Answers",)  # what somebody who answers must have
 ELSEWHERE = {  # caught by what calls them, or in what they are imported into
     "reading.decisions": "branch_proofs.decisions",
+    "reading.alternatives": "branch_proofs.alternatives",
     "Proof.visit": "does nothing",
     "Proof.hull": "SystemQuestions.ensure_within",
     "Proof.asks_fulfilled": "SystemQuestions._iterate_unfulfilled",
@@ -50,7 +51,6 @@ ELSEWHERE = {  # caught by what calls them, or in what they are imported into
             "branch_proofs.needs_stated",
             "branch_proofs._check_premise",
             "branch_proofs._ensure_known",
-            "branch_proofs._strange_actions",
         ),
         "branch_proofs.check_certificate",
     ),

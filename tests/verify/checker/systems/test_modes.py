@@ -152,16 +152,21 @@ def one_side(f):
     return lambda tests, *to: f(tests[:1], *to)
 
 
-def no_when(row):
-    return lambda self, numbers: row(self, numbers)._replace(when=())
+def with_when(when):
+    """Pieces with other conditions."""
+
+    def plant(init):
+        def planted(self, system, *given):
+            pieces = (replace(piece, when=when(piece)) for piece in system.pieces)
+            init(self, replace(system, pieces=tuple(pieces)), *given)
+
+        return planted
+
+    return plant
 
 
-def first_way(init):
-    def planted(self, system, *given):
-        pieces = (replace(piece, when=piece.when or (HalfSpace(form(1)),)) for piece in system.pieces)
-        init(self, replace(system, pieces=tuple(pieces)), *given)
-
-    return planted
+def first_way(piece):
+    return piece.when or (HalfSpace(form(1)),)
 
 
 SEARCH, COVER, SOLVER, JUDGED = "search", "cover", "solver", "judged"
@@ -171,8 +176,8 @@ FAULTS = [
     (SEARCH, branch_proofs, "_is_mode", lambda f: lambda variable: conjunction()),
     (SEARCH, SystemQuestions, "__init__", without_when),
     (COVER, cover_trees, "_sides", one_side),
-    (COVER, images.BoxPieces, "_row", no_when),
-    (COVER, images.BoxPieces, "__init__", first_way),
+    (COVER, images.BoxPieces, "__init__", with_when(lambda piece: ())),
+    (COVER, images.BoxPieces, "__init__", with_when(first_way)),
     (SOLVER, unrolled, "_goes_left", plainly),
     (SOLVER, unrolled, "_is_mode", lambda f: lambda value, count: terms.constant(True)),
     (SOLVER, unrolled, "_in_box", unconditioned),
