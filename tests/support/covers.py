@@ -2,6 +2,8 @@
 what the checker of covers says, and faults to plant in it.
 """
 
+from collections import Counter
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction as F
 
@@ -10,13 +12,15 @@ import numpy as np
 from codegen.floats import FLOAT64
 from codegen.policy_json import content_hash
 from tests.support.altered import of_hashes
+from tests.support.exact_play import refuted, start
 from tests.support.system_cases import box, decided, form, policy, team
-from tests.verify.reach import random_systems
+from tests.verify.reach import random_modes, random_systems
 from verify.checker.accept import accept
 from verify.checker.covers.sweep import BoxSweep, FormSweep
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Invariant
 from verify.question import Budgets
+from verify.reach.unbounded import InvariantSearch
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Feature, Measure, Piece, System, Variable
@@ -49,6 +53,19 @@ def question(random):
         ]
         profile = replace(profile, agents=tuple(policies))
     return system, profile, claim
+
+
+def attacked(salt, seeds, episodes, tries, asking, forms=False):
+    """How many claims were shown by some recipe, refuted, or neither. AssertionError for one that is both."""
+    met = Counter()
+    for seed in seeds:
+        random = np.random.default_rng([salt, seed])
+        asked = asking(random, seed)
+        proved = any(shown(asked, recipe(random, asked[0]), forms) for _ in range(tries))
+        broken = refuted(random, asked, episodes if proved else 12)
+        assert not (proved and broken), (seed, asked[2])
+        met[asked[2].pattern, proved, broken] += 1
+    return met
 
 
 def shown(question, cells, forms=False):
@@ -146,14 +163,26 @@ def answered(asked, claim, **budgets):
     return found
 
 
-def any_taken(asked, claim, state, lists):
-    """Whether the checker takes one of several lists of parts for an invariant that shows the claim."""
-    system, profile = asked
-    hashes = content_hash(profile), documents.content_hash(system)
-    taken = []
-    for parts in lists:
-        try:
-            taken.append(accept(of_hashes(*hashes, claim, state, Invariant(parts)), profile, system) > 0)
-        except RejectedError:
-            taken.append(False)
-    return any(taken)
+def attack_invariants(salt, seeds, each, most, claimed, forge):
+    """How many forgeries of false claims there were, and how many claims were proved by searches or forged lists.
+    AssertionError for one that an episode breaks. `claimed`: the claim for ever that is asked of a random system;
+    `forge`: so many lists of parts; `most`: boxes of a search.
+    """
+    met = Counter()
+    for seed in seeds:
+        random = np.random.default_rng([salt, seed])
+        system, profile, claim = question(random) if seed % 2 else random_modes.case(random)
+        claim = claimed(random, system, claim.regions)
+        state = next((found for found in (start(random, system) for _ in range(20)) if found), None)
+        if state is None or not all(half.holds(state) for region in claim.assuming for half in region):
+            continue
+        parts = next(InvariantSearch(profile, system, claim, most).iterate_invariants(), None)
+        hashes, taken = (content_hash(profile), documents.content_hash(system)), False
+        for listed in [*forge(random, system, each), *([parts] if parts else [])]:
+            with suppress(RejectedError):
+                taken |= accept(of_hashes(*hashes, claim, state, Invariant(listed)), profile, system) > 0
+        broken = refuted(random, (system, profile, claim), 40 if taken else 12)
+        assert not (taken and broken), (seed, claim)
+        met["forgeries"] += each * broken
+        met["proved"] += taken
+    return met

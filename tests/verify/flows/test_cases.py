@@ -9,8 +9,9 @@ from scipy.integrate import solve_ivp
 
 from codegen.errors import InputError
 from codegen.ir import act
+from maviper.worlds.checking import check_integration
 from maviper.worlds.stated.environment import StatedEnv
-from maviper.worlds.stated.statements import check_integration
+from tests.support.flows import off_by
 from tests.support.system_cases import box, policy, team
 from verify.checker.accept import accept
 from verify.checker.flows import samples
@@ -90,12 +91,9 @@ def escapes(plan, count, seed=0):
     warm, heat, worst = random.uniform(-1, 1, count), np.zeros(count, dtype=np.int64), 0.0
     warm[::3] = np.round(warm[::3])
     for period in range(claim.steps + 1):
-        low, high = (np.concatenate(ends) for ends in zip(*seen[period], strict=True))
-        points = np.stack([warm, heat], axis=1)
-        if not len(low):
-            return np.inf
-        off = np.maximum(low[None] - points[:, None], points[:, None] - high[None]).max(axis=2).min(axis=1).max()
-        worst = max(worst, off)
+        worst = max(worst, off_by(seen[period], np.stack([warm, heat], axis=1)))
+        if np.isinf(worst):  # nothing is followed further
+            return worst
         observed = np.stack([warm.astype(np.float32), (heat == 2).astype(np.float32)], axis=1)
         case = np.where((heat == 2) & (warm > 1), 3, heat)
         chosen = act(profile.agents[0], observed)

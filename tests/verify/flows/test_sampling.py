@@ -9,10 +9,10 @@ from scipy.integrate import solve_ivp
 
 from codegen.errors import InputError
 from codegen.ir import act
+from maviper.worlds.checking import check_integration
 from maviper.worlds.stated.environment import StatedEnv
-from maviper.worlds.stated.statements import check_integration
 from maviper.worlds.stated.systems import FlowRule
-from tests.support.flows import CASES, case, starts_of
+from tests.support.flows import CASES, case, off_by, starts_of
 from tests.support.stated_play import value
 from tests.support.system_cases import box
 from verify.checker.accept import accept
@@ -74,7 +74,7 @@ def leaves(system, profile, claim, plan, count, seed=0, ways=(0,), jitter=None):
     history = []
     for sample in range(claim.steps):
         history.append(now)
-        worst = max(worst, _off(samples[sample], now))
+        worst = max(worst, off_by(samples[sample], now))
         held = observing(system, profile, history, ways, random)
         last = period + np.where(random.random(count) < 0.5, random.choice(ends, count), random.uniform(*ends, count))
 
@@ -86,14 +86,9 @@ def leaves(system, profile, claim, plan, count, seed=0, ways=(0,), jitter=None):
 
         done = solve_ivp(slope, (0, 1), now.ravel(), "DOP853", t_eval=[0.37, 0.8, 1], rtol=1e-12, atol=1e-12)
         states = done.y.T.reshape(3, count, len(real))
-        worst = max(worst, *(_off(tubes[sample], each) for each in states))
+        worst = max(worst, *(off_by(tubes[sample], each) for each in states))
         now = states[-1]
-    return max(worst, _off(samples[claim.steps], now))
-
-
-def _off(seen, points):
-    low, high = (np.concatenate(ends)[:, : points.shape[1]] for ends in zip(*seen, strict=True))
-    return np.maximum(low[None] - points[:, None], points[:, None] - high[None]).max(axis=2).min(axis=1).max()
+    return max(worst, off_by(samples[claim.steps], now))
 
 
 SHORT = {JITTER: (0,), DELAY: (2,), BOTH: (0, 1)}

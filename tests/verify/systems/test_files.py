@@ -13,14 +13,6 @@ from verify.systems.system import Affine, Feature, Measure
 from verify.toml_places import parse
 
 
-def cart(**changes):
-    text = CART
-    for old, new in changes.items():
-        assert old in text
-        text = text.replace(old, new)
-    return text
-
-
 def system_of(text, name):
     return statement_of(text, name).system
 
@@ -215,10 +207,8 @@ def test_powers_of_powers_are_refused(first, said):
 
 
 def test_an_input_that_every_action_leaves_at_0_is_known():
-    text = cart(
-        **{'left = { a = "-0.5 m/s^2" }': "left = { a = 0 }", 'right = { a = "push" }': 'right = { a = "0 m/s^2" }'}
-    )
-    (piece,) = system_of(text, "f").pieces
+    text = changed('right = { a = "push" }', 'right = { a = "0 m/s^2" }')
+    (piece,) = system_of(changed('left = { a = "-0.5 m/s^2" }', "left = { a = 0 }", text), "f").pieces
     assert piece.step({"x": F(1), "v": F(1)}, {"cart": "right"}, {}) == {"x": F(6, 5), "v": F(1)}
 
 

@@ -26,6 +26,10 @@ WIDE = {"x": (F(-1), F(1))}
 @pytest.mark.parametrize(
     ("shared", "own", "left", "right"),
     [
+        ("cuts = { v = 3 }", "", {"v": 3}, {"v": 3}),
+        ("cuts = { v = 3 }", "cuts = { x = 2 }", {"v": 3, "x": 2}, {"v": 3}),
+        ("cuts = { v = 3 }", "cuts = { v = 2 }", {"v": 2}, {"v": 3}),
+        ("", "cuts = { v = 2 }", {"v": 2}, {}),
         ("", "", {}, {}),
         ("error = { v = 0.1 }", "", ERROR, ERROR),
         ("", "error = { v = 0.1 }", ERROR, {}),
@@ -35,21 +39,8 @@ WIDE = {"x": (F(-1), F(1))}
         ("error = { v = 0.1 }", "error = {}", ERROR, ERROR),
     ],
 )
-def test_errors(shared, own, left, right):
-    assert [dict(rule.error) for rule in rules(f"{NEXT}\n{shared}", own)] == [left, right]
-
-
-@pytest.mark.parametrize(
-    ("shared", "own", "left", "right"),
-    [
-        ("cuts = { v = 3 }", "", {"v": 3}, {"v": 3}),
-        ("cuts = { v = 3 }", "cuts = { x = 2 }", {"v": 3, "x": 2}, {"v": 3}),
-        ("cuts = { v = 3 }", "cuts = { v = 2 }", {"v": 2}, {"v": 3}),
-        ("", "cuts = { v = 2 }", {"v": 2}, {}),
-    ],
-)
-def test_cuts(shared, own, left, right):
-    assert [dict(rule.cuts) for rule in rules(f"{NEXT}\n{shared}", own)] == [left, right]
+def test_errors_and_cuts(shared, own, left, right):
+    assert [{**rule.error, **rule.cuts} for rule in rules(f"{NEXT}\n{shared}", own)] == [left, right]
 
 
 def test_the_next_values_that_a_piece_leaves_out_are_those_of_all():

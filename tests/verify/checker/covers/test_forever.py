@@ -1,6 +1,5 @@
 """Claims for ever: what invariants show holds in long episodes; forgeries and faults are caught."""
 
-from collections import Counter
 from dataclasses import replace
 from fractions import Fraction as F
 
@@ -9,10 +8,8 @@ import pytest
 
 from codegen.errors import InputError
 from tests.support.altered import altered, of_hashes
-from tests.support.covers import always, answered, any_taken, question, thermostat
-from tests.support.exact_play import refuted, start
+from tests.support.covers import always, answered, attack_invariants, thermostat
 from tests.support.system_cases import box, double_integrator, form, policy, switching, team
-from tests.verify.reach import random_modes
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
@@ -21,7 +18,7 @@ from verify.checker.covers.invariants import InvariantSweep
 from verify.checker.reading import RejectedError
 from verify.checker.systems.proofs import Cover, InvariantPart, Walks, from_json
 from verify.reach import unbounded
-from verify.reach.unbounded import CellSearch, InvariantSearch
+from verify.reach.unbounded import CellSearch
 from verify.result import Verdict
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Piece, System, Variable
@@ -71,7 +68,7 @@ def test_steps_out_of_the_list():
 # --- forgeries
 
 
-def forged(random, system, claim):
+def forged(random, system):
     """A random list of cells, of random variables."""
     names = [one.name for one in system.variables if random.random() < 0.8] or [system.variables[0].name]
     modes = {one.name for one in system.variables if one.modes}
@@ -85,23 +82,12 @@ def forged(random, system, claim):
 
 
 def attacked(seeds, each=4):
-    """How many forgeries of false claims there were, and how many claims were proved by searches."""
-    met = Counter()
-    for seed in seeds:
-        random = np.random.default_rng([13, seed])
-        system, profile, claim = question(random) if seed % 2 else random_modes.case(random)
-        claim = SystemClaim(Pattern.ALWAYS, claim.regions, 12)
-        state = next((found for found in (start(random, system) for _ in range(20)) if found), None)
-        if state is None:
-            continue
-        parts = next(InvariantSearch(profile, system, claim, 4_000).iterate_invariants(), None)
-        lists = [(forged(random, system, claim),) for _ in range(each)] + ([parts] if parts else [])
-        taken = any_taken((system, profile), claim, state, lists)
-        broken = refuted(random, (system, profile, claim), 40 if taken else 12)
-        assert not (taken and broken), (seed, claim)
-        met["forgeries"] += each * broken
-        met["proved"] += taken
-    return met
+    def claimed(random, system, regions):
+        return SystemClaim(Pattern.ALWAYS, regions, 12)
+
+    return attack_invariants(
+        13, seeds, each, 4_000, claimed, lambda random, system, count: [(forged(random, system),) for _ in range(count)]
+    )
 
 
 def test_what_is_shown_is_true():

@@ -1,6 +1,5 @@
 """Claims for ever that assume something, begin late, or hold by regions: what is shown is true."""
 
-from collections import Counter
 from dataclasses import replace
 from fractions import Fraction as F
 
@@ -10,10 +9,9 @@ import pytest
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from tests.support.altered import altered, of_hashes
-from tests.support.covers import always, answered, any_taken, question, thermostat
-from tests.support.exact_play import refuted, start
+from tests.support.covers import always, answered, attack_invariants, thermostat
 from tests.support.system_cases import box, double_integrator, form, policy, switching, team
-from tests.verify.reach import random_modes, random_systems
+from tests.verify.reach import random_systems
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.accept import accept
@@ -186,29 +184,19 @@ def forged(random, names):
 
 
 def attacked(seeds, each=4):
-    """How many forgeries of false claims there were, and how many claims were proved by searches."""
-    met = Counter()
-    for seed in seeds:
-        random = np.random.default_rng([17, seed])
-        system, profile, claim = question(random) if seed % 2 else random_modes.case(random)
-        names = [one.name for one in system.variables]
-        assuming = (random_systems.polytope(random, names[:1]),) if random.random() < 0.4 else ()
+    def claimed(random, system, regions):
+        first = system.variables[0].name
+        assuming = (random_systems.polytope(random, [first]),) if random.random() < 0.4 else ()
         by = int(random.integers(0, 4)) if random.random() < 0.4 else 0
-        claim = SystemClaim(Pattern.ALWAYS, claim.regions, 12, by, assuming=assuming)
-        state = next((found for found in (start(random, system) for _ in range(20)) if found), None)
-        if state is None or (assuming and not all(half.holds(state) for half in assuming[0])):
-            continue
-        parts = next(InvariantSearch(profile, system, claim, 2_000).iterate_invariants(), None)
-        lists = [
-            (InvariantPart({}, int(random.integers(1, 4)), b"", tuple(forged(random, names) for _ in range(count))),)
-            for count in random.integers(1, 3, each)
-        ] + ([parts] if parts else [])
-        taken = any_taken((system, profile), claim, state, lists)
-        broken = refuted(random, (system, profile, claim), 40 if taken else 12)
-        assert not (taken and broken), (seed, claim)
-        met["forgeries"] += each * broken
-        met["proved"] += taken
-    return met
+        return SystemClaim(Pattern.ALWAYS, regions, 12, by, assuming=assuming)
+
+    def forge(random, system, each):
+        names = [one.name for one in system.variables]
+        for count in random.integers(1, 3, each):
+            steps = int(random.integers(1, 4))
+            yield (InvariantPart({}, steps, b"", tuple(forged(random, names) for _ in range(count))),)
+
+    return attack_invariants(17, seeds, each, 2_000, claimed, forge)
 
 
 def test_what_is_shown_is_true():

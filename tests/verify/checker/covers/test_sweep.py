@@ -4,7 +4,6 @@ Certificates that are covers: their text, what they are refused for, and forgeri
 """
 
 import json
-from collections import Counter
 from dataclasses import replace
 from fractions import Fraction as F
 
@@ -13,6 +12,7 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
+from tests.support import covers
 from tests.support.altered import altered, of_hashes
 from tests.support.covers import CASES, PLAIN, after, claimed, line, question, recipe, shown
 from tests.support.exact_play import refuted, start
@@ -31,16 +31,7 @@ CELLS = (PLAIN, ((0,), {0: 0.5}), ((1, 0, 1, 0, 0), {0: 2.0}))
 
 
 def attacked(seeds, episodes):
-    """How many claims were shown by some recipe, refuted, or neither. AssertionError for one that is both."""
-    met = Counter()
-    for seed in seeds:
-        random = np.random.default_rng([7, seed])
-        asked = question(random)
-        proved = any(shown(asked, recipe(random, asked[0])) for _ in range(3))
-        broken = refuted(random, asked, episodes if proved else 12)
-        assert not (proved and broken), (seed, asked[2])
-        met[asked[2].pattern, proved, broken] += 1
-    return met
+    return covers.attacked(7, seeds, episodes, 3, lambda random, seed: question(random))
 
 
 def test_what_is_shown_is_true():

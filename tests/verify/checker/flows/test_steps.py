@@ -58,11 +58,8 @@ def escaping(name, count, seed, order=4, step=FlowStep):
     how = Stepping(order, flow.period / 2)
     stepping = step(FlowReading(flow, names), [(F(0), F(0))] * len(names), how)
     box = Spans(low[None], high[None])
-    frames, inputs = (
-        (build_frames(box),),
-        {name: Spans(*([np.array([float(value)])] * 2)) for name, value in held.items()},
-    )
-    begun = box
+    inputs = {name: Spans(*([np.array([float(value)])] * 2)) for name, value in held.items()}
+    frames, begun = (build_frames(box),), box
     for _ in range(2):
         moved = stepping.move_sets(box, frames, inputs)
         assert moved.shown.all()
@@ -120,23 +117,17 @@ def test_coefficients_are_those_of_mpmath():
 
 
 def test_what_divides_by_zero_or_grows_too_fast_is_not_shown():
-    flow = Flow(F(1), {"x": Product(X, X)}, {("a", "b"): {}})
-    box = Spans(np.array([[1.5]]), np.array([[2.0]]))
-    step = FlowStep(FlowReading(flow, ["x"]), [(F(0), F(0))], Stepping(4, F(1)))
-    with np.errstate(all="ignore"):
-        assert not step.move_sets(box, (build_frames(box),), {}).shown.any()  # 2 / (1 - 2 t) has no value at 0.5
-    flow = Flow(F(1), {"x": Quotient(Number(F(1)), X)}, {("a", "b"): {}})
-    step = FlowStep(FlowReading(flow, ["x"]), [(F(0), F(0))], Stepping(4, F(1)))
-    box = Spans(np.array([[-0.5]]), np.array([[2.0]]))
-    with np.errstate(all="ignore"):
-        assert not step.move_sets(box, (build_frames(box),), {}).shown.any()
+    for rate, low in ((Product(X, X), 1.5), (Quotient(Number(F(1)), X), -0.5)):  # 2 / (1 - 2 t) has no value at 0.5
+        reading, box = FlowReading(Flow(F(1), {"x": rate}, {}), ["x"]), Spans(np.array([[low]]), np.array([[2.0]]))
+        step = FlowStep(reading, [(F(0), F(0))], Stepping(4, F(1)))
+        with np.errstate(all="ignore"):
+            assert not step.move_sets(box, (build_frames(box),), {}).shown.any()
 
 
 def test_what_is_not_known_is_refused():
-    with pytest.raises(RejectedError, match="does not know"):
-        FlowReading(Flow(F(1), {"x": Call("gamma", X)}, {}), ["x"])
-    with pytest.raises(RejectedError, match="does not know"):
-        FlowReading(Flow(F(1), {"x": Call("clip", X, (F(0), F(1)))}, {}), ["x"])
+    for call in (Call("gamma", X), Call("clip", X, (F(0), F(1)))):
+        with pytest.raises(RejectedError, match="does not know"):
+            FlowReading(Flow(F(1), {"x": call}, {}), ["x"])
 
 
 def test_what_turns_as_it_drives_is_enclosed():

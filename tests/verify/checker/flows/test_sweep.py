@@ -14,7 +14,7 @@ import pytest
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from tests.support.altered import altered, of_hashes
-from tests.support.flows import CASES, NEAR, case, outside, starts_of, trajectories, watched
+from tests.support.flows import CASES, EXACTLY, NEAR, SIDES, case, off_by, outside, starts_of, trajectories, watched
 from tests.support.system_cases import box
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
@@ -68,39 +68,29 @@ def test_a_claim_that_a_trajectory_breaks_is_refused():
             FlowSweep(profile, system, claim).run(plan)
 
 
-def _turning_exactly():
-    """x = cos t with samples one turn apart, for two turns."""
-    text, profile, _ = CASES["turning"]
-    text = text.replace("error = { x = 0.001, y = [-0.002, 0.001] }", "").replace('"0.5 s"', '"6.283185307 s"')
-    text = text.replace("[0.9, 1.1]", "1").replace("[-0.1, 0.1]", "0").replace("0.2", "0").replace("= 12", "= 2")
-    return text, profile
-
-
 def test_between_samples_a_claim_may_fail():
     """x = cos t meets 1 at whole turns, so at samples a turn apart; between them it does not."""
-    text, profile = _turning_exactly()
     claim = NEAR.replace("[-2, 2]", "[0.9, 1.1]")
     plan = Plan((0,), 6, 40)
-    assert FlowSweep(*_asked(text, profile, claim + "at_samples = true\n")).run(plan) > 0
+    assert FlowSweep(*_exactly(claim + "at_samples = true\n")).run(plan) > 0
     with pytest.raises(RejectedError, match="in period 0 a state may be out of the region"):
-        FlowSweep(*_asked(text, profile, claim)).run(plan)
+        FlowSweep(*_exactly(claim)).run(plan)
 
 
 @pytest.mark.parametrize(("says", "beyond"), [("stays_in", "[{}, 2]"), ("avoids", "[-2, {}]")])
 def test_a_step_is_asked_in_parts_where_its_tube_is_too_wide(says, beyond):
     """One of 40 steps a turn ends near -1, and its tube goes on to -1.003; one of 39 has -1 between its ends."""
-    text, profile = _turning_exactly()
-    tubes = watched(FlowSweep(*_asked(text, profile, NEAR)), Plan((0,), 6, 40))
+    tubes = watched(FlowSweep(*_exactly(NEAR)), Plan((0,), 6, 40))
     assert min(low[:, 0].min() for _, along in tubes.values() for low, _ in along) < -1.001
     holds, fails = (NEAR.replace("stays_in", says).replace("[-2, 2]", beyond.format(x)) for x in (-1.0005, -0.9999))
-    assert FlowSweep(*_asked(text, profile, holds)).run(Plan((0,), 6, 40)) == len(tubes)
+    assert FlowSweep(*_exactly(holds)).run(Plan((0,), 6, 40)) == len(tubes)
     for steps in (39, 40):
         with pytest.raises(RejectedError, match="in period 0 a state may be"):
-            FlowSweep(*_asked(text, profile, fails)).run(Plan((0,), 6, steps))
+            FlowSweep(*_exactly(fails)).run(Plan((0,), 6, steps))
 
 
-def _asked(text, profile, claim):
-    system, profile, claim = case(text, profile, claim)
+def _exactly(claim):
+    system, profile, claim = case(EXACTLY, SIDES, claim)
     return profile, system, claim
 
 
@@ -126,10 +116,7 @@ def test_told_sets_hold_all_episodes(name, every):
     starts = starts_of(system, 60, np.random.default_rng(0))
     states = trajectories(system, profile, starts, 2)
     for at, boxes in told.items():
-        points = starts if at == 0 else states[at - 1, -1]
-        low, high = (np.concatenate(ends) for ends in zip(*boxes, strict=True))
-        off = np.maximum(low[None] - points[:, None], points[:, None] - high[None]).max(axis=2).min(axis=1)
-        assert off.max() < 1e-9
+        assert off_by(boxes, starts if at == 0 else states[at - 1, -1]) < 1e-9
     assert set(told) == set(range(claim.steps + 1))
 
 
@@ -176,17 +163,10 @@ def test_a_certificate_is_read_as_it_was_written():
         assert accept(again, TEAM, SYSTEM) > 20
 
 
-OTHER = {
-    "profile": {"profile": "0" * 64},
-    "system": {"system": "0" * 64},
-    "variable": {"cells": {"speed": F(1)}},
-}
-
-
-@pytest.mark.parametrize("name", OTHER)
-def test_another_profile_system_or_variable_is_told(name):
+@pytest.mark.parametrize("change", [{"profile": "0" * 64}, {"system": "0" * 64}, {"cells": {"speed": F(1)}}])
+def test_another_profile_system_or_variable_is_told(change):
     with pytest.raises(InputError):
-        accept(certificate(**OTHER[name]), TEAM, SYSTEM)
+        accept(certificate(**change), TEAM, SYSTEM)
 
 
 FORGED = {
