@@ -47,6 +47,13 @@ def sealed(document):
     return json.dumps({**body, "content_hash": certificate.body_hash(body)})
 
 
+def resealed(text, change):
+    """The text of a file after a change of its document, with its hash made again."""
+    document = json.loads(text)
+    change(document)
+    return sealed(document)
+
+
 def of_hashes(profile, system, claim, state, proof):
     """A certificate about a stated system, of whatever hashes."""
     (form,) = (name for name, kind in PROOFS.items() if kind is type(proof))

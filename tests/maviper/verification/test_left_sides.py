@@ -1,6 +1,5 @@
 """Implications whose left side never holds are VACUOUS, and decimals beside a feature are floats: by what files say."""
 
-import json
 import textwrap
 from dataclasses import replace
 
@@ -13,10 +12,9 @@ from maviper.files.profiles import load
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.files.certificates import check_file
 from maviper.verification.run import verify_world
-from tests.support.altered import read_game
+from tests.support.altered import read_game, resealed
 from tests.support.pole import pole
 from verify.certificates.games import to_json
-from verify.checker.certificate import body_hash
 from verify.checker.decisions import FORM, MET
 from verify.result import Verdict
 
@@ -162,14 +160,6 @@ def test_neither_a_state_nor_a_proof_of_none(tmp_path):
     assert result.verdict is Verdict.UNKNOWN and "angle + speed == 0.1" in result.reason
 
 
-def rewritten(certificate, change):
-    """The certificate with a change and a new hash."""
-    document = json.loads(certificate)
-    change(document)
-    document.pop("content_hash")
-    return json.dumps(document | {"content_hash": body_hash(document)})
-
-
 def test_the_certificate_states_left_sides_and_the_checker_asks_their_states(tmp_path):
     profile = imported(tmp_path, DOSE)
     done = answered(profile, ["level == 0.1 implies acts(dose) == hold"])
@@ -182,14 +172,14 @@ def test_the_certificate_states_left_sides_and_the_checker_asks_their_states(tmp
     def fail(document):
         document["premises"][0]["state"] = {"level": "1/2"}
 
-    path.write_text(rewritten(text, fail))
+    path.write_text(resealed(text, fail))
     with pytest.raises(RefusedError, match="does not meet it"):
         check_file(path)
 
     def leave(document):
         document["premises"][0]["state"] = {"level": "1/10"}
 
-    path.write_text(rewritten(text, leave))
+    path.write_text(resealed(text, leave))
     with pytest.raises(RefusedError, match="not one of float64 numbers"):
         check_file(path)
 
@@ -197,7 +187,7 @@ def test_the_certificate_states_left_sides_and_the_checker_asks_their_states(tmp
         document["certificate"] = FORM
         del document["premises"]
 
-    path.write_text(rewritten(text, age))
+    path.write_text(resealed(text, age))
     assert "does not show that its left side can hold" in check_file(path).subject
 
 
@@ -237,14 +227,14 @@ def test_the_certificate_of_a_system_states_left_sides(tmp_path):
     def fail(document):
         document["claim"]["premises"][0]["state"] = {"glucose": "80"}
 
-    path.write_text(rewritten(text, fail))
+    path.write_text(resealed(text, fail))
     with pytest.raises(RefusedError, match="does not meet it"):
         check_file(path)
 
     def age(document):
         del document["claim"]["premises"]
 
-    path.write_text(rewritten(text, age))
+    path.write_text(resealed(text, age))
     assert "does not show that its left side can hold" in check_file(path).subject
 
 

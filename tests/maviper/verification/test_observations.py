@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from codegen import policy_json
-from codegen.form import layout
 from maviper import claims
 from maviper.cli import main
 from maviper.verification.ask import VerifyOptions, questions
 from maviper.verification.run import verdicts
+from tests.support.altered import sealed
 from tests.support.observations import blind
 from tests.support.small import small_profile
 from tests.support.teams import nested, tree
@@ -148,12 +148,8 @@ def test_sets_of_actions_that_are_not_left_are_those_of_all_observations(seed):
 
 def edited(text, old, new):
     """A certificate with an edit and a hash that fits it."""
-    from verify.checker.certificate import body_hash
-
-    body = json.loads(text.replace(old, new))
     assert text.replace(old, new) != text
-    body.pop("content_hash")
-    return layout(body | {"content_hash": body_hash(body)})
+    return sealed(json.loads(text.replace(old, new)))
 
 
 @pytest.mark.parametrize(

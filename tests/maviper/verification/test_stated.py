@@ -9,13 +9,12 @@ import sys
 import pytest
 
 from codegen.errors import ExitCode
-from codegen.form import layout
 from maviper.cli.main import run as command
+from tests.support.altered import sealed
 from tests.support.flows import BRAKING, LOWERED, PENDULUM
 from tests.support.stated import BRAKES, CAR, DRIVES, PROPERTIES, profile, verify
 from tests.support.system_cases import policy
 from tests.support.systems import CART, MOUNTAIN
-from verify.checker.certificate import body_hash
 from verify.checker.reading import RejectedError
 
 
@@ -89,7 +88,7 @@ def forged(text, **words):
     """A certificate whose claim calls itself otherwise, with a hash that fits again."""
     document = json.loads(text)
     document["claim"] |= words
-    return layout(document | {"content_hash": body_hash({k: v for k, v in document.items() if k != "content_hash"})})
+    return sealed(document)
 
 
 def test_a_certificate_is_told_by_what_it_proves(cart, capsys):

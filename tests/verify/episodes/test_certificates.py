@@ -15,14 +15,13 @@ from codegen.errors import InputError
 from codegen.lowering.deploy import deploy_tree
 from codegen.policy_json import content_hash
 from maviper import load
-from tests.support.altered import altered, read_game
+from tests.support.altered import altered, read_game, sealed
 from tests.support.episode_cases import arriving, on_lattice
 from tests.support.episode_certificates import certified, failures, share_of_bytes_refused
 from tests.support.episode_mutations import judge_mutations
 from tests.support.strategies import grown_trees, with_trees
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.certificates.games import to_json
-from verify.checker.certificate import body_hash
 from verify.checker.episodes import certificates as episodes
 from verify.checker.episodes import reading as episode_reading
 from verify.checker.episodes.certificates import ProofPart, check_certificate
@@ -353,10 +352,7 @@ def test_a_search_without_slack_is_refused(kind, profile):
 
 def renamed(certificate, name):
     """The text of a certificate with another name of its claim, and the hash made again."""
-    body = {key: value for key, value in json.loads(to_json(certificate)).items() if key != "content_hash"} | {
-        "property": name
-    }
-    return json.dumps(body | {"content_hash": body_hash(body)})
+    return sealed(json.loads(to_json(certificate)) | {"property": name})
 
 
 def test_what_a_certificate_must_say(arrivers, proved):

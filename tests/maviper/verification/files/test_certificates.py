@@ -11,12 +11,12 @@ from codegen import policy_json
 from maviper.cli import main
 from maviper.files import runs
 from maviper.verification.files.certificates import check_file
-from tests.support.altered import altered, read_game
+from tests.support.altered import altered, read_game, resealed, sealed
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import STAY, team, towards, tree
 from verify.certificates.games import to_json
-from verify.checker.certificate import MAX_BYTES, body_hash
+from verify.checker.certificate import MAX_BYTES
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 ROOT = Path(__file__).parents[4]
@@ -135,14 +135,6 @@ def test_texts_of_endless_depth_are_input_errors(arrived, tmp_path, capsys, star
     assert capsys.readouterr().err.startswith("error: ")
 
 
-def rehashed(path, change):
-    """A certificate's document with a change, and its hash made again."""
-    document = json.loads(path.read_text())
-    del document["content_hash"]
-    change(document)
-    return document | {"content_hash": body_hash(document)}
-
-
 def test_a_formula_about_nobody_is_told_as_that(proved, tmp_path, capsys):
     (tmp_path / "p.toml").write_text('[[property]]\nformula = "agent_0.x <= 1"\n')
     asked = ["verify", str(proved / "profile.json"), "--claims", str(tmp_path / "p.toml")]
@@ -172,13 +164,13 @@ def test_a_region_is_the_start_region_by_its_bounds_alone(proved, arrived, tmp_p
     )
     for path, change, said in kinds:
         beside = arrived if path.parent == arrived else proved
-        (tmp_path / "named.json").write_text(json.dumps(rehashed(path, change)))
+        (tmp_path / "named.json").write_text(resealed(path.read_text(), change))
         assert main.run(["check", str(tmp_path / "named.json"), "--profile", str(beside / "profile.json")]) == 0
         out = capsys.readouterr().out
         assert said in out and (said == "region start") == ("start" in out)
-    read = read_game(json.dumps(rehashed(proved / "certificate-1-distinct_targets.json", narrower)))
+    read = read_game(resealed((proved / "certificate-1-distinct_targets.json").read_text(), narrower))
     assert read.header.region.name == "" and read.header.region.said == name
-    read = read_game(json.dumps(rehashed(arrived / "certificate-2-reaches.json", narrower)))
+    read = read_game(resealed((arrived / "certificate-2-reaches.json").read_text(), narrower))
     assert read.header.region.name == "" and read.header.region.said == name
 
 
@@ -194,10 +186,8 @@ def test_certificates_read_back_to_the_same_bytes():
 
 def test_regions_state_nothing_that_is_not_read(arrived, tmp_path, capsys):
     document = json.loads((arrived / "certificate-2-reaches.json").read_text())
-    del document["content_hash"]
     document["region"]["assume"] = "nobody moves"
-    document["content_hash"] = body_hash(document)
-    (tmp_path / "edited.json").write_text(json.dumps(document))
+    (tmp_path / "edited.json").write_text(sealed(document))
     assert main.run(["check", str(tmp_path / "edited.json"), "--profile", str(arrived / "profile.json")]) == 2
     assert "assume" in capsys.readouterr().err
 
@@ -215,8 +205,7 @@ def test_a_label_is_what_the_world_file_says(tmp_path):
     folder = ROOT / "generated" / "differences"
     document = json.loads((folder / "certificate-2-decides.json").read_text())
     document["claim"]["label"] = "nobody ever crashes"
-    document["content_hash"] = body_hash({key: value for key, value in document.items() if key != "content_hash"})
-    (tmp_path / "edited.json").write_text(json.dumps(document))
+    (tmp_path / "edited.json").write_text(sealed(document))
     subject = check_file(tmp_path / "edited.json", folder / "profile.json", world=folder / "world.toml").subject
     assert subject.startswith("decides (in the file: 'below the landmarks, nobody moves down, region of property 2')")
     assert "crashes" not in subject
