@@ -394,7 +394,11 @@ def start_of(profile: PolicyProfile, posed: Sequence[Posed]) -> Started:
     affine map, claims for ever, and starts of more than one region or with more than one goal.
     """
     playable(profile)
-    _ensure_affine(profile)
+    limited = [each.name for each in profile.world.agents if each.max_speed is not None]
+    for bent, has in (("contacts", partners(profile.world)), ("speed limits", limited)):
+        if has:
+            what = f"claims about episodes of teams that test sums are not decided in games with {bent}"
+            raise InputError(what, profile.world.name, "ask about single decisions, or extract without --splits")
     for each in posed:
         _ensure_in_steps(each)
     region = posed[0].region
@@ -459,15 +463,6 @@ def _ensure_in_steps(posed: Posed) -> EpisodeClaim:
         what = f"{claim.name} for ever is not decided of teams that test sums"
         raise InputError(what, "--steps", "name a number of steps")
     return claim
-
-
-def _ensure_affine(profile: PolicyProfile) -> None:
-    """InputError for a game with contacts or speed limits."""
-    limited = [each.name for each in profile.world.agents if each.max_speed is not None]
-    for what, has in (("contacts", partners(profile.world)), ("speed limits", limited)):
-        if has:
-            said = f"claims about episodes of teams that test sums are not decided in games with {what}"
-            raise InputError(said, profile.world.name, "ask about single decisions, or extract without --splits")
 
 
 def _bound_motion(profile: PolicyProfile, starts: Mapping[str, Interval], steps: int) -> Moving:

@@ -181,8 +181,8 @@ def make_whole(region: Region, names: Sequence[str]) -> Region:
 
 TRIED = 64  # zones in which a float64 state is looked for, before Z3 is asked for one
 SPREAD = Fraction(755, 1000), Fraction(570, 1000)  # steps of a sequence that fills a square evenly
-NO_NODES, NO_CELLS = "the search ended after {:,} nodes; {}", "there are more than {:,} zones"
-MANY_CELLS = f"{NO_CELLS}; a larger --effort finds more"
+NO_NODES = "the search ended after {:,} nodes; {}"
+MANY_CELLS = "there are more than {:,} zones; a larger --effort finds more"
 WITHOUT_ZONES = "a test bounds neither a coordinate nor a difference of two, so Z3 decides alone, without zones"
 Span = tuple[Fraction, Fraction]  # the least and the most that a share of the region may be
 
