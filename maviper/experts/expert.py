@@ -10,7 +10,7 @@ Does not: know any kind of expert; say what happens beyond its horizon.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -82,6 +82,8 @@ class Measured:
     shaping: float = 0.0
     horizon: int = 0
     gamma: float = GAMMA
+    critic: ClassVar = MEASURED
+    centralized: ClassVar = True  # Q depends on everybody's actions
 
     def __post_init__(self) -> None:
         self.world.branch()
@@ -90,11 +92,6 @@ class Measured:
     def for_world(world: World, controller: Controller) -> "Measured":
         """With the horizon of the world's kind."""
         return Measured(world, controller) if world.games is None else Measured(world, controller, 0.0, FAR, FAR_GAMMA)
-
-    @property
-    def critic(self) -> str:
-        """Whose Q this is."""
-        return MEASURED
 
     @property
     def card(self) -> Mapping[str, Any]:
@@ -110,11 +107,6 @@ class Measured:
     def agents(self) -> tuple[str, ...]:
         """The world's agents."""
         return self.world.agents
-
-    @property
-    def centralized(self) -> bool:
-        """True: a measured Q depends on everybody's actions."""
-        return True
 
     @property
     def steps(self) -> int:

@@ -51,13 +51,13 @@ class Wrapped:
 
     @property
     def card(self) -> Mapping[str, Any]:
-        """The expert's."""
-        return self.expert.card
+        """The expert's; {} where it has none."""
+        return getattr(self.expert, "card", {})
 
     @property
     def hash(self) -> str:
-        """The expert's."""
-        return self.expert.hash
+        """The expert's; "" where it has none."""
+        return getattr(self.expert, "hash", "")
 
     @property
     def agents(self) -> tuple[str, ...]:
@@ -66,8 +66,8 @@ class Wrapped:
 
     @property
     def centralized(self) -> bool:
-        """The expert's."""
-        return self.expert.centralized
+        """The expert's; True where it does not say."""
+        return bool(getattr(self.expert, "centralized", True))
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """Returns the wrapped expert's actions; see `Controller.act`."""
@@ -239,21 +239,6 @@ class Given(Wrapped):
     def critic(self) -> str:
         """Whose Q this is: nobody's where the expert has no `q`."""
         return critic_of(self.expert) if hasattr(self.expert, "q") else NONE
-
-    @property
-    def card(self) -> Mapping[str, Any]:
-        """The expert's; {} where it has none."""
-        return getattr(self.expert, "card", {})
-
-    @property
-    def hash(self) -> str:
-        """The expert's; "" where it has none."""
-        return getattr(self.expert, "hash", "")
-
-    @property
-    def centralized(self) -> bool:
-        """The expert's; True where it does not say."""
-        return bool(getattr(self.expert, "centralized", True))
 
     @property
     def world(self) -> World:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -39,6 +39,7 @@ class Scripted:
 
     world: World
     hash: str = ""
+    centralized: ClassVar = True  # a script sees everything
 
     @property
     def agents(self) -> tuple[str, ...]:
@@ -49,11 +50,6 @@ class Scripted:
     def card(self) -> Mapping[str, Any]:
         """The card of a script: its algorithm and its world."""
         return {"algorithm": "scripted", "world": self.world.name}
-
-    @property
-    def centralized(self) -> bool:
-        """A script sees everything."""
-        return True
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """InputError: a script has no critic."""

@@ -23,22 +23,11 @@ from codegen.lowering.render import render
 from codegen.wording import format_count, visible
 from maviper.files import runs
 from maviper.worlds import World, find_built_in
+from maviper.worlds.outside import sources
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
 from maviper.worlds.outside.processes import Copy
-from maviper.worlds.outside.sources import (
-    MAX_STEPS,
-    SYSTEM,
-    VMAS,
-    Source,
-    asking,
-    attribute,
-    fault,
-    is_named_by_user,
-    output_aside,
-    parse_source,
-    space,
-)
+from maviper.worlds.outside.sources import Source, asking, output_aside, space
 from maviper.worlds.outside.spaces import random_actions, width
 from maviper.worlds.outside.vmas import GAMES, VmasWorld
 from maviper.worlds.remembering import split_memory
@@ -93,8 +82,11 @@ def check(
 
     They end where a fault leaves nothing more to look at. UnknownNameError or InputError for a name that is neither.
     """
-    name = f"{SYSTEM}:{name}" if name.endswith(WORLD_FILE) and not is_named_by_user(name) else split_memory(name)[0]
-    steps = _check_named(parse_source(name), run_reference) if is_named_by_user(name) else _check_built_in(name)
+    if name.endswith(WORLD_FILE) and not sources.is_named_by_user(name):
+        name = f"{sources.SYSTEM}:{name}"
+    name = split_memory(name)[0]
+    named = sources.is_named_by_user(name)
+    steps = _check_named(sources.parse_source(name), run_reference) if named else _check_built_in(name)
     findings: list[Finding] = []
     try:
         while True:
@@ -105,7 +97,7 @@ def check(
             findings.append(finding)
             on_found(finding)
     except InputError as error:
-        if not findings and not is_named_by_user(name):
+        if not findings and not named:
             raise
         lines = error.where.removeprefix(name).removeprefix(": ").split("\n")
         place = "; ".join(line.strip() for line in lines if line.strip() != "^")  # of a finding, which is one line
@@ -124,9 +116,9 @@ def new(path: Path, flow: bool = False) -> None:
 
 
 def _check_named(source: Source, run_reference: bool) -> Iterator[Finding]:
-    if source.module == SYSTEM:
+    if source.module == sources.SYSTEM:
         return _check_stated(source, run_reference)
-    return _vmas(source) if source.module == VMAS else _user(source)
+    return _vmas(source) if source.module == sources.VMAS else _user(source)
 
 
 def _user(source: Source) -> Iterator[Finding]:
@@ -176,7 +168,7 @@ def _vmas(source: Source) -> Iterator[Finding]:
         yield from _length(world)
     else:
         said = f"episode length: scenarios have none, so {world.spec.episode_steps} steps are taken"
-        yield Finding(Mark.MISSING, said, f"write {name},{MAX_STEPS}=NUMBER")
+        yield Finding(Mark.MISSING, said, f"write {name},{sources.MAX_STEPS}=NUMBER")
     yield from _names(world)
     steps, everybody = min(world.spec.episode_steps, PROBE_STEPS), range(len(world.agents))
     uniform = np.random.default_rng(0).random((steps, *world.acting_shape))
@@ -215,7 +207,7 @@ def _check_built_in(name: str) -> Iterator[Finding]:
     env = world.reference_env()
     yield from _spaces(env)
     yield from _start(env, source)
-    if attribute(env, "max_cycles", source) == world.spec.episode_steps:
+    if sources.attribute(env, "max_cycles", source) == world.spec.episode_steps:
         yield Finding(Mark.OK, f"episode length: {format_count(world.spec.episode_steps, 'step')}, as in the reference")
     else:
         yield Finding(Mark.WRONG, "episode length: not the reference's", "please report it")
@@ -255,7 +247,7 @@ def _start(env: Any, source: Source) -> Iterator[Finding]:
     try:
         env.reset(seed=SEED)
     except (Exception, SystemExit) as error:
-        raise fault(error, source, "the environment's second reset") from error
+        raise sources.fault(error, source, "the environment's second reset") from error
     yield Finding(Mark.OK, "reset: with a seed, observations of all agents")
 
 
@@ -268,7 +260,7 @@ def _length(world: PettingZooWorld | VmasWorld) -> Iterator[Finding]:
         yield Finding(Mark.OK, f"episode length: {format_count(steps, 'step')}")
     else:
         said = f"episode length: nobody states one, so an episode that goes on is cut after {steps:,} steps"
-        advice = f"give the environment max_cycles, or write {world.source.reference},{MAX_STEPS}=NUMBER"
+        advice = f"give the environment max_cycles, or write {world.source.reference},{sources.MAX_STEPS}=NUMBER"
         yield Finding(Mark.MISSING, said, advice)
 
 
@@ -280,10 +272,8 @@ def _names(world: World) -> Iterator[Finding]:
             yield Finding(Mark.OK, f"names: as profiles have them, {', '.join(renamed)}")
     teams = "; ".join(f"{team}: {', '.join(members)}" for team, members in world.teams.items())
     joined = isinstance(world, PettingZooWorld) and world.joined
-    why = (
-        " (equal rewards in a random episode make one team; `teams`, or wrap=rivals, says otherwise)" if joined else ""
-    )
-    yield Finding(Mark.OK, f"teams: {teams}{why}")
+    why = "equal rewards in a random episode make one team; `teams`, or wrap=rivals, says otherwise"
+    yield Finding(Mark.OK, f"teams: {teams}{f' ({why})' if joined else ''}")
 
 
 def _meanings(world: World) -> Iterator[Finding]:
@@ -465,10 +455,8 @@ def check_statement(statement: Statement) -> Iterator[Finding]:
     yield Finding(Mark.OK, f"file: {system.name}, units fit, and every number is exact")
     variables = ", ".join(f"{each.name} {each.unit}".removesuffix(" 1") for each in system.variables)
     yield Finding(Mark.OK, f"variables: {variables}")
-    sizes = ", ".join(
-        f"{agent.name} {len(system.features[agent.name])} and {len(agent.actions)}" for agent in statement.agents
-    )
-    yield Finding(Mark.OK, f"features and actions: {sizes}")
+    sizes = [f"{each.name} {len(system.features[each.name])} and {len(each.actions)}" for each in statement.agents]
+    yield Finding(Mark.OK, f"features and actions: {', '.join(sizes)}")
     claims = ensure_claims(statement, system.name)
     yield Finding(Mark.OK, f"claims: {claims}") if claims else Finding(Mark.MISSING, "claims: none", NO_CLAIMS)
     if not statement.moves:
@@ -482,16 +470,13 @@ def check_statement(statement: Statement) -> Iterator[Finding]:
         return
     pieces = "one piece" if len(system.pieces) == 1 else f"{len(system.pieces)} pieces"
     yield Finding(Mark.OK, f"dynamics: {pieces}, {format_count(system.steps, 'step')}")
-    yield _check_enclosures(statement)
-
-
-def _check_enclosures(statement: Statement) -> Finding:
-    """Checks by the checker that the pieces hold what the rules say."""
     try:
-        shown = ensure_enclosed(statement)
+        shown = ensure_enclosed(statement)  # by the checker, that the pieces hold what the rules say
     except RejectedError as error:
-        return Finding(Mark.WRONG, f"enclosures: {error}", "cut the ranges of more variables, or into more parts")
-    return Finding(Mark.OK, f"enclosures: {shown} bounds shown" if shown else "enclosures: none, every rule is affine")
+        yield Finding(Mark.WRONG, f"enclosures: {error}", "cut the ranges of more variables, or into more parts")
+    else:
+        said = f"{shown} bounds shown" if shown else "none, every rule is affine"
+        yield Finding(Mark.OK, f"enclosures: {said}")
 
 
 def measure_reference(statement: Statement, run: bool) -> Iterator[Finding]:
@@ -509,8 +494,7 @@ def measure_reference(statement: Statement, run: bool) -> Iterator[Finding]:
         yield Finding(Mark.MISSING, f"reference: {measurement.outside} steps began where nothing is stated")
     if measurement.beyond:
         advice = "widen the error of the variable, narrow its range, or mend the rule"
-        yield Finding(
-            Mark.WRONG, f"reference: {measurement.beyond} steps beyond the stated error; {measurement.worst}", advice
-        )
+        said = f"reference: {measurement.beyond} steps beyond the stated error; {measurement.worst}"
+        yield Finding(Mark.WRONG, said, advice)
     else:
         yield Finding(Mark.OK, "error: no step is off by more than stated")

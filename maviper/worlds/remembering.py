@@ -17,18 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from codegen import ir
 from codegen.errors import InputError
-from codegen.ir import (
-    NO_ACTION,
-    ActionSpec,
-    AgentPolicy,
-    FeatureSpec,
-    Float32,
-    Float64,
-    GrownTree,
-    PolicyProfile,
-    Update,
-)
+from codegen.ir import AgentPolicy, FeatureSpec
 from maviper.worlds.games.features import SEPARATOR
 from maviper.worlds.outside.sources import legal_names
 from maviper.worlds.world import FEATURES, Int, World, plain_name
@@ -116,19 +107,19 @@ class Remembering(World):
     # --- what its trees do
 
     @property
-    def policy_actions(self) -> tuple[tuple[ActionSpec, ...], ...]:
+    def policy_actions(self) -> tuple[tuple[ir.ActionSpec, ...], ...]:
         """Per agent the actions that are taken, and behind them each again, remembered."""
         return tuple((*of, *_remember(of)) for of in self.actions)
 
-    def deploy(self, agent: int, tree: GrownTree) -> GrownTree:
+    def deploy(self, agent: int, tree: ir.GrownTree) -> ir.GrownTree:
         """The tree with leaves that take actions and remember them."""
         remembered = tree.action + len(self.actions[agent])
-        return replace(tree, action=np.where(tree.action == NO_ACTION, NO_ACTION, remembered))
+        return replace(tree, action=np.where(tree.action == ir.NO_ACTION, ir.NO_ACTION, remembered))
 
     def remembers_alike(self, policy: AgentPolicy) -> bool:
         """Returns True if each leaf of a policy with `policy_actions` remembers its action."""
         leaf = policy.tree.action
-        return bool(((leaf == NO_ACTION) | (leaf >= len(policy.actions) // 2)).all())
+        return bool(((leaf == ir.NO_ACTION) | (leaf >= len(policy.actions) // 2)).all())
 
     # --- play
 
@@ -148,9 +139,9 @@ class Remembering(World):
         last = np.where(self.plain.alive(state.plain), actions, state.last)
         return RememberedStates(self.plain.step(state.plain, actions), last)
 
-    def observe(self, state: RememberedStates) -> tuple[Float32, ...]:
+    def observe(self, state: RememberedStates) -> tuple[ir.Float32, ...]:
         """Returns each agent's observation, and what it remembers; see `World.observe`."""
-        last, wide = state.last.astype(np.float32), list[Float32]()
+        last, wide = state.last.astype(np.float32), list[ir.Float32]()
         for agent, (rows, observed) in enumerate(zip(self.plain.observe(state.plain), self._observed, strict=True)):
             if len(observed) < rows.shape[1]:
                 self._ensure_last(agent, np.delete(rows, observed, axis=1)[:, 0], last[:, agent], state)
@@ -158,7 +149,7 @@ class Remembering(World):
             wide.append(np.concatenate([rows, last[:, agent, None]], axis=1))
         return tuple(wide)
 
-    def _ensure_last(self, agent: int, shown: Float32, last: Float32, state: RememberedStates) -> None:
+    def _ensure_last(self, agent: int, shown: ir.Float32, last: ir.Float32, state: RememberedStates) -> None:
         """InputError where the world shows an agent that acts another last action than it took."""
         wrong = np.flatnonzero((shown != last) & self.plain.alive(state.plain)[:, agent])
         if len(wrong):
@@ -182,11 +173,11 @@ class Remembering(World):
         """Returns states that can be stepped once; see `World.branch_states`."""
         return RememberedStates(self.plain.branch_states(state.plain), state.last)
 
-    def values(self, states: Sequence[RememberedStates]) -> Float64:
+    def values(self, states: Sequence[RememberedStates]) -> ir.Float64:
         """Returns the measures of whole episodes; see `World.values`."""
         return self.plain.values([state.plain for state in states])
 
-    def values_beside(self, states: Sequence[RememberedStates]) -> Float64:
+    def values_beside(self, states: Sequence[RememberedStates]) -> ir.Float64:
         """Returns the measures beside these; see `World.values_beside`."""
         return self.plain.values_beside([state.plain for state in states])
 
@@ -195,12 +186,12 @@ class Remembering(World):
         return self.plain.reference_env()
 
 
-def _remember(actions: Sequence[ActionSpec]) -> Iterator[ActionSpec]:
+def _remember(actions: Sequence[ir.ActionSpec]) -> Iterator[ir.ActionSpec]:
     """The actions again, each of which sets what is remembered."""
     taken = [action.name for action in actions]
     names = legal_names([*taken, *(f"{name}_remembered" for name in taken)], "action")[len(taken) :]
     for place, (name, called) in enumerate(zip(taken, names, strict=True)):
-        yield ActionSpec(called, None, acts=name, updates=(Update(LAST_ACTION, adds=False, value=place),))
+        yield ir.ActionSpec(called, None, acts=name, updates=(ir.Update(LAST_ACTION, adds=False, value=place),))
 
 
 def _find_observed(features: Sequence[FeatureSpec], remembered: Sequence[str]) -> list[int]:
@@ -215,7 +206,7 @@ def hide_remembered(world: World, policy: AgentPolicy, row: Any) -> Any:
     return row[_find_observed(features, remembered)] if len(row) == len(features) else row
 
 
-def remembering(world: World, profile: PolicyProfile) -> World:
+def remembering(world: World, profile: ir.PolicyProfile) -> World:
     """The world, with memory where a profile's agents remember."""
     if isinstance(world, Remembering) or not any(policy.memory for policy in profile.agents):
         return world

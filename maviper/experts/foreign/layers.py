@@ -11,7 +11,7 @@ Weights are float32 and the pass runs in float64, as for our own networks (netwo
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -84,6 +84,7 @@ class LayersExpert:
     normalization: Normalization | None = None
     card: Mapping[str, Any] = field(default_factory=dict[str, Any])
     hash: str = ""
+    centralized: ClassVar = False  # the network sees an agent's own observation only
     _wide: Sequence[tuple[Float64, Float64]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -91,11 +92,6 @@ class LayersExpert:
             raise UnknownNameError("activation", self.activation, ACTIVATIONS, "activation")
         if self.outputs not in OUTPUTS:
             raise UnknownNameError("kind of outputs", self.outputs, OUTPUTS, "outputs")
-        self._ensure_fit()
-        wide = [(layer.weight.astype(np.float64).T, layer.bias.astype(np.float64)) for layer in self.layers]
-        object.__setattr__(self, "_wide", wide)
-
-    def _ensure_fit(self) -> None:
         sizes = [self.layers[0].weight.shape[1], *(layer.weight.shape[0] for layer in self.layers)]
         for before, layer in zip(sizes, self.layers, strict=False):
             fits = layer.weight.shape[1] == before and layer.bias.shape == layer.weight.shape[:1]
@@ -119,6 +115,8 @@ class LayersExpert:
         if self.normalization is not None and len(self.normalization.mean) != sizes[0]:
             what = f"the normalisation is of {len(self.normalization.mean)} numbers, not {sizes[0]}"
             raise InputError(what, self.world.name, "take the statistics of the same training")
+        wide = [(layer.weight.astype(np.float64).T, layer.bias.astype(np.float64)) for layer in self.layers]
+        object.__setattr__(self, "_wide", wide)
 
     @property
     def agents(self) -> tuple[str, ...]:
@@ -131,11 +129,6 @@ class LayersExpert:
         if self.outputs in GIVING:
             return NOBODY
         return LEARNED if self.outputs == Q else LOG_PROBABILITIES
-
-    @property
-    def centralized(self) -> bool:
-        """The network sees an agent's own observation only."""
-        return False
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any = None) -> Int:
         """Returns each agent's greedy action, or the numbers that it gives without noise; see `Controller.act`."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen.dynamics import MPE2
 from codegen.errors import InputError
-from codegen.ir import PHYSICS, Bool, EntitySpec, FeatureSpec, Float32, Float64
+from codegen.ir import PHYSICS, EntitySpec, FeatureSpec, Float32, Float64
 from codegen.observe import Observer
 from maviper.worlds.games.features import relative
 from maviper.worlds.games.particle import (
@@ -105,16 +105,14 @@ class PhysicalDeception(ParticleWorld):
         seen = super().observe(state)
         if "shuffled" not in self.spec.options:
             return seen
-        return tuple(self._shuffle_landmarks(agent, mine, state) for agent, mine in enumerate(seen))
-
-    def _shuffle_landmarks(self, agent: int, seen: Float32, state: WorldState) -> Float32:
-        marks = len(self.spec.landmarks)
-        first = next(k for k, feature in enumerate(self.features[agent]) if feature.meaning is None)
-        places = first + 2 * orders(planes(state.position)[-marks:, 0], agent)  # of each landmark's dx
-        columns = np.stack([places, places + 1], axis=2).reshape(len(seen), -1)
-        shuffled = seen.copy()
-        shuffled[:, first : first + 2 * marks] = np.take_along_axis(seen, columns, axis=1)
-        return shuffled
+        marks, shuffled = len(self.spec.landmarks), list[Float32]()
+        for agent, mine in enumerate(seen):
+            first = next(k for k, feature in enumerate(self.features[agent]) if feature.meaning is None)
+            places = first + 2 * orders(planes(state.position)[-marks:, 0], agent)  # of each landmark's dx
+            columns = np.stack([places, places + 1], axis=2).reshape(len(mine), -1)
+            shuffled.append(mine.copy())
+            shuffled[-1][:, first : first + 2 * marks] = np.take_along_axis(mine, columns, axis=1)
+        return tuple(shuffled)
 
     def rewards(self, state: WorldState) -> Float64:
         """Adversary: minus its distance to the goal. Defenders: that distance minus the nearest defender's."""
@@ -142,16 +140,13 @@ class PhysicalDeception(ParticleWorld):
         """Adversary: within the radius of the goal at some step. Defenders: at some one step every target has a
         defender of its own within the radius.
         """
-        reached = np.stack([self._reaches_goal(state) for state in states])
-        return reached.any(axis=0).reshape(-1, reached.shape[-1]).astype(np.float64)
-
-    def _reaches_goal(self, state: WorldState) -> Bool:
-        """[n_radii, n_teams, batch]: which team is where it wants to be in a state."""
-        n_agents = len(self.agents)
-        position = planes(state.position)
-        adversary = squared_distances(position[0], self.goal_position(state).T)
-        gap = squared_distances(position[1:n_agents, None], position[None, n_agents:])
-        return np.stack([[adversary < squared, covers_targets(gap < squared)] for squared in SQUARED_RADII])
+        n_agents, there = len(self.agents), list[Any]()  # by step, radius and team: who is where it wants to be
+        for state in states:
+            position = planes(state.position)
+            adversary = squared_distances(position[0], self.goal_position(state).T)
+            gap = squared_distances(position[1:n_agents, None], position[None, n_agents:])
+            there.append([[adversary < squared, covers_targets(gap < squared)] for squared in SQUARED_RADII])
+        return np.any(there, axis=0).reshape(-1, len(states[0])).astype(np.float64)
 
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""

@@ -159,11 +159,6 @@ class PredatorPrey(ParticleWorld):
         rewards[hunters:] = -TOUCH_REWARD * touching.sum(axis=0) - away[:, 0] - away[:, 1]
         return rewards.T
 
-    def _fine(self, state: WorldState) -> Float64:
-        """Returns the fine that the prey pay for leaving the arena, their mean, [batch]."""
-        hunters, n_agents = len(self.teams[PREDATORS]), len(self.agents)
-        return outside(np.abs(planes(state.position)[hunters:n_agents])).sum(axis=1).mean(axis=0)
-
     def shaping(self, state: WorldState) -> Float64:
         """The released code's term: predators lose a tenth of all distances to their nearest prey, a prey gains
         a tenth of all its distances to the predators.
@@ -182,7 +177,9 @@ class PredatorPrey(ParticleWorld):
 
     def values_beside(self, states: Sequence[WorldState]) -> Float64:
         """The fine of an episode, whether it is at most INSIDE, and the touches of episodes in which it is."""
-        fine = np.sum([self._fine(state) for state in states], axis=0)
+        prey = slice(len(self.teams[PREDATORS]), len(self.agents))
+        away = [outside(np.abs(planes(state.position)[prey])) for state in states]
+        fine = np.sum([each.sum(axis=1).mean(axis=0) for each in away], axis=0)
         inside = fine <= INSIDE
         return np.stack([fine, inside, np.where(inside, self.values(states)[0], np.nan)])
 

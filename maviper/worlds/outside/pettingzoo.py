@@ -37,47 +37,11 @@ from codegen.floats import FLOAT32
 from codegen.ir import CONSTANT, ActionSpec, Bool, FeatureSpec, Float64, OutputSpec, Sum
 from codegen.profiles import check
 from codegen.sums import DOUBLE_SUMS
+from maviper.worlds.outside import playing, processes, sources
 from maviper.worlds.outside.making import import_maker, make_environment
-from maviper.worlds.outside.playing import (
-    MOMENTS,
-    PAST,
-    EnvStates,
-    OutsideWorld,
-    Together,
-    continue_pasts,
-    copies_of,
-    ensure_copies,
-    start_pasts,
-    steps_alone,
-)
-from maviper.worlds.outside.processes import (
-    Copies,
-    Copy,
-    Probe,
-    copies_at_once,
-    is_importable,
-    is_undisturbed,
-    may_share,
-    probe_apart,
-    probe_episode,
-)
-from maviper.worlds.outside.sources import (
-    MEAN,
-    Source,
-    Told,
-    action_names,
-    attribute,
-    join_equals,
-    legal_names,
-    parse_source,
-    read_legal_features,
-    read_length,
-    read_teams,
-    read_told,
-    space,
-    table,
-    teams_by_name,
-)
+from maviper.worlds.outside.playing import PAST, EnvStates, OutsideWorld
+from maviper.worlds.outside.processes import Copies, Copy, Probe
+from maviper.worlds.outside.sources import Source
 from maviper.worlds.outside.spaces import Fault, fault_of, first_action, outputs_of, specs_of, width
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure, Outcome
@@ -102,7 +66,7 @@ class PettingZooWorld(OutsideWorld):
     """
 
     def __init__(self, function: Callable[..., Any], text: str | Source, games: int | None = None) -> None:
-        self.source = parse_source(text) if isinstance(text, str) else text
+        self.source = sources.parse_source(text) if isinstance(text, str) else text
         self._function = function
         env = self.reference_env()
         wrong = list(faults(env))
@@ -110,24 +74,24 @@ class PettingZooWorld(OutsideWorld):
             places = "\n".join(f"{self.source.text}: {each.what}" for each in wrong)
             raise InputError("the environment cannot be played", places, wrong[0].next_step)
         self.env_agents = tuple(env.possible_agents)  # the environment's own names, in the order of `agents`
-        names = legal_names([str(agent) for agent in self.env_agents], "agent")
+        names = sources.legal_names([str(agent) for agent in self.env_agents], "agent")
         called = dict(zip(self.env_agents, names, strict=True))
         self.actions = tuple(_actions(env, agent, self.source) for agent in self.env_agents)
-        self.counted_from = tuple(first_action(space(env, "action", agent)) for agent in self.env_agents)
+        self.counted_from = tuple(first_action(sources.space(env, "action", agent)) for agent in self.env_agents)
         outputs = tuple(outputs_of(env, agent, self.source) for agent in self.env_agents)
         self.outputs = outputs if any(outputs) else ()
         self.features = tuple(_features(env, agent, self.source) for agent in self.env_agents)
-        stated = read_length(env, self.source)
-        given = read_teams(env, called, self.source)
-        alike = {} if given else teams_by_name(tuple(names))
+        stated = sources.read_length(env, self.source)
+        given = sources.read_teams(env, called, self.source)
+        alike = {} if given else sources.teams_by_name(tuple(names))
         probe = self._probe(env, stated, len(alike) > 1)
         self.length_stated, self.length_known = stated is not None, stated is not None or bool(probe and probe.cut)
         steps = stated or (probe.steps if probe and probe.cut else PROBE_STEPS)
         name = re.sub(r"[^A-Za-z0-9_-]+", "-", self.source.called)[-LONGEST_NAME:].lstrip("-_0123456789")
         self.spec = motionless(name or "environment", self.source.reference, names, steps, self.source.options)
-        self.teams = given or join_equals(alike, names, probe.rewards if probe else [])
+        self.teams = given or sources.join_equals(alike, names, probe.rewards if probe else [])
         self.joined = not given and self.teams != alike
-        self._told = read_told(env, self.source)
+        self._told = sources.read_told(env, self.source)
         told = [
             Measure(team, each.name, lower_is_better=each.lower_is_better) for team in self.teams for each in self._told
         ]
@@ -137,20 +101,20 @@ class PettingZooWorld(OutsideWorld):
         self.games = at_once
         Copy(env, self.source).close()  # it has said what it had to
         make = partial(make_environment, function, self.source)
-        alone = apart is False and steps_alone(env) and not self._told
-        self._copies = Together(self.source, make) if alone else Copies(self.source, make, at_once, apart)
+        alone = apart is False and playing.steps_alone(env) and not self._told
+        self._copies = playing.Together(self.source, make) if alone else Copies(self.source, make, at_once, apart)
         self.plays_here = apart is False and at_once > 1
         self._moment, self.branches = PAST, False
         weakref.finalize(self, self._copies.close)
 
     def _at_once(self, env: Any) -> tuple[int, bool | None]:
         """Returns the number of copies that play at once, and True if each has its own process; None: to be tried."""
-        at_once = copies_at_once(self._function, self.source)
-        alone = attribute(env, "alone", self.source)
+        at_once = processes.copies_at_once(self._function, self.source)
+        alone = sources.attribute(env, "alone", self.source)
         if alone is True or alone == MACHINE:
             return (1, False) if alone == MACHINE else (at_once, True)
-        given = self.source.maker is not None and not is_importable(self._function, self.source)
-        if (given or attribute(env, "plays_here", self.source)) and self._may_share(env, given):
+        given = self.source.maker is not None and not processes.is_importable(self._function, self.source)
+        if (given or sources.attribute(env, "plays_here", self.source)) and self._may_share(env, given):
             return GAMES_HERE, False
         return at_once, None
 
@@ -158,11 +122,10 @@ class PettingZooWorld(OutsideWorld):
         """Returns True if copies leave each other alone. `here`: no other process can try that."""
         key = "share", self._function, self.source.text
         if key not in _ASKED:
-            here = here or _packages(env) <= KNOWN
-            tried = here or is_importable(self._function, self.source)
-            _ASKED[key] = (
-                is_undisturbed(self._copy(), Copy(env, self.source)) if here else tried and may_share(self.source)
-            )
+            if here or _packages(env) <= KNOWN:
+                _ASKED[key] = processes.is_undisturbed(self._copy(), Copy(env, self.source))
+            else:
+                _ASKED[key] = processes.is_importable(self._function, self.source) and processes.may_share(self.source)
         return _ASKED[key]
 
     def _probe(self, env: Any, stated: int | None, several: bool) -> Probe | None:
@@ -175,9 +138,9 @@ class PettingZooWorld(OutsideWorld):
         key = "probe", self._function, self.source.text
         with suppress(*[InputError] * (stated is not None)):  # it comes up in play
             if key not in _ASKED:
-                here = _packages(env) <= KNOWN or not is_importable(self._function, self.source)
+                here = _packages(env) <= KNOWN or not processes.is_importable(self._function, self.source)
                 copy = Copy(env, self.source)
-                _ASKED[key] = probe_episode(copy, most) if here else probe_apart(self.source, most)
+                _ASKED[key] = processes.probe_episode(copy, most) if here else processes.probe_apart(self.source, most)
             return _ASKED[key]
         return None
 
@@ -204,7 +167,7 @@ class PettingZooWorld(OutsideWorld):
     @property
     def games_measured(self) -> int | None:
         """More than `games` of those that are stepped here without dictionaries."""
-        return max(self.games or 1, MEASURED_HERE) if isinstance(self._copies, Together) else self.games
+        return max(self.games or 1, MEASURED_HERE) if isinstance(self._copies, playing.Together) else self.games
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
         """The start states after `reset(seed=...)`, one for each of at most `games_measured` seeds, see `fold_seed`."""
@@ -212,7 +175,7 @@ class PettingZooWorld(OutsideWorld):
         assert 0 < len(seeds) <= most, f"{len(seeds)} games asked of {most} copies"
         given = [fold_seed(int(seed)) for seed in seeds]
         states = self._ask_copies("reset", given)
-        return replace(states, pasts=start_pasts(given)) if self.branches else states
+        return replace(states, pasts=playing.start_pasts(given)) if self.branches else states
 
     def step(self, state: EnvStates, actions: Int) -> EnvStates:
         """The next states; RuntimeError for any state but the newest, since the copies cannot go back. A branched state
@@ -226,26 +189,26 @@ class PettingZooWorld(OutsideWorld):
             raise RuntimeError("only the newest state of all games can be stepped: the copies have moved on")
         assert len(actions) == len(state)
         states = self._ask_copies("step", acted)
-        return states if state.pasts is None else replace(states, pasts=continue_pasts(state.pasts, acted))
+        return states if state.pasts is None else replace(states, pasts=playing.continue_pasts(state.pasts, acted))
 
     def _ask_copies(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
         self._moment = PAST  # in case the copies fail
         states = self._copies.ask(verb, arguments)
         states = states if isinstance(states, EnvStates) else _states(states)
-        self._moment = next(MOMENTS)
+        self._moment = next(playing.MOMENTS)
         return replace(states, moment=self._moment)
 
     def branch(self) -> None:
         """Lets states be branched from now on; InputError where the environment cannot be copied."""
         if not self.plays_here:
             super().branch()
-        ensure_copies(self._copy, self.name)
+        playing.ensure_copies(self._copy, self.name)
         self.branches = True
 
     def branch_states(self, state: EnvStates) -> EnvStates:
         """The same states with copies of their own, so that they can be stepped, once."""
         assert state.pasts is not None, "the world was not told to branch"
-        return replace(state, copies=tuple(copies_of(state.pasts, self._copy)))
+        return replace(state, copies=tuple(playing.copies_of(state.pasts, self._copy)))
 
     def _copy(self) -> Copy:
         return Copy(self.reference_env(), self.source)
@@ -260,7 +223,7 @@ class PettingZooWorld(OutsideWorld):
         """
         told = np.stack([state.told for state in states])
         rows = [
-            Told("", "", MEAN, False).reduce(each.reduce(told[:, :, self.members(team), place]).T)
+            sources.Told("", "", sources.MEAN, False).reduce(each.reduce(told[:, :, self.members(team), place]).T)
             for team in self.teams
             for place, each in enumerate(self._told)
         ]
@@ -304,7 +267,7 @@ def _states(outcomes: Sequence[Outcome]) -> EnvStates:
 
 def user_world(text: str) -> PettingZooWorld:
     """The world `module:function,option=value`. It runs the user's code: never call it with a name from a data file."""
-    source = parse_source(text)
+    source = sources.parse_source(text)
     return PettingZooWorld(import_maker(source), source.text)
 
 
@@ -321,14 +284,14 @@ def faults(env: Any) -> Iterator[Fault]:
     for agent in agents:
         for kind, wrong in (("action", fault_of), ("observation", _observation_fault)):
             try:
-                flaw = wrong(space(env, kind, agent))
+                flaw = wrong(sources.space(env, kind, agent))
             except (Exception, SystemExit) as error:
                 said = f"{type(error).__name__}: {error}"
                 flaw = Fault(f"{kind}_space raised {said}", f"return the agent's space from {kind}_space(agent)")
             if flaw:
                 yield Fault(f"{kind}s: {agent}: {flaw.what}", flaw.next_step)
     with suppress(Exception):  # told above
-        giving = [bool(width(space(env, "action", agent))) for agent in agents]
+        giving = [bool(width(sources.space(env, "action", agent))) for agent in agents]
         if any(giving) and not all(giving):
             yield Fault("actions: some agents give numbers, others choose", "let all of them do the same")
 
@@ -349,8 +312,8 @@ def _observation_fault(space: Any) -> Fault | None:
 
 
 def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
-    box = space(env, "observation", agent)
-    given = table(env, "features", source)
+    box = sources.space(env, "observation", agent)
+    given = sources.table(env, "features", source)
     if agent in given:
         features = tuple(given[agent]) if isinstance(given[agent], Iterable) else ()
         if len(features) != box.shape[0] or not all(isinstance(feature, FeatureSpec) for feature in features):
@@ -361,8 +324,8 @@ def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
 
 
 def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
-    names = action_names(env, agent, source)
-    legal = read_legal_features(env, agent, source) or tuple("" for _ in names)
+    names = sources.action_names(env, agent, source)
+    legal = sources.read_legal_features(env, agent, source) or tuple("" for _ in names)
     if len(legal) != len(names):
         what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
         raise InputError(what, source.text, 'name one for each action, "" where it is always legal')

@@ -22,20 +22,9 @@ import numpy as np
 from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
 from codegen.paths import Mask
+from maviper.worlds.outside import sources
 from maviper.worlds.outside.making import import_maker, make_environment
-from maviper.worlds.outside.sources import (
-    Source,
-    asking,
-    fault,
-    is_row,
-    open_log,
-    output_aside,
-    parse_source,
-    read_legal_features,
-    read_told,
-    space,
-    table,
-)
+from maviper.worlds.outside.sources import Source, asking, output_aside
 from maviper.worlds.outside.spaces import random_actions, taking
 from maviper.worlds.world import Outcome, draw_legal
 
@@ -60,9 +49,9 @@ class Copy:
         self.env, self.source = env, source
         self.names = list(env.possible_agents)  # the environment's own
         self.truncated = False  # whether the last step cut an agent's episode
-        self._sizes = [space(env, "observation", name).shape[0] for name in self.names]
-        self._taking = [taking(space(env, "action", name)) for name in self.names]
-        self._keys = [each.key for each in read_told(env, source)]
+        self._sizes = [sources.space(env, "observation", name).shape[0] for name in self.names]
+        self._taking = [taking(sources.space(env, "action", name)) for name in self.names]
+        self._keys = [each.key for each in sources.read_told(env, source)]
         self._seen: list[Float32] = []
         self._ended: set[Any] = set()
         self._cut: set[Any] = set()  # those of them whose episode did not end by itself
@@ -78,7 +67,7 @@ class Copy:
         try:
             return self._reset(argument) if verb == "reset" else self._step(argument)
         except (Exception, SystemExit) as error:
-            raise fault(error, self.source, f"the environment's {verb}") from error
+            raise sources.fault(error, self.source, f"the environment's {verb}") from error
 
     def close(self) -> None:
         """Ends it, whatever it says to that: it did what we wanted of it."""
@@ -175,8 +164,8 @@ def single(given: Any, name: Any, shape: tuple[int, ...], source: Source) -> Flo
 
 def _mask(env: Any, name: Any, source: Source, size: int) -> Mask | None:
     """The places of an agent's mask among its `size` features, if the environment says that it has one."""
-    legal, given = read_legal_features(env, name, source), table(env, "features", source).get(name)
-    stated = [getattr(each, "name", "") for each in given] if is_row(given) else []
+    legal, given = sources.read_legal_features(env, name, source), sources.table(env, "features", source).get(name)
+    stated = [getattr(each, "name", "") for each in given] if sources.is_row(given) else []
     places = {each: place for place, each in enumerate(stated or [f"feature_{k}" for k in range(size)])}
     return tuple(places.get(each) for each in legal) if legal else None  # "" for what is always legal
 
@@ -259,7 +248,7 @@ class Probe(NamedTuple):
 
 def probe_episode(copy: Copy, most: int) -> Probe:
     """A random episode of a copy, of at most so many steps."""
-    rng, choices = np.random.default_rng(0), [space(copy.env, "action", name) for name in copy.names]
+    rng, choices = np.random.default_rng(0), [sources.space(copy.env, "action", name) for name in copy.names]
     paid = list[list[float]]()
     with asking(f"{copy.source.text}: a random episode, to see how long it is and what it pays"):
         outcome = copy.ask("reset", 0)
@@ -295,7 +284,7 @@ def _play_alone(copy: Copy) -> tuple[float, float, list[Outcome]]:
 
 def _probe_actions(copy: Copy) -> Sequence[list[Any]]:
     rng = np.random.default_rng(0)
-    return random_actions([space(copy.env, "action", name) for name in copy.names], rng, PROBED)
+    return random_actions([sources.space(copy.env, "action", name) for name in copy.names], rng, PROBED)
 
 
 def _plays_alike(alone: Sequence[Outcome], one: Copy, other: Copy) -> bool:
@@ -352,7 +341,10 @@ class _Process:
         except (EOFError, OSError):
             self.process.join(GRACE)
             if self.process.exitcode == UNGUARDED:
-                raise _unguarded(self.source) from None
+                what = f"copies of {self.source.text} play in processes, and each of these runs the script again"
+                script = getattr(sys.modules["__main__"], "__file__", "the script")
+                advice = "write `if __name__ == '__main__':` above what it runs, and indent that"
+                raise MaviperError(f"{what} from its first line", script, advice) from None
             what = f"a copy of the environment ended by itself, exit code {self.process.exitcode}"
             raise InputError(what, self.source.text, "its last output is on standard error") from None
         if raised:
@@ -372,12 +364,6 @@ class _Process:
         self.process.close()
 
 
-def _unguarded(source: Source) -> MaviperError:
-    what = f"copies of {source.text} play in processes, and each of these runs the script again from its first line"
-    script = getattr(sys.modules["__main__"], "__file__", "the script")
-    return MaviperError(what, script, "write `if __name__ == '__main__':` above what it runs, and indent that")
-
-
 @contextmanager
 def _deaf_to_interrupts() -> Generator[None]:
     """A process that starts here never sees a Ctrl-C: that one is for us, and the process ends with its pipe."""
@@ -391,9 +377,9 @@ def _deaf_to_interrupts() -> Generator[None]:
 
 def serve(pipe: Connection, text: str, folder: str) -> None:
     """A copy's process: answers (raised, outcome or the error's three parts) until the pipe or a None ends it."""
-    os.dup2((open_log() or sys.stderr).fileno(), 1)  # standard output is for results
+    os.dup2((sources.open_log() or sys.stderr).fileno(), 1)  # standard output is for results
     os.chdir(folder)  # spawned processes start where their parent did
-    source = parse_source(text)
+    source = sources.parse_source(text)
     copies, alone = list[Copy](), list[Outcome]()
     with suppress(EOFError, OSError):  # nobody asks any more
         while (request := pipe.recv()) is not None:

@@ -24,17 +24,9 @@ from codegen.dynamics import motionless
 from codegen.errors import InputError, MissingToolError, UnknownNameError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, OutputSpec
 from codegen.process import FILTERS
+from maviper.worlds.outside import sources
 from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
-from maviper.worlds.outside.sources import (
-    MAX_STEPS,
-    fault,
-    is_mapping,
-    legal_names,
-    output_aside,
-    parse_source,
-    teams_by_name,
-    value_of,
-)
+from maviper.worlds.outside.sources import is_mapping
 from maviper.worlds.outside.spaces import MAX_FEATURES, bounds_of, fault_of
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure
@@ -55,16 +47,16 @@ class VmasWorld(OutsideWorld):
     games = GAMES
 
     def __init__(self, text: str) -> None:
-        self.source = parse_source(text)
+        self.source = sources.parse_source(text)
         self._env = self._make_games(GAMES)
-        agents = legal_names([agent.name for agent in self._env.agents], "agent")
-        steps = self.source.options.get(MAX_STEPS)
+        agents = sources.legal_names([agent.name for agent in self._env.agents], "agent")
+        steps = self.source.options.get(sources.MAX_STEPS)
         if steps is not None and (not isinstance(steps, int) or steps < 1):
-            raise InputError(f"{MAX_STEPS} is '{steps}'", text, "give a number from 1")
+            raise InputError(f"{sources.MAX_STEPS} is '{steps}'", text, "give a number from 1")
         name = re.sub(r"[^A-Za-z0-9_-]+", "-", f"vmas-{self.source.function}")
         self.length_known = self.length_stated = steps is not None
         self.spec = motionless(name, self.source.reference, agents, steps or USUAL_STEPS, self.source.options)
-        self.teams = teams_by_name(agents)
+        self.teams = sources.teams_by_name(agents)
         self.measures = tuple(Measure(team, RETURN) for team in self.teams)
         with self._at_work("reset"):
             self._env.seed(0)
@@ -92,7 +84,7 @@ class VmasWorld(OutsideWorld):
         if taken:
             what = f"{taken[0]} is not a scenario's option: {GAMES} games play at once"
             raise InputError(what, self.source.text, "leave it out")
-        given = {key: value_of(value) for key, value in options.items() if key != MAX_STEPS}
+        given = {key: sources.value_of(value) for key, value in options.items() if key != sources.MAX_STEPS}
         given.setdefault(GIVING, False)
         settings: dict[str, Any] = {"terminated_truncated": True, "seed": 0}
         with FILTERS, self._at_work("make_env"), warnings.catch_warnings(record=True) as said:
@@ -108,10 +100,10 @@ class VmasWorld(OutsideWorld):
     def _at_work(self, doing: str) -> Generator[None]:
         """Sends VMAS's output to standard error, and turns what it raises into an InputError."""
         try:
-            with output_aside():
+            with sources.output_aside():
                 yield
         except (Exception, SystemExit) as error:
-            raise fault(error, self.source, f"VMAS's {doing}") from error
+            raise sources.fault(error, self.source, f"VMAS's {doing}") from error
 
     def _features(self, agent: str, seen: Any) -> tuple[FeatureSpec, ...]:
         """Features of one agent's observations in the whole batch, which may be a tensor or a dictionary of them."""
@@ -121,7 +113,7 @@ class VmasWorld(OutsideWorld):
             what = f"{agent} observes {len(names):,} numbers, of 1 to {MAX_FEATURES:,}"
             raise InputError(what, self.source.text, "choose another scenario, or other options")
         bounds = -MAX_LENGTH, MAX_LENGTH
-        return tuple(FeatureSpec(name, "none", *bounds, None) for name in legal_names(names, "feature"))
+        return tuple(FeatureSpec(name, "none", *bounds, None) for name in sources.legal_names(names, "feature"))
 
     def _outputs(self, agent: Any, choices: Any) -> tuple[OutputSpec, ...]:
         """The numbers that an agent gives. Those of a holonomic body are forces along the axes, before VMAS scales

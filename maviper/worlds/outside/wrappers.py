@@ -25,37 +25,8 @@ from pettingzoo.utils.conversions import aec_to_parallel_wrapper, turn_based_aec
 
 from codegen.errors import InputError, MissingToolError, UnknownNameError, escape_text
 from codegen.ir import FeatureSpec, OutputSpec
-from maviper.worlds.outside.sources import (
-    WRAP,
-    Source,
-    action_names,
-    attribute,
-    is_mapping,
-    is_row,
-    legal_names,
-    read_legal_features,
-    space,
-    table,
-    value_of,
-)
-from maviper.worlds.outside.spaces import (
-    DESCRIBED,
-    FLAG,
-    MASK,
-    NUMBERED,
-    OWN,
-    as_numbers,
-    bounds_of,
-    ensure_small,
-    names_of,
-    parts_of,
-    specs_of,
-    taking,
-    unreadable,
-    vector,
-    vector_space,
-    width,
-)
+from maviper.worlds.outside import sources, spaces
+from maviper.worlds.outside.sources import Source
 
 BATCHING = ("num_envs", "vectorization_mode", "vector_kwargs")  # of gymnasium.make_vec, not of a game
 
@@ -86,7 +57,7 @@ def find_registered(name: str) -> Callable[..., gymnasium.Env]:
         raise InputError("not a Gymnasium id", f"gymnasium:{name}", "write it as in gymnasium:CartPole-v1")
 
     def make(**options: int | str) -> gymnasium.Env:
-        given = {key: value_of(value) for key, value in options.items()}
+        given = {key: sources.value_of(value) for key, value in options.items()}
         _ensure_version(name)
         try:
             with warnings.catch_warnings():
@@ -152,19 +123,20 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         self.env, self.metadata, self.as_it_is = env, {"name": text}, as_it_is
         self.possible_agents, self.agents = [AGENT], []
         self._choices = _ensure_numbered(env.action_space, text)
-        self._taken = taking(self._choices)
+        self._taken = spaces.taking(self._choices)
         self._advance, self._limit = _quick(env)
         self._elapsed = 0
         limit = getattr(env.spec, "max_episode_steps", None)
         self.max_cycles = limit if limit is None or limit > 0 else None
         self.alone = getattr(env.unwrapped, "alone", None)
         entry = str(getattr(env.spec, "entry_point", ""))
-        called = DESCRIBED.get(str(getattr(env.spec, "name", ""))) if entry.startswith("gymnasium.envs.") else None
+        ours = entry.startswith("gymnasium.envs.")  # one of Gymnasium's own environments
+        called = spaces.DESCRIBED.get(str(getattr(env.spec, "name", ""))) if ours else None
         choices = getattr(self._choices, "n", 0)
         self.action_names = {AGENT: called.actions} if called and len(called.actions) == choices else {}
         self.outputs: dict[str, list[OutputSpec]] = {}
-        if called and width(self._choices) and len(called.outputs) == width(self._choices):
-            named = zip(called.outputs.items(), bounds_of(self._choices), strict=True)
+        if called and spaces.width(self._choices) and len(called.outputs) == spaces.width(self._choices):
+            named = zip(called.outputs.items(), spaces.bounds_of(self._choices), strict=True)
             self.outputs = {AGENT: [OutputSpec(name, unit, low, high) for (name, unit), (low, high) in named]}
         self.features: dict[str, list[FeatureSpec]] = {}
         self.described = tuple(called.features.items()) if called else ()  # names and units, where as many are seen
@@ -176,11 +148,11 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         if not isinstance(own, Box | Discrete | MultiBinary):
             what = f"the environment's observations are a {type(own).__name__}; trees read numbers in a row"
             ways = f"{text},wrap=numbers, or wrap=flatten for one number per value (gymnasium's FlattenObservation)"
-            raise InputError(what, text, f"write {ways}; or {OWN}")
-        ensure_small(own, text)
-        flat = self._seen = vector_space(own)
+            raise InputError(what, text, f"write {ways}; or {spaces.OWN}")
+        spaces.ensure_small(own, text)
+        flat = self._seen = spaces.vector_space(own)
         names = called.features.items() if called and len(called.features) == flat.shape[0] else ()
-        self.features = {AGENT: specs_of(names or names_of(own), flat)}
+        self.features = {AGENT: spaces.specs_of(names or spaces.names_of(own), flat)}
 
     def observation_space(self, agent: str) -> Space:
         """The flattened space, [n_features], or the environment's own."""
@@ -228,7 +200,7 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
     def _vector(self, seen: Any) -> Any:
         if self.as_it_is or (self._plain and type(seen) is np.ndarray and seen.ndim == 1):
             return seen
-        return vector(self.env.observation_space, seen)
+        return spaces.vector(self.env.observation_space, seen)
 
 
 def _quick(env: gymnasium.Env) -> tuple[Callable[[Any], tuple[Any, Any, Any, Any, Any]], int | None]:
@@ -258,7 +230,7 @@ def _ensure_numbered(space: Space, text: str) -> Space:
         advice = "shimmy.GymV26CompatibilityV0 makes such an environment a new one"
         raise InputError("the environment has spaces of the old package gym", text, advice)
     what = f"the environment has actions in a {type(space).__name__}; trees choose among numbered ones"
-    raise InputError(what, text, f"{NUMBERED}; {OWN}")
+    raise InputError(what, text, f"{spaces.NUMBERED}; {spaces.OWN}")
 
 
 PARALLEL, TURNS, FLATTEN, NUMBERS, MASKS, RIVALS = "parallel", "turns", "flatten", "numbers", "masks", "rivals"
@@ -344,8 +316,8 @@ def in_parallel(env: AECEnv, wrappers: Sequence[str], source: Source) -> Paralle
     what = "the environment is an AEC one, in which agents take turns"
     if PARALLEL in wrappers:
         what += ", and it does not say that they may act at once (is_parallelizable)"
-    asked = {part for part in parse_wrappers(source.options.get(WRAP, "")) if part not in (PARALLEL, TURNS)}
-    options = {**source.options, WRAP: SEPARATOR.join([way, *sorted(asked)])}
+    asked = {part for part in parse_wrappers(source.options.get(sources.WRAP, "")) if part not in (PARALLEL, TURNS)}
+    options = {**source.options, sources.WRAP: SEPARATOR.join([way, *sorted(asked)])}
     named = Source(source.module, source.function, options).text
     raise InputError(what, source.text, f"write {named} (pettingzoo's {by})")
 
@@ -383,39 +355,38 @@ class Flattened(ParallelEnv[Any, Any, Any]):
             self._add(agent)
 
     def _add(self, agent: Any) -> None:
-        whole, actions = space(self.env, "observation", agent), action_names(self.env, agent, self.source)
-        inner, masked = parts_of(whole, len(actions))
-        wrong = unreadable(inner)
+        whole = sources.space(self.env, "observation", agent)
+        actions = sources.action_names(self.env, agent, self.source)
+        inner, masked = spaces.parts_of(whole, len(actions))
+        wrong = spaces.unreadable(inner)
         if wrong:
             what = f"{agent}'s observations are a {wrong}, or hold one: it has no vector of a fixed length"
             raise InputError(what, self.source.text, "observe numbers in a row")
         if self.whole:
-            inner = as_numbers(inner, self.source.text)
-        ensure_small(inner, self.source.text)
+            inner = spaces.as_numbers(inner, self.source.text)
+        spaces.ensure_small(inner, self.source.text)
         masked = masked or self.in_infos
-        box = vector_space(inner)
-        names = names_of(inner)
-        legal = legal_names([*(name for name, _ in names), *(f"legal_{each}" for each in actions)], "feature")
+        box = spaces.vector_space(inner)
+        names = spaces.names_of(inner)
+        legal = sources.legal_names([*(name for name, _ in names), *(f"legal_{each}" for each in actions)], "feature")
         flags = legal[len(names) :] if masked else ()
-        self.legal[agent] = flags or read_legal_features(self.env, agent, self.source)
+        self.legal[agent] = flags or sources.read_legal_features(self.env, agent, self.source)
         self._spaces[agent], self._legal[agent] = inner, (len(actions) if masked else 0)
-        low, high = (
-            np.pad(end, (0, self._legal[agent]), constant_values=flag) for end, flag in ((box.low, 0), (box.high, 1))
-        )
+        more = (0, self._legal[agent])
+        low, high = np.pad(box.low, more), np.pad(box.high, more, constant_values=1)
         self._boxes[agent] = Box(low, high, dtype=np.float32)
         self.action_names[agent] = actions
-        self.features[agent] = self._own(agent, box, names) + [
-            FeatureSpec(name, FLAG, 0.0, 1.0, None) for name in flags
-        ]
+        told = [FeatureSpec(name, spaces.FLAG, 0.0, 1.0, None) for name in flags]
+        self.features[agent] = self._own(agent, box, names) + told
 
     def _own(self, agent: Any, box: Box, names: Sequence[tuple[str, str]]) -> list[FeatureSpec]:
         """Returns the features as the environment states them, or those that follow from their space."""
         if isinstance(self.env, SingleAgent) and len(self.env.described) == len(names):
             names = self.env.described
-        given = table(self.env, "features", self.source).get(agent)
-        if is_row(given) and len(given) == box.shape[0]:
+        given = sources.table(self.env, "features", self.source).get(agent)
+        if sources.is_row(given) and len(given) == box.shape[0]:
             return list(cast("Sequence[FeatureSpec]", given))  # whether they are is judged where the world is made
-        return specs_of(names, box)
+        return spaces.specs_of(names, box)
 
     @property
     def unwrapped(self) -> Any:
@@ -425,7 +396,7 @@ class Flattened(ParallelEnv[Any, Any, Any]):
     @property
     def plays_here(self) -> bool:
         """True if the environment says that it plays in this process."""
-        return bool(attribute(self.env, "plays_here", self.source))
+        return bool(sources.attribute(self.env, "plays_here", self.source))
 
     @property
     def acting(self) -> tuple[Any, ...]:
@@ -439,7 +410,7 @@ class Flattened(ParallelEnv[Any, Any, Any]):
 
     def action_space(self, agent: Any) -> Any:
         """Returns the environment's own action space."""
-        return space(self.env, "action", agent)
+        return sources.space(self.env, "action", agent)
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[Any, Any], Any]:
         """Starts an episode."""
@@ -464,20 +435,21 @@ class Flattened(ParallelEnv[Any, Any, Any]):
     def _vector(self, agent: Any, seen: Any, info: Mapping[str, Any]) -> Any:
         wanted = self._legal[agent]
         given = seen
-        if is_mapping(seen):
-            given = {key: part for key, part in seen.items() if key != MASK or not wanted or self.in_infos}
-        numbers = np.asarray(vector(self._spaces[agent], given), np.float32)
+        if sources.is_mapping(seen):
+            given = {key: part for key, part in seen.items() if key != spaces.MASK or not wanted or self.in_infos}
+        numbers = np.asarray(spaces.vector(self._spaces[agent], given), np.float32)
         if not wanted:
             return numbers
-        mask = (info if self.in_infos else seen).get(MASK)
+        mask = (info if self.in_infos else seen).get(spaces.MASK)
         if mask is None and agent not in self.agents:  # its last observation
             mask = np.zeros(wanted)
         if mask is None or np.size(mask) != wanted:
-            what = f"{agent} has no {MASK} of {wanted} numbers in its {'infos' if self.in_infos else 'observation'}"
+            place = "infos" if self.in_infos else "observation"
+            what = f"{agent} has no {spaces.MASK} of {wanted} numbers in its {place}"
             raise InputError(what, self.source.text, "give one in every reset and step, 1 where an action is legal")
         flags = np.ravel(mask)
         if flags.dtype.kind not in "biuf" or not np.isin(flags, (0, 1)).all():
-            what = f"{agent}'s {MASK} is {escape_text(flags.tolist())[:60]}"
+            what = f"{agent}'s {spaces.MASK} is {escape_text(flags.tolist())[:60]}"
             raise InputError(what, self.source.text, "give 1 where an action is legal, else 0")
         if not flags.any():
             self._stuck.add(agent)

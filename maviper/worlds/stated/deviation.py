@@ -56,13 +56,6 @@ class Reference:
         self._step_alone: Callable[[int], tuple[Any, ...]] | None = None
         self.actions = {agent.name: tuple(agent.actions) for agent in statement.agents}
         self._names = [each.name for each in statement.system.variables]
-        self._ensure_agents()
-        self._seen = {} if statement.state else _locate_variables(statement)
-        self._observations: Sequence[Float32] = ()
-        self.playing = False
-        self.placeable = bool(statement.state) and self._takes_states()
-
-    def _ensure_agents(self) -> None:
         if len(self.actions) != len(self._copy.names):
             what = f"{format_count(len(self.actions), 'agent')}, and {len(self._copy.names)} in the reference"
             raise InputError(what, self._where, "name the agents in the environment's order")
@@ -71,12 +64,14 @@ class Reference:
             if n != len(actions):
                 what = f"{agent} has {format_count(len(actions), 'action')}, and {n} in the reference"
                 raise InputError(what, self._where, "list all of them, in the environment's order")
-
-    def _takes_states(self) -> bool:
-        """Returns True if the state can be set."""
-        self.reset(0)
-        at = self.state()
-        return not callable(getattr(self._holder(), self._statement.state)) and self.place(at)
+        self._seen = {} if statement.state else _locate_variables(statement)
+        self._observations: Sequence[Float32] = ()
+        self.playing = False
+        self.placeable = False  # whether the state can be set
+        if statement.state:
+            self.reset(0)
+            at = self.state()
+            self.placeable = not callable(getattr(self._holder(), statement.state)) and self.place(at)
 
     @contextmanager
     def keep_quiet(self) -> Generator[None]:

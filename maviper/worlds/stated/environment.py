@@ -112,28 +112,18 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         return self._observe_agents(), rewards, dict.fromkeys(acted, left), dict.fromkeys(acted, cut), infos
 
     def _observe_agents(self) -> dict[str, Any]:
-        features = self.statement.system.features
+        """What each agent observes: of a flow with delays the state as it was some periods ago, drawn by the seed."""
+        system = self.statement.system
         observations: dict[str, Any] = {}
-        state, exact = self.state, _convert_exactly(self.state)
+        state, exact = self.state, {name: Fraction(number) for name, number in self.state.items()}
         for agent in self.possible_agents:
-            late = self._late()
-            if late is not state:
-                state, exact = late, _convert_exactly(late)
-            numbers = [_of(feature, state, exact) for feature in features[agent].values()]
+            if system.flow is not None and system.flow.kept:
+                way = system.flow.seen[int(self._rng.integers(len(system.flow.seen)))]
+                state = {name: self.state[way.get(name, name)] for name in self.state}
+                exact = {name: Fraction(number) for name, number in state.items()}
+            numbers = [_of(feature, state, exact) for feature in system.features[agent].values()]
             observations[agent] = np.array(numbers, np.float32)
         return observations
-
-    def _late(self) -> Floats:
-        """The state as an agent observes it: of a flow with delays, as it was some periods ago, drawn by the seed."""
-        flow = self.statement.system.flow
-        if flow is None or not flow.kept:
-            return self.state
-        way = flow.seen[int(self._rng.integers(len(flow.seen)))]
-        return {name: self.state[way.get(name, name)] for name in self.state}
-
-
-def _convert_exactly(state: Floats) -> dict[str, Fraction]:
-    return {name: Fraction(number) for name, number in state.items()}
 
 
 def _of(feature: Feature, state: Floats, exact: Mapping[str, Fraction]) -> np.float32:

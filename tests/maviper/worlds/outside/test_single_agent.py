@@ -100,29 +100,6 @@ def test_observations_are_flattened_with_names(shows, names, high):
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("gymnasium:Pendulum-v1", ["continuous actions", "TransformAction", "mygame:make", "extract"]),
-        ("gymnasium:Blackjack-v1", ["Tuple", "FlattenObservation"]),
-        ("tests.support.environments:walker,shows=parts", ["Dict", "FlattenObservation"]),
-        ("tests.support.environments:walker,shows=picture", ["4,800 numbers"]),
-        ("gymnasium:CartPol-v1", ["did you mean CartPole-v1"]),
-        ("gymnasium:CartPole-v9", ["`v1`"]),
-        ("gymnasium:PongNoFrameskip-v4", ["pip install ale-py", "gymnasium:ale_py:PongNoFrameskip-v4"]),
-        ("gymnasium:MiniGrid-Empty-5x5-v0", ["minigrid"]),
-        ("gymnasium:no_such_package:Thing-v0", ["no_such_package"]),
-        ("gymnasium:__import__('os')", ["not a Gymnasium id"]),
-        ("gymnasium:CartPole-v1,colour=3", ["colour"]),
-    ],
-)
-def test_what_is_refused_and_the_way_out(name, said):
-    with pytest.raises(InputError) as caught:
-        find(name)
-    assert all(part in str(caught.value) for part in said), str(caught.value)
-    assert not name.startswith("gymnasium:CartPole,") or name in str(caught.value)
-
-
-@pytest.mark.parametrize(
     ("name", "latest"),
     [("CartPole", "CartPole-v1"), ("gymnasium.envs.toy_text:Taxi", "gymnasium.envs.toy_text:Taxi-v4")],
 )

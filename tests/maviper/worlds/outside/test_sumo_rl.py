@@ -59,17 +59,6 @@ def test_its_environment_is_checked_played_and_taught_with_nothing_but_results_o
     assert "ok       play: a random episode, all agents done after step 20" in told and "fresh copy" in told
     found = json.loads(run("evaluate", "random", "--world", "theirs:make", "--episodes", "2", "--json"))
     assert found["episodes"] == 2
-    words = [
-        "--world",
-        "theirs:make",
-        "--critic",
-        "none",
-        "--max-episodes",
-        "24",
-        "--max-depth",
-        "2",
-        "-o",
-        "trees.json",
-    ]
-    run("extract", "theirs:act", *words)
+    few = ("--max-episodes", "24", "--max-depth", "2")
+    run("extract", "theirs:act", "--world", "theirs:make", "--critic", "none", *few, "-o", "trees.json")
     assert (tmp_path / "trees.json").exists()

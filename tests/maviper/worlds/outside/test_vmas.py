@@ -47,9 +47,8 @@ def test_games_are_those_of_vmas_itself(giving):
         acted = rng.uniform(-1, 1, (3, 2, 2)).astype(np.float32) if giving else rng.integers(9, size=(3, 2))
         state = world.step(state, acted)
         for place, env in enumerate(theirs):
-            _, paid, over, _ = env.step(
-                [torch.tensor(each, dtype=torch.float32).reshape(1, -1) for each in acted[place]]
-            )
+            given = [torch.tensor(each, dtype=torch.float32).reshape(1, -1) for each in acted[place]]
+            _, paid, over, _ = env.step(given)
             assert world.rewards(state)[place].tolist() == [float(each[0]) for each in paid]
             assert world.terminated(state)[place].tolist() == [bool(over[0])] * 2
     assert len({each.tobytes() for each in world.observe(state)[0]}) == 3
@@ -148,8 +147,6 @@ class Centred:
 @needed
 @pytest.mark.parametrize("share", ["", "team"])
 def test_trees_are_extracted_and_the_profile_plays_the_scenario(monkeypatch, share):
-    from maviper.experts.finding import Unweighted
-
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 10)
     world = find(BALANCE)
     settings = {"algorithm": "maviper", "iterations": 2, "rollouts": 8, "selection_episodes": 6, "max_depth": 2}
@@ -161,22 +158,29 @@ def test_trees_are_extracted_and_the_profile_plays_the_scenario(monkeypatch, sha
         assert np.array_equal(one.threshold, other.threshold) and np.array_equal(one.action, other.action)
 
 
-@needed
-@pytest.mark.interop
-@pytest.mark.train
-def test_an_expert_that_learned_by_reward_becomes_trees_and_code(monkeypatch, tmp_path):
-    """By a training far too short to be good; the code plays in VMAS's own loop."""
-    from maviper.experts import network
-    from maviper.experts.cards import Request
+@pytest.fixture
+def quick(monkeypatch):
+    """Few episodes, held out or of a judgement; the trainings."""
     from maviper.experts.training import train
 
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 10)
     for name in ("CHECKPOINT_EPISODES", "FINAL_EPISODES"):
         monkeypatch.setattr(train, name, 100)
+    return train
+
+
+@needed
+@pytest.mark.interop
+@pytest.mark.train
+def test_an_expert_that_learned_by_reward_becomes_trees_and_code(quick, tmp_path):
+    """By a training far too short to be good; the code plays in VMAS's own loop."""
+    from maviper.experts import network
+    from maviper.experts.cards import Request
+
     trained = {"steps": 640, "games": 64, "minibatch": 320, "checkpoint_steps": 640}
     trees = {"max_depth": 2, "iterations": 1, "rollouts": 8, "selection_episodes": 8}
     world = find("vmas:navigation,n_agents=2,collisions=False,max_steps=10")
-    train.train(world, tmp_path, Request(overrides=trained, critic=False))
+    quick.train(world, tmp_path, Request(overrides=trained, critic=False))
     code = Code(extract(world, Unweighted(network.load(tmp_path, world)[0]), Settings.of(trees, world)))
     play_navigation(code, games=20, steps=10)
     assert code.asked == 400 and code.different == 0
@@ -185,32 +189,15 @@ def test_an_expert_that_learned_by_reward_becomes_trees_and_code(monkeypatch, tm
 @needed
 @pytest.mark.interop
 @pytest.mark.train
-def test_a_gaussian_expert_becomes_trees_whose_leaves_are_forces(monkeypatch, tmp_path, capsys):
+@pytest.mark.usefixtures("quick")
+def test_a_gaussian_expert_becomes_trees_whose_leaves_are_forces(tmp_path, capsys):
     """By the commands, from a training far too short to be good."""
-    from maviper.experts.training import train
-
-    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 10)
-    for name in ("CHECKPOINT_EPISODES", "FINAL_EPISODES"):
-        monkeypatch.setattr(train, name, 100)
-    world, run, trees = (
-        "vmas:dropout,n_agents=2,max_steps=10,continuous_actions=True",
-        tmp_path / "run",
-        tmp_path / "t.json",
-    )
+    world = "vmas:dropout,n_agents=2,max_steps=10,continuous_actions=True"
+    run, trees = tmp_path / "run", tmp_path / "t.json"
     tiny = [f"--set={each}" for each in ("games=64", "minibatch=320", "checkpoint_steps=640")]
     assert main.run(["train", world, "--steps", "640", *tiny, "-o", str(run)]) == 0
-    small = [
-        "--iterations",
-        "1",
-        "--rollouts",
-        "8",
-        "--selection-episodes",
-        "8",
-        "--max-leaves",
-        "4",
-        "--max-depth",
-        "3",
-    ]
+    few = ["--iterations", "1", "--rollouts", "8", "--selection-episodes", "8"]
+    small = [*few, "--max-leaves", "4", "--max-depth", "3"]
     assert main.run(["extract", str(run), "--world", world, *small, "-o", str(trees)]) == 0
     assert main.run(["evaluate", str(trees), "--world", world, "--expert", str(run), "--episodes", "20"]) == 0
     assert main.run(["show", str(trees)]) == 0
