@@ -258,7 +258,16 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
         giving = document["task_type"] == "kRegressor" and len(values) > MAX_VALUES  # which are too many for actions
 
         def read(place: int) -> Split | Leaf:
-            return _treelite(document, nodes[place], where, giving=giving)
+            node = nodes[place]
+            if "leaf_value" in node:
+                decision = _decision(document, node["leaf_value"], where)
+                return Leaf(0, ((float(decision), CONSTANT),)) if giving else Leaf(decision)
+            if node["node_type"] != "numerical_test_node":
+                what = f"a node is not understood: {escape_text(node['node_type'])}"
+                raise InputError(what, where, "export a numerical tree")
+            then, otherwise = int(node["left_child"]), int(node["right_child"])
+            number, sign = float(node["threshold"]), str(node["comparison_op"])
+            return Split(int(node["split_feature_id"]), sign, number, then, otherwise, nan=bool(node["default_left"]))
 
         numbers = str(document.get("threshold_type", FLOAT32))
         if numbers not in NUMBERS:
@@ -268,18 +277,6 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
         return {AGENT: origin_of(0, read, said, where)}
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise InputError(f"not treelite's JSON: {escape_text(error)[:100]}", where, AGAIN) from None
-
-
-def _treelite(document: Mapping[str, Any], node: Mapping[str, Any], where: str, *, giving: bool) -> Split | Leaf:
-    if "leaf_value" in node:
-        decision = _decision(document, node["leaf_value"], where)
-        return Leaf(0, ((float(decision), CONSTANT),)) if giving else Leaf(decision)
-    if node["node_type"] != "numerical_test_node":
-        what = f"a node is not understood: {escape_text(node['node_type'])}"
-        raise InputError(what, where, "export a numerical tree")
-    then, otherwise = int(node["left_child"]), int(node["right_child"])
-    number, sign = float(node["threshold"]), str(node["comparison_op"])
-    return Split(int(node["split_feature_id"]), sign, number, then, otherwise, nan=bool(node["default_left"]))
 
 
 def _decision(document: Mapping[str, Any], value: Any, where: str) -> int | float:

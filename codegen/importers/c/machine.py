@@ -469,7 +469,16 @@ class Machine(Executor):
             self.memory[DONE] = (*done, name)  # type: ignore[misc] - what was done, which nothing loads
             return None
         if name in self.functions and not self.find_name(name):
-            return self._call_function(self.functions[name], [self.value(each) for each in given])
+            function, values = self.functions[name], [self.value(each) for each in given]
+            if self.depth >= MAX_CALLS:
+                raise self.make_error("functions call one another too deeply", "write a loop")
+            parameters, frame = parameters_of(function), dict[str, Any]()
+            if len(parameters) != len(values):
+                raise self.make_error(f"{escape_text(name)} is called with {len(values)} values")
+            for each, value in zip(parameters, values, strict=True):
+                frame[each.name] = self.new_object(self.parameter(each))
+                self.store(frame[each.name], value)
+            return self.answer(function, link_statements([function.body], Scope(frame, self.file)))
         if name in LIBRARY and not self.find_name(name):
             return call_library(self, name, given)
         if not name or self.find_name(name):
@@ -609,18 +618,6 @@ class Machine(Executor):
         return self.arithmetic.truth(self.arithmetic.binary("==", chosen, value))
 
     # --- functions
-
-    def _call_function(self, node: Any, given: Sequence[Value]) -> Value:
-        if self.depth >= MAX_CALLS:
-            raise self.make_error("functions call one another too deeply", "write a loop")
-        parameters = parameters_of(node)
-        if len(parameters) != len(given):
-            raise self.make_error(f"{escape_text(node.decl.name)} is called with {len(given)} values")
-        frame: dict[str, Any] = {}
-        for each, value in zip(parameters, given, strict=True):
-            frame[each.name] = self.new_object(self.parameter(each))
-            self.store(frame[each.name], value)
-        return self.answer(node, link_statements([node.body], Scope(frame, self.file)))
 
     def parameter(self, node: Any) -> Type:
         """The type of a parameter; an array is handed over as a pointer."""
