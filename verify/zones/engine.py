@@ -31,7 +31,6 @@ from verify.zones.tables import (
     NodeKnown,
     Problem,
     Table,
-    ZoneTree,
     find_barred_sides,
     infinite,
     problem,
@@ -131,7 +130,7 @@ class ZoneQuery:
             zone_tree(self._table, policy, tests.splits[policy.agent], tests.barred.get(policy.agent, ()))
             for policy in self._table.policies
         ]
-        self._disjoint = disjoint(self._table) if apart else _as_it_is
+        self._disjoint = disjoint(self._table) if apart else lambda flat: flat
         self.problem = problem(self._table)
         self._box = tuple(question.region.box)
         self.limit = affordable(self.problem, question.budgets.max_nodes if budget is None else budget)
@@ -173,13 +172,27 @@ class ZoneQuery:
         """The proof and None, or a point at which the claim fails."""
         streams, masks = self._lemmas()
         roots = [NodeKnown(None, mask[0]) for mask in masks]
-        if self._table.denial(roots) is None:
-            return self._by_lemmas(roots), None
-        for place, mask in enumerate(masks):
-            if not any(mask):
-                streams[place] = b"\0"
-        walked, closed = self._refute_product(masks)
-        return b"".join(streams) + walked, None if closed else self._point()
+        if self._table.denial(roots) is not None:
+            for place, mask in enumerate(masks):
+                if not any(mask):
+                    streams[place] = b"\0"
+            walked, closed = self._search.refutation(self._trees, *self._resolving(masks))
+            return b"".join(streams) + walked, None if closed else self._point()
+
+        # parts prove it that hold at all leaves: as few of these as suffice
+        for agent, known in enumerate(roots):
+            for bit in range(known.holds.bit_length()):
+                fewer = NodeKnown(None, roots[agent].holds & ~(1 << bit))
+                if self._table.denial([*roots[:agent], fewer, *roots[agent + 1 :]]) is None:
+                    roots[agent] = fewer
+        proof = b""
+        for agent, (tree, known) in enumerate(zip(self._trees, roots, strict=True)):
+            if known.holds:
+                allowed = [known.holds] * len(tree.left)
+                proof += b"\1" + self._search.lemmas(tree, self._denials(agent), allowed)[0]
+            else:
+                proof += b"\0"
+        return proof, None
 
     def violations(self, most: int) -> tuple[list[Branch], bool]:
         """The zones in which the claim fails, `most` at most, and whether these are all."""
@@ -189,8 +202,7 @@ class ZoneQuery:
             masks = self._lemmas()[1]
         except BudgetError:
             return [], False
-        classes, resolve = self._resolving(masks)
-        return self._search.violations(self._trees, classes, resolve, most)
+        return self._search.violations(self._trees, *self._resolving(masks), most)
 
     @property
     def agents(self) -> list[str]:
@@ -206,25 +218,13 @@ class ZoneQuery:
             else:
                 walked, proved = b"", [0] * len(tree.left)
             full = (1 << len(self._table.parts[agent])) - 1
-            masks.append(_below(tree, [mask & full for mask in proved]))
+            held = [mask & full for mask in proved]
+            for node in reversed(range(len(held))):  # children follow parents: what holds at all leaves below each
+                if tree.left[node] >= 0:
+                    held[node] = held[tree.left[node]] & held[tree.right[node]]
+            masks.append(held)
             streams.append(b"\1" + walked)
         return streams, masks
-
-    def _by_lemmas(self, roots: list[NodeKnown]) -> bytes:
-        """The proof of a claim that parts prove which hold at all leaves: with as few of these as suffice."""
-        for agent, known in enumerate(roots):
-            for bit in range(known.holds.bit_length()):
-                fewer = NodeKnown(None, roots[agent].holds & ~(1 << bit))
-                if self._table.denial([*roots[:agent], fewer, *roots[agent + 1 :]]) is None:
-                    roots[agent] = fewer
-        proof = b""
-        for agent, (tree, known) in enumerate(zip(self._trees, roots, strict=True)):
-            if known.holds:
-                allowed = [known.holds] * len(tree.left)
-                proof += b"\1" + self._search.lemmas(tree, self._denials(agent), allowed)[0]
-            else:
-                proof += b"\0"
-        return proof
 
     def _denials(self, agent: int) -> list[list[Flat | None]]:
         tree, parts = self._trees[agent], len(self._table.parts[agent])
@@ -232,11 +232,6 @@ class ZoneQuery:
             [self._table.deny_part(agent, bit, action) for bit in range(parts)]
             for action in range(max(tree.action) + 1)
         ]
-
-    def _refute_product(self, masks: list[list[int]]) -> tuple[bytes, bool]:
-        """The walk over the product of all trees."""
-        classes, resolve = self._resolving(masks)
-        return self._search.refutation(self._trees, classes, resolve)
 
     def _resolving(self, masks: list[list[int]]) -> tuple[list[list[int]], Resolve]:
         """The classes of each agent's nodes, of which all have the same known, and the claim's denial for them."""
@@ -264,19 +259,6 @@ class ZoneQuery:
         return state(self.problem, self._search.open, self._box)
 
 
-def _as_it_is(flat: Flat | None) -> Flat | None:
-    return flat
-
-
-def _below(tree: ZoneTree, masks: list[int]) -> list[int]:
-    """The parts that hold at every leaf below each node, from those at the leaves. Children follow parents."""
-    held = list(masks)
-    for node in reversed(range(len(held))):
-        if tree.left[node] >= 0:
-            held[node] = held[tree.left[node]] & held[tree.right[node]]
-    return held
-
-
 def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[str, Fraction]:
     """Exact values of coordinates that meet the numbered bounds: see `middle`."""
     zones: list[list[int]] = []
@@ -286,7 +268,13 @@ def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[
             where, a, b = asked.edges[number]
             if where == component:
                 bounds[a * size + b] = min(bounds[a * size + b], asked.weights[number])
-        zones.append(_close_bounds(bounds, size))
+        # the least bounds that follow: lengths of shortest paths (Floyd 1962); no cycle is negative
+        rows = [bounds[start : start + size] for start in range(0, size * size, size)]
+        for through, after in enumerate(rows):
+            for place, row in enumerate(rows):
+                to = row[through]
+                rows[place] = [to + gap if to + gap < most else most for most, gap in zip(row, after, strict=True)]
+        zones.append([most for row in rows for most in row])
     return middle(asked, zones, names)
 
 
@@ -313,16 +301,6 @@ def middle(
     return point
 
 
-def _close_bounds(bounds: list[int], size: int) -> list[int]:
-    """The least bounds that follow, [size * size]: lengths of shortest paths (Floyd 1962); no cycle is negative."""
-    rows = [bounds[start : start + size] for start in range(0, size * size, size)]
-    for through, after in enumerate(rows):
-        for place, row in enumerate(rows):
-            to = row[through]
-            rows[place] = [to + gap if to + gap < most else most for most, gap in zip(row, after, strict=True)]
-    return [most for row in rows for most in row]
-
-
 LONE = Fraction(1, 2**61 - 1), Fraction(2, 2**61 - 1)  # added to a margin, they make bounds that no other one equals
 
 
@@ -342,21 +320,19 @@ class Room:
         while self._proved < wanted < self._failed:
             # just below what fails: if that is proved, so is everything below it
             for steps in dict.fromkeys((self._failed - 1, wanted)):
-                if self._proved < steps < self._failed and not self._settle_margin(steps) and steps == wanted:
-                    return False
+                if not self._proved < steps < self._failed:
+                    continue
+                try:
+                    failed = [first for each in self._goals if (first := each.fails_from(steps)) is not None]
+                except BudgetError:
+                    if steps == wanted:
+                        return False
+                    continue
+                if failed:
+                    self._failed = min(failed)
+                else:
+                    self._proved = steps
         return wanted <= self._proved
-
-    def _settle_margin(self, steps: int) -> bool:
-        """Asks at a margin; whether that was decided within the budget."""
-        try:
-            failed = [first for each in self._goals if (first := each.fails_from(steps)) is not None]
-        except BudgetError:
-            return False
-        if failed:
-            self._failed = min(failed)
-        else:
-            self._proved = steps
-        return True
 
 
 class _Goal:

@@ -16,6 +16,7 @@ import sys
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import NamedTuple, TypeAlias
 
 from verify.certificates.proofs import varint
@@ -135,17 +136,28 @@ class ZoneSearch:
         (trees, classes, resolve), stack = product, [start]
         while stack:
             frame = stack.pop()
-            self._count()
+            self.nodes += 1
+            if self.nodes > self.budget:
+                raise BudgetError
+            if not self.nodes % TOLD:
+                tell(self.nodes, self.budget, "search nodes of zones")
             denial = resolve(frame.known) if frame.agent >= 0 and resolve is not None else TRUE
             zone = None if denial is None else self._enter_frame(frame, out)
             if denial is None or zone is None:
                 continue
             length = len(self._path)
-            parts = _parts(frame, zone, length)
-            if parts:
-                stack += parts
+            # the parts of the first choice that no chosen part settles
+            chosen, ors = frame.chosen, (*frame.ors, *frame.flat.ors)
+            while ors and any(part in chosen for part in ors[0]):
+                ors = ors[1:]
+            at = frame.agent, frame.node, frame.known, frame.leaves
+            if ors:
+                stack += [_Frame(zone, length, part, ors[1:], (*chosen, part), *at) for part in reversed(ors[0])]
                 continue
-            agent, node, leaves = _past_leaves(frame, trees)
+            # the next agent that is not at a leaf
+            agent, node, leaves = frame.agent, frame.node, frame.leaves
+            while 0 <= agent < len(trees) and trees[agent].left[node] < 0:
+                agent, node, leaves = agent + 1, 0, (*leaves, node)
             if 0 <= agent < len(trees):
                 tree, known = trees[agent], frame.known
                 for child, side in ((tree.right[node], 1), (tree.left[node], 0)):
@@ -157,13 +169,6 @@ class ZoneSearch:
                 stack.append(_Frame(zone, length, denial, leaves=leaves))
             else:
                 yield _End(leaves, zone, length)
-
-    def _count(self) -> None:
-        self.nodes += 1
-        if self.nodes > self.budget:
-            raise BudgetError
-        if not self.nodes % TOLD:
-            tell(self.nodes, self.budget, "search nodes of zones")
 
     def _enter_frame(self, frame: "_Frame", out: bytearray) -> Zone | None:
         """The zone of a frame once its bounds are added; None where they close it, which is written down."""
@@ -235,25 +240,6 @@ class _End(NamedTuple):
     length: int
 
 
-def _past_leaves(frame: _Frame, trees: Sequence[ZoneTree]) -> tuple[int, int, tuple[int, ...]]:
-    """The first agent from a frame's on that is not at a leaf, its node, and the leaves of those before it."""
-    agent, node, leaves = frame.agent, frame.node, frame.leaves
-    while 0 <= agent < len(trees) and trees[agent].left[node] < 0:
-        agent, node, leaves = agent + 1, 0, (*leaves, node)
-    return agent, node, leaves
-
-
-def _parts(frame: _Frame, zone: Zone, length: int) -> list[_Frame]:
-    """The parts of the first choice that no chosen part settles, the last one first; none where all are settled."""
-    chosen, ors = frame.chosen, (*frame.ors, *frame.flat.ors)
-    while ors and any(part in chosen for part in ors[0]):
-        ors = ors[1:]
-    return [
-        _Frame(zone, length, part, ors[1:], (*chosen, part), frame.agent, frame.node, frame.known, frame.leaves)
-        for part in (reversed(ors[0]) if ors else ())
-    ]
-
-
 try:
     from verify.zones import _zones
 except ImportError:
@@ -261,7 +247,6 @@ except ImportError:
 AVAILABLE = _zones is not None and sys.byteorder == "little" and array("i").itemsize == 4
 WIDTHS = (128, 256)  # bits
 SLOWER = 100  # so many times, without the extension
-Packed: TypeAlias = Callable[[tuple[int, ...]], "bytes | None"]
 
 
 def search(problem: Problem, region: Flat, budget: int) -> "ZoneSearch | CompiledSearch":
@@ -286,18 +271,6 @@ def affordable(problem: Problem, budget: int) -> int:
     return max(min(1, budget), budget // price(problem))
 
 
-class _Walk(NamedTuple):
-    """The trees of one call of the extension, packed: agents' trees from `agent` on (-1: only the region)."""
-
-    agent: int
-    trees: Sequence[ZoneTree]
-    classes: tuple[bytes, ...] | None = None  # of a product of trees
-    resolve: Packed | None = None
-    denials: bytes | None = None  # of lemmas
-    parts: int = 0
-    allowed: bytes | None = None
-
-
 class CompiledSearch:
     """The search of `search.ZoneSearch`, by the compiled extension."""
 
@@ -318,7 +291,7 @@ class CompiledSearch:
 
     def is_inhabited(self) -> bool:
         """Does what `ZoneSearch.is_inhabited` does."""
-        return not self._walk(_Walk(-1, ()))[1]
+        return not self._walk(-1, ())[1]
 
     def lemmas(
         self, tree: ZoneTree, parts: Sequence[Sequence[Flat | None]], allowed: Sequence[int] | None
@@ -331,34 +304,21 @@ class CompiledSearch:
         for left, action in zip(tree.left, tree.action, strict=True):
             denials.extend(rows[action] if left < 0 else nothing)
         tried = None if allowed is None else array("q", allowed).tobytes()
-        stream, _, masks = self._walk(_Walk(0, (tree,), denials=denials.tobytes(), parts=count, allowed=tried))
+        stream, _, masks = self._walk(0, (tree,), denials=denials.tobytes(), parts=count, allowed=tried)
         return stream, list(array("q", masks))
 
     def refutation(
         self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve
     ) -> tuple[bytes, bool]:
         """Does what `ZoneSearch.refutation` does."""
-        places = tuple(array("i", own).tobytes() for own in classes)
-        stream, closed, _ = self._walk(_Walk(0, trees, places, self._packing(resolve)))
+        stream, closed, _ = self._walk(0, trees, classes, resolve)
         return stream, closed
-
-    def _packing(self, resolve: Resolve) -> Packed:
-        known: dict[tuple[int, ...], bytes | None] = {}  # keeps the packed formulas alive while the search reads them
-
-        def pack_numbers(numbers: tuple[int, ...]) -> bytes | None:
-            if numbers not in known:
-                flat = resolve(numbers)
-                known[numbers] = None if flat is None else array("i", self._pack(flat)).tobytes()
-            return known[numbers]
-
-        return pack_numbers
 
     def violations(
         self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve, most: int
     ) -> tuple[list[Branch], bool]:
         """Does what `ZoneSearch.violations` does."""
-        places = tuple(array("i", own).tobytes() for own in classes)
-        _, closed, kept = self._walk(_Walk(0, trees, places, self._packing(resolve)), wanted=most + 1)
+        _, closed, kept = self._walk(0, trees, classes, resolve, wanted=most + 1)
         bytes_each, leaves, cells = self._bits // 8, 4 * len(trees), sum(size * size for size in self._counts)
         branches: list[Branch] = []
         for start in range(0, len(kept), leaves + bytes_each * cells):
@@ -367,12 +327,26 @@ class CompiledSearch:
             branches.append((tuple(array("i", kept[start : start + leaves])), numbers))
         return branches[:most], closed
 
-    def _walk(self, walk: _Walk, wanted: int = 0) -> tuple[bytes, bool, bytes]:
-        rows = tuple(self._rows(tree) for tree in walk.trees)
+    def _walk(
+        self, agent: int, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]] = (),
+        resolve: Resolve | None = None, denials: bytes | None = None, parts: int = 0, allowed: bytes | None = None,
+        wanted: int = 0,
+    ) -> tuple[bytes, bool, bytes]:  # fmt: skip
+        """Calls the extension for trees from `agent` on (-1: only the region): `classes` and `resolve` of a product of
+        them, `denials`, `parts` and `allowed` of lemmas.
+        """
+
+        @cache  # keeps the packed formulas alive while the search reads them
+        def pack_numbers(numbers: tuple[int, ...]) -> bytes | None:
+            flat = resolve(numbers) if resolve is not None else None
+            return None if flat is None else array("i", self._pack(flat)).tobytes()
+
+        rows = tuple(self._rows(tree) for tree in trees)
+        product = tuple(array("i", own).tobytes() for own in classes), pack_numbers
         assert _zones is not None
         status, self.nodes, stream, path, masks, kept = _zones.walk(
             self._bits, self._sizes, self._edges, self._weights, self._infinite, array("i", self._pool).tobytes(),
-            self._region, walk.agent, rows, walk.classes, walk.resolve, walk.denials, walk.parts, walk.allowed,
+            self._region, agent, rows, *((None, None) if resolve is None else product), denials, parts, allowed,
             self.nodes, self._budget, wanted,
         )  # fmt: skip
         if wanted:

@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 from codegen.errors import InputError
 from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
 from verify.checker.thresholds import AT_ONCE, NO_ERROR, sides
-from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, agents
+from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, agents, negate
 from verify.claims.region import Region
 from verify.spending import BeyondError
 
@@ -130,27 +130,23 @@ class Table:
 
     def _ends(self, atom: Linear, wanted: bool) -> "_Ends":
         """The coordinates that a sum subtracts from one another, and the weight of both; None where none is left."""
+        weights: dict[str, Fraction] = {}  # the goal's coordinates by the name of the landmark that it is
+        for weight, name in atom.terms:
+            real = f"{self._goal}.{name[len(_OF_GOAL) :]}" if self._goal and name.startswith(_OF_GOAL) else name
+            weights[real] = weights[real] + weight if real in weights else weight
         upper = lower = ORIGIN
         size = (0, 1)  # numerator and denominator, which compare much faster than fractions
-        for name, weight in self._weights(atom).items():
+        for name, weight in weights.items():
             over, under = weight.numerator, weight.denominator
             if not over:
                 continue
             if name not in self._box:
                 raise InputError(f"the claim is about {name}, which regions cannot bound yet", "", "see --region")
             if (upper if over > 0 else lower) or (size[0] and (abs(over), under) != size):
-                raise BeyondZonesError(str(atom if wanted else _deny_atom(atom)))
+                raise BeyondZonesError(str(atom if wanted else negate(atom)))
             size = abs(over), under
             upper, lower = (name, lower) if over > 0 else (upper, name)
         return upper, lower, Fraction(*size) if size[0] else None
-
-    def _weights(self, atom: Linear) -> dict[str, Fraction]:
-        """Coordinate -> weight, the goal's coordinates by the name of the landmark that it is."""
-        weights: dict[str, Fraction] = {}
-        for weight, name in atom.terms:
-            real = f"{self._goal}.{name[len(_OF_GOAL) :]}" if self._goal and name.startswith(_OF_GOAL) else name
-            weights[real] = weights[real] + weight if real in weights else weight
-        return weights
 
     def side(self, formula: Formula) -> Flat | None:
         """A formula without actions, flat."""
@@ -228,10 +224,6 @@ class Table:
 
 def _opposite(terms: tuple[tuple[Fraction, str], ...], bound: Fraction) -> Linear:
     return Linear(tuple((-weight, name) for weight, name in terms), bound)
-
-
-def _deny_atom(atom: Linear) -> Linear:
-    return Linear(tuple((-weight, name) for weight, name in atom.terms), -atom.bound, not atom.strict)
 
 
 def _join_flats(everyone: bool, parts: Iterable[Flat | None]) -> Flat | None:

@@ -107,8 +107,10 @@ class Volumes:
             return 1
         if len(rows) == 2:
             return rows[0][1] + rows[1][0]
-        if len(rows) == 3:
-            return _plane(rows)
+        if len(rows) == 3:  # twice a rectangle less two opposite corners, which are triangles with equal sides
+            width, length = rows[1][0] + rows[0][1], rows[2][0] + rows[0][2]
+            first, second = rows[1][0] + rows[0][2] - rows[1][2], rows[2][0] + rows[0][1] - rows[2][1]
+            return 2 * width * length - first * first - second * second
         least = rows[0]
         moved = tuple(cell + least[i] - least[j] for i, row in enumerate(rows) for j, cell in enumerate(row))
         if moved not in self._known:
@@ -129,13 +131,6 @@ class Volumes:
                 continue
             total += height * self.measure(_facet(rows, i, j), size - 1)
         return total
-
-
-def _plane(rows: list[list[int]]) -> int:
-    """Twice the area of a rectangle less two opposite corners, which are triangles with equal sides."""
-    width, length = rows[1][0] + rows[0][1], rows[2][0] + rows[0][2]
-    first, second = rows[1][0] + rows[0][2] - rows[1][2], rows[2][0] + rows[0][1] - rows[2][1]
-    return 2 * width * length - first * first - second * second
 
 
 def _independent(rows: list[list[int]]) -> list[list[int]]:
