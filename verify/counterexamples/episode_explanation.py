@@ -75,9 +75,11 @@ class EpisodeExplanation:
         others = f"other counterexamples exist: of {self.starts:,} sampled starts, another fails with other actions"
         none = f"not decided: none of {self.starts:,} sampled starts fails with other actions"
         whole = ", ".join(span.name for span in self.spans if span.free) or "none"
+        side = "larger" if self.change > 0 else "smaller"
+        change = f"{abs(self.change):.3g} (with a radius {side} by that, the claim holds here)"
         return {
             "unique": none if self.other is None else others,
-            "fails by": _change(self.change),
+            "fails by": change if math.isfinite(self.change) else "any radius",
             "free": f"coordinates that made no difference, changed one at a time to {BETWEEN + 2} values each: {whole}",
         }
 
@@ -94,12 +96,6 @@ class EpisodeExplanation:
             "starts": self.starts,
             "change_of_radius": self.change if math.isfinite(self.change) else None,
         }
-
-
-def _change(amount: float) -> str:
-    if not math.isfinite(amount):
-        return "any radius"
-    return f"{abs(amount):.3g} (with a radius {'larger' if amount > 0 else 'smaller'} by that, the claim holds here)"
 
 
 def explain_episode(question: EpisodeQuestion, state: State, episode: Episode) -> EpisodeExplanation:
@@ -128,12 +124,10 @@ class _Starts:
 
     def stands(self, row: int) -> bool:
         """Returns True if a start lies in the region, leads to the team's actions and fails the claim."""
-        profile, claim = self._question.profile, self._question.claim
-        return (
-            bool(self._alike[row])
-            and inside(self._question.region, self._states[row])
-            and fails(profile, claim, self._coordinates[:, row])
-        )
+        question, state = self._question, self._states[row]
+        if not self._alike[row] or not inside(question.region, state):
+            return False
+        return fails(question.profile, question.claim, self._coordinates[:, row])
 
 
 def _team(profile: PolicyProfile, claim: EpisodeClaim) -> list[int]:
@@ -169,7 +163,9 @@ def _spans(question: EpisodeQuestion, state: State, episode: Episode) -> tuple[S
                 n = 2 * n + there
     lows, highs = good[::2], good[1::2]
     between = [
-        (name, float(value)) for name, *pair in zip(names, lows, highs, strict=True) for value in _space_evenly(*pair)
+        (name, float(value))
+        for name, low, high in zip(names, lows, highs, strict=True)
+        for value in (np.linspace(low, high, BETWEEN + 2)[1:-1] if low != high else ())
     ]
     in_between = play_starts(between)
     gaps = [moved for row, moved in enumerate(between) if not in_between.stands(row)]
@@ -199,11 +195,6 @@ def _list_middles(good: float, end: float) -> dict[int, float]:
             values[n] = middle
             pairs |= {2 * n: (low, middle), 2 * n + 1: (middle, high)}
     return values
-
-
-def _space_evenly(low: float, high: float) -> list[float]:
-    """Values evenly between two ends."""
-    return [] if low == high else [float(value) for value in np.linspace(low, high, BETWEEN + 2)[1:-1]]
 
 
 def _round_inwards(bound: Fraction, side: int) -> float:

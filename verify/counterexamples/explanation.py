@@ -56,15 +56,41 @@ def line_between(low: Fraction, high: Fraction) -> Line:
 def along(formula: Formula, name: str, at: Mapping[str, Fraction], within: Line) -> Line:
     """The values of coordinate `name`, of those in `within`, for which `formula` is true at the point `at`."""
     if isinstance(formula, Linear):
-        return _half_line(formula, name, at, within)
+        weight, rest = Fraction(0), Fraction(0)
+        for share, coordinate in formula.terms:
+            if coordinate == name:
+                weight += share
+            else:
+                rest += share * at[coordinate]
+        if not weight:
+            return within if rest < formula.bound or (rest == formula.bound and not formula.strict) else ()
+        end = (formula.bound - rest) / weight
+        if weight > 0:
+            cut = (end, 0 if formula.strict else 1)
+            return tuple((low, min(high, cut)) for low, high in within if low < cut)
+        cut = (end, 1 if formula.strict else 0)
+        return tuple((max(low, cut), high) for low, high in within if cut < high)
     if isinstance(formula, And):
         for part in formula.parts:
             within = along(part, name, at, within)
         return within
     if isinstance(formula, Or):
-        return _join_intervals([interval for part in formula.parts for interval in along(part, name, at, within)])
+        union: list[tuple[Cut, Cut]] = []
+        for low, high in sorted(interval for part in formula.parts for interval in along(part, name, at, within)):
+            if union and low <= union[-1][1]:
+                union[-1] = union[-1][0], max(union[-1][1], high)
+            else:
+                union.append((low, high))
+        return tuple(union)
     assert isinstance(formula, Not), formula
-    return _without(within, along(formula.part, name, at, within))
+    denied, remaining = along(formula.part, name, at, within), list[tuple[Cut, Cut]]()
+    for low, high in within:
+        for start, end in denied:
+            if low <= start and end <= high:
+                remaining += [(low, start)] if low < start else []
+                low = end
+        remaining += [(low, high)] if low < high else []
+    return tuple(remaining)
 
 
 def around(line: Line, value: float, *, whole: bool = False) -> tuple[float, float]:
@@ -104,46 +130,6 @@ def beyond(line: Line, value: Fraction) -> list[Fraction]:
     below = line[place - 1][1][0] if place else low[0] - 1
     above = line[place + 1][0][0] if place + 1 < len(line) else high[0] + 1
     return [low[0] if low[1] else (below + low[0]) / 2, (high[0] + above) / 2 if high[1] else high[0]]
-
-
-def _half_line(atom: Linear, name: str, at: Mapping[str, Fraction], within: Line) -> Line:
-    weight, rest = Fraction(0), Fraction(0)
-    for share, coordinate in atom.terms:
-        if coordinate == name:
-            weight += share
-        else:
-            rest += share * at[coordinate]
-    if not weight:
-        return within if rest < atom.bound or (rest == atom.bound and not atom.strict) else ()
-    end = (atom.bound - rest) / weight
-    if weight > 0:
-        cut = (end, 0 if atom.strict else 1)
-        return tuple((low, min(high, cut)) for low, high in within if low < cut)
-    cut = (end, 1 if atom.strict else 0)
-    return tuple((max(low, cut), high) for low, high in within if cut < high)
-
-
-def _join_intervals(intervals: list[tuple[Cut, Cut]]) -> Line:
-    """The union."""
-    union: list[tuple[Cut, Cut]] = []
-    for low, high in sorted(intervals):
-        if union and low <= union[-1][1]:
-            union[-1] = union[-1][0], max(union[-1][1], high)
-        else:
-            union.append((low, high))
-    return tuple(union)
-
-
-def _without(line: Line, other: Line) -> Line:
-    """Returns the part of `line` that is not in `other`, which lies in it."""
-    remaining: list[tuple[Cut, Cut]] = []
-    for low, high in line:
-        for start, end in other:
-            if low <= start and end <= high:
-                remaining += [(low, start)] if low < start else []
-                low = end
-        remaining += [(low, high)] if low < high else []
-    return tuple(remaining)
 
 
 def _interval_of(line: Line, value: float) -> tuple[Cut, Cut] | None:
@@ -243,6 +229,20 @@ class AgentRoom:
         able = [turn for turn in self.turns if math.isfinite(turn.room)]
         return min(able, key=lambda turn: turn.room, default=None)
 
+    def document(self) -> dict[str, Any]:
+        """The features and tests as plain data; null stands for an infinite number."""
+        nearest = self.nearest
+        return {
+            "agent": self.agent,
+            "features": {one.feature: {"above": _finite(one.low), "most": _finite(one.high)} for one in self.tested},
+            "untested": list(self.untested),
+            "tests": [
+                {"node": turn.step.node, "test": str(turn.step), "over": turn.over, "room": _finite(turn.room)}
+                for turn in self.turns
+            ],
+            "nearest": None if nearest is None else {"node": nearest.step.node, "room": nearest.room},
+        }
+
 
 @dataclass(frozen=True)
 class Explanation:
@@ -260,7 +260,10 @@ class Explanation:
 
     def says(self) -> dict[str, str]:
         """The finding in a few short lines, by their headings."""
-        lines = {"unique": str(self.uniqueness), "fails by": _shortfall(self.shortfall)}
+        by = "what the agents do, however far bounds are relaxed"
+        if math.isfinite(self.shortfall):
+            by = f"{self.shortfall:.3g} (with every bound relaxed by more than that, the claim holds here)"
+        lines = {"unique": str(self.uniqueness), "fails by": by}
         nearest = [(room.agent, room.nearest) for room in self.agents]
         able = [(agent, turn) for agent, turn in nearest if turn is not None]
         if able:
@@ -279,7 +282,7 @@ class Explanation:
             "unique": self.uniqueness.document(),
             "shortfall": _finite(self.shortfall),
             "coordinates": {span.name: span.document() for span in self.spans},
-            "agents": [_room_document(room) for room in self.agents],
+            "agents": [room.document() for room in self.agents],
         }
 
 
@@ -304,28 +307,8 @@ def _exact_ends(low: Fraction, high: Fraction, excluded: Sequence[str]) -> tuple
     return f"{'above ' if LOW in excluded else ''}{low}", f"{'below ' if HIGH in excluded else ''}{high}"
 
 
-def _shortfall(amount: float) -> str:
-    if not math.isfinite(amount):
-        return "what the agents do, however far bounds are relaxed"
-    return f"{amount:.3g} (with every bound relaxed by more than that, the claim holds here)"
-
-
 def _finite(number: float) -> float | None:
     return number if math.isfinite(number) else None
-
-
-def _room_document(room: AgentRoom) -> dict[str, Any]:
-    nearest = room.nearest
-    return {
-        "agent": room.agent,
-        "features": {one.feature: {"above": _finite(one.low), "most": _finite(one.high)} for one in room.tested},
-        "untested": list(room.untested),
-        "tests": [
-            {"node": turn.step.node, "test": str(turn.step), "over": turn.over, "room": _finite(turn.room)}
-            for turn in room.turns
-        ],
-        "nearest": None if nearest is None else {"node": nearest.step.node, "room": nearest.room},
-    }
 
 
 def explain_counterexample(question: DecisionQuestion, counterexample: Counterexample) -> Explanation:

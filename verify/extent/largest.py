@@ -75,43 +75,30 @@ class Obstacles:
 
 
 def obstacles(failing: Sequence[Failing]) -> Obstacles:
-    """The zones of some goals as arrays."""
-    groups = _groups(failing)
+    """The zones of some goals as arrays, over the components of all goals, joined where they overlap."""
+    joined: list[list[str]] = []
+    for one in failing:
+        for component in range(len(one.problem.sizes)):
+            names = [name for name, (own, _) in one.problem.places.items() if own == component]
+            meeting = [group for group in joined if set(group) & set(names)]
+            joined = [group for group in joined if group not in meeting]
+            joined.append(list(dict.fromkeys([*(name for group in meeting for name in group), *names])))
+    groups = tuple(("", *group) for group in joined)
     parts = [[_matrices(one, names) for names in groups] for one in failing]
     return Obstacles(groups, [np.concatenate([part[g] for part in parts]) for g in range(len(groups))])
 
 
-def _groups(failing: Sequence[Failing]) -> tuple[tuple[str, ...], ...]:
-    """The components of all goals, joined where they overlap."""
-    groups: list[list[str]] = []
-    for one in failing:
-        for component in range(len(one.problem.sizes)):
-            names = [name for name, (own, _) in one.problem.places.items() if own == component]
-            meeting = [group for group in groups if set(group) & set(names)]
-            groups = [group for group in groups if group not in meeting]
-            groups.append(list(dict.fromkeys([*(name for group in meeting for name in group), *names])))
-    return tuple(("", *group) for group in groups)
-
-
 def _matrices(one: Failing, names: Sequence[str]) -> Float64:
     """One goal's zones over the nodes of a group, [zones, nodes, nodes]."""
-    sizes = one.problem.sizes
-    starts = np.cumsum([0, *(size * size for size in sizes)])
     lengths = {cell: cell / one.problem.scale for cell in {cell for _, cells in one.zones for cell in cells}}
     cells = np.array([[lengths[cell] for cell in cells] for _, cells in one.zones])
-    cells = cells.reshape(len(one.zones), int(starts[-1]))
-
-    def cell(a: str, b: str) -> Float64:
-        component = one.problem.places[a or b][0]
-        row, column = (one.problem.places[name][1] if name else 0 for name in (a, b))
-        return cells[:, starts[component] + row * sizes[component] + column]
-
+    cells = cells.reshape(len(one.zones), sum(size * size for size in one.problem.sizes))
     bounds = np.zeros((len(one.zones), len(names), len(names)))
-    for i, a in enumerate(names):
-        for j, b in enumerate(names):
-            if i != j:
-                together = not a or not b or one.problem.places[a][0] == one.problem.places[b][0]
-                bounds[:, i, j] = cell(a, b) if together else cell(a, "") + cell("", b)
+    for (i, a), (j, b) in permutations(enumerate(names), 2):
+        if one.problem.are_joined(a, b):
+            bounds[:, i, j] = cells[:, one.problem.cell(a, b)]
+        else:
+            bounds[:, i, j] = cells[:, one.problem.cell(a, "")] + cells[:, one.problem.cell("", b)]
     return bounds
 
 
@@ -230,7 +217,8 @@ def largest(question: DecisionQuestion, failing: Sequence[Failing], seed: int) -
         return "there are too many joint actions to say which states conflict"
     if not len(next(iter(states.violating.values()))):
         return "no sampled state lies in the region"
-    tries = [one for goals in _choices(failing) for one in _tries(goals, states, len(failing))]
+    goals = [failing, *([one] for one in failing if len(failing) > 1)]  # all together, and each alone
+    tries = [one for chosen in goals for one in _tries(chosen, states, len(failing))]
     if not tries:
         return f"of {DRAWN} states, none both conflicts and can be kept away from every violating zone"
     rng = np.random.default_rng(seed)
@@ -251,18 +239,13 @@ def candidates(question: DecisionQuestion, seed: int) -> Iterator[Region]:
     for goal, bad in states.violating.items():
         for row in np.flatnonzero(states.conflicting[goal] & ~bad)[:1]:
             for number in range(1, NARROWED):
-                yield _around(question.region, states.columns, int(row), SMALLER**number)
+                box: dict[str, Interval] = {}  # its bounds on the grid
+                for name, (low, high) in question.region.box.items():
+                    middle, half = Fraction(float(states.columns[name][row])), (high - low) * SMALLER**number / 2
+                    first, last = (Fraction(round(end * GRID), GRID) for end in (middle - half, middle + half))
+                    box[name] = min(high, max(low, first)), max(low, min(high, last))
+                yield replace(question.region, box=box)
             return
-
-
-def _around(region: Region, columns: Mapping[str, Float64], row: int, share: Fraction) -> Region:
-    """The part of a region within a share of its sides around a sampled state, its bounds on the grid."""
-    box: dict[str, Interval] = {}
-    for name, (low, high) in region.box.items():
-        middle, half = Fraction(float(columns[name][row])), (high - low) * share / 2
-        first, last = (Fraction(round(end * GRID), GRID) for end in (middle - half, middle + half))
-        box[name] = min(high, max(low, first)), max(low, min(high, last))
-    return replace(region, box=box)
 
 
 def _states(question: DecisionQuestion, seed: int) -> _States | None:
@@ -281,11 +264,6 @@ def _states(question: DecisionQuestion, seed: int) -> _States | None:
         if claim.assume != TRUE:
             conflicting[goal] &= batch(coordinates, profile.world).holds(claim.assume, {})
     return _States(dict(zip(names, coordinates.T, strict=True)), violating, conflicting)
-
-
-def _choices(failing: Sequence[Failing]) -> list[Sequence[Failing]]:
-    """All goals together, and each alone."""
-    return [failing, *([one] for one in failing if len(failing) > 1)]
 
 
 def _tries(failing: Sequence[Failing], states: _States, goals: int) -> list[_Try]:
@@ -427,11 +405,9 @@ def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
 
 
 def _part(question: DecisionQuestion, part: Region) -> ProvedPart:
-    start = everywhere(question.profile)
-    share = _within(question, part, question.region)
-    return ProvedPart(
-        part, exact_part(question, part), share, None if find_unbounded(start) else _within(question, part, start)
-    )
+    start, share = everywhere(question.profile), _within(question, part, question.region)
+    of_start = None if find_unbounded(start) else _within(question, part, start)
+    return ProvedPart(part, exact_part(question, part), share, of_start)
 
 
 def _within(question: DecisionQuestion, part: Region, whole: Region) -> Share:

@@ -84,23 +84,15 @@ class _Cutter:
 
     def __init__(self, problem: Problem, fixed: Mapping[str, str]) -> None:
         self._sizes, self._scale = problem.sizes, problem.scale
-        names = [[""] * size for size in problem.sizes]
-        for name, (component, node) in problem.places.items():
-            names[component][node] = name
 
         def root(name: str) -> str:
             while name in fixed:
                 name = fixed[name]
             return name
 
-        self._tied = [[[root(a) == root(b) for b in own] for a in own] for own in names]
-        starts = np.cumsum([0, *(size * size for size in problem.sizes)])
-        self.turned = np.concatenate(
-            [
-                start + np.arange(size * size).reshape(size, size).T.ravel()
-                for start, size in zip(starts[:-1], self._sizes, strict=True)
-            ]
-        )
+        self._tied = [[[root(a) == root(b) for b in own] for a in own] for own in problem.names]
+        cells = [problem.cell(b, a, own) for own, names in enumerate(problem.names) for a in names for b in names]
+        self.turned = np.array(cells)
 
     def matrices(self, cells: Sequence[int]) -> Cells:
         """A zone's cells as matrices."""
@@ -188,18 +180,8 @@ class Failing:
 
     def bounds(self, zone: Branch) -> dict[tuple[str, str], tuple[Fraction, bool]]:
         """(a, b) -> (most of a - b, whether it stays below); "" stands for zero. Only within components."""
-        names = [[""] * size for size in self.problem.sizes]
-        for name, (component, node) in self.problem.places.items():
-            names[component][node] = name
-        bounds, start = dict[tuple[str, str], tuple[Fraction, bool]](), 0
-        for own in names:
-            for i, a in enumerate(own):
-                for j, b in enumerate(own):
-                    if i != j:
-                        units = zone[1][start + i * len(own) + j]
-                        bounds[a, b] = _length(units, self.problem.scale)
-            start += len(own) ** 2
-        return bounds
+        pairs = [pair for own in self.problem.names for pair in permutations(own, 2)]
+        return {(a, b): _length(zone[1][self.problem.cell(a, b)], self.problem.scale) for a, b in pairs}
 
 
 @lru_cache(maxsize=10_000)
@@ -269,7 +251,10 @@ def exact_share(question: DecisionQuestion, failing: Sequence[Failing], faces: i
     """
     if question.region.whole:
         return NO_VOLUME
-    volumes, fixed = Volumes(_affordable(faces, failing)), find_fixed_coordinates(question.region)
+    # a budget of faces that takes as long whatever the digits of the bounds
+    longest = max((one.problem.scale.bit_length() for one in failing), default=0)
+    volumes = Volumes(max(1, faces * USUAL_BITS // max(USUAL_BITS, longest)))
+    fixed = find_fixed_coordinates(question.region)
     try:
         whole = _whole(question, volumes, fixed)
         each = [_volumes(one, volumes, fixed) for one in failing]
@@ -349,27 +334,19 @@ def _common(problem: Problem, zone: Branch, other: Branch) -> Branch | None:
 
 def _convert_zone(zone: Branch, problem: Problem, other: Problem) -> Branch:
     """A zone of one problem as a zone of another, which has all its bounds."""
-    starts = [0]
-    for size in problem.sizes:
-        starts.append(starts[-1] + size * size)
-    names = [[""] * size for size in other.sizes]
-    for name, (component, node) in other.places.items():
-        names[component][node] = name
     finer = other.scale // problem.scale
 
     def most(a: str, b: str) -> int:
-        component, i = problem.places[a or b][0], problem.places[a][1] if a else 0
-        cell = zone[1][starts[component] + i * problem.sizes[component] + (problem.places[b][1] if b else 0)]
+        cell = zone[1][problem.cell(a, b)]
         length = -(-cell // EPSILON) * EPSILON
         return length * finer - (length - cell)  # strict bounds stay as much lower
 
     def entry(a: str, b: str) -> int:
         if a == b:
             return 0
-        joined = not a or not b or problem.places[a][0] == problem.places[b][0]
-        return most(a, b) if joined else most(a, "") + most("", b)
+        return most(a, b) if problem.are_joined(a, b) else most(a, "") + most("", b)
 
-    return zone[0], [entry(a, b) for own in names for a in own for b in own]
+    return zone[0], [entry(a, b) for own in other.names for a in own for b in own]
 
 
 def _together(
@@ -390,12 +367,6 @@ def _together(
         left -= parts
         bounds.append((least, most))
     return bounds
-
-
-def _affordable(faces: int, parts: Sequence[Failing]) -> int:
-    """A budget of faces that takes as long whatever the digits of the bounds."""
-    longest = max((one.problem.scale.bit_length() for one in parts), default=0)
-    return max(1, faces * USUAL_BITS // max(USUAL_BITS, longest))
 
 
 def exact_part(question: DecisionQuestion, part: Region, faces: int = DEFAULT_FACES) -> Fraction | None:

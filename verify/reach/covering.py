@@ -102,7 +102,12 @@ class Search:
         self._failed: set[int] = set()  # cells, by their number, that leave the claim open
         self._names = [one.name for one in system.variables]
         self._modes = [column for column, one in enumerate(system.variables) if one.modes]  # never joined
-        counting = _relevant(profile, system, claim) - set_anew(system)
+        # the variables that the claim, tests or boxes of pieces speak of, and those that move them
+        names = {name for region in claim.regions for half in region for name, _ in half.form.terms}
+        names |= {name for piece in system.pieces for name in piece.where}
+        names |= {name for piece in system.pieces for half in piece.when for name, _ in half.form.terms}
+        sides = [side for policy in profile.agents for side in sides_of(system, policy).values()]
+        counting = close_names(system, names.union(*map(coordinates, sides))) - set_anew(system)
         self._columns = [column for column, name in enumerate(self._names) if name in counting]
         self._weights = np.array([float(name in counting) for name in self._names])
 
@@ -247,12 +252,3 @@ def close_names(system: System, names: Iterable[str], joined: Sequence[set[str]]
         for together in joined:
             closed |= together if together & closed else set()
     return closed
-
-
-def _relevant(profile: PolicyProfile, system: System, claim: SystemClaim) -> set[str]:
-    """The variables that the claim, tests or boxes of pieces speak of, and those that move them."""
-    names = {name for region in claim.regions for half in region for name, _ in half.form.terms}
-    names |= {name for piece in system.pieces for name in piece.where}
-    names |= {name for piece in system.pieces for half in piece.when for name, _ in half.form.terms}
-    sides = [side for policy in profile.agents for side in sides_of(system, policy).values()]
-    return close_names(system, names.union(*map(coordinates, sides)))

@@ -14,10 +14,10 @@ as it knows nothing of the variables not followed.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from verify.checker.systems.proofs import Cover, FollowedPart, Walks
 from verify.checker.systems.reading import UNIT, Branch, SystemReading
 from verify.claims.formula import FALSE, Or, agents, coordinates
 from verify.question import Budgets, Question
-from verify.reach.covering import OpenParts, Search, close_names
+from verify.reach.covering import Search, close_names
 from verify.reach.play import Starts, courses
 from verify.reach.programs import prove, witnesses
 from verify.reach.replay import replay_course, shrink_counterexample
@@ -51,22 +51,11 @@ def whole(system: System, claim: SystemClaim) -> FollowedPart:
 
 
 def iterate_divisions(system: System, claim: SystemClaim) -> Iterator[list[FollowedPart]]:
-    """Divisions worth trying, the finest one first."""
+    """Divisions worth trying, the finest one first: by the variables that the ways to break the claim speak of, and all
+    that these depend on; then by those that features join with them too.
+    """
     if claim.about_decisions:
         return
-    everything, before = len(system.variables), list[FollowedPart]()
-    for features in (False, True):
-        parts = _parts(system, claim, features)
-        if parts != before and all(len(part.followed) < everything for part in parts):
-            yield parts
-        before = parts
-
-
-def _parts(system: System, claim: SystemClaim, features: bool) -> list[FollowedPart]:
-    """The parts, by the variables that the ways to break the claim speak of. `features`: also by those that features
-    join with them.
-    """
-    groups: dict[tuple[str, ...], list[int]] = {}
     broken = claim.violation_at(claim.steps)
     about = [coordinates(broken)] * ways(claim)
     if isinstance(broken, Or) and claim.fulfilment_at(0) == FALSE:
@@ -74,18 +63,17 @@ def _parts(system: System, claim: SystemClaim, features: bool) -> list[FollowedP
     if needs_stated(claim, system):
         tested = {name for piece in system.pieces for half in piece.when for name, _ in half.form.terms}
         about.append(frozenset(name for piece in system.pieces for name in piece.where) | tested)
-    for way, names in enumerate(about):
-        groups.setdefault(_close_names(system, names, features), []).append(way)
-    return [FollowedPart(followed, tuple(shows), (), b"") for followed, shows in groups.items()]
-
-
-def _close_names(system: System, names: Iterable[str], features: bool) -> tuple[str, ...]:
-    """Variables with all that they depend on, in the system's order."""
-    joined = [
-        {name for name, _ in feature.form.terms} for known in system.features.values() for feature in known.values()
-    ]
-    closed = close_names(system, names, joined if features else ())
-    return tuple(one.name for one in system.variables if one.name in closed)
+    known = [feature for features in system.features.values() for feature in features.values()]
+    before = list[FollowedPart]()
+    for joined in ([], [{name for name, _ in feature.form.terms} for feature in known]):
+        groups: dict[tuple[str, ...], list[int]] = {}
+        for way, names in enumerate(about):
+            closed = close_names(system, names, joined)
+            groups.setdefault(tuple(one.name for one in system.variables if one.name in closed), []).append(way)
+        parts = [FollowedPart(followed, tuple(shows), (), b"") for followed, shows in groups.items()]
+        if parts != before and all(len(part.followed) < len(system.variables) for part in parts):
+            yield parts
+        before = parts
 
 
 LEFT_OPEN = {  # by what a claim is about: single decisions, or episodes
@@ -99,13 +87,7 @@ WIDER = "wider ranges or boxes of pieces, so that dynamics are stated of more st
 FEWER_TESTS = "a policy that tests fewer sums"
 PARTED = 3  # a part that can be shown alone takes few symbolic states; what it does not follow may make many
 MAX_OPEN = 64  # branches in which an episode is looked for
-
-
-class Allowed(NamedTuple):
-    """Symbolic states and linear programs that a stage may spend."""
-
-    max_states: int
-    max_programs: int
+Allowed: TypeAlias = tuple[int, int]  # symbolic states and linear programs that a stage may spend
 
 
 class _OpenError(Exception):
@@ -124,23 +106,21 @@ class SymbolicSearch:
 
     def try_stage(self, merging: Merging | None, allowed: Allowed) -> ReachOutcome | None:
         """The answer of one stage; None where it has none. BudgetSpentError."""
-        fewer = allowed._replace(max_states=allowed.max_states // PARTED)
-        for number, parts in enumerate(iterate_divisions(self._system, self._claim)):
-            if (merging, number) not in self._failed:
-                with suppress(ReachBudgetError), self._noting((merging, number)):
-                    return self._certify_parts([self._prove_part(part, self._stop, merging, fewer) for part in parts])
-        if (merging, -1) not in self._failed:
-            with suppress(ReachBudgetError), self._noting((merging, -1)):
-                return self._together(merging, allowed)
+        fewer = allowed[0] // PARTED, allowed[1]
+        divisions = list(iterate_divisions(self._system, self._claim))
+        for number in (*range(len(divisions)), -1):
+            if (merging, number) in self._failed:
+                continue
+            try:
+                if number < 0:
+                    return self._together(merging, allowed)
+                parts = [self._prove_part(part, self._stop, merging, fewer) for part in divisions[number]]
+                return self._certify_parts(parts)
+            except ReachBudgetError:
+                continue
+            except _OpenError:
+                self._failed.add((merging, number))
         return None
-
-    @contextmanager
-    def _noting(self, stage: tuple[Merging | None, int]) -> Generator[None]:
-        """Notes a stage that leaves a branch open."""
-        try:
-            yield
-        except _OpenError:
-            self._failed.add(stage)
 
     def _together(self, merging: Merging | None, allowed: Allowed) -> ReachOutcome:
         """The answer when all variables are followed. ReachBudgetError; _OpenError where hulls leave something open."""
@@ -186,10 +166,10 @@ class SymbolicSearch:
 
     def prove_again(self, part: FollowedPart) -> FollowedPart:
         """A part with another proof. RejectedError where there is none; BudgetSpentError."""
-        for merging, *allowed in STAGES:
+        for merging, allowed in STAGES:
             with suppress(ReachBudgetError, _OpenError):
                 unproved = FollowedPart(part.followed, part.shows, (), b"")
-                return self._prove_part(unproved, self._stop, merging, Allowed(*allowed))
+                return self._prove_part(unproved, self._stop, merging, allowed)
         raise RejectedError("a part of the claim is not shown")
 
     def _stop(self, branch: Branch, stated: bool) -> None:
@@ -229,25 +209,23 @@ def start_of(system: System, claim: SystemClaim) -> Branch | None:
 
 
 def open_state(branch: Branch) -> OpenState:
-    """A symbolic state as reports tell it."""
-    return OpenState(branch.step, {name: _bounds(branch, name) for name in branch.at})
-
-
-def _bounds(branch: Branch, name: str) -> tuple[float, float]:
-    """Bounds of a variable in a symbolic state, which may be wider than it."""
-    low = high = nearest_double(branch.at[name])
-    for unknown, weight in branch.motion.weights[name].items():
-        span = branch.box.get(unknown, UNIT)
-        ends = sorted((nearest_double(weight * span.low), nearest_double(weight * span.high)))
-        low, high = low + ends[0], high + ends[1]
-    return low, high
+    """A symbolic state as reports tell it. Its bounds may be wider than it."""
+    bounds = dict[str, tuple[float, float]]()
+    for name, at in branch.at.items():
+        low = high = nearest_double(at)
+        for unknown, weight in branch.motion.weights[name].items():
+            span = branch.box.get(unknown, UNIT)
+            ends = sorted((nearest_double(weight * span.low), nearest_double(weight * span.high)))
+            low, high = low + ends[0], high + ends[1]
+        bounds[name] = low, high
+    return OpenState(branch.step, bounds)
 
 
 STAGES = (  # how symbolic states are merged, and the symbolic states and linear programs that are tried at first
-    (None, 50_000, 2_000),  # without errors bounds settle most questions
-    (Merging(16, 1), 20_000, 30_000),
-    (Merging(64, 4), 20_000, 30_000),
-    (Merging(256, 16), 40_000, 30_000),
+    (None, (50_000, 2_000)),  # without errors bounds settle most questions
+    (Merging(16, 1), (20_000, 30_000)),
+    (Merging(64, 4), (20_000, 30_000)),
+    (Merging(256, 16), (40_000, 30_000)),
 )
 GROWTH = 4  # of what is tried, once no stage had enough
 FIRST_SAMPLES = 256  # episodes that are played before anything is proved, where no boxes are tried
@@ -269,10 +247,18 @@ def decide_control(question: Question[SystemClaim]) -> ReachOutcome:
 
 def _search_for(question: Question[SystemClaim], unbroken: bool = False) -> ClaimSearch:
     assert isinstance(question.subject, ClosedLoop)
-    profile, system = question.profile, question.subject.system
+    profile, system, claim = question.profile, question.subject.system, question.claim
     ensure_stated(profile, system)
-    _ensure_asked(profile, system, question.claim)
-    return ClaimSearch(profile, system, question.claim, question.budgets, unbroken)
+    claim.ensure()
+    strange = agents(claim.formula) - {policy.agent for policy in profile.agents}
+    if strange:
+        raise UnknownNameError("agent", min(strange), [policy.agent for policy in profile.agents], claim.shown)
+    if not claim.about_decisions:
+        ensure_in_steps(system, "the engine of steps")
+    if claim.steps and not claim.about_decisions and not system.pieces:
+        what = f"system {system.name} states no dynamics, so nothing can be said of episodes"
+        raise InputError(what, f"claim {claim.shown}", "state how it moves, or claim something about decisions")
+    return ClaimSearch(profile, system, claim, question.budgets, unbroken)
 
 
 class ClaimSearch:
@@ -311,28 +297,25 @@ class ClaimSearch:
             found = self._play(Starts(self.budgets.samples))
         return found or self._symbolic()
 
-    # --- boxes
-
     def _try_covers(self) -> ReachOutcome | None:
-        """PROVED where boxes that the checker accepts cover all episodes; VIOLATED by a start of a part left open."""
+        """PROVED where boxes that the checker accepts cover all episodes; VIOLATED where one of some episodes from the
+        parts left open breaks the claim.
+        """
+        names = [one.name for one in self.system.variables]
         for cover in Search(self.profile, self.system, self.claim, self.spending).iterate_covers():
             if isinstance(cover, Cover):
                 with suppress(RejectedError):  # a razor-thin one is refused, as the checker rounds outward
                     return prove(self.profile, self.system, self.claim, cover)
-            elif (found := self._play_open(cover)) is not None:
+                continue
+            parts, played = cover
+            ends = zip(names, parts[0].low.tolist(), parts[0].high.tolist(), strict=True)
+            self._open = OpenState(0, {name: (least, most) for name, least, most in ends})
+            some: list[int] = np.linspace(0, len(parts) - 1, min(len(parts), played)).astype(np.int64).tolist()
+            boxes = np.array([parts[at].low for at in some]), np.array([parts[at].high for at in some])
+            found = self._play(Starts(min(played, self.budgets.samples), boxes))
+            if found is not None:
                 return found
         return None
-
-    # --- episodes
-
-    def _play_open(self, open_: OpenParts) -> ReachOutcome | None:
-        """VIOLATED where one of some episodes from what is left open breaks the claim."""
-        names, (parts, played) = [one.name for one in self.system.variables], open_
-        ends = zip(names, parts[0].low.tolist(), parts[0].high.tolist(), strict=True)
-        self._open = OpenState(0, {name: (least, most) for name, least, most in ends})
-        some: list[int] = np.linspace(0, len(parts) - 1, min(len(parts), played)).astype(np.int64).tolist()
-        boxes = np.array([parts[at].low for at in some]), np.array([parts[at].high for at in some])
-        return self._play(Starts(min(played, self.budgets.samples), boxes))
 
     def break_claim(self, shortly: bool = True) -> ReachOutcome | None:
         """Plays all samples, like `_play`, where there would be no answer: whatever is left of the budget, so that a
@@ -356,8 +339,6 @@ class ClaimSearch:
                 return ReachOutcome(Verdict.VIOLATED, counterexample=found)
         return None
 
-    # --- for ever, and symbolic states
-
     def _for_ever(self) -> ReachOutcome:
         outcome = lasting(self.profile, self.system, self.claim, min(self.spending.left, LASTING))
         with suppress(BudgetSpentError):  # the outcome says more than that: which state leaves, and where it goes
@@ -370,9 +351,9 @@ class ClaimSearch:
         """Stages, until one has an answer. BudgetSpentError."""
         search, growth = SymbolicSearch(self.profile, self.system, self.claim, self.spending), 1
         while True:
-            for merging, states, programs in STAGES:
+            for merging, (states, programs) in STAGES:
                 try:
-                    outcome = search.try_stage(merging, Allowed(states * growth, programs * growth))
+                    outcome = search.try_stage(merging, (states * growth, programs * growth))
                 finally:
                     self._open = search.open or self._open
                 if outcome is not None:
@@ -403,15 +384,3 @@ def ensure_stated(profile: PolicyProfile, system: System) -> None:
     if silent:
         what = f"the profile has no tree for {', '.join(silent)}"
         raise InputError(what, where, "name the profile of all agents that move the system")
-
-
-def _ensure_asked(profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
-    claim.ensure()
-    strange = agents(claim.formula) - {policy.agent for policy in profile.agents}
-    if strange:
-        raise UnknownNameError("agent", min(strange), [policy.agent for policy in profile.agents], claim.shown)
-    if not claim.about_decisions:
-        ensure_in_steps(system, "the engine of steps")
-    if claim.steps and not claim.about_decisions and not system.pieces:
-        what = f"system {system.name} states no dynamics, so nothing can be said of episodes"
-        raise InputError(what, f"claim {claim.shown}", "state how it moves, or claim something about decisions")

@@ -21,7 +21,7 @@ from codegen.numbers import at_most, nearest_double
 from codegen.paths import in_preorder
 from verify.reach.results import SystemCounterexample
 from verify.systems.claims import SystemClaim
-from verify.systems.system import Measure, Polytope, System, bounds_of
+from verify.systems.system import Measure, System, bounds_of
 
 HALVINGS = 4  # of the span up to a bound
 _Node: TypeAlias = "int | tuple[int, float, _Node, _Node]"  # an action, or a split as `in_preorder` reads it
@@ -100,16 +100,12 @@ def broken(system: System, claim: SystemClaim, example: SystemCounterexample) ->
         return
     region, state = claim.regions[0], example.states[example.step]
     bounds = bounds_of(region, {one.name: one.range for one in system.variables})
-    for variable in _alone(region):
+    alone = (half.form.terms[0][0] for half in region if len(half.form.terms) == 1)
+    for variable in dict.fromkeys(alone):
         low, high = bounds[variable]
         for sign, end in ((1, high), (-1, low)):
             if sign * state[variable] > sign * end:
                 yield Bound(variable, sign, end, high - low)
-
-
-def _alone(region: Polytope) -> list[str]:
-    """Variables that a half space of the region bounds alone."""
-    return list(dict.fromkeys(half.form.terms[0][0] for half in region if len(half.form.terms) == 1))
 
 
 def find_reaction(

@@ -14,12 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import accumulate, islice
+from itertools import accumulate
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from codegen.ir import AgentPolicy, Bool, Float64, Int32, Int64, PolicyProfile, act
+from codegen.ir import AgentPolicy, Bool, Float64, Int64, PolicyProfile, act
 from codegen.numbers import nearest_double
 from verify.checker.systems.reading import SystemReading
 from verify.reach.replay import Course
@@ -55,10 +55,23 @@ def courses(
     if start is None:
         return
     with np.errstate(all="ignore"):  # a state beyond float64 is a proposal like any other
+        count, found = len(next(iter(start.values()))), 0
         if claim.about_decisions:
-            yield from _sample_decisions(profile, system, claim, start)
-        else:
-            yield from islice(_sample_courses(Play(profile, system, rules), claim, start, random), MAX_COURSES)
+            actions = {policy.agent: act(policy, observe_planes(system, policy, start)) for policy in profile.agents}
+            broken = ~Batch(start, count).holds(claim.formula, actions)
+            for place in np.flatnonzero(broken)[:MAX_COURSES]:
+                yield Course({name: Fraction(float(values[place])) for name, values in start.items()})
+            return
+        play = Play(profile, system, rules)
+        for step, state, going in play.walk(start, random, claim.steps):
+            batch = Batch(state, count)
+            broken = going & batch.holds(claim.violation_at(step), {})
+            for place in np.flatnonzero(broken)[: MAX_COURSES - found]:
+                found += 1
+                yield play.course(start, int(place))
+            if found == MAX_COURSES:
+                return
+            going &= ~broken & ~batch.holds(claim.fulfilment_at(step), {})
 
 
 def random_starts(system: System, claim: SystemClaim, starts: Starts, random: np.random.Generator) -> Planes | None:
@@ -101,25 +114,6 @@ def random_starts(system: System, claim: SystemClaim, starts: Starts, random: np
     return drawn if len(next(iter(drawn.values()))) else None
 
 
-def _sample_decisions(profile: PolicyProfile, system: System, claim: SystemClaim, start: Planes) -> Iterator[Course]:
-    count = len(next(iter(start.values())))
-    actions = {policy.agent: act(policy, observe_planes(system, policy, start)) for policy in profile.agents}
-    broken = ~Batch(start, count).holds(claim.formula, actions)
-    for place in np.flatnonzero(broken)[:MAX_COURSES]:
-        yield Course({name: Fraction(float(values[place])) for name, values in start.items()})
-
-
-def _sample_courses(play: Play, claim: SystemClaim, start: Planes, random: np.random.Generator) -> Iterator[Course]:
-    """The courses that break a claim, at the earliest step first."""
-    count = len(next(iter(start.values())))
-    for step, state, going in play.walk(start, random, claim.steps):
-        batch = Batch(state, count)
-        broken = going & batch.holds(claim.violation_at(step), {})
-        for place in np.flatnonzero(broken)[:MAX_COURSES]:
-            yield play.course(start, int(place))
-        going &= ~broken & ~batch.holds(claim.fulfilment_at(step), {})
-
-
 class Play:
     """Episodes, a batch at a time."""
 
@@ -152,10 +146,15 @@ class Play:
             policy.agent: act(policy, observe_planes(self.system, policy, state)) for policy in self.profile.agents
         }
         piece_of = self._holding(state, count, extreme, random)
-        draws = _Draws(random, self._moving, count)
-        held: set[int] = set(piece_of.tolist())
-        for number in sorted(held - {-1}):
-            draws.ahead_to(number)
+        # each piece draws from its own place in the stream, in order, whether a state lies in it or not: so what is
+        # played does not depend on where other episodes are
+        bits = random.bit_generator
+        assert isinstance(bits, np.random.PCG64)
+        drawn = [0, *accumulate(count * len(piece.move) for piece in self._moving)]
+        ahead, held = 0, np.unique(piece_of[piece_of >= 0])  # `ahead`: the first piece that has not drawn
+        for number in map(int, held):
+            bits.advance(drawn[number] - drawn[ahead])
+            ahead = number + 1
             piece, here = self._moving[number], np.flatnonzero(piece_of == number)
             stated = {name: values[here] for name, values in state.items()}
             for name, form in piece.move.items():
@@ -163,8 +162,15 @@ class Play:
                 errors[name][here] = error
                 after[name][here] = value(form, stated) + error
             for policy in self.profile.agents:
-                self._act(policy, actions[policy.agent], piece, here, state, after)
-        draws.ahead_to(len(self._moving))
+                for action, spec in enumerate(policy.actions):
+                    effect = piece.effect.get((policy.agent, spec.name), {})
+                    if not effect:
+                        continue
+                    taken = here[actions[policy.agent][here] == action]
+                    acted = {name: values[taken] for name, values in state.items()}
+                    for name, form in effect.items():
+                        after[name][taken] += value(form, acted)
+        bits.advance(drawn[-1] - drawn[ahead])
         self._errors.append(errors)
         self._pieces.append(piece_of)
         return after, piece_of >= 0
@@ -179,18 +185,6 @@ class Play:
         # a rule without a box holds where no piece does
         return np.where(self._boxes.holding(state, count) < 0, -1, held)
 
-    def _act(
-        self, policy: AgentPolicy, actions: Int32, piece: Piece | Rule, here: Int64, state: Planes, after: Planes
-    ) -> None:
-        """Adds what an agent does to the states that a piece moves, whose places are `here`."""
-        for action, spec in enumerate(policy.actions):
-            effect = piece.effect.get((policy.agent, spec.name), {})
-            if effect:
-                taken = here[actions[here] == action]
-                acted = {name: values[taken] for name, values in state.items()}
-                for name, form in effect.items():
-                    after[name][taken] += value(form, acted)
-
     def course(self, start: Planes, place: int) -> Course:
         """Returns the course of an episode so far."""
 
@@ -198,23 +192,6 @@ class Play:
             return {name: Fraction(float(values[place])) for name, values in planes.items()}
 
         return Course(exactly(start), list(map(exactly, self._errors)), [int(each[place]) for each in self._pieces])
-
-
-class _Draws:
-    """The place in a random stream from which each piece draws in a step, in order, whether a state lies in it or not.
-    So what is played does not depend on where other episodes are.
-    """
-
-    def __init__(self, random: np.random.Generator, pieces: Sequence[Piece | Rule], count: int) -> None:
-        assert isinstance(random.bit_generator, np.random.PCG64)
-        self._bits = random.bit_generator
-        self._drawn = [0, *accumulate(count * len(piece.move) for piece in pieces)]
-        self._next = 0  # the first piece that has not drawn
-
-    def ahead_to(self, piece: int) -> None:
-        """Passes over the draws of all pieces up to one, which draws next."""
-        self._bits.advance(self._drawn[piece] - self._drawn[self._next])
-        self._next = piece + 1
 
 
 def _errors(bounds: Interval | None, extreme: Float64, random: np.random.Generator) -> Float64:

@@ -164,23 +164,14 @@ def multipliers(branch: Branch, aside: Row | None, solved: Least | Middle) -> tu
         shown = _check_multipliers(branch, aside, scale, [(place, round(dual * scale)) for place, dual in used])
         if shown is not None:
             return shown
-    return _by_equations(branch, aside, [place for place, _ in used], solved.point or {})
 
-
-def _check_multipliers(branch: Branch, aside: Row | None, scale: int, used: Used) -> tuple[int, Used] | None:
-    used = [(place, times) for place, times in used if times > 0]
-    beside = [] if aside is None else [(aside, scale)]
-    if branch.is_contradicted([*beside, *((branch.rows[place], times) for place, times in used)]):
-        return (0 if aside is None else scale), used
-    return None
-
-
-def _by_equations(
-    branch: Branch, aside: Row | None, places: Sequence[int], point: Mapping[int, float]
-) -> tuple[int, Used] | None:
-    """Multipliers with which rows cancel in all unknowns that the point has within their bounds."""
-    rows = ([] if aside is None else [aside]) + [branch.rows[place] for place in places]
-    inner = [unknown for unknown, value in point.items() if _is_inner(branch, unknown, value)]
+    # multipliers with which rows cancel in all unknowns that the point has within their bounds
+    rows = ([] if aside is None else [aside]) + [branch.rows[place] for place, _ in used]
+    inner = list[int]()
+    for unknown, value in (solved.point or {}).items():
+        span = branch.box.get(unknown, UNIT)
+        if float(span.low) + TOLERANCE < value < float(span.high) - TOLERANCE:
+            inner.append(unknown)
     weights = [dict(row.direction.weights) for row in rows]
     scales = [Fraction(1 if row.upper else -1, 1 << row.direction.bits) for row in rows]
     equations = [
@@ -193,13 +184,17 @@ def _by_equations(
     whole = [int(number * common) for number in solution]
     if min(whole) < 0:
         return None
-    times, used = (whole[0], whole[1:]) if aside is not None else (0, whole)
-    return _check_multipliers(branch, aside, times, list(zip(places, used, strict=True)))
+    times, factors = (whole[0], whole[1:]) if aside is not None else (0, whole)
+    places = [place for place, _ in used]
+    return _check_multipliers(branch, aside, times, list(zip(places, factors, strict=True)))
 
 
-def _is_inner(branch: Branch, unknown: int, value: float) -> bool:
-    span = branch.box.get(unknown, UNIT)
-    return float(span.low) + TOLERANCE < value < float(span.high) - TOLERANCE
+def _check_multipliers(branch: Branch, aside: Row | None, scale: int, used: Used) -> tuple[int, Used] | None:
+    used = [(place, times) for place, times in used if times > 0]
+    beside = [] if aside is None else [(aside, scale)]
+    if branch.is_contradicted([*beside, *((branch.rows[place], times) for place, times in used)]):
+        return (0 if aside is None else scale), used
+    return None
 
 
 def kernel(equations: Sequence[Sequence[Fraction]], count: int) -> list[Fraction] | None:
@@ -282,17 +277,14 @@ def _tightest(branch: Branch, places: Sequence[int]) -> list[int]:
     best: dict[tuple[int, bool], int] = {}
     for place in places:
         row = branch.rows[place]
-        before = best.get((id(row.direction), row.upper))
-        if before is None or not _implies(branch.rows[before], row):
-            best[id(row.direction), row.upper] = place
+        key = id(row.direction), row.upper
+        if key in best:
+            before = branch.rows[best[key]]
+            closer = (before.end < row.end) == row.upper
+            if closer if before.end != row.end else before.strict or not row.strict:
+                continue
+        best[key] = place
     return sorted(best.values())
-
-
-def _implies(one: Row, other: Row) -> bool:
-    """Returns True if a row implies another one of the same direction and side."""
-    if one.end == other.end:
-        return one.strict or not other.strict
-    return (one.end < other.end) == one.upper
 
 
 def _open_ends(branch: Branch, unknowns: Sequence[int]) -> tuple[Float64, Float64]:
@@ -365,7 +357,18 @@ def witnesses(system: System, branch: Branch, start: Branch) -> Iterator[Course]
     for bits in BITS:
         yield _course(system, branch, start, _round_point(branch, middle.point, bits), bits)
     near = _round_point(branch, middle.point, BITS[-1])
-    for exact in (_on_rows(branch, middle), near, _within(branch, near), _corner(branch, near)):
+    rows = [row for row in branch.rows if abs(gap(row, middle.point)) < NEAR]
+    equations = [({at: Fraction(weight) for at, weight in row.direction.weights}, row.end) for row in rows]
+    on_rows = solve_equations(equations, near)  # it meets the rows next to which the middle lies, where these have one
+    within, corner = dict(near), dict(near)
+    for unknown, (low, low_open, high, high_open) in branch.box.items():  # off open bounds closer than floats tell
+        if (low_open and near[unknown] == low) or (high_open and near[unknown] == high):
+            within[unknown] = (low + high) / 2
+    for direction, upper, _, _ in branch.rows[-1:]:  # where unknowns meet the last row best, however little they weigh
+        for unknown, weight in direction.weights:
+            low, _, high, _ = branch.box.get(unknown, UNIT)
+            corner[unknown] = low if (weight > 0) == upper else high
+    for exact in (on_rows, near, within, corner):
         if exact is not None:
             yield _course(system, branch, start, exact, None)
 
@@ -408,38 +411,8 @@ def _round_point(branch: Branch, point: Mapping[int, float], bits: int) -> Exact
     return rounded
 
 
-def _within(branch: Branch, point: Exactly) -> Exactly:
-    """A point with unknowns off their open bounds: in the middle, where these lie closer than floats tell."""
-    inner = dict(point)
-    for unknown, (low, low_open, high, high_open) in branch.box.items():
-        if (low_open and inner[unknown] == low) or (high_open and inner[unknown] == high):
-            inner[unknown] = (low + high) / 2
-    return inner
-
-
-def _corner(branch: Branch, point: Exactly) -> Exactly:
-    """A point with each unknown of the last row at the bound where it meets that row best, however little it weighs."""
-    corner = dict(point)
-    for direction, upper, _, _ in branch.rows[-1:]:
-        for unknown, weight in direction.weights:
-            low, _, high, _ = branch.box.get(unknown, UNIT)
-            corner[unknown] = low if (weight > 0) == upper else high
-    return corner
-
-
 def _short(number: Fraction, bits: int) -> Fraction:
     return Fraction(round(number * (1 << bits)), 1 << bits)
-
-
-def _on_rows(branch: Branch, middle: Middle) -> Exactly | None:
-    """A point that meets the rows next to which a point lies exactly, where these have one."""
-    rounded = dict(_round_point(branch, middle.point, BITS[-1]))
-    rows = [row for row in branch.rows if abs(gap(row, middle.point)) < NEAR]
-    return solve_equations([(_exactly(row), row.end) for row in rows], rounded)
-
-
-def _exactly(row: Row) -> dict[int, Fraction]:
-    return {unknown: Fraction(weight) for unknown, weight in row.direction.weights}
 
 
 def _course(system: System, branch: Branch, start: Branch, exact: Exactly, bits: int | None) -> Course:

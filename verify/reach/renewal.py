@@ -14,7 +14,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from codegen.errors import InputError
-from codegen.ir import PolicyProfile
 from codegen.wording import format_count
 from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import widths_of
@@ -40,9 +39,7 @@ from verify.result import Verdict
 from verify.spending import BudgetSpentError, Spending
 from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
-from verify.systems.system import System
 
-Asked = tuple[PolicyProfile, System, SystemClaim]
 MOST = 400_000  # boxes for what no longer holds: a search from nothing may be better
 AFRESH = "the earlier proof does not hold any more: all was proved again"
 
@@ -91,12 +88,36 @@ def _renew_proof(question: Question[SystemClaim], proof: SystemProof, spending: 
             if not Search(*asked, spending).holds(proof):
                 raise RejectedError("parts of the start stay open")
             return Renewed(proof)
-        case Invariant():
-            return _renew_invariant(asked, proof, spending)
-        case Walks():
-            return _renew_walks(asked, proof, spending)
         case FlowSets():
             return Renewed(proof)
+        case Invariant():  # its parts hold as they were, or grow from the cells that they had
+            kept, parts, again = 0, list[InvariantPart](), 0
+            for part in proof.parts:
+                try:
+                    count, _ = check_part(part, question.claim, *asked[:2], None)
+                    kept, parts = kept + count, [*parts, part]
+                except RejectedError:
+                    search = CellSearch(*asked, spending.left)
+                    widths_of(part.widths)
+                    parts.append(search.grow(part))
+                    spending.take(search.spent)
+                    cells = (read_cells(numbers(each.cells), len(part.widths)) for each in (part, parts[-1]))
+                    before, after = map(len, cells)
+                    kept, again = kept + before, again + after - before
+            return Renewed(Invariant(tuple(parts)), kept, again, "cell")
+        case Walks():  # what no longer holds is proved again, unless that is all
+            symbolic, shown, again = SymbolicSearch(*asked, spending), list[FollowedPart](), 0
+            for followed in proof.parts:
+                ensure_closed(question.subject.system, followed)
+                try:
+                    close_branches(*asked, followed, followed.proof)
+                    shown.append(followed)
+                except RejectedError:
+                    again += 1
+                    if again == len(proof.parts):
+                        raise
+                    shown.append(symbolic.prove_again(followed))
+            return Renewed(Walks(tuple(shown)), len(shown) - again, again, "part")
 
 
 def _list_named(proof: SystemProof) -> set[str]:
@@ -109,37 +130,3 @@ def _list_named(proof: SystemProof) -> set[str]:
         case Walks(parts):
             hulls = [half for part in parts for hull in part.hulls for half in hull.region]
             return {name for part in parts for name in part.followed}.union(*map(names_of, hulls))
-
-
-def _renew_invariant(asked: Asked, proof: Invariant, spending: Spending) -> Renewed:
-    """An invariant whose parts hold as they were, or grow from the cells that they had."""
-    kept, parts, again = 0, list[InvariantPart](), 0
-    for part in proof.parts:
-        try:
-            count, _ = check_part(part, asked[2], *asked[:2], None)
-            kept, parts = kept + count, [*parts, part]
-        except RejectedError:
-            search = CellSearch(*asked, spending.left)
-            widths_of(part.widths)
-            parts.append(search.grow(part))
-            spending.take(search.spent)
-            before, after = (len(read_cells(numbers(each.cells), len(part.widths))) for each in (part, parts[-1]))
-            kept, again = kept + before, again + after - before
-    return Renewed(Invariant(tuple(parts)), kept, again, "cell")
-
-
-def _renew_walks(asked: Asked, proof: Walks, spending: Spending) -> Renewed:
-    """Proofs of the parts of a claim, of which those that hold no more are made again; RejectedError for one alone."""
-    profile, system, claim = asked
-    search, parts, again = SymbolicSearch(*asked, spending), list[FollowedPart](), 0
-    for part in proof.parts:
-        ensure_closed(system, part)
-        try:
-            close_branches(profile, system, claim, part, part.proof)
-            parts.append(part)
-        except RejectedError:
-            again += 1
-            if again == len(proof.parts):
-                raise
-            parts.append(search.prove_again(part))
-    return Renewed(Walks(tuple(parts)), len(parts) - again, again, "part")

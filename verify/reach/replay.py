@@ -8,7 +8,7 @@ Does not: look for counterexamples.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
@@ -43,23 +43,6 @@ def replay_course(
             None if kept else SystemCounterexample((dict(course.start),), (_name_actions(profile, actions),), (), (), 0)
         )
     ensure_in_steps(system, "the replay of steps")
-    return _play_course(profile, system, claim, course)
-
-
-def is_start(system: System, claim: SystemClaim, state: State) -> bool:
-    """Returns True if a claim is about episodes that start in a state, or about decisions there."""
-    if not all(one.range[0] <= state[one.name] <= one.range[1] for one in system.variables):
-        return False
-    if any(one.modes and state[one.name].denominator > 1 for one in system.variables):
-        return False
-    if claim.about_decisions:
-        return not claim.regions or holds(claim.inside, state, {})
-    return all(half.holds(state) for half in system.start) and holds(claim.spoken_of, state, {})
-
-
-def _play_course(
-    profile: PolicyProfile, system: System, claim: SystemClaim, course: Course
-) -> SystemCounterexample | None:
     taken, state = list[ExactStep](), course.start
     for number in range(claim.steps + 1):
         if holds(claim.violation_at(number), state, {}):
@@ -81,6 +64,17 @@ def _play_course(
         taken.append(step)
         state = step.after
     return None
+
+
+def is_start(system: System, claim: SystemClaim, state: State) -> bool:
+    """Returns True if a claim is about episodes that start in a state, or about decisions there."""
+    if not all(one.range[0] <= state[one.name] <= one.range[1] for one in system.variables):
+        return False
+    if any(one.modes and state[one.name].denominator > 1 for one in system.variables):
+        return False
+    if claim.about_decisions:
+        return not claim.regions or holds(claim.inside, state, {})
+    return all(half.holds(state) for half in system.start) and holds(claim.spoken_of, state, {})
 
 
 class ExactStep(NamedTuple):
@@ -131,23 +125,15 @@ def shrink_counterexample(
     """The counterexample from a start with as few decimal digits as one of a few roundings has, and without errors if
     that does; its errors are rounded too. It takes no more steps.
     """
-    for course in _shorter(counterexample):
-        again = replay_course(profile, system, claim, course)
-        if again is not None and again.step <= counterexample.step:
-            return again
-    return counterexample
-
-
-def _shorter(counterexample: SystemCounterexample) -> Iterator[Course]:
     erring = any(any(each.values()) for each in counterexample.errors)
     for digits in DIGITS:
         start = _round_values(counterexample.start, digits)
-        if erring:
-            yield Course(start, (), counterexample.pieces)
-        errors: Sequence[Values] = [_round_values(each, digits) for each in counterexample.errors]
-        yield Course(start, errors, counterexample.pieces)
-        if erring:
-            yield Course(start, counterexample.errors, counterexample.pieces)
+        rounded: Sequence[Values] = [_round_values(each, digits) for each in counterexample.errors]
+        for errors in ((), rounded, counterexample.errors) if erring else (rounded,):
+            again = replay_course(profile, system, claim, Course(start, errors, counterexample.pieces))
+            if again is not None and again.step <= counterexample.step:
+                return again
+    return counterexample
 
 
 def _round_values(values: Values, digits: int) -> Mapping[str, Fraction]:

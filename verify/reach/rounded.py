@@ -57,9 +57,24 @@ def truly(
 def observable(
     statement: Statement, profile: PolicyProfile, claim: SystemClaim, counterexample: SystemCounterexample
 ) -> SystemCounterexample | None:
-    """A counterexample of floats beside another one; None where those tried break nothing."""
-    for state in _beside(statement, counterexample.start):
-        again = truly(statement, profile, claim, replace(counterexample, states=(state,)))
+    """A counterexample of float32 numbers, or of float64 ones, beside another one: the nearest, then one step up or
+    down in all, away from an end of a range where there is one. None where those tried break nothing.
+    """
+    kept, state = set(list_roundings(statement)), counterexample.start
+    for numbers, step in product((FLOAT32, FLOAT64), (0, 1, -1)):
+        moved = dict(state)
+        for each in statement.system.variables:
+            if each.name in kept:
+                continue
+            (low, high), near = each.range, nearest_number(state[each.name], numbers)
+            if step:
+                near = float(neighbour(near, step * float("inf"), numbers))
+            if Fraction(near) > high:
+                near = float(neighbour(near, -float("inf"), numbers))
+            if Fraction(near) < low:
+                near = float(neighbour(near, float("inf"), numbers))
+            moved[each.name] = Fraction(near)
+        again = truly(statement, profile, claim, replace(counterexample, states=(moved,)))
         if again is not None:
             return again
     return None
@@ -79,30 +94,6 @@ def fails(statement: Statement, profile: PolicyProfile, formula: Formula, state:
             settings = list_settings(statement, real.agent, real.actions[taken].name)
             point |= {name: form.at(state) for name, form in settings.items()}
     return not holds(formula, point, actions)
-
-
-def _beside(statement: Statement, state: State) -> Iterator[Mapping[str, Fraction]]:
-    """States of float32 numbers and of float64 ones: the nearest, then one step up or down in all, away from an end of
-    a range where there is one.
-    """
-    kept = set(list_roundings(statement))
-    for numbers, step in product((FLOAT32, FLOAT64), (0, 1, -1)):
-        moved = dict(state)
-        for each in statement.system.variables:
-            if each.name not in kept:
-                moved[each.name] = _float_in(state[each.name], each.range, numbers, step)
-        yield moved
-
-
-def _float_in(exact: Fraction, ends: tuple[Fraction, Fraction], numbers: str, step: int) -> Fraction:
-    near = nearest_number(exact, numbers)
-    for _ in range(abs(step)):
-        near = float(neighbour(near, step * float("inf"), numbers))
-    if Fraction(near) > ends[1]:
-        near = float(neighbour(near, -float("inf"), numbers))
-    if Fraction(near) < ends[0]:
-        near = float(neighbour(near, float("inf"), numbers))
-    return Fraction(near)
 
 
 DRAWN, TRIED, SEED = 16_384, 8, 0  # states; of those that seem to break the claim, the ones that are told

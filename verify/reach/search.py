@@ -13,7 +13,7 @@ to hold a side open is always sound, it only makes the search longer.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import ceil, floor, frexp
@@ -132,15 +132,12 @@ class SystemProver(Answers):
                 shown = self._refute_row(branch, known, asked)
                 if shown is not None:
                     return self._write_answer(answer, *shown)
-                if not self._nonempty(branch, known):
+                if any(least.point is None for least in known.least.values()):
                     empty = multipliers(branch, None, self.programs.middle(branch))
                     if empty is not None:
                         return self._write_answer(SideAnswer.NEITHER, *empty)
         self.numbers.append(SideAnswer.BOTH)
         return SideAnswer.BOTH
-
-    def _nonempty(self, branch: Branch, known: BranchKnown) -> bool:
-        return all(least.point is not None for least in known.least.values())
 
     def _write_answer(self, answer: SideAnswer, times: int, used: Used) -> SideAnswer:
         self.numbers.append(answer)
@@ -159,8 +156,12 @@ class SystemProver(Answers):
         least = known.least.get(key)
         if least is None:
             least = known.least[key] = self.programs.least(branch, row)
-            if least.point is not None:
-                known.points = np.vstack([known.points, self._fill_point(branch, known, least.point)])
+            if least.point is not None:  # the other unknowns as in a point that is known
+                filled = known.points[0].copy() if len(known.points) else np.full(len(branch.motion.unknowns), 0.5)
+                beside = {} if len(known.points) else self.programs.middle(branch).point
+                for unknown, value in (beside | least.point).items():
+                    filled[unknown] = value
+                known.points = np.vstack([known.points, filled[None, :]])
         left_out: set[int] = set()
         for _ in range(MAX_TRIALS):
             if least.point is None or least.value < end_of(row) - TOLERANCE:
@@ -174,27 +175,19 @@ class SystemProver(Answers):
             least = self.programs.least(branch, row, left_out)
         return None
 
-    def _fill_point(self, branch: Branch, known: BranchKnown, point: dict[int, float]) -> Float64:
-        """A point as a row, the other unknowns as in a point that is known."""
-        if len(known.points):
-            filled = known.points[0].copy()
-        else:
-            filled = np.full(len(branch.motion.unknowns), 0.5)
-            for unknown, value in self.programs.middle(branch).point.items():
-                filled[unknown] = value
-        for unknown, value in point.items():
-            filled[unknown] = value
-        return filled[None, :]
-
     def _recall_branch(self, branch: Branch) -> BranchKnown:
         """Returns the facts known of a branch: at first, those of the branch that it came from."""
         note = branch.note
         if isinstance(note, BranchKnown) and note.branch is branch:
             return note
-        points = note.points if isinstance(note, BranchKnown) else np.zeros((0, 0))
-        first = note.rows if isinstance(note, BranchKnown) else 0
-        box = note.box if isinstance(note, BranchKnown) else None
-        points = self._widen_points(points, len(branch.motion.unknowns), isinstance(note, BranchKnown))
+        points, first, box = np.zeros((POINTS, 0)), 0, None
+        if isinstance(note, BranchKnown):
+            points, first, box = note.points, note.rows, note.box
+        more = len(branch.motion.unknowns) - points.shape[1]
+        if more > 0:  # new unknowns lie anywhere, half of them at a bound
+            fresh = self._random.random((len(points), more))
+            fresh[::2] = np.round(fresh[::2])
+            points = np.hstack([points, fresh])
         if box is not branch.box:
             for unknown, span in branch.box.items():
                 points = points[(points[:, unknown] >= float(span.low)) & (points[:, unknown] <= float(span.high))]
@@ -203,15 +196,6 @@ class SystemProver(Answers):
         known = BranchKnown(branch, points[:POINTS])
         branch.note = known
         return known
-
-    def _widen_points(self, points: Float64, unknowns: int, some: bool) -> Float64:
-        """Points with as many unknowns as there are now; the new ones anywhere, half of them at a bound."""
-        count, more = (len(points) if some else POINTS), unknowns - points.shape[1]
-        if more <= 0:
-            return points
-        fresh = self._random.random((count, more))
-        fresh[::2] = np.round(fresh[::2])
-        return np.hstack([points.reshape(count, points.shape[1]), fresh])
 
 
 def _values(points: Float64, row: Row) -> Float64:
@@ -255,10 +239,19 @@ class Hulls:
 
     def group_branches(self, branches: Sequence[Branch], parts: int) -> list[list[int]]:
         """The numbers of branches that one hull is to hold: those that decide alike, each such group in `parts`."""
-        cells: dict[object, list[int]] = {}
-        centers = [self._center(branch) for branch in branches]
-        for number, center in enumerate(centers):
-            cells.setdefault(self._cell(center), []).append(number)
+        search, cells = self._search, dict[object, list[int]]()
+        centers: list[dict[str, Fraction]] = []
+        for number, branch in enumerate(branches):
+            center: dict[str, Fraction] = {}
+            for name in search.reading.order:
+                low, high, _ = self._extent(branch, ((Fraction(1), name),))
+                center[name] = (low + high) / 2
+            centers.append(center)
+            # what is decided in the middle, its modes, and the pieces that may move it
+            effects = [_at(decision, center) for decision in search.decisions]
+            modes = [center[one.name] for one in search.system.variables if one.modes and one.name in center]
+            pieces = [place for place, piece in enumerate(search.system.pieces) if _holds(piece, center)]
+            cells.setdefault((*effects, *modes, *pieces), []).append(number)
         return [group for cell in cells.values() for group in _split(cell, centers, parts)]
 
     def hull(self, branches: Sequence[Branch]) -> Hull:
@@ -301,20 +294,6 @@ class Hulls:
         factor = scale * (1 << direction.bits)
         ends = factor * Fraction(least), factor * Fraction(most)
         return Extent(constant + min(ends), constant + max(ends), False)
-
-    def _center(self, branch: Branch) -> dict[str, Fraction]:
-        center: dict[str, Fraction] = {}
-        for name in self._search.reading.order:
-            low, high, _ = self._extent(branch, ((Fraction(1), name),))
-            center[name] = (low + high) / 2
-        return center
-
-    def _cell(self, state: dict[str, Fraction]) -> object:
-        """Returns what is decided in a state, its modes, and the pieces that may move it."""
-        effects = [_at(decision, state) for decision in self._search.decisions]
-        pieces = [number for number, piece in enumerate(self._search.system.pieces) if _holds(piece, state)]
-        modes = [state[one.name] for one in self._search.system.variables if one.modes and one.name in state]
-        return (*effects, *modes, *pieces)
 
 
 def _at(decision: Decision, state: dict[str, Fraction]) -> Choices:
@@ -369,22 +348,18 @@ def _directions(search: SystemQuestions) -> list[Terms]:
     directions |= {_primitive(form): None for form in sums}
     level = list(directions)
     for _ in range(PULLED):
-        level = [_primitive(pulled) for terms in level for pulled in _before(terms, system.pieces) if pulled.terms]
+        before: list[Affine] = []
+        for terms in level:
+            for piece in system.pieces:
+                total = Affine()
+                for weight, name in terms:
+                    total = total.plus(piece.move.get(name, Affine()), weight)
+                before.append(total)
+        level = [_primitive(form) for form in before if form.terms]
         for terms in level:
             if len(directions) < MAX_EACH * len(reading.order):
                 directions[terms] = None
     return list(directions)
-
-
-def _before(terms: Terms, pieces: Iterable[Piece]) -> list[Affine]:
-    """Returns what a sum is made of before a step, by each piece."""
-    forms: list[Affine] = []
-    for piece in pieces:
-        total = Affine()
-        for weight, name in terms:
-            total = total.plus(piece.move.get(name, Affine()), weight)
-        forms.append(total)
-    return forms
 
 
 def _primitive(form: Affine) -> Terms:
@@ -426,18 +401,25 @@ class Unfolding:
         roots = [_Node(branch) for branch in self._search.roots()]
         level = roots
         while level:
-            level = [after for node in level for after in self._follow_node(node)]
+            for node in level:
+                self._prover.numbers = node.numbers
+                self._prover.visit(node.branch)
+                node.following = [_Node(branch) for branch in self._search.follow_branch(node.branch)]
+            level = [after for node in level for after in node.following]
             if merging is not None and len(level) > merging.limit:
                 level = self._merge_level(level, merging.parts)
                 roots += level
-        numbers = [number for root in roots for number in self._write_answers(root)]
+        # the answers about a symbolic state and all that follow from it, in the order of the checker's search
+        numbers = list[int]()
+        for root in roots:
+            pending = [root]
+            while pending:
+                node = pending.pop()
+                if self._made and node is not root:
+                    numbers.append(0 if node.hull is None else node.hull + 1)
+                numbers += node.numbers
+                pending += reversed(node.following)
         return FollowedPart(self._part.followed, self._part.shows, tuple(self._made), encode_numbers(numbers))
-
-    def _follow_node(self, node: _Node) -> list[_Node]:
-        self._prover.numbers = node.numbers
-        self._prover.visit(node.branch)
-        node.following = [_Node(branch) for branch in self._search.follow_branch(node.branch)]
-        return node.following
 
     def _merge_level(self, level: list[_Node], parts: int) -> list[_Node]:
         """Hulls that hold all symbolic states of a step, as symbolic states."""
@@ -454,14 +436,3 @@ class Unfolding:
             assert root is not None, "a hull that holds a symbolic state is not empty"
             roots.append(_Node(root))
         return roots
-
-    def _write_answers(self, root: _Node) -> list[int]:
-        """The answers about a symbolic state and all that follow from it, in the order of the checker's search."""
-        numbers, pending = list[int](), [root]
-        while pending:
-            node = pending.pop()
-            if self._made and node is not root:
-                numbers.append(0 if node.hull is None else node.hull + 1)
-            numbers += node.numbers
-            pending += reversed(node.following)
-        return numbers

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codegen.ir import Bool, Float64, Int64, PolicyProfile
+from codegen.ir import Float64, Int64, PolicyProfile
 from verify.certificates.proofs import encode_numbers
 from verify.checker.certificate import numbers
 from verify.checker.covers.boxes import BoxList, Parts, StartBox, together
@@ -200,8 +200,10 @@ class CellSearch:
         with np.errstate(all="ignore"):
             sweep = self._sweep(floats)
             arriving = collect_arriving(sweep.motion, approach, self.most - self.spent)
-            known = _cells(sweep.in_cells(self._meeting(sweep, arriving))[1])
-            fresh = known
+            broken = sweep.motion.find_breaking(arriving)
+            if broken.size:
+                raise LeftError(bounds_of(sweep.motion, arriving), bounds_of(sweep.motion, broken), self._claim.by)
+            known = _cells(sweep.in_cells(arriving)[1])
             before, came = self.spent, dict[Cell, Cell]()
             if not known:  # the claim speaks of no episode for so long, so there is nothing to hold
                 raise RejectedError("no state at the first step is spoken of")
@@ -212,8 +214,17 @@ class CellSearch:
                     raise self._make_left_error(sweep, cells[:1], sweep.motion.move_boxes(sweep.boxes(cells[:1])))
                 fresh = self._becoming(sweep, cells, known, steps, came)
                 known |= fresh
-        cells = encode_numbers(_numbers(np.array(sorted(known), dtype=np.int64)))
-        return InvariantPart(dict(widths), steps, cells, (), approach.cuts, approach.joined)
+        # as numbers, as checker/covers/invariants.py reads them
+        grown = np.array(sorted(known), dtype=np.int64)
+        lows, spans = grown.min(axis=0).tolist(), (grown.max(axis=0) - grown.min(axis=0) + 1).tolist()
+        keys = np.zeros(len(grown), dtype=np.int64)
+        for place, (low, span) in enumerate(zip(lows, spans, strict=True)):
+            keys = keys * span + (grown[:, place] - low)
+        ordered = sorted(keys.tolist())
+        zigzag = [2 * low if low >= 0 else -2 * low - 1 for low in lows]
+        heads = [number for pair in zip(zigzag, spans, strict=True) for number in pair]
+        told = encode_numbers([*heads, ordered[0], *(after - before for before, after in pairwise(ordered))])
+        return InvariantPart(dict(widths), steps, told, (), approach.cuts, approach.joined)
 
     def _sweep(self, widths: Mapping[str, float]) -> InvariantSweep:
         """Cells of some widths, moved by what was read once."""
@@ -254,7 +265,7 @@ class CellSearch:
         cells = [tuple(last.tolist())]
         while cells[-1] in came:
             cells.append(came[cells[-1]])
-        bounds = [self._bounds(sweep, sweep.boxes(np.array([cell]))) for cell in reversed(cells)]
+        bounds = [bounds_of(sweep.motion, sweep.boxes(np.array([cell]))) for cell in reversed(cells)]
 
         def is_inside(state: State, place: int) -> bool:
             return all(low <= state[name] <= high for name, (low, high) in bounds[place].items())
@@ -265,21 +276,12 @@ class CellSearch:
         start = {name: (Fraction(low), Fraction(high)) for name, low, high in ends}
         return trace_cells(self._profile, self._system, self._claim, start, len(cells), is_inside)
 
-    def _meeting(self, sweep: InvariantSweep, arriving: BoxList) -> BoxList:
-        """The boxes at the claim's first step. LeftError where they do not meet the claim."""
-        broken = sweep.motion.find_breaking(arriving)
-        if broken.size:
-            raise LeftError(self._bounds(sweep, arriving), self._bounds(sweep, broken), self._claim.by)
-        return arriving
-
     def _make_left_error(
         self, sweep: InvariantSweep, cells: Int64, to: BoxList, found: SystemCounterexample | None = None
     ) -> LeftError:
         """That a state of a cell goes to where it may not, or goes on and on."""
-        return LeftError(self._bounds(sweep, sweep.boxes(cells[to.part[:1]])), self._bounds(sweep, to), found=found)
-
-    def _bounds(self, sweep: InvariantSweep, boxes: BoxList) -> Bounds:
-        return bounds_of(sweep.motion, boxes)
+        cell = sweep.boxes(cells[to.part[:1]])
+        return LeftError(bounds_of(sweep.motion, cell), bounds_of(sweep.motion, to), found=found)
 
     @cached_property
     def _scale(self) -> Float64:
@@ -293,18 +295,6 @@ class CellSearch:
 
 def _cells(cells: Int64) -> set[Cell]:
     return {tuple(map(int, each)) for each in cells}
-
-
-def _numbers(cells: Int64) -> list[int]:
-    """Cells as numbers, as checker/covers/forever.py reads them."""
-    lows, spans = cells.min(axis=0).tolist(), (cells.max(axis=0) - cells.min(axis=0) + 1).tolist()
-    keys = np.zeros(len(cells), dtype=np.int64)
-    for place, (low, span) in enumerate(zip(lows, spans, strict=True)):
-        keys = keys * span + (cells[:, place] - low)
-    ordered = sorted(keys.tolist())
-    zigzag = [2 * low if low >= 0 else -2 * low - 1 for low in lows]
-    heads = [number for pair in zip(zigzag, spans, strict=True) for number in pair]
-    return [*heads, ordered[0], *(after - before for before, after in pairwise(ordered))]
 
 
 MAX_PARTS = 1 << 14  # of one region
@@ -387,7 +377,11 @@ class RegionSearch:
         weights[sweep.motion.followed] = 1.0
         open_: list[CutPart] = [root]
         while open_:
-            left = self._mark_leaving(sweep, number, open_)
+            boxes = sweep.parts[number].box_starts([node.box for node in open_])
+            self.spent += boxes.size
+            tell(min(self.spent, self._most), self._most, "boxes")
+            left = np.zeros(len(open_), dtype=np.bool_)
+            left[sweep.find_open_parts(boxes)] = True
             open_ = [open_[place] for place in np.flatnonzero(left)]
             self._ensure_none_leaves(open_, steps)
             count += len(open_)
@@ -398,15 +392,6 @@ class RegionSearch:
                     raise self._leaving(sweep, number, node)
             open_ = [each for node in open_ for each in node.halves]
         return root.cuts
-
-    def _mark_leaving(self, sweep: RegionSweep, number: int, nodes: Sequence[CutPart]) -> Bool:
-        """Marks the parts that may leave, [n]."""
-        boxes = sweep.parts[number].box_starts([node.box for node in nodes])
-        self.spent += boxes.size
-        tell(min(self.spent, self._most), self._most, "boxes")
-        left = np.zeros(len(nodes), dtype=np.bool_)
-        left[sweep.find_open_parts(boxes)] = True
-        return left
 
     def _leaving(self, sweep: RegionSweep, number: int, node: CutPart) -> LeftError:
         """A part that may leave, and where it may go."""
@@ -421,24 +406,19 @@ class RegionSearch:
             to = outside if outside.size else moved
         return LeftError(bounds_of(sweep.motion, boxes), bounds_of(sweep.motion, to if to.size else boxes))
 
-    # --- states of parts, in exact numbers
-
     def _ensure_none_leaves(self, nodes: Sequence[CutPart], steps: int) -> None:
         """LeftError for a state of a part that stays in the regions for some steps, and then leaves."""
         for node in nodes[:PLAYED]:
             for point, end in product(_points(node.box), ENDS if self._erring else ENDS[:1]):
-                states = self._play_from(self._state(point), steps, end)
+                named = zip(self._system.variables, point.tolist(), strict=True)
+                start = {one.name: Fraction(round(at)) if one.modes else Fraction(at) for one, at in named}
+                states = self._play_from(start, steps, end)
                 if states is not None:
                     shown = {name for region in self._regions for half in region for name, _ in half.form.terms}
                     state, after = ({name: each[name] for name in each if name in shown} for each in states[-2:])
                     cell = {name: (float(value), float(value)) for name, value in state.items()}
                     to = {name: (float(value), float(value)) for name, value in after.items()}
                     raise LeftError(cell, to, exact=(state, after))
-
-    def _state(self, point: Float64) -> dict[str, Fraction]:
-        """A state as exact numbers; a mode at the nearest of its values."""
-        named = zip(self._system.variables, point.tolist(), strict=True)
-        return {one.name: Fraction(round(value)) if one.modes else Fraction(value) for one, value in named}
 
     def _play_from(self, state: dict[str, Fraction], steps: int, end: Fraction) -> list[State] | None:
         """The states from one that stay in the regions until the last one leaves; None where these do not."""
@@ -607,13 +587,10 @@ def lasting(profile: PolicyProfile, system: System, claim: SystemClaim, most: in
             return search.add_spending(prove(profile, system, claim, Invariant(parts)))
     if search.found is not None:
         return search.add_spending(ReachOutcome(Verdict.VIOLATED, counterexample=search.found))
-    return _unknown(search, most)
+    if inhabitant(system, claim) is Verdict.VACUOUS:
+        return search.add_spending(about_nothing(claim, Verdict.VACUOUS))
 
-
-def _unknown(search: InvariantSearch, most: int) -> ReachOutcome:
-    """No answer, with the state that leaves and where it goes."""
-    if inhabitant(search.system, search.claim) is Verdict.VACUOUS:
-        return search.add_spending(about_nothing(search.claim, Verdict.VACUOUS))
+    # no answer, with the state that leaves and where it goes
     left = search.given or search.left
     helps = (*(CHANGED if search.given else ()), *HELPS)
     helps = (*helps, SPENT) if search.spent >= most else helps

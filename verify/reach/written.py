@@ -36,7 +36,7 @@ from verify.systems.expressions import (
     Sum,
     total,
 )
-from verify.systems.statement import Rule, Statement
+from verify.systems.statement import Statement
 from verify.systems.system import State, box_of, ensure_in_steps
 
 MAX_BITS = 4_096  # of a number that is kept exact
@@ -103,7 +103,10 @@ class WrittenReplay:
             if not ways:
                 return None
             number, errors = choose(step, ways)
-            state = _with_errors(self._rules[number], ways[number], errors)
+            state = dict(ways[number])
+            for name, (low, high) in self._rules[number].error.items():
+                error, each = min(max(errors.get(name, Fraction(0)), low), high), state[name]
+                state[name] = each + error if isinstance(each, Fraction) else plus(each, exactly(error))
             middles.append(_middles(state))
         return None
 
@@ -186,7 +189,13 @@ def _take(policy: AgentPolicy, sides: Mapping[int, Formula], state: Known) -> st
 def _truth(formula: Formula, state: Known) -> bool | None:
     """Returns True if a formula holds in all states of ranges, False if in none; None where it is not known."""
     if isinstance(formula, Linear):
-        return _truth_below(formula, _sum(formula.terms, state))
+        added = _sum(formula.terms, state)
+        if isinstance(added, Fraction):
+            return added < formula.bound if formula.strict else added <= formula.bound
+        below = minus(exactly(formula.bound), added)
+        if below.low > 0 or (below.low == 0 and not formula.strict):
+            return True
+        return False if below.high < 0 or (below.high == 0 and formula.strict) else None
     if isinstance(formula, Not):
         inner = _truth(formula.part, state)
         return None if inner is None else not inner
@@ -195,16 +204,6 @@ def _truth(formula: Formula, state: Known) -> bool | None:
     if decides in told:
         return decides
     return None if None in told else not decides
-
-
-def _truth_below(formula: Linear, added: Fraction | Range) -> bool | None:
-    """Returns True if a sum is below the bound of a formula, False if it is not; None where it is not known."""
-    if isinstance(added, Fraction):
-        return added < formula.bound if formula.strict else added <= formula.bound
-    left = minus(exactly(formula.bound), added)
-    if left.low > 0 or (left.low == 0 and not formula.strict):
-        return True
-    return False if left.high < 0 or (left.high == 0 and formula.strict) else None
 
 
 def _sum(terms: Sequence[tuple[Fraction, str]], state: Known) -> Fraction | Range:
@@ -222,15 +221,6 @@ def _sum(terms: Sequence[tuple[Fraction, str]], state: Known) -> Fraction | Rang
     for each in ranges:
         found = plus(found, each)
     return found
-
-
-def _with_errors(rule: Rule, after: Known, errors: Values) -> dict[str, Fraction | Range]:
-    """The next state with errors, each cut to what the file states."""
-    shifted = dict(after)
-    for name, (low, high) in rule.error.items():
-        error, each = min(max(errors.get(name, Fraction(0)), low), high), shifted[name]
-        shifted[name] = each + error if isinstance(each, Fraction) else plus(each, exactly(error))
-    return shifted
 
 
 def _range(number: Fraction | Range) -> Range:

@@ -13,7 +13,6 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from codegen import ir
 from codegen.dynamics import COINCIDENT, Motion, partners
 from codegen.errors import DisagreementError, InputError
 from codegen.ir import Bool, Float64, PolicyProfile
@@ -21,7 +20,7 @@ from verify.claims.claim import verifiable
 from verify.claims.decisions import matchings
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Region
-from verify.claims.wording import ORIGIN, Gaps, Pairs, account_of
+from verify.claims.wording import ORIGIN, Pairs, account_of
 from verify.question import EpisodeQuestion
 from verify.states.state import State, choose_actions, inside
 
@@ -36,9 +35,8 @@ class Episode:
     actions: Actions  # [steps, n_agents]
 
 
-EpisodeReplay = Callable[
-    [State, int], Episode
-]  # a start and a number of steps -> the course that the caller's world takes
+# a start and a number of steps -> the course that the caller's world takes
+EpisodeReplay = Callable[[State, int], Episode]
 
 
 def playable(profile: PolicyProfile) -> None:
@@ -64,7 +62,8 @@ def play(profile: PolicyProfile, start: Float64, steps: int) -> tuple[Float64, A
     Returns coordinates [steps + 1, batch, n_coordinates] and actions [steps, batch, n_agents]. Operation by operation
     what the world's spec says: positions move with the old velocity.
     """
-    world, policies = profile.world, _in_order(profile)
+    world = profile.world
+    policies = [profile.policy(entity.name) for entity in world.agents]
     motion = Motion(world, [policy.actions for policy in policies])
     names = world.coordinates()
     entities = [entity.name for entity in world.agents + world.landmarks]
@@ -87,10 +86,6 @@ def play(profile: PolicyProfile, start: Float64, steps: int) -> tuple[Float64, A
 def _planes(coordinates: Float64, columns: Actions) -> Float64:
     """Some columns [n, 2] of coordinates [batch, n_coordinates] as planes [n, 2, batch]."""
     return np.ascontiguousarray(coordinates[:, columns].transpose(1, 2, 0))
-
-
-def _in_order(profile: PolicyProfile) -> list[ir.AgentPolicy]:
-    return [profile.policy(entity.name) for entity in profile.world.agents]
 
 
 def gaps(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Float64:
@@ -157,13 +152,6 @@ def meets_claim(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -
     return np.logical_or.reduce(find_met_ways(profile, claim, episode))
 
 
-def _distances(first: Float64, second: Float64) -> Gaps:
-    """L-infinity distances [steps] of two courses [steps, 2], exactly."""
-    steps = zip(first.tolist(), second.tolist(), strict=True)
-    distances = [max(abs(Fraction(p) - Fraction(q)) for p, q in zip(a, b, strict=True)) for a, b in steps]
-    return np.array(distances, dtype=object)
-
-
 def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool:
     """Returns True if one episode [steps + 1, n_coordinates] violates the claim: float64 positions, exact distances.
 
@@ -182,7 +170,9 @@ def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool
     def is_met(a: str, b: str) -> bool:
         first = places(a)
         second = np.zeros_like(first) if b == ORIGIN else places(b)
-        return bool(account.is_met(_distances(first, second), claim.radius))
+        steps = zip(first.tolist(), second.tolist(), strict=True)
+        distances = [max(abs(Fraction(p) - Fraction(q)) for p, q in zip(a, b, strict=True)) for a, b in steps]
+        return bool(account.is_met(np.array(distances, dtype=object), claim.radius))
 
     return not any(all(is_met(*pair) for pair in way) for way in name_pairs(profile, claim))
 

@@ -78,14 +78,11 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
     n = len(coordinates)
     conflicting = conflicts(question, coordinates)
     contested = _is_contested(question, coordinates) if about_landmarks(question.profile, question.formula) else None
-    failing = int(fails.sum())
-    changing = int(noise.changeable(question, coordinates).sum()) if claim.eps else None
-    return Shares(
-        None if conflicting is None else Share(int(conflicting.sum()), n),
-        None if contested is None else Share(int(contested.sum()), n),
-        Share(failing, n),
-        None if changing is None else Share(changing, n),
+    changing = noise.changeable(question, coordinates) if claim.eps else None
+    counted = (
+        None if each is None else Share(int(each.sum()), n) for each in (conflicting, contested, fails, changing)
     )
+    return Shares(*counted)
 
 
 def explain_unstated(question: DecisionQuestion) -> str:
@@ -99,20 +96,17 @@ def explain_unstated(question: DecisionQuestion) -> str:
         tested = set(map(int, policy.tree.feature)) - {NO_FEATURE}
         meanings = [policy.features[place].meaning for place in tested]
         read |= {name for meaning in meanings if meaning for _, name in meaning.terms}
-    return _lacking([name for name in find_unbounded(region) if name in read])
-
-
-def find_unbounded(region: Region) -> list[str]:
-    """The coordinates of a region that have no range but that of every number."""
-    return [name for name, (low, high) in region.box.items() if max(-low, high) >= MAX_LENGTH]
-
-
-def _lacking(names: Sequence[str]) -> str:
+    names = [name for name in find_unbounded(region) if name in read]
     if not names:
         return ""
     more = f" and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
     has, them = ("has", "it") if len(names) == 1 else ("have", "them")
     return f"{', '.join(names[:MAX_NAMED])}{more} {has} no stated range; bound {them} in a region file (--region)"
+
+
+def find_unbounded(region: Region) -> list[str]:
+    """The coordinates of a region that have no range but that of every number."""
+    return [name for name, (low, high) in region.box.items() if max(-low, high) >= MAX_LENGTH]
 
 
 def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] | None:
@@ -134,8 +128,11 @@ def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] 
     common = dict(region.box)
     for name, whole in start.box.items():
         mine = region.box.get(name, whole)
-        share *= _overlap(mine, whole)
-        common[name] = max(mine[0], whole[0]), min(mine[1], whole[1])
+        low, high = common[name] = max(mine[0], whole[0]), min(mine[1], whole[1])
+        if low > high:
+            share = Fraction(0)
+        elif whole[0] < whole[1]:  # of a single number all or nothing
+            share *= (high - low) / (whole[1] - whole[0])
     if not share or not (region.differences or region.apart):
         return {"share": float(share), "low": float(share), "high": float(share), "exact": True}
     within, _ = sample(replace(region, box=common), profile.world, SAMPLES, SAMPLE_SEED)
@@ -147,14 +144,6 @@ def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] 
 def extent_words(share: Mapping[str, float | bool], whole: str) -> str:
     """The document of `of_start` in words."""
     return f"{'' if share['exact'] else 'about '}{percent(share['share'])} of {whole}"
-
-
-def _overlap(mine: Interval, whole: Interval) -> Fraction:
-    """The share of an interval that another one covers; of a single number all or nothing."""
-    low, high = max(mine[0], whole[0]), min(mine[1], whole[1])
-    if low > high:
-        return Fraction(0)
-    return (high - low) / (whole[1] - whole[0]) if whole[0] < whole[1] else Fraction(1)
 
 
 @lru_cache(maxsize=2)  # the verdict, its shares and its counterexample look at the same draw
@@ -230,7 +219,10 @@ def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
         for agent, policy in team.items()
     }
     held = _Held(states)
-    violating, moving = np.zeros(len(coordinates), dtype=bool), np.logical_and.reduce([*map(_any, willing.values())])
+    violating, moving = (
+        np.zeros(len(coordinates), dtype=bool),
+        np.logical_and.reduce([np.logical_or.reduce(each) for each in willing.values()]),
+    )
     for part in stated.parts if isinstance(stated, And) else (stated,):
         speaking = agents(part)
         acting = [agent for agent in team if agent in speaking]
@@ -285,10 +277,6 @@ class _Held:
                 self._known.clear()
             self._known[key] = self._states.holds(substitute_actions(part, actions), {})
         return self._known[key]
-
-
-def _any(ways: Sequence[Bool]) -> Bool:
-    return np.asarray(np.logical_or.reduce(ways))
 
 
 def _unmatchable(question: DecisionQuestion, states: Batch, willing: Mapping[str, Sequence[Bool]]) -> Bool:

@@ -37,7 +37,7 @@ from verify.zones.tables import (
     split_sides,
     zone_tree,
 )
-from verify.zones.volume import disjoint
+from verify.zones.volume import Disjoint, disjoint
 
 __all__ = ["BeyondZonesError", "Outcome", "Tests", "ZoneQuery", "decide"]
 ROOM = 8  # of what is left to a coordinate, a point leaves this part free at either end
@@ -130,7 +130,7 @@ class ZoneQuery:
             zone_tree(self._table, policy, tests.splits[policy.agent], tests.barred.get(policy.agent, ()))
             for policy in self._table.policies
         ]
-        self._disjoint = disjoint(self._table) if apart else lambda flat: flat
+        self._disjoint: Disjoint = disjoint(self._table) if apart else lambda flat: flat
         self.problem = problem(self._table)
         self._box = tuple(question.region.box)
         self.limit = affordable(self.problem, question.budgets.max_nodes if budget is None else budget)

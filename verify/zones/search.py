@@ -133,7 +133,8 @@ class ZoneSearch:
         """Closes branches, and writes down why; gives each that cannot be closed, with its bounds in `_path` until the
         next one.
         """
-        (trees, classes, resolve), stack = product, [start]
+        trees, classes, resolve = product
+        stack: list[_Frame] = [start]
         while stack:
             frame = stack.pop()
             self.nodes += 1
@@ -147,19 +148,22 @@ class ZoneSearch:
                 continue
             length = len(self._path)
             # the parts of the first choice that no chosen part settles
-            chosen, ors = frame.chosen, (*frame.ors, *frame.flat.ors)
+            chosen = frame.chosen
+            ors: tuple[tuple[Flat, ...], ...] = (*frame.ors, *frame.flat.ors)
             while ors and any(part in chosen for part in ors[0]):
                 ors = ors[1:]
-            at = frame.agent, frame.node, frame.known, frame.leaves
+            agent, node, known, leaves = frame.agent, frame.node, frame.known, frame.leaves
             if ors:
-                stack += [_Frame(zone, length, part, ors[1:], (*chosen, part), *at) for part in reversed(ors[0])]
+                stack += [
+                    _Frame(zone, length, part, ors[1:], (*chosen, part), agent, node, known, leaves)
+                    for part in reversed(ors[0])
+                ]
                 continue
             # the next agent that is not at a leaf
-            agent, node, leaves = frame.agent, frame.node, frame.leaves
             while 0 <= agent < len(trees) and trees[agent].left[node] < 0:
                 agent, node, leaves = agent + 1, 0, (*leaves, node)
             if 0 <= agent < len(trees):
-                tree, known = trees[agent], frame.known
+                tree = trees[agent]
                 for child, side in ((tree.right[node], 1), (tree.left[node], 0)):
                     flat = tree.sides[node][side]
                     there = (*known[:agent], classes[agent][child], *known[agent + 1 :]) if classes else known

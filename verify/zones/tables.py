@@ -10,6 +10,8 @@ Does not: search; share more than checker/thresholds.py with the checker, which 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
+from itertools import accumulate
 from math import lcm
 from typing import NamedTuple, TypeAlias
 
@@ -350,6 +352,28 @@ class Problem:
     infinite: int  # larger than every sum of weights along a path
     scale: int  # units of a weight in one unit of length
     places: dict[str, tuple[int, int]]  # coordinate -> (component, node)
+
+    @cached_property
+    def names(self) -> list[list[str]]:
+        """The coordinates of each component's nodes; the origin is ""."""
+        names = [[ORIGIN] * size for size in self.sizes]
+        for name, (component, node) in self.places.items():
+            names[component][node] = name
+        return names
+
+    def are_joined(self, a: str, b: str) -> bool:
+        """Returns True if one matrix bounds a - b."""
+        return not a or not b or self.places[a][0] == self.places[b][0]
+
+    def cell(self, a: str, b: str, own: int = 0) -> int:
+        """The place of a - b among the cells of all matrices. `own`: the component, where both are the origin."""
+        component = self.places[a or b][0] if a or b else own
+        row, column = (self.places[name][1] if name else 0 for name in (a, b))
+        return self._starts[component] + row * self.sizes[component] + column
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        return [0, *accumulate(size * size for size in self.sizes)]
 
 
 def problem(table: Table) -> Problem:
