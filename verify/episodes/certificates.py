@@ -45,7 +45,6 @@ from verify.checker.episodes.reading import (
 )
 from verify.checker.episodes.unbounded import Edges
 from verify.checker.reading import RejectedError, region_formula
-from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import holds
 from verify.claims.region import Region, goal_of
 from verify.episodes.zones import points_of, starts
@@ -71,13 +70,10 @@ def where(episode: ContactReading, gap: Gap, allowed: Box, now: Now, finely: boo
         cuts = list(_lines(episode, gap, now))
     if not cuts and finely and not episode.strange(gap):  # who does anything may soon be anywhere: cells say little
         cuts = list(_middle(gap))
-    return _number(*cuts[0]) if cuts else 0
-
-
-def _number(axis: int, at: int) -> int:
-    """Returns the number that `ContactReading.cut` reads."""
-    place = at // CUT
-    return 1 + axis + 2 * (2 * place if place >= 0 else -2 * place - 1)
+    if not cuts:
+        return 0
+    axis, place = cuts[0][0], cuts[0][1] // CUT
+    return 1 + axis + 2 * (2 * place if place >= 0 else -2 * place - 1)  # as `ContactReading.cut` reads it
 
 
 def _tighter(gap: Gap, allowed: Box) -> Iterator[tuple[int, int, Gap]]:
@@ -153,7 +149,13 @@ class EpisodeProver:
     def run(self) -> bytes:
         """The proof. OpenBranchError where a start may fail, TooLongError beyond the limit."""
         out, episode = bytearray(), self._episode
-        work: list[bytes | tuple[Zone, Place]] = [(self._everything(), (REGION, episode.region, (), episode.start))]
+        first, second = (
+            AxisBounds(
+                [[0 if p == q else episode.far for q in nodes] for p in nodes], [[()] * len(nodes) for _ in nodes]
+            )
+            for nodes in self._nodes
+        )
+        work: list[bytes | tuple[Zone, Place]] = [((first, second), (REGION, episode.region, (), episode.start))]
         while work:
             tell(self.looked, self._limit, "answers looked at for the certificate")
             item = work.pop()
@@ -168,15 +170,6 @@ class EpisodeProver:
             code = b"" if isinstance(place[1], int) else None
             work += reversed(list(self._write_answer(finding, place, code)))
         return bytes(out)
-
-    def _everything(self) -> Zone:
-        first, second = (
-            AxisBounds(
-                [[0 if p == q else self._episode.far for q in nodes] for p in nodes], [[()] * len(nodes) for _ in nodes]
-            )
-            for nodes in self._nodes
-        )
-        return first, second
 
     def _look(self, zone: Zone, place: Place) -> Only | Several:
         """Finds what each side of a question leads to, without going on after its end."""
@@ -222,7 +215,12 @@ class EpisodeProver:
         stage, _, chosen, now = place
         episode = self._episode
         assert isinstance(episode, ContactReading)
-        number = where(episode, gap, self._bound_gap(episode, zone, gap), now, self._finely)
+        # multiples of CUT just below and just above all that the zone allows the gap of starts to be
+        pair, unit, allowed = episode.contacts[gap.pair], CUT * episode.unit, list[Interval]()
+        for axis, bounds in enumerate(zone):
+            p, q = (self._at[episode.places[one][axis]][1] for one in (pair.first, pair.second))
+            allowed.append(((-(bounds.most[q][p] // unit) - 1) * CUT, (bounds.most[p][q] // unit + 1) * CUT))
+        number = where(episode, gap, (allowed[0], allowed[1]), now, self._finely)
         yield varint(number)
         if not number:
             following = episode.onward(stage, gap, chosen, now)
@@ -236,17 +234,6 @@ class EpisodeProver:
             else:
                 yield GO_ON
                 yield cut, (stage, side.child, chosen, now)
-
-    def _bound_gap(self, episode: ContactReading, zone: Zone, gap: Gap) -> Box:
-        """Multiples of CUT just below and just above all that a zone allows a gap of starts to be."""
-        pair, unit = episode.contacts[gap.pair], CUT * episode.unit
-
-        def along(axis: int) -> Interval:
-            p, q = (self._at[episode.places[one][axis]][1] for one in (pair.first, pair.second))
-            most = zone[axis].most
-            return (-(most[q][p] // unit) - 1) * CUT, (most[p][q] // unit + 1) * CUT
-
-        return along(0), along(1)
 
     def _cut(self, zone: Zone, side: Side, now: Now) -> bytes | Zone:
         """The part of a zone that gives an answer, or the cycle that shows that there is none."""
@@ -338,7 +325,8 @@ def build_certificate(
     allowed = MAX_ANSWERS * question.budgets.max_zones // Budgets().max_zones
     most = max(MAX_ANSWERS, allowed) if most is None else most
     start, opened = inhabitant(profile, region), ""
-    for form in _list_forms(profile, claim):
+    pushed = claim.apart or any(agent.collides for agent in profile.world.agents)
+    for form in (form for form in READINGS if (form == PUSHED) == pushed):  # the simplest first
         try:
             parts = _prove_parts(READINGS[form], question, proved, most)
             return certify(question, form, start, Parts(parts))
@@ -358,17 +346,22 @@ def certify(
 
 
 def _prove_parts(
-    reading: type[EpisodeReading],
-    question: EpisodeQuestion,
-    proved: Sequence[ProofPart],
-    most: int,
+    reading: type[EpisodeReading], question: EpisodeQuestion, proved: Sequence[ProofPart], most: int
 ) -> tuple[ProofPart, ...]:
     """The parts that are needed, with their proofs. OpenBranchError, or NoCertificateError where they are too large."""
-    parts: list[ProofPart] = []
     profile, claim, region = question.profile, question.claim, question.region
-    needed, left = _select_parts(question, proved), most
+    chosen: dict[ProofPart, None] = {}  # what shows the claim for all goals, each once
+    allowed = matchings(profile, claim)
+    for goal in question.goals:
+        by_pair = {(part.agent, part.landmark): part for part in proved if part.goal in ("", goal)}
+        ways = [own for own in allowed if by_pair.keys() >= set(own)]
+        for pair in ways[0] if ways else (("", ""),):
+            if pair not in by_pair:
+                raise LeftOpenError("not all parts of the claim were proved one by one")
+            chosen[by_pair[pair]] = None
+    parts, needed, left = list[ProofPart](), list(chosen), most
     for part in needed:
-        own = _own(part, matchings(profile, claim))
+        own: list[Matching] = [((part.agent, part.landmark),)] if part.agent else allowed
         # a part that is too large keeps no other one from being searched: that may hold an open branch
         limit = max(left, most // len(needed))
         proof, looked = _search_proof(reading(profile, claim, region, goal_of(part.goal), part.followed, own), limit)
@@ -394,26 +387,6 @@ def _search_proof(episode: EpisodeReading, limit: int) -> tuple[bytes | None, in
     return None, prover.looked
 
 
-def _own(part: ProofPart, allowed: list[Matching]) -> list[Matching]:
-    return [((part.agent, part.landmark),)] if part.agent else allowed
-
-
-def _select_parts(question: EpisodeQuestion, proved: Sequence[ProofPart]) -> list[ProofPart]:
-    """The parts that show the claim for all goals, each once."""
-    needed: dict[ProofPart, None] = {}
-    allowed = matchings(question.profile, question.claim)
-    for goal in question.goals:
-        about = [part for part in proved if part.goal in ("", goal)]
-        by_pair = {(part.agent, part.landmark): part for part in about}
-        ways = [own for own in allowed if by_pair.keys() >= set(own)]
-        pairs = ways[0] if ways else (("", ""),)
-        for pair in pairs:
-            if pair not in by_pair:
-                raise LeftOpenError("not all parts of the claim were proved one by one")
-            needed[by_pair[pair]] = None
-    return list(needed)
-
-
 def inhabitant(profile: PolicyProfile, region: Region) -> Mapping[str, Fraction]:
     """A float64 start of the region, at rest, that claims are about."""
     still = {name: Fraction(0) for name in region.box}
@@ -422,12 +395,3 @@ def inhabitant(profile: PolicyProfile, region: Region) -> Mapping[str, Fraction]
         if holds(region_formula(region), state, {}) and not coincident(profile.world, state):
             return {name: state[name] for name in region.box}
     raise NoCertificateError("no float64 start of the region was found")
-
-
-# --- the text
-
-
-def _list_forms(profile: PolicyProfile, claim: EpisodeClaim) -> list[str]:
-    """The forms that a certificate may have, the simplest first."""
-    pushed = claim.apart or any(agent.collides for agent in profile.world.agents)
-    return [form for form in READINGS if (form == PUSHED) == pushed]

@@ -27,7 +27,7 @@ from verify.claims.claim import read_by
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import goal_text
 from verify.episodes.contacts import Pair, colliders, travels
-from verify.episodes.unroll import Cut, EpisodeSearch, Group, build_group, ensure_exact, strides
+from verify.episodes.unroll import EpisodeSearch, Group, build_group, ensure_exact, strides
 from verify.episodes.zones import (
     GRID_SLACK,
     SCALE,
@@ -384,7 +384,7 @@ class _Decider:
         group = build_group(self.profile, agents, goal, task.entities(self.landmarks), self.travel)
         kept: list[Zones] = []
         failing = partial(self._failing, group, goal, kept, brief)
-        search = EpisodeSearch(group, self.claim.steps, self._cut(task, group, failing), budget)
+        search = EpisodeSearch(group, self.claim.steps, partial(self._cut, task, group, failing), budget)
         try:
             ended = search.run(self._first(group, before), failing)
         except _Open:
@@ -397,33 +397,28 @@ class _Decider:
             self.followed.append(agents)
             self.shown[ProofPart(*task.part, goal_text(self._goal_read(agents, goal)), agents, b"")] = None
             return None
-        return self._leave_open(task, group, Zones.join(kept) if ended else None, search.touched > 0)
-
-    def _leave_open(self, task: _Task, group: Group, zones: Zones | None, touched: bool) -> _Left:
-        """Describes what following a group left open; `zones`: None where the budget ended before all were known."""
         who = " with ".join(group.agents)
-        if zones is None:
+        if not ended:
             return _Left(f"{who}: {SPENT.format(self.budget, self.visited)}", task, group, None)
-        reason = UNDECIDED.format(zones.count, PUSHED if touched else "")
+        zones = Zones.join(kept)
+        reason = UNDECIDED.format(zones.count, PUSHED if search.touched else "")
         return _Left(f"{who}: {reason}", task, group, zones if zones.count <= MAX_LEFT else None)
 
     def _goal_read(self, agents: Sequence[str], goal: str | None) -> str | None:
         """The goal, where one of the agents reads it."""
         return goal if any(ir.GOAL in read_by(self.profile.policy(agent)) for agent in agents) else None
 
-    def _cut(self, task: _Task, group: Group, failing: Callable[[Zones], None]) -> Cut:
-        def cut(zones: Zones, step: int) -> Zones:
-            for pair in task.pairs:
-                zones, near = too_near(zones, group, *pair, self.claim.radius, step)
-                if near.count:
-                    failing(near)
-            if task.pairs:
-                return zones.take(slice(0)) if step == self.claim.steps else zones
-            if not self.claim.always and step < self.claim.steps:
-                return zones
-            return task.open(zones, group, self.claim, self.landmarks)
-
-        return cut
+    def _cut(self, task: _Task, group: Group, failing: Callable[[Zones], None], zones: Zones, step: int) -> Zones:
+        """The parts of zones in which the claim may still fail after a step."""
+        for pair in task.pairs:
+            zones, near = too_near(zones, group, *pair, self.claim.radius, step)
+            if near.count:
+                failing(near)
+        if task.pairs:
+            return zones.take(slice(0)) if step == self.claim.steps else zones
+        if not self.claim.always and step < self.claim.steps:
+            return zones
+        return task.open(zones, group, self.claim, self.landmarks)
 
     def _first(self, group: Group, before: Sequence[_Left] | None) -> Zones:
         whole = np.array([part.project(group.entities) for part in self.parts])

@@ -219,16 +219,13 @@ def contacts_of(world: WorldSpec, bodies: Mapping[str, Body], max_speed: tuple[f
     entities = [entity.name for entity in world.agents + world.landmarks]
     pairs, distances = list[Pair](), list[float]()
     for i, j, touching in partners(world):
-        known_as = sorted((bodies[name] for name in (entities[i], entities[j]) if name in bodies), key=_is_unfollowed)
+        known_as = [bodies[name] for name in (entities[i], entities[j]) if name in bodies]
+        known_as.sort(key=lambda body: body.agent < 0)  # who is not followed comes last
         if len(known_as) == 2 and known_as[0].agent >= 0:
             reach = touching + SURE_MARGINS * world.contact_margin
             pairs.append(Pair(*known_as, within=int(np.ceil(reach * SCALE))))
             distances.append(touching)
     return Contacts(world, tuple(pairs), tuple(distances), max_speed) if pairs else None
-
-
-def _is_unfollowed(body: Body) -> bool:
-    return body.agent < 0
 
 
 def _force(world: WorldSpec, touching: float, low: Int64, high: Int64) -> tuple[Float64, Float64]:

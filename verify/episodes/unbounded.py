@@ -12,6 +12,7 @@ away, all agents are followed together; others that still go too far are given n
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import product
 from math import ceil
 from typing import Literal
 
@@ -88,7 +89,8 @@ class _EdgeSearch:
         try:
             return self._build_certificate(team)
         except (_Far, RejectedError):
-            if everybody == team or not self._reads_others(team):
+            profile, others = self._question.profile, {*everybody} - {*team}
+            if not any(read_by(profile.policy(agent)) & others for agent in team):
                 raise
         followed = everybody
         while True:
@@ -99,11 +101,6 @@ class _EdgeSearch:
                     raise
                 followed = [agent for agent in followed if agent != far.agent]
 
-    def _reads_others(self, team: list[str]) -> bool:
-        profile = self._question.profile
-        others = {policy.agent for policy in profile.agents} - {*team}
-        return any(read_by(profile.policy(agent)) & others for agent in team)
-
     def _build_certificate(self, followed: list[str]) -> EpisodeCertificate:
         profile, claim, region = self._question.profile, self._question.claim, self._question.region
         edges = {name: region.box[name] for name in self._reading.axes if name.rpartition(".")[0] in followed}
@@ -112,7 +109,9 @@ class _EdgeSearch:
         try:
             ensure_shown(profile, claim, region, edges)
         except RejectedError as error:
-            raise RejectedError(OVERLAP.format(error, _words(edges))) from None
+            ends = {name: f"[{float(low):.4g}, {float(high):.4g}]" for name, (low, high) in edges.items()}
+            words = ", ".join(f"{name} in {each}" for name, each in ends.items())
+            raise RejectedError(OVERLAP.format(error, words)) from None
         return certify(self._question, UNBOUNDED, inhabitant(profile, region), Edges(edges, nest_proofs(proofs)))
 
     def _proofs(self, edges: dict[str, Interval]) -> dict[Side, bytes]:
@@ -121,27 +120,15 @@ class _EdgeSearch:
         while moving:
             moving = False
             proofs.clear()
-            for name in edges:
-                for upper in (False, True):
-                    by_goal, moved = self._close_edge(edges, name, upper)
-                    proofs |= {(name, upper, goal): proof for goal, proof in by_goal.items()}
-                    moving |= moved
+            for name, upper in product(edges, (False, True)):
+                outcome = self._ask_edge(edges, name, upper)
+                while outcome is not None and outcome.verdict is not Verdict.PROVED:
+                    self._move(edges, name, upper, outcome)
+                    moving = True
+                    outcome = self._ask_edge(edges, name, upper)
+                if outcome is not None:  # else no action pushes that way
+                    proofs |= {(name, upper, goal): proof for goal, proof in outcome.proofs.items()}
         return proofs
-
-    def _close_edge(
-        self, edges: dict[str, Interval], name: str, upper: bool
-    ) -> tuple[Mapping[str | None, bytes], bool]:
-        """The proofs of one edge by goal, and whether it was moved for them."""
-        moved = False
-        while True:
-            outcome = self._ask_edge(edges, name, upper)
-            if outcome is None:  # no action pushes that way
-                return {}, moved
-            if outcome.verdict is Verdict.PROVED:
-                return outcome.proofs, moved
-            assert outcome.state is not None, outcome
-            self._move(edges, name, upper, outcome)
-            moved = True
 
     def _ask_edge(self, edges: dict[str, Interval], name: str, upper: bool) -> Outcome | None:
         """Asks whether a tree pushes beyond an edge. _Spent."""
@@ -172,20 +159,15 @@ class _EdgeSearch:
         place = out * outcome.state[name]
         low, high = edges[name]
         edge = max(Fraction(ceil((place + reach) * GRID), GRID), (high if upper else -low) + Fraction(1, GRID))
-        most = self._farthest(name)
+        claim, own = self._question.claim, name.rpartition(".")[0]
+        most, farthest = FARTHEST_EDGE, account_of(claim).farthest
+        if farthest is not None and self._question.profile.policy(own).team == claim.team:
+            most = farthest - SLACK
         if place + reach > most:
             rest = place + axis.coasting * (fastest + strongest)
-            raise _Far(name.rpartition(".")[0], self._describe_crossing(name, out, outcome, most, rest))
+            raise _Far(own, self._describe_crossing(name, out, outcome, most, rest))
         edge = min(edge, most)
         edges[name] = (low, edge) if upper else (-edge, high)
-
-    def _farthest(self, name: str) -> Fraction:
-        """Returns how far away an edge may be."""
-        claim, agent = self._question.claim, name.rpartition(".")[0]
-        most = account_of(claim).farthest
-        if most is not None and self._question.profile.policy(agent).team == claim.team:
-            return most - SLACK
-        return FARTHEST_EDGE
 
     def _describe_crossing(self, name: str, out: int, outcome: Outcome, most: Fraction, rest: Fraction) -> str:
         """Describes who may cross an edge, from where, and where that leads."""
@@ -205,7 +187,3 @@ def nest_proofs(proofs: Mapping[Side, bytes]) -> dict[str, dict[Literal["lower",
     for (name, upper, goal), proof in proofs.items():
         nested.setdefault(name, {}).setdefault("upper" if upper else "lower", {})[goal_text(goal)] = proof
     return nested
-
-
-def _words(edges: Mapping[str, Interval]) -> str:
-    return ", ".join(f"{name} in [{float(low):.4g}, {float(high):.4g}]" for name, (low, high) in edges.items())

@@ -40,11 +40,6 @@ class Loose(NamedTuple):
     drift: Int64  # [n, agents, 2] of the offset, in 1 / SCALE
     gust: Float64  # [n, agents, 2] of the velocity
 
-    @staticmethod
-    def join(parts: Sequence["Loose"]) -> "Loose":
-        """Joins parts as `Zones.join` does."""
-        return Loose(np.concatenate([one.drift for one in parts]), np.concatenate([one.gust for one in parts]))
-
 
 class Zones(NamedTuple):
     """A batch of zones, and how far each agent of the group has come: the same for all starts of a zone.
@@ -101,7 +96,7 @@ class Zones(NamedTuple):
             return parts[0]
         joined: list[Any] = [np.concatenate(columns) for columns in zip(*(part[:-1] for part in parts), strict=True)]
         loose = [part.loose for part in parts if part.loose is not None]
-        joined.append(Loose.join(loose) if loose else None)
+        joined.append(Loose(*map(np.concatenate, zip(*loose, strict=True))) if loose else None)
         return Zones(*joined)
 
     @property
@@ -187,7 +182,8 @@ def starts(region: Region, world: WorldSpec) -> list[Start]:
         boxes.append([[Fraction(0) if p == q else upper[p] - lower[q] for q in nodes] for p in nodes])
     parts: list[tuple[Matrix, Matrix] | None] = [(boxes[0], boxes[1])]
     for a, b, (low, high) in region.differences:
-        parts = [_difference(part, names, a, b, low, high) for part in parts if part]
+        cut = [_below(part, names, a, b, high) for part in parts if part]
+        parts = [_below(part, names, b, a, -low) for part in cut if part]
     for a, b, least in region.apart:
         sides = product(AXES, ((a, b), (b, a)))
         pairs = [(f"{near}.{axis}", f"{far}.{axis}") for axis, (near, far) in sides]
@@ -200,13 +196,6 @@ def starts(region: Region, world: WorldSpec) -> list[Start]:
 
 def _at_rest(name: str) -> bool:
     return name.endswith((".vx", ".vy"))
-
-
-def _difference(
-    part: tuple[Matrix, Matrix], names: Sequence[str], a: str, b: str, low: Fraction, high: Fraction
-) -> tuple[Matrix, Matrix] | None:
-    cut = _below(part, names, a, b, high)
-    return cut and _below(cut, names, b, a, -low)
 
 
 def _below(

@@ -79,10 +79,8 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
     conflicting = conflicts(question, coordinates)
     contested = _is_contested(question, coordinates) if about_landmarks(question.profile, question.formula) else None
     changing = noise.changeable(question, coordinates) if claim.eps else None
-    counted = (
-        None if each is None else Share(int(each.sum()), n) for each in (conflicting, contested, fails, changing)
-    )
-    return Shares(*counted)
+    found = conflicting, contested, fails, changing
+    return Shares(*(None if each is None else Share(int(each.sum()), n) for each in found))
 
 
 def explain_unstated(question: DecisionQuestion) -> str:
@@ -219,10 +217,8 @@ def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
         for agent, policy in team.items()
     }
     held = _Held(states)
-    violating, moving = (
-        np.zeros(len(coordinates), dtype=bool),
-        np.logical_and.reduce([np.logical_or.reduce(each) for each in willing.values()]),
-    )
+    violating = np.zeros(len(coordinates), dtype=bool)
+    moving = np.logical_and.reduce([np.logical_or.reduce(each) for each in willing.values()])
     for part in stated.parts if isinstance(stated, And) else (stated,):
         speaking = agents(part)
         acting = [agent for agent in team if agent in speaking]
