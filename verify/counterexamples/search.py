@@ -11,7 +11,7 @@ states, then rational ones.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import chain
+from itertools import chain, combinations
 
 import numpy as np
 
@@ -90,7 +90,12 @@ class Stronger:
 
     def __init__(self, question: DecisionQuestion, goal: str | None) -> None:
         self._goal, self._left, self._known = goal, question.budgets.solver_units, dict[int, Answer]()
-        self._asking = [*_stronger(question)]
+        world, region = question.profile.world, question.region
+        entities = [entity.name for entity in world.agents + world.landmarks]
+        pairs = tuple((a, b, SPACE) for a, b in combinations(entities, 2))
+        spaced = question.within(replace(region, apart=region.apart + pairs))
+        first = SLACKS[:SPACED_SLACKS] if len(pairs) <= MAX_SPACED else ()
+        self._asking = [*((spaced, slack) for slack in first), *((question, slack) for slack in SLACKS)]
 
     def answers(self) -> Iterator[tuple[Answer, int]]:
         """The answers, the most comfortable first, with the resource units spent since the one before."""
@@ -144,23 +149,19 @@ def _candidates(
         return
     yield _nearest(question, answer, goal), 0
     if question.semantics == REAL and answer.model is not None:
-        yield from _failing_in_both(question, goal)
+        # where the claim fails in the deployed arithmetic too, if it does anywhere
+        units = question.budgets.solver_units
+        exact = ask(in_both(question, goal), units)
+        if exact.model is None:
+            yield None, exact.resources
+        else:
+            for one in chain([exact], (ask(in_both(question, goal, slack), units) for slack in SLACKS)):
+                yield _nearest(question, one, goal), one.resources
+            pinned, spent = pin_model(in_both(question, goal), question.region, exact.model, units)
+            yield exact_point(pinned, question.region, goal), spent
         yield _simplify_model(question, goal, answer.model)
     for state in violating_samples(question.for_one_goal(goal)):
         yield state, 0
-
-
-def _failing_in_both(question: DecisionQuestion, goal: str | None) -> Iterator[tuple[State | None, int]]:
-    """Yields states like `_candidates`, where the claim fails in the deployed arithmetic too, if there are any."""
-    units, region = question.budgets.solver_units, question.region
-    exact = ask(in_both(question, goal), units)
-    if exact.model is None:
-        yield None, exact.resources
-        return
-    for answer in chain([exact], (ask(in_both(question, goal, slack), units) for slack in SLACKS)):
-        yield _nearest(question, answer, goal), answer.resources
-    pinned, spent = pin_model(in_both(question, goal), region, exact.model, units)
-    yield exact_point(pinned, region, goal), spent
 
 
 def _simplify_model(question: DecisionQuestion, goal: str | None, model: Mapping[str, Fraction]) -> tuple[State, int]:
@@ -206,17 +207,6 @@ def near(question: DecisionQuestion, goal: str | None, model: Mapping[str, Fract
     return shrink([deployed], state) if _stands([deployed], state) else None
 
 
-def _stronger(question: DecisionQuestion) -> Iterator[tuple[DecisionQuestion, Fraction]]:
-    """Stronger questions, the most comfortable counterexamples first."""
-    world, region = question.profile.world, question.region
-    entities = [entity.name for entity in world.agents + world.landmarks]
-    pairs = tuple((a, b, SPACE) for index, a in enumerate(entities) for b in entities[index + 1 :])
-    spaced = question.within(replace(region, apart=region.apart + pairs))
-    if len(pairs) <= MAX_SPACED:
-        yield from ((spaced, slack) for slack in SLACKS[:SPACED_SLACKS])
-    yield from ((question, slack) for slack in SLACKS)
-
-
 def _nearest(question: DecisionQuestion, answer: Answer, goal: str | None) -> State | None:
     return None if answer.model is None else nearest(answer.model, question.region, goal, question.claim.eps)
 
@@ -250,7 +240,7 @@ def shrink(
 def simplest(world: WorldSpec, state: State, stands: Callable[[State], bool]) -> State:
     """The point with as few decimals as still stand, first for all positions together, then one by one."""
     entities = [entity.name for entity in world.agents + world.landmarks]
-    room = {(a, b): min(ROOM, _apart(state, a, b)) for index, a in enumerate(entities) for b in entities[index + 1 :]}
+    room = {(a, b): min(ROOM, _apart(state, a, b)) for a, b in combinations(entities, 2)}
 
     def holds(position: Mapping[str, Value], errors: Mapping[str, Value]) -> bool:
         candidate = State(position, state.goal, errors)

@@ -63,45 +63,30 @@ def where(episode: ContactReading, gap: Gap, allowed: Box, now: Now, finely: boo
     """
     if episode.apart(gap, now):
         return 0
-    tighter = list(_tighter(gap, allowed))
+    tighter = list[tuple[int, int, Gap]]()  # axis, place, what is left: of cuts that leave nothing out
+    for axis in (0, 1):
+        (low, high), (least, most) = gap.starts[axis], allowed[axis]
+        if low + GAIN < least < high:
+            tighter.append((axis, least, gap.within(axis, (least, high))))
+        if low < most < high - GAIN:
+            tighter.append((axis, most, gap.within(axis, (low, most))))
     enough = [(axis, at) for axis, at, trimmed in tighter if episode.apart(trimmed, now)]
     cuts = enough or [(axis, at) for axis, at, _ in tighter]
-    if not cuts and finely:
-        cuts = list(_lines(episode, gap, now))
+    if not cuts and finely:  # beyond these the two are apart on that axis alone
+        reach = episode.contacts[gap.pair].reach
+        added = episode.gap(Gap(gap.pair, ((0, 0), (0, 0))), now)  # by movements
+        for axis, (low, high) in enumerate(added):
+            for at in (-((low - reach) // CUT) * CUT, (-reach - high) // CUT * CUT):
+                cuts += [(axis, at)] if gap.starts[axis][0] < at < gap.starts[axis][1] else []
     if not cuts and finely and not episode.strange(gap):  # who does anything may soon be anywhere: cells say little
-        cuts = list(_middle(gap))
+        widths = [high - low for low, high in gap.starts]
+        axis = widths.index(max(widths))
+        if widths[axis] > CELL and (widths[0] // CELL + 1) * (widths[1] // CELL + 1) <= MAX_CELLS:
+            cuts.append((axis, sum(gap.starts[axis]) // 2 // CUT * CUT))
     if not cuts:
         return 0
     axis, place = cuts[0][0], cuts[0][1] // CUT
     return 1 + axis + 2 * (2 * place if place >= 0 else -2 * place - 1)  # as `ContactReading.cut` reads it
-
-
-def _tighter(gap: Gap, allowed: Box) -> Iterator[tuple[int, int, Gap]]:
-    """(axis, place, what is left) of the cuts that leave nothing out, where they are worth it."""
-    for axis in (0, 1):
-        (low, high), (least, most) = gap.starts[axis], allowed[axis]
-        if low + GAIN < least < high:
-            yield axis, least, gap.within(axis, (least, high))
-        if low < most < high - GAIN:
-            yield axis, most, gap.within(axis, (low, most))
-
-
-def _lines(episode: ContactReading, gap: Gap, now: Now) -> Iterator[tuple[int, int]]:
-    """(axis, place) of cuts beyond which the two are apart on that axis alone."""
-    reach = episode.contacts[gap.pair].reach
-    added = episode.gap(Gap(gap.pair, ((0, 0), (0, 0))), now)  # by movements
-    for axis, (low, high) in enumerate(added):
-        for at in (-((low - reach) // CUT) * CUT, (-reach - high) // CUT * CUT):
-            if gap.starts[axis][0] < at < gap.starts[axis][1]:
-                yield axis, at
-
-
-def _middle(gap: Gap) -> Iterator[tuple[int, int]]:
-    """(axis, place) of the cut in halves of what is larger than a cell."""
-    widths = [high - low for low, high in gap.starts]
-    axis = widths.index(max(widths))
-    if widths[axis] > CELL and (widths[0] // CELL + 1) * (widths[1] // CELL + 1) <= MAX_CELLS:
-        yield axis, sum(gap.starts[axis]) // 2 // CUT * CUT
 
 
 MAX_ANSWERS = 2_000_000  # looked at for a claim whose zones are not limited otherwise

@@ -436,8 +436,7 @@ class _Decider:
     def _failing(self, group: Group, goal: str | None, kept: list[Zones], brief: bool, zones: Zones) -> None:
         """Keeps zones that may fail, and looks for a real start in the first ones. Raises _Violated, _Open."""
         if len(kept) < MAX_ROUNDS:
-            candidates = list(self._points(group, goal, zones))
-            state = first_failing(self.question, candidates)
+            state = first_failing(self.question, list(self._points(group, goal, zones)))
             if state is not None:
                 raise _Violated(state)
         if brief:

@@ -179,7 +179,14 @@ class Contacts:
         """
         assert before.loose is not None
         drift, gust = before.loose.drift, before.loose.gust
-        low, high = self._pushes(before, step)
+        low, high = np.zeros(before.offset.shape), np.zeros(before.offset.shape)  # of the forces on each agent
+        for pair, touching in zip(self.pairs, self.touching, strict=True):
+            least, most = _force(self.world, touching, *pair.box(before, step))
+            low[:, pair.first.agent] += least
+            high[:, pair.first.agent] += most
+            if pair.second.agent >= 0:
+                low[:, pair.second.agent] -= most
+                high[:, pair.second.agent] -= least
         loose = ((gust != 0) | (drift != 0) | (low != 0) | (high != 0)).any(axis=2)
         rows = np.flatnonzero(loose.any(axis=1))
         if not rows.size:
@@ -200,18 +207,6 @@ class Contacts:
         velocity[rows] = np.where(which, slowest - PAD, velocity[rows])
         gust[rows] = np.where(which, fastest - slowest + 2 * PAD, 0.0)
         return after._replace(offset=offset, velocity=velocity, loose=Loose(drift, gust))
-
-    def _pushes(self, zones: Zones, step: int) -> tuple[Float64, Float64]:
-        """Bounds of the contact forces on each agent, [n, agents, 2] each."""
-        low, high = np.zeros(zones.offset.shape), np.zeros(zones.offset.shape)
-        for pair, touching in zip(self.pairs, self.touching, strict=True):
-            least, most = _force(self.world, touching, *pair.box(zones, step))
-            low[:, pair.first.agent] += least
-            high[:, pair.first.agent] += most
-            if pair.second.agent >= 0:
-                low[:, pair.second.agent] -= most
-                high[:, pair.second.agent] -= least
-        return low, high
 
 
 def contacts_of(world: WorldSpec, bodies: Mapping[str, Body], max_speed: tuple[float | None, ...]) -> Contacts | None:

@@ -366,7 +366,11 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
     if reason := explain_unstated(question):
         return replace(extent, share_reason=reason, part_reason=reason)
     if not extent.complete:
-        reason = f"not all violating zones are known: {_ending(question, failing)}"
+        spent = next((one.limit for one in failing if not one.complete and one.nodes > one.limit), 0)
+        ending = f"there are more than {question.budgets.max_cells:,}; a larger --effort lists more"
+        if spent:
+            ending = f"the search ended after {spent:,} nodes; {question.budgets.hint('goes on')}"
+        reason = f"not all violating zones are known: {ending}"
         return _beside(question, replace(extent, share_reason=reason, part_reason=reason), name)
     share = exact_share(question, failing)
     extent = replace(extent, share=share) if isinstance(share, ExactShare) else replace(extent, share_reason=share)
@@ -394,14 +398,6 @@ def _beside(question: DecisionQuestion, where: Where, name: str) -> Where:
                 return replace(where, part_reason=f"{where.part_reason}; in a smaller region: {part}")
             return replace(where, part=_part(question, replace(part, name=name)), part_reason="")
     return where
-
-
-def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
-    """Why a search for zones ended before it had all."""
-    spent = next((one.limit for one in failing if not one.complete and one.nodes > one.limit), 0)
-    if spent:
-        return f"the search ended after {spent:,} nodes; {question.budgets.hint('goes on')}"
-    return f"there are more than {question.budgets.max_cells:,}; a larger --effort lists more"
 
 
 def _part(question: DecisionQuestion, part: Region) -> ProvedPart:

@@ -145,7 +145,12 @@ class Play:
         actions = {
             policy.agent: act(policy, observe_planes(self.system, policy, state)) for policy in self.profile.agents
         }
-        piece_of = self._holding(state, count, extreme, random)
+        if self._cases is None:  # the number of what moves each state; -1 where nothing is stated
+            piece_of = self._boxes.holding(state, count)
+        else:
+            piece_of = self._cases.holding(state, count, _shares(extreme, random))
+            if self._moving is not self.system.pieces:  # a rule without a box holds where no piece does
+                piece_of = np.where(self._boxes.holding(state, count) < 0, -1, piece_of)
         # each piece draws from its own place in the stream, in order, whether a state lies in it or not: so what is
         # played does not depend on where other episodes are
         bits = random.bit_generator
@@ -174,16 +179,6 @@ class Play:
         self._errors.append(errors)
         self._pieces.append(piece_of)
         return after, piece_of >= 0
-
-    def _holding(self, state: Planes, count: int, extreme: Float64, random: np.random.Generator) -> Int64:
-        """The number of what moves each state, [count]; -1 where nothing is stated."""
-        if self._cases is None:
-            return self._boxes.holding(state, count)
-        held = self._cases.holding(state, count, _shares(extreme, random))
-        if self._moving is self.system.pieces:
-            return held
-        # a rule without a box holds where no piece does
-        return np.where(self._boxes.holding(state, count) < 0, -1, held)
 
     def course(self, start: Planes, place: int) -> Course:
         """Returns the course of an episode so far."""

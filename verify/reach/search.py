@@ -270,7 +270,10 @@ class Hulls:
 
     def _bounds(self, form: Affine, low: Fraction, high: Fraction, exact: bool) -> tuple[Fraction, Fraction]:
         """Short bounds of a direction: as they are, or where the system has a bound, or a little outside."""
-        wide = _widen_bounds(low, high) if low < high or not exact else (low, high)
+        wide = low, high
+        if low < high or not exact:  # a little outside, as multiples of a power of two
+            grid = Fraction(2) ** (frexp(max(nearest_double(high - low), LEAST))[1] - FINENESS)
+            wide = floor(low / grid - Fraction(1, 8)) * grid, ceil(high / grid + Fraction(1, 8)) * grid
         stated = self._stated.get(form.terms[0][0], ()) if len(form.terms) == 1 else ()
         below = [each for each in stated if wide[0] < each <= low + NEAR]
         above = [each for each in stated if high - NEAR <= each < wide[1]]
@@ -328,12 +331,6 @@ def _split(group: list[int], centers: Sequence[dict[str, Fraction]], parts: int)
 
 def _is_short(number: Fraction) -> bool:
     return number.denominator.bit_length() + number.numerator.bit_length() <= SHORT
-
-
-def _widen_bounds(low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
-    """Bounds a little outside, as multiples of a power of two."""
-    grid = Fraction(2) ** (frexp(max(nearest_double(high - low), LEAST))[1] - FINENESS)
-    return floor(low / grid - Fraction(1, 8)) * grid, ceil(high / grid + Fraction(1, 8)) * grid
 
 
 def _directions(search: SystemQuestions) -> list[Terms]:

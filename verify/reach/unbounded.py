@@ -559,24 +559,21 @@ class InvariantSearch:
         regions = self.claim.regions
         halves = [names_of(half) for half in regions[0]] if len(regions) == 1 else []
         asked = halves or [{name for region in regions for half in region for name in names_of(half)}]
-        groups: list[frozenset[str]] = []
+        groups: list[set[str]] = []
         for names in asked:
-            closed = frozenset(self._close_names({*names, *beside}, joined))
+            closed = {*names, *beside}.union(*(piece.where for piece in self.system.pieces))
+            closed = closed.union(*(names_of(half) for piece in self.system.pieces for half in piece.when))
+            before = -1
+            while len(closed) > before:
+                before = len(closed)
+                closed = close_names(self.system, closed, self._tests if joined else ())
+                # a rounding that is tested with them alone is one cell more, and without it the test would be open
+                closed = closed.union(*(test for test in self._tests if test - self._anew <= closed and test & closed))
+                # one action sets all that is remembered
+                closed = closed.union(*(kept for kept in self._remembered if kept & closed))
             if not any(closed <= other for other in groups):
                 groups = [other for other in groups if not other <= closed] + [closed]
         return [tuple(one.name for one in self.system.variables if one.name in names) for names in groups]
-
-    def _close_names(self, names: set[str], joined: bool) -> set[str]:
-        closed = set(names).union(*(piece.where for piece in self.system.pieces))
-        closed = closed.union(*(names_of(half) for piece in self.system.pieces for half in piece.when))
-        before = -1
-        while len(closed) > before:
-            before = len(closed)
-            closed = close_names(self.system, closed, self._tests if joined else ())
-            # a rounding that is tested with them alone is one cell more, and without it the test would be open
-            closed = closed.union(*(test for test in self._tests if test - self._anew <= closed and test & closed))
-            closed = closed.union(*(kept for kept in self._remembered if kept & closed))  # one action sets all of it
-        return closed
 
 
 def lasting(profile: PolicyProfile, system: System, claim: SystemClaim, most: int) -> ReachOutcome:

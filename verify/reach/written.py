@@ -92,8 +92,9 @@ class WrittenReplay:
         for step in range(last + 1):
             if _truth(claim.violation_at(step), state):
                 return middles
-            joint = self._decide(state)
-            if step == last or joint is None or _truth(claim.fulfilment_at(step), state) is not False:
+            chosen = [_take(policy, self._sides[policy.agent], state) for policy in self._profile.agents]
+            joint = tuple(each for each in chosen if each is not None)
+            if step == last or len(joint) < len(chosen) or _truth(claim.fulfilment_at(step), state) is not False:
                 return None
             held = [number for number, condition in enumerate(self._held) if _truth(condition, state)]
             try:
@@ -110,11 +111,6 @@ class WrittenReplay:
             middles.append(_middles(state))
         return None
 
-    def _decide(self, state: Known) -> tuple[str, ...] | None:
-        """The action of each agent by name; None where a test may go both ways."""
-        chosen = [_take(policy, self._sides[policy.agent], state) for policy in self._profile.agents]
-        return None if None in chosen else tuple(each for each in chosen if each is not None)
-
     def _move(self, number: int, joint: tuple[str, ...], state: Known) -> dict[str, Fraction | Range]:
         if (number, joint) not in self._moves:
             choices = list(zip((policy.agent for policy in self._profile.agents), joint, strict=True))
@@ -123,7 +119,10 @@ class WrittenReplay:
                 name: total([move, *(effect[name] for effect in effects if name in effect)])
                 for name, move in self._rules[number].move.items()
             }
-        after, box = dict[str, Fraction | Range](), {name: _range(each) for name, each in state.items()}
+        after, box = (
+            dict[str, Fraction | Range](),
+            {n: exactly(at) if isinstance(at, Fraction) else at for n, at in state.items()},
+        )
         for name, expression in self._moves[number, joint].items():
             exact = _exact(expression, state, box)
             after[name] = enclose(expression, box) if exact is None else exact
@@ -156,7 +155,12 @@ def _exact_of(expression: Expression, state: Known, box: Mapping[str, Range]) ->
             return high if around.low >= exactly(high).high else low if around.high <= exactly(low).low else None
         case Call(function, argument, _):
             inner = _exact(argument, state, box)
-            return None if inner is None else _exact_value(function, inner)
+            if inner is None or (function == "sqrt" and inner < 0):
+                return None
+            if function == "sqrt":  # exact of squares
+                root = Fraction(isqrt(inner.numerator), isqrt(inner.denominator))
+                return root if root**2 == inner else None
+            return AT_0.get(function) if inner == 0 else None
         case Sum(left, right) | Product(left, right) | Quotient(left, right):
             one, other = (_exact(part, state, box) for part in (left, right))
             if one is None or other is None:
@@ -166,14 +170,6 @@ def _exact_of(expression: Expression, state: Known, box: Mapping[str, Range]) ->
             return one + other if isinstance(expression, Sum) else one * other
         case _:
             return None
-
-
-def _exact_value(function: str, number: Fraction) -> Fraction | None:
-    """Returns the exact value of a function, where it has one: a root of squares, or a value at 0."""
-    if function == "sqrt" and number >= 0:
-        root = Fraction(isqrt(number.numerator), isqrt(number.denominator))
-        return root if root**2 == number else None
-    return AT_0.get(function) if number == 0 else None
 
 
 def _take(policy: AgentPolicy, sides: Mapping[int, Formula], state: Known) -> str | None:
@@ -221,10 +217,6 @@ def _sum(terms: Sequence[tuple[Fraction, str]], state: Known) -> Fraction | Rang
     for each in ranges:
         found = plus(found, each)
     return found
-
-
-def _range(number: Fraction | Range) -> Range:
-    return exactly(number) if isinstance(number, Fraction) else number
 
 
 def _middles(state: Known) -> dict[str, Fraction]:

@@ -59,20 +59,20 @@ def comparable(features: Sequence[FeatureSpec], coordinates: Float64, world: Wor
     at = dict(zip(world.coordinates(), coordinates.T, strict=True))
     numbers = np.empty((len(coordinates), len(features)))
     for place, feature in enumerate(features):
-        assert feature.meaning is not None, feature
-        numbers[:, place] = _comparable(feature.meaning, at, len(coordinates))
+        meaning = feature.meaning
+        assert meaning is not None, feature
+        parts = [weight * at[name] for weight, name in meaning.terms]
+        parts = _distil_sum(parts) if len(parts) > 2 else parts
+        total = sum(parts, np.zeros(len(coordinates)))
+        if meaning.function:  # a sum of two rounds to 0 only from 0, and keeps its sign
+            kinds = {"sign": np.sign(total), "positive": total > 0, "zero": total == 0}
+            numbers[:, place] = kinds[meaning.function]
+        elif len(parts) == 2:
+            # above its rounded value the exact sum exceeds every float64 number that does not exceed the next one
+            numbers[:, place] = np.where(_find_rounding_error(*parts) > 0, np.nextafter(total, np.inf), total)
+        else:
+            numbers[:, place] = total
     return numbers
-
-
-def _comparable(meaning: Meaning, at: Mapping[str, Float64], count: int) -> Float64:
-    parts = [weight * at[name] for weight, name in meaning.terms]
-    parts = _distil_sum(parts) if len(parts) > 2 else parts
-    total = sum(parts, np.zeros(count))
-    if meaning.function:  # a sum of two rounds to 0 only from 0, and keeps its sign
-        kinds = {"sign": np.sign(total), "positive": total > 0, "zero": total == 0}
-        return np.asarray(kinds[meaning.function], dtype=np.float64)
-    # above its rounded value the exact sum exceeds every float64 number that does not exceed the next one
-    return np.where(_find_rounding_error(*parts) > 0, np.nextafter(total, np.inf), total) if len(parts) == 2 else total
 
 
 def _distil_sum(parts: Sequence[Float64]) -> list[Float64]:

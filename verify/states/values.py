@@ -137,12 +137,10 @@ class Batch:
             else:
                 total += float(weight) * column
         if self._doubting:
-            return ~(total - float(atom.bound) > self._error(atom))  # true of NaN
+            # more than what the roundings of weights, bound, products, sum and difference can add up to
+            size = np.full(self._count, abs(float(atom.bound)))
+            for weight, name in atom.terms:
+                size += abs(float(weight)) * np.abs(self._columns[name])
+            error = (len(atom.terms) + 4) * np.finfo(np.float64).eps * size + np.finfo(np.float64).tiny
+            return ~(total - float(atom.bound) > error)  # true of NaN
         return np.asarray(total < float(atom.bound) if atom.strict else total <= float(atom.bound))
-
-    def _error(self, atom: Linear) -> Float64:
-        """More than what the roundings of weights, bound, products, sum and difference can add up to, [batch]."""
-        size = np.full(self._count, abs(float(atom.bound)))
-        for weight, name in atom.terms:
-            size += abs(float(weight)) * np.abs(self._columns[name])
-        return (len(atom.terms) + 4) * np.finfo(np.float64).eps * size + np.finfo(np.float64).tiny

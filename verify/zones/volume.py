@@ -117,20 +117,16 @@ class Volumes:
             self.faces += 1
             if self.faces > self.budget:
                 raise FacesError
-            self._known[moved] = self._pyramids(moved, len(rows))
+            # pyramids over the facets that do not go through the point 0, which is the least vertex
+            size, total = len(rows), 0
+            sides = [moved[row * size : row * size + size] for row in range(size)]
+            for i, j in product(range(1, size), range(size)):
+                height, others = sides[i][j], [k for k in range(size) if k not in (i, j)]
+                # a bound that two others imply touches less than a facet
+                if i != j and height and not any(sides[i][k] + sides[k][j] == height for k in others):
+                    total += height * self.measure(_facet(sides, i, j), size - 1)
+            self._known[moved] = total
         return self._known[moved]
-
-    def _pyramids(self, cells: tuple[int, ...], size: int) -> int:
-        """The sum over the facets that do not go through the point 0, which is the least vertex."""
-        rows = [cells[row * size : row * size + size] for row in range(size)]
-        total = 0
-        for i, j in product(range(1, size), range(size)):
-            height = rows[i][j]
-            # a bound that two others imply touches less than a facet
-            if i == j or not height or any(rows[i][k] + rows[k][j] == height for k in range(size) if k not in (i, j)):
-                continue
-            total += height * self.measure(_facet(rows, i, j), size - 1)
-        return total
 
 
 def _independent(rows: list[list[int]]) -> list[list[int]]:
