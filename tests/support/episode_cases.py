@@ -4,10 +4,14 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
+from hypothesis import assume
 
+from codegen.lowering.deploy import deploy_tree
+from tests.support.strategies import with_trees
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
 from verify.claims.catalogue import find_claim
-from verify.claims.region_files import everywhere
+from verify.claims.region import Region
+from verify.claims.region_files import everywhere, start_region
 from verify.episodes.composition import decide
 from verify.episodes.unroll import EpisodeSearch, build_group
 from verify.episodes.zones import SCALE, Zones, starts
@@ -29,6 +33,25 @@ def arriving(k, first=2):
         (dy, -0.8, 1, 2), DOWN, (dy, 0.8, 3, 10), (dx, -0.3, 4, 5), LEFT, (dx, 0.3, 6, 9), (dy, 0.0, 7, 8), DOWN, UP,
         RIGHT, UP,
     )  # fmt: skip
+
+
+def centred(profile, half, middles, goals=None):
+    """A region of boxes of half the side `half` around middles {entity: (x, y)}; others are anywhere."""
+    start = start_region(profile.world)
+    box = dict(start.box)
+    for name, place in middles.items():
+        for axis, middle in zip("xy", place, strict=True):
+            box[f"{name}.{axis}"] = (Fraction(str(middle)) - half, Fraction(str(middle)) + half)
+    return Region(box, start.goals if goals is None else goals)
+
+
+def grown_pair(profile, first, second, ties=False):
+    """The profile with two trees, which hypothesis drew; `ties`: their thresholds are rounded, so that starts meet
+    them.
+    """
+    trees = [on_lattice(deploy_tree(grown)) if ties else deploy_tree(grown) for grown in (first, second)]
+    assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
+    return with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
 
 
 def on_lattice(tree):

@@ -23,6 +23,14 @@ from verify.verdicts.episodes import verify_episodes
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 
 
+def explained(profile, name, region=None):
+    """The answer to a claim that fails, and what is said of each coordinate of its start."""
+    question = Question(Game(profile), find_claim(name, profile), region or everywhere(profile))
+    result = verify_episodes(question, {})
+    assert result.verdict is Verdict.VIOLATED
+    return result, {span.name: span for span in result.evidence.explanation.spans}
+
+
 def alike(profile, result, name, value):
     """Whether the episode from a start with another value of one coordinate has the team's actions and fails."""
     moved = State({**result.evidence.state.position, name: float(value)}, result.evidence.state.goal)
@@ -35,9 +43,7 @@ def alike(profile, result, name, value):
 
 @pytest.mark.parametrize("name", ["reaches", "covers"])
 def test_intervals_hold_wherever_they_were_played(profile, name):
-    result = verify_episodes(Question(Game(profile), find_claim(name, profile), everywhere(profile)), {})
-    assert result.verdict is Verdict.VIOLATED
-    spans = {span.name: span for span in result.evidence.explanation.spans}
+    result, spans = explained(profile, name)
     assert set(spans) == set(result.evidence.state.position)
     for one in spans.values():
         assert one.low <= result.evidence.state.position[one.name] <= one.high
@@ -56,19 +62,16 @@ def test_intervals_hold_wherever_they_were_played(profile, name):
 
 def test_what_the_team_does_not_see_makes_no_difference(profile):
     still = team(profile, tree(UP), tree(STAY))
-    result = verify_episodes(Question(Game(still), find_claim("reaches", still), everywhere(still)), {})
-    spans = {span.name: span for span in result.evidence.explanation.spans}
+    result, spans = explained(still, "reaches")
     assert spans["adversary_0.x"].whole and (spans["adversary_0.x"].low, spans["adversary_0.x"].high) == (-1.0, 1.0)
     assert result.evidence.explanation.other is None, "this team has one course only"
-    assert (
-        "not decided" in result.evidence.explanation.says()["unique"]
-        and "adversary_0.x" in result.evidence.explanation.says()["free"]
-    )
+    says = result.evidence.explanation.says()
+    assert "not decided" in says["unique"] and "adversary_0.x" in says["free"]
 
 
 def test_another_way_to_fail_is_an_episode_that_fails(profile):
     arrivers = team(profile, arriving(0), arriving(1))
-    result = verify_episodes(Question(Game(arrivers), find_claim("covers", arrivers), everywhere(arrivers)), {})
+    result, _ = explained(arrivers, "covers")
     other = result.evidence.explanation.other
     episode, actions = courses(arrivers, [other], 25)
     assert inside(result.region, other) and fails(arrivers, result.claim, episode[:, 0])
@@ -78,7 +81,7 @@ def test_another_way_to_fail_is_an_episode_that_fails(profile):
 
 def test_the_radius_with_which_it_would_hold(profile):
     for name in ("reaches", "covers"):
-        result = verify_episodes(Question(Game(profile), find_claim(name, profile), everywhere(profile)), {})
+        result, _ = explained(profile, name)
         change = Fraction(result.evidence.explanation.change)
         assert change > 0 and "larger" in result.evidence.explanation.says()["fails by"]
         for more, holds in ((change, True), (change - Fraction(1, 10**9), False)):
@@ -93,24 +96,21 @@ def test_a_start_between_two_bounds_of_a_region(profile):
     box = dict(start.box) | {"landmark_0.x": (Fraction(1, 3), Fraction(2, 3))}
     difference = (("agent_0.x", "agent_1.x", (Fraction(1, 10), Fraction(1, 2))),)
     region = Region(box, start.goals, difference, (("agent_0", "landmark_0", Fraction(1, 5)),))
-    result = verify_episodes(Question(Game(both), find_claim("reaches", both), region), {})
-    assert result.verdict is Verdict.VIOLATED
-    spans = {span.name: span for span in result.evidence.explanation.spans}
+    result, spans = explained(both, "reaches", region)
     third = spans["landmark_0.x"]
     assert Fraction(third.low) >= Fraction(1, 3) and Fraction(third.high) <= Fraction(2, 3)
     assert math.isclose(third.low, 1 / 3) and not spans["agent_0.x"].whole
-    for one in spans.values():
-        for value in (one.low, one.high):
-            assert inside(
-                region, State({**result.evidence.state.position, one.name: value}, result.evidence.state.goal)
-            )
+    found = result.evidence.state
+    ends = [(one.name, value) for one in spans.values() for value in (one.low, one.high)]
+    assert all(inside(region, State({**found.position, name: value}, found.goal)) for name, value in ends)
 
 
 def test_what_the_region_fixes_is_not_said_to_make_no_difference(profile):
     still = team(profile, tree(UP), tree(STAY))
     start = everywhere(still)
     region = Region(dict(start.box) | {"adversary_0.x": (Fraction(1, 2),) * 2}, start.goals)
-    result = verify_episodes(Question(Game(still), find_claim("reaches", still), region), {})
-    spans = {span.name: str(span) for span in result.evidence.explanation.spans}
+    result, spans = explained(still, "reaches", region)
     free = result.evidence.explanation.says()["free"]
-    assert spans["adversary_0.x"] == "fixed by the region" and "adversary_0.x" not in free and "adversary_0.y" in free
+    assert (
+        str(spans["adversary_0.x"]) == "fixed by the region" and "adversary_0.x" not in free and "adversary_0.y" in free
+    )

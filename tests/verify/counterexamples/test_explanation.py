@@ -63,8 +63,7 @@ def keeps(profile, claim, region, state, name, value):
 
 def why(profile, claim, region, state):
     return explain_counterexample(
-        Question(Game(profile), claim, region, budgets=Budgets()),
-        explain(from_start(profile, claim), state, {}),
+        Question(Game(profile), claim, region), explain(from_start(profile, claim), state, {})
     )
 
 
@@ -99,15 +98,13 @@ def test_a_formula_along_a_line_is_its_truth(asked, y):
 
 
 def test_a_gap_without_float64_numbers_is_no_gap():
-    hole = Or(
-        (Linear(((Fraction(1), "x"),), Fraction(1, 10), True), Linear(((Fraction(-1), "x"),), Fraction(-1, 10), True))
-    )
-    line = along(hole, "x", {}, line_between(Fraction(-1), Fraction(1)))
+    def without(hole):
+        sides = [Linear(((Fraction(sign), "x"),), sign * hole, True) for sign in (1, -1)]
+        return along(Or(tuple(sides)), "x", {}, line_between(Fraction(-1), Fraction(1)))
+
+    line = without(Fraction(1, 10))
     assert len(line) == 2 and around(line, 0.0) == (-1.0, 1.0)  # 1/10 is no float64 number
-    half = Or(
-        (Linear(((Fraction(1), "x"),), Fraction(1, 2), True), Linear(((Fraction(-1), "x"),), Fraction(-1, 2), True))
-    )
-    line = along(half, "x", {}, line_between(Fraction(-1), Fraction(1)))
+    line = without(Fraction(1, 2))
     assert around(line, 0.0) == (-1.0, math.nextafter(0.5, 0)) and around(line, 0.75) == (math.nextafter(0.5, 1), 1.0)
 
 
@@ -193,14 +190,13 @@ def test_errors_of_features_stay_as_they_are(profile):
     claim = DistinctTargets("defenders", eps=Fraction(1, 4))
     found = verify(Question(Game(roles), claim, start_region(roles.world)), {})
     state = found.evidence.counterexample.state
-    assert (
-        state.errors and found.evidence.explanation.shortfall == float(shortfall(from_start(roles, claim), state)) >= 0
-    )
-    for span in found.evidence.explanation.spans:
+    why = found.evidence.explanation
+    assert state.errors and why.shortfall == float(shortfall(from_start(roles, claim), state)) >= 0
+    for span in why.spans:
         assert keeps(roles, claim, found.region, state, span.name, span.high)
         assert not keeps(roles, claim, found.region, state, span.name, math.nextafter(span.high, math.inf))
-    assert any(span.low < span.high and not span.free for span in found.evidence.explanation.spans)
-    assert all(turn.room >= 0 for room in found.evidence.explanation.agents for turn in room.turns)
+    assert any(span.low < span.high and not span.free for span in why.spans)
+    assert all(turn.room >= 0 for room in why.agents for turn in room.turns)
 
 
 # --- uniqueness
@@ -214,11 +210,8 @@ def in_leaves(profile, leaves):
         while node != ir.ROOT:
             parent = int(np.flatnonzero((policy.tree.left == node) | (policy.tree.right == node))[0])
             feature = policy.features[policy.tree.feature[parent]]
-            tests.append(
-                sides(feature, float(policy.tree.threshold[parent]), policy.numbers)[
-                    int(policy.tree.right[parent] == node)
-                ]
-            )
+            both = sides(feature, float(policy.tree.threshold[parent]), policy.numbers)
+            tests.append(both[int(policy.tree.right[parent] == node)])
             node = parent
     return conjunction(*tests)
 
@@ -227,9 +220,8 @@ def elsewhere_by_pairs(profile, claim, region, leaves):
     """Whether the claim fails in other leaves, asked pair by pair."""
     every = [[(policy.agent, int(leaf)) for leaf in ir.leaves(policy.tree)] for policy in profile.team(claim.team)]
     others = [dict(pair) for pair in product(*every) if dict(pair) != leaves]
-    return any(
-        ask(there(Question(Game(profile), claim, region), goal, pair)).holds for pair in others for goal in region.goals
-    )
+    question = Question(Game(profile), claim, region)
+    return any(ask(there(question, goal, pair)).holds for pair in others for goal in region.goals)
 
 
 @pytest.mark.solver
@@ -241,11 +233,12 @@ def test_uniqueness_against_pairs_of_leaves_and_zones(kind, profile, monkeypatch
     while len(answers) < 14:
         found, claim = deception(rng, 2) if kind == "any" else near_roles(rng, profile)
         region = random_region(rng, found)
-        state = next(violating_samples(Question(Game(found), claim, region)), None)
+        question = Question(Game(found), claim, region)
+        state = next(violating_samples(question), None)
         if state is None:
             continue
         leaves = leaves_at(found, claim.team, state)
-        answer = unique(Question(Game(found), claim, region, budgets=Budgets()), state)
+        answer = unique(question, state)
         answers.append(answer.answer)
         wanted = elsewhere_by_pairs(found, claim, region, leaves)
         assert wanted == (answer.answer is not Unique.ONLY)
@@ -259,9 +252,7 @@ def test_uniqueness_against_pairs_of_leaves_and_zones(kind, profile, monkeypatch
             assert inside(region, answer.other) and violates(from_start(found, claim), answer.other)
             assert leaves_at(found, claim.team, answer.other) == dict(answer.leaves) != leaves
         if answer.answer is Unique.ONLY:
-            goals = {
-                goal for goal in region.goals if ask(there(Question(Game(found), claim, region), goal, leaves)).holds
-            }
+            goals = {goal for goal in region.goals if ask(there(question, goal, leaves)).holds}
             assert set(answer.goals) == goals and not answer.open_goals
         assert answer.answer is not Unique.OPEN or answer.reason == uniqueness.ONLY_REAL
     assert {Unique.ONLY, Unique.OTHERS} <= set(answers) and by_zones > 7
@@ -276,9 +267,8 @@ def test_the_only_way_to_fail_is_told_with_its_goals(profile):
     still = team(profile, tree((2, -0.5, 1, 2), STAY, *moved(towards(0, 0), 2)), tree(LEFT))
     one = Fraction(1)
     box = dict(start_region(profile.world).box) | {"agent_1.x": (one, one), "landmark_1.x": (-one, -one)}
-    said = verify(
-        Question(Game(still), CLAIM, Region(box, ("landmark_0", "landmark_1"))), {}
-    ).evidence.explanation.uniqueness
+    everywhere = Question(Game(still), CLAIM, Region(box, ("landmark_0", "landmark_1")))
+    said = verify(everywhere, {}).evidence.explanation.uniqueness
     assert said.answer is Unique.ONLY and said.goals == ("landmark_0", "landmark_1")
     assert str(said).startswith("the only one:") and said.document()["other"] is None
     only = verify(Question(Game(still), CLAIM, Region(box, ("landmark_1",))), {}).evidence.explanation.uniqueness
@@ -309,10 +299,8 @@ def test_trees_of_one_leaf_are_the_only_way(profile):
     still = team(profile, tree(STAY), tree(UP))
     found = verify(Question(Game(still), CLAIM, start_region(still.world)), {})
     assert found.evidence.explanation.uniqueness.answer is Unique.ONLY
-    assert (
-        ask(elsewhere(Question(Game(still), CLAIM, found.region), "landmark_0", {"agent_0": 0, "agent_1": 0})).holds
-        is False
-    )
+    query = elsewhere(Question(Game(still), CLAIM, found.region), "landmark_0", {"agent_0": 0, "agent_1": 0})
+    assert ask(query).holds is False
     assert all(room.nearest is None and len(room.untested) == 10 for room in found.evidence.explanation.agents)
     assert "nearest" not in found.evidence.explanation.says()
 
@@ -329,9 +317,8 @@ def test_worth_is_by_how_much_bounds_may_move(asked, x, y):
     if math.isinf(value):
         assert holds(asked, at, {}) == (value > 0)
         return
-    assert holds(tighten_formula(asked, value - little), at, {}) and not holds(
-        tighten_formula(asked, value + little), at, {}
-    )
+    assert holds(tighten_formula(asked, value - little), at, {})
+    assert not holds(tighten_formula(asked, value + little), at, {})
     assert worth(Not(asked), at, {}) == -value
 
 
@@ -339,13 +326,8 @@ def test_worth_is_by_how_much_bounds_may_move(asked, x, y):
 def test_the_shortfall_of_a_known_team(profile):
     """Both go left, and landmark_1 is to the right of both."""
     both = team(profile, tree(LEFT), tree(LEFT))
-    at = {
-        "adversary_0": (0, 0),
-        "agent_0": (0.5, 0),
-        "agent_1": (0, 0.5),
-        "landmark_0": (-1, 0),
-        "landmark_1": (0.75, 0.5),
-    }
+    at = {"adversary_0": (0, 0), "agent_0": (0.5, 0), "agent_1": (0, 0.5)}
+    at |= {"landmark_0": (-1, 0), "landmark_1": (0.75, 0.5)}
     position = {f"{name}.{axis}": float(v) for name, pair in at.items() for axis, v in zip("xy", pair, strict=True)}
     state = State(position, "landmark_0")
     assert violates(from_start(both, CLAIM), state)

@@ -8,15 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen.errors import InputError
-from codegen.lowering.deploy import deploy_tree
 from codegen.policy_json import content_hash
 from maviper import load
 from tests.support.altered import altered, read_game, sealed
-from tests.support.episode_cases import arriving, on_lattice
+from tests.support.episode_cases import arriving, centred, grown_pair
 from tests.support.episode_certificates import certified, failures, share_of_bytes_refused
 from tests.support.episode_mutations import judge_mutations
 from tests.support.strategies import grown_trees, with_trees
@@ -46,25 +45,9 @@ BOTH = ("agent_0", "agent_1")
 ENTITIES = (*BOTH, "landmark_0", "landmark_1")
 
 
-def centred(profile, half, middles, goals=None):
-    """A region of boxes of half the side `half` around middles {entity: (x, y)}; others are anywhere."""
-    start = start_region(profile.world)
-    box = dict(start.box)
-    for name, place in middles.items():
-        for axis, middle in zip(AXES, place, strict=True):
-            box[f"{name}.{axis}"] = (Fraction(str(middle)) - half, Fraction(str(middle)) + half)
-    return Region(box, start.goals if goals is None else goals)
-
-
 def random_middles(seed, most=0.5):
     rng = np.random.default_rng(seed)
     return {name: tuple(round(float(v), 2) for v in rng.uniform(-most, most, 2)) for name in ENTITIES}
-
-
-def random_pair(profile, first, second, ties=False):
-    trees = [on_lattice(deploy_tree(grown)) if ties else deploy_tree(grown) for grown in (first, second)]
-    assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
-    return with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +84,7 @@ def unit(episode):
 @given(grown_trees(max_depth=3), grown_trees(max_depth=3), st.integers(0, 9), st.booleans(), st.booleans())
 def test_what_the_machine_does_is_always_among_the_answers(profile, first, second, steps, ties, alone):
     """Each choice of played episodes, and whether an agent is near, for starts of which thresholds may tie."""
-    random = random_pair(profile, first, second, ties)
+    random = grown_pair(profile, first, second, ties)
     claim = find_claim("reaches", random, steps=steps)
     coordinates, goals = sample(at_rest(everywhere(random)), random.world, 20, steps)
     coordinates = np.round(coordinates * 8) / 8 if ties else coordinates
@@ -140,7 +123,7 @@ def _agent(profile, name):
     grown_trees(max_depth=3), grown_trees(max_depth=3), st.integers(0, 12), st.integers(0, 3), st.sampled_from([3, 30])
 )
 def test_proofs_are_found_for_what_zones_prove_and_only_for_what_holds(profile, first, second, steps, seed, side):
-    random = random_pair(profile, first, second)
+    random = grown_pair(profile, first, second)
     region = centred(random, Fraction(1, side), random_middles(seed))
     for name in ("reaches", "covers"):
         claim = find_claim(name, random, steps=steps)
@@ -336,10 +319,8 @@ def test_a_search_without_slack_is_refused(kind, profile):
     places = {"agent_0": (0, 0), "landmark_0": (0.9, 0), "agent_1": (0, 0), "landmark_1": (0, 0)}
     region = centred(runner, Fraction(0), places, ("landmark_0",))
     course, _ = play(runner, sample(at_rest(region), runner.world, 1, 0)[0], 6)
-    names = runner.world.coordinates()
-    gap = Fraction(float(course[6, 0, names.index("landmark_0.x")])) - Fraction(
-        float(course[6, 0, names.index("agent_0.x")])
-    )
+    last = dict(zip(runner.world.coordinates(), map(Fraction, course[6, 0].tolist()), strict=True))
+    gap = last["landmark_0.x"] - last["agent_0.x"]
     claim = find_claim("reaches", runner, steps=6, radius=gap + Fraction(1, 2**34))
     parts = forged(kind, runner, claim, region)
     assert parts is not None and forged(EpisodeReading, runner, claim, region) is None
@@ -394,30 +375,30 @@ def test_forms_without_contacts_are_refused_where_agents_collide(arrivers, prove
     with pytest.raises(RejectedError, match="can push each other"):
         check_certificate(altered(proved, profile=content_hash(touching)), touching)
     still = centred(touching, Fraction(1, 20), dict.fromkeys(ENTITIES, (0, 0)))
-    found = build_certificate(
-        Question(Game(touching), find_claim("reaches", touching, steps=0), still), proved.proof.parts
-    )
+    question = Question(Game(touching), find_claim("reaches", touching, steps=0), still)
+    found = build_certificate(question, proved.proof.parts)
     assert found.header.certificate != proved.header.certificate and check_certificate(found, touching) > 0
 
 
 def test_a_proof_that_is_too_long_is_told(arrivers, proved, monkeypatch):
+    question = Question(Game(arrivers), proved.claim, proved.header.region)
     with pytest.raises(NoCertificateError, match="more than"):
-        build_certificate(Question(Game(arrivers), proved.claim, proved.header.region), proved.proof.parts, 1_000)
-    monkeypatch.setattr("verify.verdicts.episodes.certificates.build_certificate", _too_long)
-    result = verify_episodes(Question(Game(arrivers), proved.claim, proved.header.region), {})
-    assert (
-        result.verdict is Verdict.PROVED
-        and result.evidence.certificate is None
-        and result.evidence.uncertified == "too long"
-    )
+        build_certificate(question, proved.proof.parts, 1_000)
+
+    def too_long(*given):
+        raise NoCertificateError("too long")
+
+    monkeypatch.setattr("verify.verdicts.episodes.certificates.build_certificate", too_long)
+    result = verify_episodes(question, {})
+    assert result.verdict is Verdict.PROVED
+    assert result.evidence.certificate is None and result.evidence.uncertified == "too long"
 
 
 def test_what_the_second_reading_leaves_open_is_not_proved(arrivers, proved, monkeypatch):
     """Zones that prove what is not so, as a fault of theirs would."""
     swinging = team(arrivers, towards(0, 0), arriving(1))
-    monkeypatch.setattr(
-        "verify.verdicts.episodes.decide", lambda *_: ZonesDecision(Verdict.PROVED, 1, parts=proved.proof.parts)
-    )
+    wrong = ZonesDecision(Verdict.PROVED, 1, parts=proved.proof.parts)
+    monkeypatch.setattr("verify.verdicts.episodes.decide", lambda *_: wrong)
     monkeypatch.setattr("verify.verdicts.episodes.first_failing", lambda *_: None)
     result = verify_episodes(Question(Game(swinging), proved.claim, proved.header.region), {})
     assert result.verdict is Verdict.UNKNOWN and "left open at the last step" in result.reason
@@ -436,20 +417,12 @@ def test_a_part_that_is_too_large_hides_no_open_branch(arrivers, proved, order):
 
 def test_a_control_is_judged_by_both_readings_too(arrivers, proved, monkeypatch):
     monkeypatch.setattr("verify.question.list_shuffled", lambda profile, *_: [team(profile, tree(STAY), tree(STAY))])
-    decided = iter(
-        [
-            decide(Question(Game(arrivers), proved.claim, proved.header.region)),
-            ZonesDecision(Verdict.PROVED, 1, parts=proved.proof.parts),
-        ]
-    )
+    question = Question(Game(arrivers), proved.claim, proved.header.region)
+    decided = iter([decide(question), ZonesDecision(Verdict.PROVED, 1, parts=proved.proof.parts)])
     monkeypatch.setattr("verify.verdicts.episodes.decide", lambda *_: next(decided))
     monkeypatch.setattr("verify.verdicts.episodes.first_failing", lambda *_: None)
-    result = verify_episodes(Question(Game(arrivers), proved.claim, proved.header.region), {})
+    result = verify_episodes(question, {})
     assert result.verdict is Verdict.PROVED and result.evidence.control.verdict is Verdict.UNKNOWN
-
-
-def _too_long(*given):
-    raise NoCertificateError("too long")
 
 
 def test_files_that_are_none(proved):
@@ -472,8 +445,6 @@ def test_the_adversary_may_do_anything(profile):
     region = centred(pair, Fraction(1, 100), places)
     assert check_certificate(certified(pair, find_claim("reaches", pair, steps=6), region), pair) > 0
     swinging = team(profile, towards(0, 0), towards(1, 1))
+    question = Question(Game(swinging), find_claim("reaches", swinging), everywhere(swinging))
     with pytest.raises(NoCertificateError, match="left open"):
-        build_certificate(
-            Question(Game(swinging), find_claim("reaches", swinging), everywhere(swinging)),
-            [ProofPart("", "", "", BOTH, b"")],
-        )
+        build_certificate(question, [ProofPart("", "", "", BOTH, b"")])

@@ -23,6 +23,7 @@ from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
 from verify.episodes.certificates import EpisodeProver, TooLongError
 from verify.question import Question
+from verify.result import Verdict
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
 
@@ -58,11 +59,8 @@ def test_what_is_proved_has_a_certificate(cases):
     """Reaching, keeping apart, and prey: each comes back from its text and is accepted."""
     for profile, certificate in cases:
         text = to_json(certificate)
-        assert (
-            certificate.header.certificate == PUSHED
-            and read_game(text) == certificate
-            and to_json(read_game(text)) == text
-        )
+        assert certificate.header.certificate == PUSHED
+        assert read_game(text) == certificate and to_json(read_game(text)) == text
         assert check_certificate(certificate, profile) > 0
         assert failures(profile, certificate.claim, certificate.header.region, 2_000, seed=3) == 0
     names = [certificate.claim.name for _, certificate in cases]
@@ -72,17 +70,20 @@ def test_what_is_proved_has_a_certificate(cases):
 def test_a_verdict_shows_its_certificate(cases):
     profile, certificate = cases[2]
     result = verify_episodes(Question(Game(profile), certificate.claim, certificate.header.region), {})
-    assert result.evidence.certificate == certificate and result.evidence.branches == check_certificate(
-        certificate, profile
-    )
+    assert result.evidence.certificate == certificate
+    assert result.evidence.branches == check_certificate(certificate, profile)
     assert not result.evidence.uncertified and "over-approximated" in result.evidence.contacts
 
 
-def test_opponents_as_in_the_profile_are_followed_in_the_proof():
+def test_opponents_as_in_the_profile_are_followed_in_the_proof_and_told(few_states):
+    """The predator goes away; another one could come."""
     profile = going(LEFT, STAY, name=CHASE)
     region = around(profile, Fraction(1, 20), [(-0.5, 0), (0.5, 0), (0, -0.9)])
     claim = find_claim("keeps_apart", profile, "prey", others=["adversary_0"])
-    certificate = certified(profile, claim, region)
+    result = verify_episodes(Question(Game(profile), claim, region), {})
+    assert result.verdict is Verdict.PROVED and "opponents as in" in result.evidence.opponents_words
+    assert result.evidence.opponents and ("adversary_0", "agent_0") in result.evidence.followed
+    certificate = result.evidence.certificate
     assert [part.followed for part in certificate.proof.parts] == [("adversary_0", "agent_0")]
     alone = altered(certificate.proof.parts[0], followed=("agent_0",))
     with pytest.raises(RejectedError):
@@ -195,14 +196,8 @@ def test_what_a_certificate_must_say(cases):
     refused("radius", claim=replace(claim, radius=Fraction(-1)))
     refused("unknown entity", claim=replace(claim, others=("agent_7",)))
     refused("another form", certificate="maviper-episode-certificate-2")
-    one_place = dict.fromkeys(certificate.header.inhabitant, Fraction(0))
-    anywhere = Region(
-        {
-            name: (min(low, Fraction(0)), max(high, Fraction(0)))
-            for name, (low, high) in certificate.header.region.box.items()
-        },
-        (),
-    )
-    refused("stand in one place", inhabitant=one_place, region=anywhere)
+    zero, box = Fraction(0), certificate.header.region.box
+    wide = {name: (min(low, zero), max(high, zero)) for name, (low, high) in box.items()}
+    refused("stand in one place", inhabitant=dict.fromkeys(box, zero), region=Region(wide, ()))
     text = to_json(certificate)
     assert '"others": []' in text and '"landmarks"' not in text.replace('"landmark"', "")

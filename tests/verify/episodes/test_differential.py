@@ -24,19 +24,12 @@ pytestmark = pytest.mark.solver
 TEAM = "defenders"
 
 
-def observing(profile, agent, *features):
-    """The profile with an agent that observes features [(function, terms)], and its tree as it is."""
-    specs = tuple(
-        ir.FeatureSpec(f"f{number}", "none", -9.0, 9.0, ir.Meaning(tuple(terms), function))
-        for number, (function, terms) in enumerate(features)
-    )
-    changed = replace(profile.policy(agent), features=specs)
-    return replace(profile, agents=tuple(changed if one.agent == agent else one for one in profile.agents))
-
-
-def with_tree(profile, agent, grown):
-    changed = replace(profile.policy(agent), tree=grown)
-    return replace(profile, agents=tuple(changed if one.agent == agent else one for one in profile.agents))
+def alone(grown, function, terms):
+    """A defender with a tree, alone with the adversary, that observes a function of terms and nothing else."""
+    profile = team_in("physical-deception,defenders=1", [tree(STAY)] * 2)
+    seen = ir.FeatureSpec("f0", "none", -9.0, 9.0, ir.Meaning(tuple(terms), function))
+    changed = replace(profile.policy("agent_0"), tree=grown, features=(seen,))
+    return replace(profile, agents=tuple(changed if one.agent == "agent_0" else one for one in profile.agents))
 
 
 ZERO, NEAR, BESIDE = (Fraction(0),) * 2, (Fraction(0), Fraction(1, 20)), (Fraction(-1, 20), Fraction(1, 20))
@@ -52,13 +45,12 @@ def placed(profile, **bounds):
 
 def answers(profile, claim, region):
     """The verdict of the zones, and whether the second reading has a certificate."""
-    whole = [ProofPart("", "", "", ("agent_0",), b"")]
+    question = Question(Game(profile), claim, region)
+    verdict, whole = decide(question).verdict, [ProofPart("", "", "", ("agent_0",), b"")]
     try:
-        return decide(Question(Game(profile), claim, region)).verdict, bool(
-            build_certificate(Question(Game(profile), claim, region), whole)
-        )
+        return verdict, bool(build_certificate(question, whole))
     except NoCertificateError:
-        return decide(Question(Game(profile), claim, region)).verdict, False
+        return verdict, False
 
 
 @pytest.mark.parametrize(
@@ -74,8 +66,7 @@ def answers(profile, claim, region):
 )
 def test_a_sign_is_negative_zero_or_positive(grown, holds):
     """Where agent and landmark are at the same x, the tests at -0.5 and 0.5 part."""
-    profile = with_tree(team_in("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", grown)
-    profile = observing(profile, "agent_0", SIGN)
+    profile = alone(grown, *SIGN)
     claim = find_claim("covers", profile, TEAM, steps=8, radius=Fraction(3, 50))
     wanted = (Verdict.PROVED, True) if holds else (Verdict.VIOLATED, False)
     assert answers(profile, claim, placed(profile)) == wanted
@@ -101,8 +92,7 @@ def test_a_sign_that_a_shipped_world_shows():
 def test_functions_of_two_values_turn_once(function):
     """Whatever the thresholds between 0 and 1, nothing lies between the two values."""
     grown = tree((0, 0.25, 1, 2), STAY, (0, 0.75, 3, 4), RIGHT, STAY)
-    profile = with_tree(team_in("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", grown)
-    profile = observing(profile, "agent_0", (function, SIGN[1]))
+    profile = alone(grown, function, SIGN[1])
     claim = find_claim("covers", profile, TEAM, steps=8, radius=Fraction(3, 50))
     wide = placed(profile, agent_0_x=NEAR, agent_0_y=BESIDE, landmark_0_x=NEAR)
     assert answers(profile, claim, wide) == (Verdict.PROVED, True)
@@ -111,13 +101,11 @@ def test_functions_of_two_values_turn_once(function):
 def test_what_is_not_zero_stays_so():
     """Both readings know it in a second test; form 1 of certificates does not."""
     grown = tree((0, 0.25, 1, 2), STAY, (0, 0.75, 3, 4), RIGHT, STAY)
-    profile = with_tree(team_in("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", grown)
-    profile = observing(profile, "agent_0", ("zero", SIGN[1]))
+    profile = alone(grown, "zero", SIGN[1])
     claim = find_claim("covers", profile, TEAM, steps=6, radius=Fraction(3, 50))
     region = placed(profile, agent_0_x=NEAR, landmark_0_x=NEAR)
-    certificate = build_certificate(
-        Question(Game(profile), claim, region), decide(Question(Game(profile), claim, region)).parts
-    )
+    question = Question(Game(profile), claim, region)
+    certificate = build_certificate(question, decide(question).parts)
     assert certificate.header.certificate == "maviper-episode-certificate-2"
     assert read_game(to_json(certificate)) == certificate and check_certificate(certificate, profile) > 0
     with pytest.raises(RejectedError):
@@ -126,9 +114,7 @@ def test_what_is_not_zero_stays_so():
 
 def test_sums_of_three_are_refused():
     """A coordinate that cancels still rounds: such a test is another one than that of what is left of it."""
-    profile = with_tree(team_in("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", BETWEEN)
-    rounding = [*SIGN[1], (1, "landmark_0.x")]
-    profile = observing(profile, "agent_0", ("", rounding))
+    profile = alone(BETWEEN, "", [*SIGN[1], (1, "landmark_0.x")])
     claim = find_claim("keeps_apart", profile, TEAM, steps=8, others=["landmark_0"])
     found = decide(Question(Game(profile), claim, placed(profile)))
     assert found.verdict is Verdict.UNKNOWN and "not a coordinate or a difference of two" in found.reason

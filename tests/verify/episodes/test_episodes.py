@@ -3,28 +3,27 @@
 from dataclasses import replace
 from fractions import Fraction
 
-import numpy as np
 import pytest
 import z3
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen import ir
-from codegen.errors import DisagreementError, InputError, UnknownNameError
-from codegen.lowering.deploy import deploy_tree
-from tests.support.episode_cases import arriving, lost, on_lattice, verdicts_wrong
+from codegen.errors import InputError, UnknownNameError
+from maviper.worlds import PhysicalDeception
+from tests.support.episode_cases import arriving, centred, grown_pair, lost, verdicts_wrong
 from tests.support.episode_certificates import failures, replays_of
 from tests.support.strategies import grown_trees, with_trees
 from tests.support.teams import LEFT, RIGHT, STAY, UP, team, team_in, towards, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.claims.region_files import everywhere, start_region
+from verify.claims.region_files import everywhere
 from verify.claims.wording import account_of
 from verify.episodes.composition import decide
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.solver.terms import half_line
-from verify.states.episodes import Episode, courses, find_matchings
+from verify.states.episodes import find_matchings
 from verify.states.state import inside
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
@@ -37,16 +36,6 @@ AXES = "xy"
 @pytest.fixture
 def arrivers(profile):
     return team(profile, arriving(0), arriving(1))
-
-
-def centred(profile, half, middles, goals=None):
-    """A region of boxes of half the side `half` around middles {entity: (x, y)}; others are anywhere."""
-    start = start_region(profile.world)
-    box = dict(start.box)
-    for name, place in middles.items():
-        for axis, middle in zip(AXES, place, strict=True):
-            box[f"{name}.{axis}"] = (Fraction(str(middle)) - half, Fraction(str(middle)) + half)
-    return Region(box, goals or start.goals)
 
 
 # --- teams whose answers are known
@@ -62,20 +51,13 @@ def test_a_team_that_arrives_is_proved_from_everywhere_agent_by_agent(arrivers):
     assert failures(arrivers, claim, result.region, 10_000, 1) == 0
 
 
-def test_the_same_team_does_not_stay_there(arrivers):
-    result = verify_episodes(Question(Game(arrivers), find_claim("covers", arrivers), everywhere(arrivers)), {})
-    assert result.verdict is Verdict.VIOLATED
-
-
 @pytest.mark.smoke
 def test_heading_is_not_arriving(profile):
     """This team satisfies own_target everywhere, but swings to and fro in x."""
     swinging = team(profile, towards(0, 0), towards(1, 1))
     for name in ("reaches", "covers"):
-        assert (
-            decide(Question(Game(swinging), find_claim(name, swinging), everywhere(swinging))).verdict
-            is Verdict.VIOLATED
-        )
+        question = Question(Game(swinging), find_claim(name, swinging), everywhere(swinging))
+        assert decide(question).verdict is Verdict.VIOLATED
 
 
 def test_matchings_are_what_is_asked(arrivers):
@@ -88,9 +70,7 @@ def test_matchings_are_what_is_asked(arrivers):
 
 def test_a_violation_that_sampling_misses_is_found_by_zones(arrivers):
     """agent_0 stands still where its landmark lies in a strip 2e-6 wide."""
-    late = tree(
-        (2, -0.5, 1, 2), LEFT, (2, 0.7, 3, 4), STAY, (2, 0.700002, 5, 6), STAY, RIGHT,
-    )  # fmt: skip
+    late = tree((2, -0.5, 1, 2), LEFT, (2, 0.7, 3, 4), STAY, (2, 0.700002, 5, 6), STAY, RIGHT)
     on_axis = centred(arrivers, Fraction(0), {"landmark_0": (0, 0), "landmark_1": (0, 0), "agent_1": (0, 0)})
     box = dict(on_axis.box) | {"agent_0.x": (Fraction(-1), Fraction("-0.7000001")), "agent_0.y": (Fraction(0),) * 2}
     claim = find_claim("reaches", arrivers)
@@ -144,9 +124,7 @@ def test_against_unrolling_by_z3(profile, trees, steps):
 @given(grown_trees(max_depth=3), grown_trees(max_depth=3), st.integers(0, 7), st.booleans())
 def test_every_start_lies_in_a_zone_that_moves_as_it_does(profile, first, second, steps, ties):
     """Also agents that read each other and the adversary, and starts on which thresholds tie."""
-    trees = [on_lattice(deploy_tree(grown)) if ties else deploy_tree(grown) for grown in (first, second)]
-    assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
-    random = with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
+    random = grown_pair(profile, first, second, ties)
     assert lost(random, steps, steps, 100, 0.125 if ties else None, budget=50_000) in (0, None)
 
 
@@ -162,17 +140,6 @@ def test_known_verdicts(profile):
 
 
 # --- who is followed
-
-
-def test_team_mates_that_are_read_are_followed(profile):
-    """agent_0 waits until agent_1 has come near, which it does: true only if agent_1 is followed."""
-    waiting = tree((8, 0.25, 1, 2), RIGHT, STAY)
-    pair = team(profile, waiting, tree(LEFT))
-    places = {"agent_0": (0, 0), "agent_1": (1, 0), "landmark_0": (0.5, 0), "landmark_1": (0.5, 0)}
-    region = centred(pair, Fraction(1, 100), places)
-    found = decide(Question(Game(pair), find_claim("reaches", pair, steps=15, radius=Fraction(1, 5)), region))
-    assert found.verdict is Verdict.PROVED
-    assert found.followed == (("agent_0", "agent_1"), ("agent_1",))
 
 
 def test_the_adversary_may_do_anything(profile):
@@ -212,10 +179,8 @@ def test_goals_are_told_apart(profile):
 
 
 def test_a_spent_budget_is_unknown_with_the_same_count(arrivers):
-    claim = find_claim("reaches", arrivers)
-    found = [
-        decide(Question(Game(arrivers), claim, everywhere(arrivers), budgets=Budgets(max_zones=500))) for _ in range(2)
-    ]
+    question = Question(Game(arrivers), find_claim("reaches", arrivers), everywhere(arrivers))
+    found = [decide(question.spending(max_zones=500)) for _ in range(2)]
     assert found[0] == found[1]
     assert found[0].verdict is Verdict.UNKNOWN and "--effort" in found[0].reason and found[0].zones <= 500
 
@@ -271,22 +236,8 @@ def test_courses_equal_simulator_compiled_c_and_mpe2(profile):
         assert len(result.evidence.ways[0].places) == steps + 1 and len(result.evidence.ways[0].actions) == steps
 
 
-def test_a_replay_that_takes_another_course_is_no_verdict(profile):
-    swinging = team(profile, towards(0, 0), towards(1, 1))
-    claim = find_claim("reaches", swinging)
-
-    def off(state, steps):
-        coordinates, actions = courses(swinging, [state], steps)
-        return Episode(coordinates[:, 0] + 2.0**-52, actions[:, 0])
-
-    with pytest.raises(DisagreementError, match="another episode"):
-        verify_episodes(Question(Game(swinging), claim, everywhere(swinging)), {"simulator": off})
-
-
 def test_speed_limits_and_observed_velocities(profile):
     """A spec with a speed limit and trees that observe their velocity: play and zones agree."""
-    from maviper.worlds import PhysicalDeception
-
     world = PhysicalDeception(velocity=1)
     braking = tree((10, 0.3, 1, 2), RIGHT, STAY)  # accelerates up to a speed
     found = team_in(world, [braking if name == "agent_0" else tree(STAY) for name in world.agents])

@@ -87,10 +87,8 @@ def test_an_error_that_rounding_takes_away_reaches_the_threshold_it_rounds_to():
 
 
 def test_what_may_be_infinite_has_no_bound():
-    policy = stump(2.0, 0.5)
-    loud = replace(
-        policy, outputs=(ir.OutputSpec("push", "none", None, None),), tree=replace(policy.tree, gives="float32")
-    )
+    policy, free = stump(2.0, 0.5), (ir.OutputSpec("push", "none", None, None),)
+    loud = replace(policy, outputs=free, tree=replace(policy.tree, gives="float32"))
     (ends,) = ends_of(loud, [0.25, 3.0], [Fraction(0), Fraction(10) ** 39])
     assert ends.change == 0  # the other leaf is out of reach
     (ends,) = ends_of(loud, [0.25, 3.0], [Fraction(1), Fraction(10) ** 39])

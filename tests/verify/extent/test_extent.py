@@ -9,6 +9,7 @@ from math import lcm
 import numpy as np
 import pytest
 
+from codegen import ir
 from maviper.verification.run import verify_claims
 from tests.support.steady_zones import stands
 from tests.support.teams import STAY, UP, team, towards, tree
@@ -47,6 +48,20 @@ from verify.zones.tables import EPSILON, Problem
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 CLAIM = DistinctTargets("defenders")
+
+
+@pytest.fixture
+def same(profile):
+    """Two agents that both go to landmark 0."""
+    return team(profile, towards(0, 0), towards(0, 1))
+
+
+def about(profile, claim, region, **budgets):
+    return Question(Game(profile), claim, region, budgets=Budgets(**budgets))
+
+
+def located(profile, claim, region, verdict=Verdict.VIOLATED, name="", **budgets):
+    return where.where(about(profile, claim, region, **budgets), verdict, name)
 
 
 def contains(bounds, state):
@@ -110,26 +125,21 @@ def test_zones_hold_exactly_the_violating_points(profile, draw, semantics, quest
     assert seen > least
 
 
-def test_zones_name_the_leaves_that_the_agents_are_in(profile):
-    from codegen import ir
-
-    same = team(profile, towards(0, 0), towards(0, 1))
-    claim = find_property("distinct_targets", same)
-    for failing in violations.violations(Question(Game(same), claim, everywhere(same))):
+def test_zones_name_the_leaves_that_the_agents_are_in(same):
+    for failing in violations.violations(about(same, CLAIM, everywhere(same))):
         assert failing.agents == ("agent_0", "agent_1")
         for leaves, _ in failing.zones:
             for agent, leaf in zip(failing.agents, leaves, strict=True):
                 assert same.policy(agent).tree.feature[leaf] == ir.NO_FEATURE
 
 
-def test_an_assumption_keeps_zones_inside_it(profile):
-    same = team(profile, towards(0, 0), towards(0, 1))
+def test_an_assumption_keeps_zones_inside_it(same):
     right = Linear(((Fraction(-1), "agent_0.x"),), Fraction(0))
-    claim = replace(find_property("distinct_targets", same), assume=right)
-    found = violations.violations(Question(Game(same), claim, everywhere(same)))
+    claim = replace(CLAIM, assume=right)
+    found = violations.violations(about(same, claim, everywhere(same)))
     assert check_points(same, claim, everywhere(same), MACHINE, np.random.default_rng(1)) > 0
-    share = violations.exact_share(Question(Game(same), claim, everywhere(same)), found)
-    low, high = shares.measure(Question(Game(same), claim, everywhere(same)), 3).violating.interval
+    share = violations.exact_share(about(same, claim, everywhere(same)), found)
+    low, high = shares.measure(about(same, claim, everywhere(same)), 3).violating.interval
     assert low <= share.value <= high
 
 
@@ -137,9 +147,9 @@ def test_an_assumption_keeps_zones_inside_it(profile):
 
 
 def sampled_and_exact(profile, claim, region, seed):
-    found = violations.violations(Question(Game(profile), claim, region))
-    share = violations.exact_share(Question(Game(profile), claim, region), found)
-    return found, share, shares.measure(Question(Game(profile), claim, region), seed, 20_000).violating
+    found = violations.violations(about(profile, claim, region))
+    share = violations.exact_share(about(profile, claim, region), found)
+    return found, share, shares.measure(about(profile, claim, region), seed, 20_000).violating
 
 
 def test_exact_shares_lie_in_the_sampled_intervals():
@@ -163,9 +173,7 @@ def test_shares_of_what_is_known(profile):
     still = team(profile, tree(STAY), tree(UP))
     region = everywhere(still)
     claim = find_property("own_target", still, radius=Fraction(1, 10))
-    share = violations.exact_share(
-        Question(Game(still), claim, region), violations.violations(Question(Game(still), claim, region))
-    )
+    share = violations.exact_share(about(still, claim, region), violations.violations(about(still, claim, region)))
     # one axis: |a - b| <= r for uniform numbers of [-1, 1]; the second agent also closes when it is below
     near = Fraction(1, 10) - Fraction(1, 400)
     at_first, at_second = near**2, Fraction(1, 2) + near * near / 2
@@ -173,48 +181,43 @@ def test_shares_of_what_is_known(profile):
     assert sum(map(sum, share.zones)) == share.least and all(share.zones)
 
 
-def test_a_region_that_is_flat_in_some_coordinates(profile):
+def test_a_region_that_is_flat_in_some_coordinates(same):
     """A fixed goal and a fixed difference: the share is among the states that there are."""
-    same = team(profile, towards(0, 0), towards(0, 1))
-    claim = find_property("distinct_targets", same)
     box = dict(everywhere(same).box) | {"landmark_0.x": (Fraction(1, 2), Fraction(1, 2))}
     fixed = Region(box, ("landmark_0",))
-    _, share, sampled = sampled_and_exact(same, claim, fixed, 1)
+    _, share, sampled = sampled_and_exact(same, CLAIM, fixed, 1)
     low, high = sampled.interval
     assert low <= share.value <= high and 0 < share.value < 1
     joined = replace(fixed, differences=(("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(1, 4))),))
     assert set(violations.find_fixed_coordinates(joined)) == {"landmark_0.x", "agent_1.y"}
     thick = replace(joined, differences=(("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(2501, 10_000))),))
-    flat, near = (sampled_and_exact(same, claim, region, 1)[1].value for region in (joined, thick))
+    flat, near = (sampled_and_exact(same, CLAIM, region, 1)[1].value for region in (joined, thick))
     assert abs(flat - near) < Fraction(1, 1000)
 
 
-def test_distances_of_a_region_are_made_disjoint(profile):
-    same = team(profile, towards(0, 0), towards(0, 1))
-    claim = find_property("distinct_targets", same)
+def test_distances_of_a_region_are_made_disjoint(same):
     apart = (("landmark_0", "landmark_1", Fraction(4, 5)), ("agent_0", "agent_1", Fraction(1, 2)))
     region = replace(everywhere(same), apart=apart)
-    _, share, sampled = sampled_and_exact(same, claim, region, 5)
+    _, share, sampled = sampled_and_exact(same, CLAIM, region, 5)
     low, high = sampled.interval
     assert low <= share.value <= high
     impossible = replace(everywhere(same), apart=(("agent_0", "agent_1", Fraction(2)),))
-    assert sampled_and_exact(same, claim, impossible, 5)[1] == "the region has no volume"
+    assert sampled_and_exact(same, CLAIM, impossible, 5)[1] == "the region has no volume"
 
 
-def test_bounds_of_hundreds_of_digits(profile):
+def test_bounds_of_hundreds_of_digits(same):
     """Long denominators, each of its own: the share is that of the rounded bounds, told at every stage."""
-    same = team(profile, towards(0, 0), towards(0, 1))
-    claim, start = find_property("distinct_targets", same), everywhere(same)
+    start = everywhere(same)
     names = [name for name in start.box if name[-2] == "."]
     lowest = {name: -Fraction(10**196 + 2 * k, 10**196 + 2 * k + 7) for k, name in enumerate(names)}
     region = replace(start, box=start.box | {name: (low, Fraction(1)) for name, low in lowest.items()})
-    question, told = Question(Game(same), claim, region, budgets=Budgets(max_cells=60)), list[str]()
+    question, told = about(same, CLAIM, region, max_cells=60), list[str]()
     with listening(lambda done, most, words: told.append(words)):
         found = violations.violations(question)
         share = violations.exact_share(question, found)
     assert found[0].limit == Budgets().max_nodes // SLOWER and found[0].problem.scale.bit_length() > 256
     assert {"search nodes of zones", "volumes of failing cells added up"} <= set(told)
-    plain = Question(Game(same), claim, start, budgets=Budgets(max_cells=60))
+    plain = about(same, CLAIM, start, max_cells=60)
     usual = violations.exact_share(plain, violations.violations(plain))
     assert abs(share.value - usual.value) < Fraction(1, 10**100) and share.value != usual.value
     assert violations.exact_share(question, found, 100) == "it takes more than 3 faces"
@@ -230,7 +233,7 @@ def test_zones_hold_exactly_the_states_that_some_errors_make_fail(profile):
     for _ in range(25):
         pair, claim = noisy(rng, profile)
         region = random_region(rng, pair)
-        found = violations.violations(Question(Game(pair), claim, region))
+        found = violations.violations(about(pair, claim, region))
         for state in grid_points(rng, region, 30):
             for failing in found:
                 holding = sum(contains(whole_numbers(failing.bounds(zone)), scaled(state)) for zone in failing.zones)
@@ -239,23 +242,21 @@ def test_zones_hold_exactly_the_states_that_some_errors_make_fail(profile):
     assert seen > 40
 
 
-def test_the_region_found_holds_though_features_are_off(profile):
-    same = team(profile, towards(0, 0), towards(0, 1))
+def test_the_region_found_holds_though_features_are_off(same):
     claim, region = DistinctTargets("defenders", eps=Fraction(1, 50)), everywhere(same)
-    plain = where.where(Question(Game(same), replace(claim, eps=Fraction(0)), region), Verdict.VIOLATED)
-    found = where.where(Question(Game(same), claim, region), Verdict.VIOLATED)
+    plain = located(same, replace(claim, eps=Fraction(0)), region)
+    found = located(same, claim, region)
     assert found.complete and found.share.exact and found.share.value > plain.share.value
-    result = decisions.verify(Question(Game(same), claim, found.part.region), {})
+    result = decisions.verify(about(same, claim, found.part.region), {})
     assert result.verdict is Verdict.PROVED and result.evidence.certificate.header.eps == claim.eps
     assert found.part.exact > Fraction(1, 100)
 
 
-def test_reports_say_that_cells_with_errors_overlap(profile, monkeypatch):
-    same = team(profile, towards(0, 0), towards(0, 1))
+def test_reports_say_that_cells_with_errors_overlap(same, monkeypatch):
     claim, region = DistinctTargets("defenders", eps=Fraction(1, 50)), everywhere(same)
     for parts, exact in ((violations.DEFAULT_PARTS, True), (3, False)):
         monkeypatch.setattr(violations, "DEFAULT_PARTS", parts)
-        result = verify_claims([Question(Game(same), claim, region)], where=True)[0]
+        result = verify_claims([about(same, claim, region)], where=True)[0]
         facts = report.document(same, [result], [""])
         told = facts["results"][0]["where"]
         assert told["overlapping"] == where_report.OVERLAPPING and bool(told["exact"]) == exact
@@ -284,29 +285,27 @@ def teams_to_locate(profile):
 def test_the_region_found_is_proved_by_both_engines(profile, number):
     asked = list(teams_to_locate(profile))[number]
     claim, region = find_property("distinct_targets", asked), everywhere(asked)
-    found = where.where(Question(Game(asked), claim, region), Verdict.VIOLATED, name="region-1.toml")
+    found = located(asked, claim, region, name="region-1.toml")
     part = found.part
     assert found.complete and part.region.name == "region-1.toml"
     again = read_region(region_toml(part.region), asked.world, "region-1.toml")
     assert again == part.region
-    result = decisions.verify(Question(Game(asked), claim, again), {})
+    result = decisions.verify(about(asked, claim, again), {})
     assert result.verdict is Verdict.PROVED and result.evidence.certificate is not None
     assert {opinion.verdict for opinion in result.evidence.opinions} == {Verdict.PROVED}
     assert result.evidence.shares.conflict.hits > 0 and result.evidence.shares.violating.hits == 0
     low, high = part.share.interval
     assert low <= part.exact <= high and part.exact > Fraction(1, 50)
     # no zone of its goals meets the inside of it
-    for failing in violations.violations(Question(Game(asked), claim, part.region)):
+    for failing in violations.violations(about(asked, claim, part.region)):
         assert not failing.zones
 
 
-def test_a_region_inside_a_region_keeps_its_bounds(profile):
-    same = team(profile, towards(0, 0), towards(0, 1))
-    claim = find_property("distinct_targets", same)
+def test_a_region_inside_a_region_keeps_its_bounds(same):
     gap = (("agent_0.x", "landmark_1.x", (Fraction(-1, 2), Fraction(1, 3))),)
     apart = (("landmark_0", "landmark_1", Fraction(1, 4)),)
     region = replace(everywhere(same), goals=("landmark_1",), differences=gap, apart=apart)
-    found = where.where(Question(Game(same), claim, region), Verdict.VIOLATED)
+    found = located(same, CLAIM, region)
     assert found.part.region.goals == ("landmark_1",) and found.part.region.apart == apart
     assert all(
         region.box[name][0] <= low and high <= region.box[name][1]
@@ -314,13 +313,12 @@ def test_a_region_inside_a_region_keeps_its_bounds(profile):
     )
     low, high = next(one[2] for one in found.part.region.differences if one[:2] == gap[0][:2])
     assert low >= Fraction(-1, 2) and high <= Fraction(1, 3)
-    assert decide(Question(Game(same), claim, found.part.region)).verdict is Verdict.PROVED
+    assert decide(about(same, CLAIM, found.part.region)).verdict is Verdict.PROVED
     assert found.part.start.value < found.part.share.value
 
 
-def test_cuts_remove_the_zones_that_they_say(profile):
-    same = team(profile, towards(0, 0), towards(0, 1))
-    failing = violations.violations(Question(Game(same), find_property("distinct_targets", same), everywhere(same)))
+def test_cuts_remove_the_zones_that_they_say(same):
+    failing = violations.violations(about(same, CLAIM, everywhere(same)))
     space = obstacles(failing)
     for direction in range(0, len(space.directions), 7):
         at = space.thresholds(space.zones, direction)
@@ -335,13 +333,12 @@ def test_cuts_remove_the_zones_that_they_say(profile):
         assert len(space.cut_zones(space.zones, direction, most)[0]) == kept
 
 
-def test_too_many_cells_leave_a_region_inside_a_smaller_one(profile):
+def test_too_many_cells_leave_a_region_inside_a_smaller_one(same):
     """For two agents, and for three with velocities: no state of the region found fails, and both engines prove it."""
     rng, found_for = np.random.default_rng(41), 0
     trios = [navigation(rng, 2) for _ in range(2)]
-    same = team(profile, towards(0, 0), towards(0, 1))
     for asked, claim in [(same, CLAIM), *trios]:
-        question = Question(Game(asked), claim, everywhere(asked), budgets=Budgets(max_cells=40))
+        question = about(asked, claim, everywhere(asked), max_cells=40)
         found = where.where(question, Verdict.VIOLATED, name="region-1.toml")
         if found.complete or found.part is None:
             continue
@@ -361,8 +358,8 @@ def test_too_many_cells_leave_a_region_inside_a_smaller_one(profile):
 def test_a_proved_claim_holds_everywhere(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     claim, region = find_property("distinct_targets", roles), everywhere(roles)
-    assert where.where(Question(Game(roles), claim, region), Verdict.PROVED) == where.Where(everywhere=True)
-    assert not any(one.zones for one in violations.violations(Question(Game(roles), claim, region)))
+    assert located(roles, claim, region, Verdict.PROVED) == where.Where(everywhere=True)
+    assert not any(one.zones for one in violations.violations(about(roles, claim, region)))
 
 
 @pytest.mark.parametrize(
@@ -375,28 +372,27 @@ def test_a_proved_claim_holds_everywhere(profile):
     ],
 )
 def test_what_cannot_be_had_has_its_reason(profile, name, verdict, reason):
-    found = where.where(Question(Game(profile), find_property(name, profile), everywhere(profile)), verdict)
+    found = located(profile, find_property(name, profile), everywhere(profile), verdict)
     assert found.reason == reason and not found.everywhere and found.part is None
 
 
-def test_a_budget_of_zones_that_ends_says_so(profile):
-    same = team(profile, towards(0, 0), towards(0, 1))
-    claim, region = find_property("distinct_targets", same), everywhere(same)
-    every = where.where(Question(Game(same), claim, region), Verdict.VIOLATED)
-    few = where.where(Question(Game(same), claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED)
+def test_a_budget_of_zones_that_ends_says_so(same):
+    region = everywhere(same)
+    every = located(same, CLAIM, region)
+    few = located(same, CLAIM, region, max_cells=5)
     assert few.count == 5 and not few.complete and few.share is None and few.part is not None
     assert few.share_reason.startswith("not all violating zones are known")
     assert few.share_reason.endswith("there are more than 5; a larger --effort lists more")
-    short = where.where(Question(Game(same), claim, region, budgets=Budgets(max_nodes=60)), Verdict.VIOLATED)
+    short = located(same, CLAIM, region, max_nodes=60)
     assert short.part_reason.endswith("the search ended after 60 nodes; a larger --effort goes on")
-    exactly = where.where(Question(Game(same), claim, region, budgets=Budgets(max_cells=every.count)), Verdict.VIOLATED)
+    exactly = located(same, CLAIM, region, max_cells=every.count)
     assert exactly.complete and exactly.share == every.share
 
 
 def test_a_team_that_always_fails_has_no_region(profile):
     still = team(profile, tree(STAY), tree(STAY))
     claim = find_property("distinct_targets", still, radius=Fraction(0))
-    found = where.where(Question(Game(still), claim, everywhere(still)), Verdict.VIOLATED)
+    found = located(still, claim, everywhere(still))
     assert found.share.value == 1 and found.part is None and "none both conflicts" in found.part_reason
 
 
@@ -409,7 +405,7 @@ def test_bounds_in_words_are_all_that_a_zone_needs():
     for _ in range(20):
         profile, claim = deception(rng, 2)
         region = random_region(rng, profile)
-        for failing in violations.violations(Question(Game(profile), claim, region)):
+        for failing in violations.violations(about(profile, claim, region)):
             for zone in failing.zones[:5]:
                 bounds = failing.bounds(zone)
                 names = ["", *failing.problem.places]
@@ -436,30 +432,28 @@ def test_leaves_of_different_agents_are_not_counted_together(profile):
     stated = And((Or((Not(goal_0), first)), Or((Not(goal_1), second))))
     claim = OwnFormula(CLAIM.team, statement=stated)
     region = everywhere(still)
-    result = decisions.verify(Question(Game(still), claim, region), {})
-    found = where.where(Question(Game(still), claim, region), result.verdict)
+    result = decisions.verify(about(still, claim, region), {})
+    found = located(still, claim, region, result.verdict)
     result = replace(result, evidence=replace(result.evidence, where=found))
     told = where_report.where_facts(still, result)["most"]
     assert [[one["agent"] for one in zone["agents"]] for zone in told] == [["agent_0"], ["agent_1"]]
     assert [zone["goal"] for zone in told] == ["landmark_0", "landmark_1"]
 
 
-def test_a_region_without_sampled_states_says_so(profile):
+def test_a_region_without_sampled_states_says_so(same):
     """A difference that has one value: there are states and zones, and no draw meets one."""
-    same = team(profile, towards(0, 0), towards(0, 1))
     flat = (("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(1, 4))),)
-    found = where.where(Question(Game(same), CLAIM, replace(everywhere(same), differences=flat)), Verdict.VIOLATED)
+    found = located(same, CLAIM, replace(everywhere(same), differences=flat))
     assert found.count and 0 < found.share.value < 1
     assert found.part is None and found.part_reason == "no sampled state lies in the region"
 
 
-def test_of_zones_that_are_not_all_the_file_holds_the_first(profile, monkeypatch):
-    same = team(profile, towards(0, 0), towards(0, 1))
+def test_of_zones_that_are_not_all_the_file_holds_the_first(same, monkeypatch):
     region = everywhere(same)
     monkeypatch.setattr(where_report, "FIRST", 4)
-    result = decisions.verify(Question(Game(same), CLAIM, region), {})
+    result = decisions.verify(about(same, CLAIM, region), {})
     for most, complete in ((9, False), (Budgets().max_cells, True)):
-        found = where.where(Question(Game(same), CLAIM, region, budgets=Budgets(max_cells=most)), result.verdict)
+        found = where.where(about(same, CLAIM, region, max_cells=most), result.verdict)
         written = json.loads(
             where_report.zones_json(same, replace(result, evidence=replace(result.evidence, where=found)))
         )

@@ -77,10 +77,8 @@ def test_by_hand():
 
 def test_ranges_of_long_episodes():
     """Points stay points: what rounding outward adds would grow from step to step."""
-    system, profile = (
-        read(WORLDS / "pendulum.toml").system,
-        loaded(WORLDS / "pendulum" / "profile.json", beside=WORLDS / "pendulum"),
-    )
+    system = read(WORLDS / "pendulum.toml").system
+    profile = loaded(WORLDS / "pendulum" / "profile.json", beside=WORLDS / "pendulum")
     start = Parts(system).whole
     ranges = estimate_ranges(BoxMotion(profile, system), start, 128, 300)
     assert ranges[[one.name for one in system.variables].index("angle")] < 0.2
@@ -112,9 +110,8 @@ def test_budgets():
 def test_numbers_that_floats_do_not_hold(factor):
     """They are left open, without a warning, where a float does not do."""
     seen, move = form(x=factor), {"x": form(x=factor)}
-    system = System(
-        "far", (Variable("x", "1", (F(-9), F(9))),), {"a": {"f": Feature(seen)}}, box(x=(-1, 1)), (Piece({}, move),), 4
-    )
+    x = Variable("x", "1", (F(-9), F(9)))
+    system = System("far", (x,), {"a": {"f": Feature(seen)}}, box(x=(-1, 1)), (Piece({}, move),), 4)
     profile = team(policy("a", ["f"], ["go"], ((0, 0.0), 0, 0)))
     for claim in (stays(system, 4, x=(F(-2), F(2))), SystemClaim(Pattern.REACHES, (box(x=(3, 4)),), 4)):
         for found in coverings(system, profile, claim, 20_000):

@@ -34,9 +34,8 @@ def spoiled(rng, state):
 def drawn(rng, profile, n):
     region = everywhere(profile)
     coordinates, goals = world.sample(region, profile.world, n, int(rng.integers(1 << 30)))
-    states = [
-        world.state_at(region, profile.world, row, int(goal)) for row, goal in zip(coordinates, goals, strict=True)
-    ]
+    rows = zip(coordinates, goals, strict=True)
+    states = [world.state_at(region, profile.world, row, int(goal)) for row, goal in rows]
     return [spoiled(rng, state) if rng.random() < 0.7 else state for state in states]
 
 
@@ -75,9 +74,8 @@ def test_hardly_a_state_is_left_to_exact_arithmetic(profile, monkeypatch):
     for claim in (find_property("distinct_targets", same), find_property("steady", same, eps=Fraction(1, 10))):
         states = shares.failures(Question(Game(same), claim, everywhere(same)))
         assert len(states) == shares.MAX_NUMBER and len(asked) < 10
-        assert all(
-            violates(from_start(same, claim), state) and inside(everywhere(same), state) for state in states[::10]
-        )
+        for state in states[::10]:
+            assert violates(from_start(same, claim), state) and inside(everywhere(same), state)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -119,9 +117,7 @@ def test_where_float64_is_wrong_everywhere_the_search_ends(profile, monkeypatch)
 def test_no_states_are_none(profile):
     same = team(profile, towards(0, 0), towards(1, 1))
     claim = find_property("own_target", same)
-    assert (
-        shares.fails(from_start(same, claim), []).tolist() == []
-        and shares.failures(Question(Game(same), claim, everywhere(same)), 0) == []
-    )
+    assert shares.fails(from_start(same, claim), []).tolist() == []
+    assert shares.failures(Question(Game(same), claim, everywhere(same)), 0) == []
     empty = replace(everywhere(same), apart=(("agent_0", "agent_1", Fraction(3)),))
     assert shares.failures(Question(Game(same), claim, empty)) == []

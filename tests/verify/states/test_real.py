@@ -1,6 +1,5 @@
 """Real arithmetic: states that are shown, leaves that are reached, what is said; test_hunt.py judges its verdicts."""
 
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -62,9 +61,7 @@ def test_the_state_shown_fails_by_the_arithmetic_asked(profile):
     state = found.evidence.counterexample.state
     assert found.verdict is Verdict.VIOLATED and Fraction(state.position["landmark_0.x"]) == ABOVE
     assert found.evidence.counterexample.deployed.violated and found.evidence.counterexample.replayed == ("reference",)
-    nearly = replace(
-        sliver, box=sliver.box | {"landmark_0.x": (ABOVE + Fraction(1, 10**12), ABOVE + Fraction(1, 10**9))}
-    )
+    nearly = settled(one, landmark_0__x=(ABOVE + Fraction(1, 10**12), ABOVE + Fraction(1, 10**9)))
     assert verify(Question(Game(one), claim, nearly, REAL), {}).verdict is Verdict.PROVED
     assert verify(Question(Game(one), claim, nearly), {}).verdict is Verdict.VIOLATED
 
@@ -150,12 +147,8 @@ def test_errors_that_lead_elsewhere_are_found_exactly(profile):
     hair = Fraction(1, 2**90)
     for eps, found in ((THIRD, False), (THIRD + hair, True)):
         claim = find_property("steady", one, of="own_target", radius=Fraction(0), eps=eps)
-        state = State(
-            dict.fromkeys(start_region(one.world).box, 0.0)
-            | {f"landmark_{k}.{axis}": 1.0 for k in (0, 1) for axis in "xy"}
-            | {"agent_0.x": Fraction(5, 6)},
-            "landmark_0",
-        )
+        at = {name: float(low) for name, (low, _) in settled(one).box.items()}
+        state = State(at | {"agent_0.x": Fraction(5, 6)}, "landmark_0")
         wrong = noise.mistaken(from_start(one, claim, REAL), state)
         assert (wrong is not None) == found
         if wrong is not None:

@@ -49,10 +49,8 @@ def tried(profile, claim, row):
 
     def closing(policy, action):
         ux, uy = map(Fraction, policy.actions[action].effect)
-        ahead = (
-            ux * (at[f"{k}.x"] - at[f"{policy.agent}.x"]) + uy * (at[f"{k}.y"] - at[f"{policy.agent}.y"]) for k in marks
-        )
-        return any(each > claim.margin for each in ahead)
+        x, y = (at[f"{policy.agent}.{axis}"] for axis in "xy")
+        return any(ux * (at[f"{k}.x"] - x) + uy * (at[f"{k}.y"] - y) > claim.margin for k in marks)
 
     for joint in product(*(range(len(policy.actions)) for policy in members)):
         chosen = {policy.agent: action for policy, action in zip(members, joint, strict=True)}

@@ -29,9 +29,8 @@ WORLD = PROFILE.world
 def drawn(profile, count, seed=0):
     region = everywhere(profile)
     coordinates, goals = states.sample(region, profile.world, count, seed)
-    points = [
-        states.state_at(region, profile.world, row, int(goal)) for row, goal in zip(coordinates, goals, strict=True)
-    ]
+    rows = zip(coordinates, goals, strict=True)
+    points = [states.state_at(region, profile.world, row, int(goal)) for row, goal in rows]
     return coordinates, goals, points
 
 
@@ -117,9 +116,8 @@ def test_another_goal_is_outside():
 
 def test_samples_lie_in_their_region_with_the_goal_at_one_of_its_landmarks():
     box = dict(start_region(WORLD).box) | {"agent_0.x": (F(1, 4), F(1, 2)), "agent_1.y": (F(-1, 8),) * 2}
-    region = Region(
-        box, ("landmark_1",), (("agent_0.x", "agent_1.x", (F(0), F(1))),), (("agent_0", "agent_1", F(1, 2)),)
-    )
+    difference, apart = ("agent_0.x", "agent_1.x", (F(0), F(1))), ("agent_0", "agent_1", F(1, 2))
+    region = Region(box, ("landmark_1",), (difference,), (apart,))
     coordinates, goals = states.sample(region, WORLD, 2_000, 3)
     assert 100 < len(coordinates) < 2_000 and set(goals) == {1}
     names = WORLD.coordinates()
@@ -147,9 +145,8 @@ def test_a_claim_relaxed_by_more_than_its_shortfall_holds(seed):
     """A claim of one bound: what it lacks is by how much its sum is too large."""
     _, _, points = drawn(PROFILE, 40, seed)
     terms, bound = ((F(1), "agent_0.x"), (F(-1), "agent_1.x")), F(1, 4)
-    question = Question(
-        Game(PROFILE), OwnFormula("defenders", statement=Linear(terms, bound, False)), start_region(WORLD)
-    )
+    claim = OwnFormula("defenders", statement=Linear(terms, bound, False))
+    question = Question(Game(PROFILE), claim, start_region(WORLD))
     failing = [point for point in points if states.violates(question, point)]
     assert failing
     for point in points:

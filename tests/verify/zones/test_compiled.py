@@ -122,17 +122,11 @@ def test_all_violating_zones(compiled, monkeypatch, bits):
         profile, claim = deception(rng, 3)
         region = random_region(rng, profile)
         for most, nodes in ((1000, 10**6), (3, 10**6), (1000, 60)):
+            question = Question(Game(profile), claim, region, MACHINE, Budgets(max_nodes=nodes, max_cells=most))
             monkeypatch.setattr(engine, "search", ZoneSearch)
-            plain = violations.violations(
-                Question(Game(profile), claim, region, MACHINE, Budgets(max_nodes=nodes, max_cells=most))
-            )
+            plain = violations.violations(question)
             monkeypatch.setattr(engine, "search", build)
-            assert (
-                violations.violations(
-                    Question(Game(profile), claim, region, MACHINE, Budgets(max_nodes=nodes, max_cells=most))
-                )
-                == plain
-            )
+            assert violations.violations(question) == plain
             seen += sum(len(one.zones) for one in plain)
     assert seen > 100
 

@@ -11,10 +11,7 @@ from codegen.floats import FLOAT32
 from codegen.ir import Meaning
 from tests.support.steady_zones import CLAIM, EPS, agree
 from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
-from tests.support.zone_cases import (
-    noisy_roles,
-    stated,
-)
+from tests.support.zone_cases import noisy_roles, stated
 from verify.checker.thresholds import sides
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
@@ -108,10 +105,7 @@ def test_equalities_and_constants_have_no_errors():
 def test_zones_alone_give_a_counterexample_with_errors(profile):
     """Their point holds no errors; those that lead to the open leaves are found for it."""
     roles = team(profile, towards(0, 0), towards(1, 1))
-    claim, region = (
-        DistinctTargets("defenders", eps=Fraction(1, 4)),
-        start_region(roles.world),
-    )
+    claim, region = DistinctTargets("defenders", eps=Fraction(1, 4)), start_region(roles.world)
     zoned = by_zones(Question(Game(roles), claim, region, budgets=Budgets(BUDGET)))
     state = search.near(Question(Game(roles), claim, region), zoned.goal, zoned.state)
     assert state.errors and violates(from_start(roles, claim), state)
@@ -127,10 +121,8 @@ def test_up_to_which_errors_a_claim_holds(profile):
     room = found.evidence.steady_up_to
     assert found.verdict is Verdict.PROVED and found.evidence.certificate.header.eps == claim.eps
     assert room.failed == room.proved + STEP and claim.eps < room.proved and room.questions <= MAX_QUESTIONS
-    verdicts = [
-        decide(Question(Game(roles), replace(claim, eps=eps), region)).verdict for eps in (room.proved, room.failed)
-    ]
-    assert verdicts == [Verdict.PROVED, Verdict.VIOLATED]
+    for eps, verdict in ((room.proved, Verdict.PROVED), (room.failed, Verdict.VIOLATED)):
+        assert decide(Question(Game(roles), replace(claim, eps=eps), region)).verdict is verdict
     facts = report.document(roles, [found], [""])
     assert facts["results"][0]["largest_eps"]["proved"] == text(room.proved)
     assert f"proved up to eps {text(room.proved)}, not at" in report.as_text(facts)
@@ -146,10 +138,8 @@ def test_up_to_which_errors_a_claim_holds(profile):
 @pytest.mark.parametrize("name", ["aligned", "assignment"])
 def test_what_zones_cannot_decide_is_left_to_z3(profile, name):
     claim = find_property("steady", profile, of=name)
-    assert (
-        by_zones(Question(Game(profile), claim, start_region(profile.world), budgets=Budgets(BUDGET))).opinion.verdict
-        is Verdict.SKIPPED
-    )
+    question = Question(Game(profile), claim, start_region(profile.world), budgets=Budgets(BUDGET))
+    assert by_zones(question).opinion.verdict is Verdict.SKIPPED
 
 
 def test_without_errors_nothing_is_barred(profile):

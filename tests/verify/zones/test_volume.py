@@ -34,15 +34,10 @@ def test_boxes(sides):
 
 
 @pytest.mark.parametrize("n", range(1, 7))
-def test_a_chain_is_one_of_the_simplices_of_a_cube(n):
-    order = {(k, k + 1): 0 for k in range(1, n)}
-    assert measure(box([1] * n) | order, n + 1) == 1
-
-
-@pytest.mark.parametrize("n", range(1, 6))
-def test_an_order_polytope_counts_the_linear_extensions(n):
-    """One least element below all others, and the others free: (n - 1)! orders of them."""
-    star = {(1, k): 0 for k in range(2, n + 1)}
+def test_an_order_of_coordinates_leaves_the_simplices_of_a_cube_that_keep_it(n):
+    """A chain leaves one; one least element below all others, these free, (n - 1)! orders of them."""
+    chain, star = ({(k, k + 1): 0 for k in range(1, n)}, {(1, k): 0 for k in range(2, n + 1)})
+    assert measure(box([1] * n) | chain, n + 1) == 1
     assert measure(box([1] * n) | star, n + 1) == factorial(n - 1)
 
 
@@ -54,9 +49,8 @@ def simplices(cells, size):
         for order in permutations(range(1, d + 1)):
             # the middle of the simplex, d + 1 times as large
             middle = [0, *((d + 1) * c + rank for c, rank in zip(corner, order, strict=True))]
-            count += all(
-                middle[i] - middle[j] <= (d + 1) * cells[i * size + j] for i, j in product(range(size), repeat=2)
-            )
+            pairs = product(range(size), repeat=2)
+            count += all(middle[i] - middle[j] <= (d + 1) * cells[i * size + j] for i, j in pairs)
     return count
 
 
@@ -77,10 +71,8 @@ def polytopes(draw):
 
 @given(polytopes())
 def test_integer_bounds_by_their_simplices(polytope):
-    bounds, size = polytope
-    cells = closed(bounds, size)
-    expected = 0 if cells is None else simplices(cells, size)
-    assert measure(bounds, size) == expected
+    cells = closed(*polytope)
+    assert measure(*polytope) == (0 if cells is None else simplices(cells, polytope[1]))
 
 
 @given(polytopes(), st.integers(2, 10**20))

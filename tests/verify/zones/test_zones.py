@@ -33,6 +33,7 @@ from verify.kinds import MACHINE, REAL
 from verify.question import Question, from_start, shuffle_leaves
 from verify.result import Verdict
 from verify.solver.solve import decide
+from verify.states.state import State, violates
 from verify.subjects import Game
 from verify.zones import engine as zones
 
@@ -108,22 +109,17 @@ def test_shuffled_teams_are_refuted(profile):
     claim = find_property("distinct_targets", roles)
     for seed in range(5):
         control = shuffle_leaves(roles, claim.team, seed)
-        assert (
-            zones.decide(stated(control, formula(control, claim), start_region(roles.world))).verdict
-            is Verdict.VIOLATED
-        )
+        found = zones.decide(stated(control, formula(control, claim), start_region(roles.world)))
+        assert found.verdict is Verdict.VIOLATED
 
 
 def test_points_have_room_where_there_is_some(profile):
     """The float64 neighbour of the exact point violates the claim too."""
-    from verify.states.state import State, violates
-
     same = team(profile, towards(0, 0), towards(0, 1))
     claim = find_property("distinct_targets", same)
     found = zones.decide(stated(same, formula(same, claim), start_region(same.world)))
-    assert violates(
-        from_start(same, claim), State({name: float(value) for name, value in found.state.items()}, found.goal)
-    )
+    near = State({name: float(value) for name, value in found.state.items()}, found.goal)
+    assert violates(from_start(same, claim), near)
 
 
 def test_the_budget_counts_nodes_and_the_same_question_costs_the_same(profile):
@@ -175,20 +171,11 @@ def test_numbers_of_a_proof_come_back(number):
 
 def test_deep_trees_do_not_meet_the_recursion_limit(profile):
     rng = np.random.default_rng(3)
-    deep = tree(*_preorder(ir.MAX_DEPTH))
-    pair = team(profile, deep, random_tree(rng, 10, 2))
-    claim = find_property("distinct_targets", pair)
-    region = start_region(pair.world)
-    assert (
-        zones.decide(stated(pair, formula(pair, claim), region)).verdict
-        is decide(Question(Game(pair), claim, region)).verdict
-    )
-
-
-def _preorder(depth):
-    """A tree that goes right `depth` times: split, left leaf, split, left leaf, ..."""
-    nodes = []
-    for level in range(depth):
+    nodes = []  # goes right at each split: split, left leaf, split, left leaf, ...
+    for level in range(ir.MAX_DEPTH):
         place = 2 * level
         nodes += [(2, float(np.float32(-1 + level / 40)), place + 1, place + 2), level % 5]
-    return [*nodes, STAY]
+    pair = team(profile, tree(*nodes, STAY), random_tree(rng, 10, 2))
+    claim, region = find_property("distinct_targets", pair), start_region(pair.world)
+    found = zones.decide(stated(pair, formula(pair, claim), region))
+    assert found.verdict is decide(Question(Game(pair), claim, region)).verdict
