@@ -62,9 +62,8 @@ def keeps(profile, claim, region, state, name, value):
 
 
 def why(profile, claim, region, state):
-    return explain_counterexample(
-        Question(Game(profile), claim, region), explain(from_start(profile, claim), state, {})
-    )
+    found = explain(from_start(profile, claim), state, {})
+    return explain_counterexample(Question(Game(profile), claim, region), found)
 
 
 # --- sets on a line
