@@ -25,8 +25,7 @@ from codegen.numbers import neighbour
 from codegen.observe import observe
 from codegen.wording import NO_UNIT, format_count, number
 from verify.claims.region_files import positions
-from verify.states.acting import Step, path
-from verify.states.state import State
+from verify.states.state import State, Step, path
 
 
 def tell_rules(profile: ir.PolicyProfile, policies: Sequence[ir.AgentPolicy]) -> Iterator[str]:

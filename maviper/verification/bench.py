@@ -29,9 +29,8 @@ from maviper.worlds.matching import NO_WORLD, matching_places
 from verify.claims.formula import Formula
 from verify.claims.observed import MIRRORED, RAISED, View, over
 from verify.claims.region import Region
-from verify.states.acting import Acted, Replay, confirm_actions
 from verify.states.episodes import Episode, EpisodeReplay, agree_on_course
-from verify.states.state import State, contains, observe_state
+from verify.states.state import Acted, Replay, State, confirm_actions, contains, observe_state
 from verify.verdicts.decisions import Visited
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from codegen.lowering.lower import lower
 from codegen.targets import TARGETS
 from codegen.wording import TINY, fails, format_count, holds, number
 from maviper.evaluation.show import rules
-from verify.states.acting import Step
+from verify.states.state import Step
 
 CASES = [
     (0.1, "<= 0.1", "> 0.1"),

@@ -39,9 +39,8 @@ from verify.counterexamples.search import AgentView, Counterexample
 from verify.counterexamples.uniqueness import Uniqueness, unique
 from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
-from verify.states.acting import Step
 from verify.states.real import Value, value_of, write_value
-from verify.states.state import State, error_name, inside, leaves_at, shortfall, violates_by
+from verify.states.state import State, Step, error_name, inside, leaves_at, shortfall, violates_by
 from verify.states.values import worth
 
 Cut: TypeAlias = tuple[Fraction, int]

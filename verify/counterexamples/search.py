@@ -22,12 +22,15 @@ from verify.kinds import MACHINE, REAL
 from verify.question import DecisionQuestion
 from verify.solver.encode import in_both, query, there
 from verify.solver.solve import Answer, ask, pin_model
-from verify.states.acting import Deployed, Replay, Step, confirm_actions, path
 from verify.states.noise import mistaken
 from verify.states.real import Value, value_of
 from verify.states.shares import SAMPLE_SEED, SAMPLES, draw_states
 from verify.states.state import (
+    Deployed,
+    Replay,
     State,
+    Step,
+    confirm_actions,
     error_name,
     exact_point,
     find_engaged,
@@ -37,6 +40,7 @@ from verify.states.state import (
     measurements,
     nearest,
     observe_state,
+    path,
     shortfall,
     state_at,
     violates,

@@ -1,18 +1,21 @@
 """World states: points with names, batches of them, and what a team does there.
 
-Does: evaluates a property exactly in one world state (the referee), and over batches for shares, by either arithmetic.
+Does: evaluates a property exactly in one world state (the referee), and over batches for shares, by either arithmetic;
+  compares the replays of a state; walks a tree for one observation, and puts each test on the path into words.
 Assumes: the deployed arithmetic observes finite float64 positions by `codegen.observe`, real arithmetic by real.py.
-Does not: search for world states.
+Does not: search for world states, or say why a tree was grown so.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
 
-from codegen import ir
+from codegen import ir, wording
+from codegen.deciding import list_operands
+from codegen.errors import DisagreementError
 from codegen.ir import Bool, Float64, Floats, Int32, PolicyProfile
 from codegen.numbers import nearest_number
 from codegen.observe import observe
@@ -215,6 +218,95 @@ def nearest(model: Mapping[str, Fraction], region: Region, goal: str | None, eps
         values[name] = float(_up(region, name, near))
     errors = {name: value for name, value in values.items() if name not in region.box and value}
     return State({name: values[name] for name in region.box}, goal, errors)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One test on a decision path: `value` of `feature` against `threshold`."""
+
+    node: int
+    feature: str
+    value: Value
+    threshold: float
+    left: bool
+
+    def __str__(self) -> str:
+        value, near = float(self.value), wording.is_zero(float(self.value)) and self.value != 0
+        told = wording.holds(self.threshold) if self.left else wording.fails(self.threshold)
+        if math.isnan(value):
+            return f"{self.feature} = nan, not {wording.holds(self.threshold)}"
+        if near or (f"{value:.6g}" == wording.number(self.threshold) and self.value not in (self.threshold, 0)):
+            return f"{self.feature} = {self.value} {'<=' if self.left else '>'} {self.threshold!r}"
+        return f"{self.feature} = {value:.6g} {told}"
+
+
+def path(policy: ir.AgentPolicy, seen: Sequence[Value]) -> tuple[Step, ...]:
+    """The tests that lead to the decision for one observation, rounded or exact: [n_features], and then the sums that
+    the tree tests.
+    """
+    tree, node, steps = policy.tree, ir.ROOT, list[Step]()
+    names = list_operands(policy)
+    while tree.feature[node] != ir.NO_FEATURE:
+        feature, threshold = int(tree.feature[node]), float(tree.threshold[node])
+        left = seen[feature] <= threshold
+        steps.append(Step(node, names[feature], seen[feature], threshold, left))
+        node = int(tree.left[node] if left else tree.right[node])
+    return tuple(steps)
+
+
+REFERENCE = "reference"
+EXACTLY = "judged in exact arithmetic"
+NO_FLOATS = "not replayed: the state is no float64 state, and the deployed arithmetic knows no others"
+Replay = Callable[[State], list[int]]  # a world state -> the team's actions
+
+
+@dataclass(frozen=True)
+class Deployed:
+    """The effect of the deployed arithmetic in a float64 state that real arithmetic was asked about."""
+
+    actions: Mapping[str, str]  # agent -> the name of its action
+    violated: bool  # the claim fails by them
+
+
+@dataclass(frozen=True)
+class Acted:
+    """A team's actions in a world state, and by what they were taken."""
+
+    actions: Mapping[str, int]  # agent -> its action, by the arithmetic asked about
+    by: tuple[str, ...]  # what replays took these
+    says: str  # what judged them and who replayed them, in words
+    deployed: Deployed | None = None  # of real arithmetic; None where the state is no float64 state
+
+
+def confirm_actions(
+    profile: PolicyProfile,
+    claim: Formula,
+    team: str,
+    state: State,
+    replays: Mapping[str, Replay],
+    semantics: str = MACHINE,
+) -> Acted:
+    """Returns what the team does; DisagreementError when a replay acts differently from the reference."""
+    actions = actions_at(profile, team, state, semantics)
+    if semantics == REAL and not state.floats:
+        return Acted(actions, (), f"{EXACTLY}; {NO_FLOATS}")
+    machine = actions_at(profile, team, state, MACHINE)
+    for name, replay in replays.items():
+        repeated = list(replay(state))
+        if repeated != list(machine.values()):
+            what = f"the {name} does not reproduce the counterexample"
+            raise DisagreementError(what, f"reference {list(machine.values())}, {name} {repeated}", "this is a bug")
+    by = (REFERENCE, *replays)
+    replayed = f"replayed by {', '.join(by)}"
+    if semantics == MACHINE:
+        return Acted(actions, by, replayed)
+    names = {policy.agent: policy.actions[machine[policy.agent]].name for policy in profile.team(team)}
+    deployed = Deployed(names, not true_at(profile, claim, state, machine))
+    if machine == actions:
+        return Acted(actions, by, f"{EXACTLY}, {replayed}", deployed)
+    other = ", ".join(f"{agent} takes {name}" for agent, name in names.items() if machine[agent] != actions[agent])
+    claimed = "fails there too" if deployed.violated else "holds there"
+    return Acted(actions, (), f"{EXACTLY}; the deployed arithmetic differs: {other}, and the claim {claimed}", deployed)
 
 
 # --- batches, for shares: float64 arithmetic, which can only misjudge states within a rounding of a boundary

@@ -49,9 +49,8 @@ from verify.question import UNITS_A_NODE, DecisionQuestion
 from verify.result import SETTLED, Control, Cost, Evidence, Margin, Opinion, Result, Verdict
 from verify.solver import solve
 from verify.solver.solve import Answer, LeafFinding, SolverDecision, about_nothing, decide, leaf_findings
-from verify.states.acting import Replay
 from verify.states.shares import SAMPLE_SEED, Shares, measure
-from verify.states.state import State
+from verify.states.state import Replay, State
 from verify.zones import engine as zones
 from verify.zones.engine import BeyondZonesError, Room
 

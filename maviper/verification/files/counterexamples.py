@@ -40,10 +40,9 @@ from verify.exact import MAX_NUMBER, read_number
 from verify.kinds import MACHINE, REAL
 from verify.reports.courses import counterexample
 from verify.reports.decisions import deployed_facts
-from verify.states.acting import REFERENCE
 from verify.states.episodes import Episode, fails, playable
 from verify.states.real import Value, value_of, write_values
-from verify.states.state import State, error_name, true_at
+from verify.states.state import REFERENCE, State, error_name, true_at
 from verify.verdicts.decisions import DecisionResult
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from codegen.observe import observe
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
 from maviper.evaluation.show import lines, observation_of, observe_state, room
-from verify.states.acting import path
+from verify.states.state import path
 
 
 @pytest.fixture(scope="module")
