@@ -79,8 +79,11 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
     conflicting = conflicts(question, coordinates)
     contested = _is_contested(question, coordinates) if about_landmarks(question.profile, question.formula) else None
     changing = noise.changeable(question, coordinates) if claim.eps else None
-    found = conflicting, contested, fails, changing
-    return Shares(*(None if each is None else Share(int(each.sum()), n) for each in found))
+
+    def share(found: Bool | None) -> Share | None:
+        return None if found is None else Share(int(found.sum()), n)
+
+    return Shares(share(conflicting), share(contested), share(fails), share(changing))
 
 
 def explain_unstated(question: DecisionQuestion) -> str:
