@@ -47,6 +47,13 @@ def random_tree(rng, n_features, max_depth, n_actions=5, grow=0.75):
     return nested(grown(0))
 
 
+def with_long_bounds(region):
+    """The region with lower bounds of hundreds of digits, each of its own denominator."""
+    names = [name for name in region.box if name[-2] == "."]
+    lowest = {name: -Fraction(10**196 + 2 * k, 10**196 + 2 * k + 7) for k, name in enumerate(names)}
+    return replace(region, box=region.box | {name: (low, Fraction(1)) for name, low in lowest.items()})
+
+
 def random_region(rng, profile):
     """A part of the start region: narrower intervals, equalities, differences, distances; sometimes empty."""
     start = everywhere(profile)

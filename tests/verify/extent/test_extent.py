@@ -22,6 +22,7 @@ from tests.support.zone_cases import (
     noisy,
     random_region,
     switching,
+    with_long_bounds,
 )
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, engages, formula
@@ -208,10 +209,7 @@ def test_distances_of_a_region_are_made_disjoint(same):
 def test_bounds_of_hundreds_of_digits(same):
     """Long denominators, each of its own: the share is that of the rounded bounds, told at every stage."""
     start = everywhere(same)
-    names = [name for name in start.box if name[-2] == "."]
-    lowest = {name: -Fraction(10**196 + 2 * k, 10**196 + 2 * k + 7) for k, name in enumerate(names)}
-    region = replace(start, box=start.box | {name: (low, Fraction(1)) for name, low in lowest.items()})
-    question, told = about(same, CLAIM, region, max_cells=60), list[str]()
+    question, told = about(same, CLAIM, with_long_bounds(start), max_cells=60), list[str]()
     with listening(lambda done, most, words: told.append(words)):
         found = violations.violations(question)
         share = violations.exact_share(question, found)

@@ -1,6 +1,5 @@
 """Claims about many agents that are conjunctions of claims about few: asked one by one, proved by one certificate."""
 
-from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations
 
@@ -9,6 +8,7 @@ import pytest
 from codegen.profiles import ensure
 from tests.support.altered import altered, read_game
 from tests.support.teams import LEFT, STAY, UP, team_in, tree
+from tests.support.zone_cases import with_long_bounds
 from verify.certificates.games import to_json
 from verify.checker.decisions import FORM, PARTED, check_certificate
 from verify.checker.reading import RejectedError
@@ -84,24 +84,15 @@ def test_parts_give_the_verdict_of_the_whole(crowd, action, monkeypatch):
     assert found.verdict is (Verdict.PROVED if action == UP else Verdict.VIOLATED)
 
 
-def test_the_parts_of_a_goal_share_its_search_nodes(crowd):
+@pytest.mark.parametrize("price", [1, SLOWER])
+def test_the_parts_of_a_goal_share_its_search_nodes(crowd, price):
+    """Also in a region with bounds of hundreds of digits, in which each node takes more of the budget."""
     question = never_both(crowd, UP)
+    if price > 1:
+        question = question.within(with_long_bounds(question.region))
     needed = engine.decide(question).nodes
-    assert engine.decide(question.spending(max_nodes=needed)).verdict is Verdict.PROVED
-    found = engine.decide(question.spending(max_nodes=needed - 1))
-    assert found.verdict is Verdict.UNKNOWN and found.nodes == needed - 1
-
-
-def test_parts_share_search_nodes_where_numbers_are_long(crowd):
-    """A region with bounds of hundreds of digits, in which each node takes more of the budget."""
-    plain = never_both(crowd, UP)
-    names = [name for name in plain.region.box if name[-2] == "."]
-    lowest = {name: -Fraction(10**196 + 2 * k, 10**196 + 2 * k + 7) for k, name in enumerate(names)}
-    box = plain.region.box | {name: (low, Fraction(1)) for name, low in lowest.items()}
-    question = plain.within(replace(plain.region, box=box))
-    needed = engine.decide(question).nodes
-    assert engine.decide(question.spending(max_nodes=needed * SLOWER)).verdict is Verdict.PROVED
-    found = engine.decide(question.spending(max_nodes=needed * SLOWER - 1))
+    assert engine.decide(question.spending(max_nodes=needed * price)).verdict is Verdict.PROVED
+    found = engine.decide(question.spending(max_nodes=needed * price - 1))
     assert found.verdict is Verdict.UNKNOWN and found.nodes == needed - 1
     assert found.reason == f"not decided within {needed - 1:,} search nodes; a larger --effort may answer"
 
