@@ -54,6 +54,13 @@ from verify.systems.properties import claims_of
 from verify.systems.system import Feature, HalfSpace, Piece, System, Variable
 from verify.verdicts.systems import verify_system
 
+
+def on_a_line(name, start, piece, steps):
+    """A system of one variable, x, that agent a observes."""
+    x = Variable("x", "1", (F(-9), F(9)))
+    return System(name, (x,), {"a": {"f": Feature(form(x=1))}}, box(x=start), (piece,), steps)
+
+
 PLAYED, SEARCHED = Budgets(covers=False), Budgets(covers=False, samples=0)
 COVERED = Budgets(samples=0)  # boxes first
 
@@ -188,9 +195,7 @@ def test_an_unstable_system_ends_with_its_budget():
 @pytest.mark.parametrize("numbers", NUMBERS)
 def test_states_beyond_float64_are_judged_and_told(numbers):
     """From 1 the state is a million times itself each step: after 52 steps no float64 is near it."""
-    variables = (Variable("x", "1", (F(-9), F(9))),)
-    system = System("grows", variables, {"a": {"f": Feature(form(x=1))}}, box(x=(1, 1)), (), 60)
-    system = replace(system, pieces=(Piece({}, {"x": form(x=10**6)}, {}),))
+    system = on_a_line("grows", (1, 1), Piece({}, {"x": form(x=10**6)}, {}), 60)
     known = policy("a", ["f"], ["go", "rest"], ((0, 0.0), 0, 1))
     threshold = known.tree.threshold.astype(numbers)
     profile = team(replace(known, tree=replace(known.tree, threshold=threshold, numbers=numbers)))
@@ -216,9 +221,8 @@ TINY = F(1, 10**30)
     ],
 )
 def test_what_no_float_tells_apart_is_found(start, error, bound):
-    variables = (Variable("x", "1", (F(-9), F(9))),)
     piece = Piece({}, {"x": form(x=1)}, {("a", "rest"): {"x": form()}}, {"x": (-error, error)} if error else {})
-    system = System("tiny", variables, {"a": {"f": Feature(form(x=1))}}, box(x=start), (piece,), 1)
+    system = on_a_line("tiny", start, piece, 1)
     profile = team(policy("a", ["f"], ["rest"], 0))
     (broken,) = decided(profile, system, [stays(system, 1, x=(-1, bound))])
     assert broken.verdict is Verdict.VIOLATED and broken.counterexample.states[-1]["x"] > bound
@@ -228,9 +232,7 @@ def test_what_no_float_tells_apart_is_found(start, error, bound):
 
 @pytest.mark.smoke
 def test_an_episode_that_leaves_what_is_stated_is_not_judged():
-    variables = (Variable("x", "1", (F(-9), F(9))),)
-    piece = Piece({"x": (F(-1), F(1))}, {"x": form(1, x=1)}, {})
-    system = System("drift", variables, {"a": {"f": Feature(form(x=1))}}, box(x=(0, 0)), (piece,), 3)
+    system = on_a_line("drift", (0, 0), Piece({"x": (F(-1), F(1))}, {"x": form(1, x=1)}, {}), 3)
     profile = team(policy("a", ["f"], ["go"], 0))
     claim = SystemClaim(Pattern.AVOIDS, (box(x=(5, 6)),), 3)
     (result,) = decided(profile, system, [claim])
@@ -418,11 +420,8 @@ def test_a_proof_that_the_checker_cannot_go_through_is_no_answer(monkeypatch):
 
 def drifting(error=F(0)):
     """x grows by 1/8 and something each step."""
-    variables = (Variable("x", "1", (F(-9), F(9))),)
-    errors = {"x": (-error, error)} if error else {}
-    piece = Piece({}, {"x": form(F(1, 8), x=1)}, {}, errors)
-    system = System("drift", variables, {"a": {"f": Feature(form(x=1))}}, box(x=(0, 1)), (piece,), 8)
-    return system, team(policy("a", ["f"], ["go"], 0))
+    piece = Piece({}, {"x": form(F(1, 8), x=1)}, {}, {"x": (-error, error)} if error else {})
+    return on_a_line("drift", (0, 1), piece, 8), team(policy("a", ["f"], ["go"], 0))
 
 
 @pytest.mark.smoke
