@@ -11,7 +11,7 @@ costs less than many. A proof that follows opponents is one about these opponent
 reads them or contacts may push.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
@@ -436,23 +436,21 @@ class _Decider:
     def _failing(self, group: Group, goal: str | None, kept: list[Zones], brief: bool, zones: Zones) -> None:
         """Keeps zones that may fail, and looks for a real start in the first ones. Raises _Violated, _Open."""
         if len(kept) < MAX_ROUNDS:
-            state = first_failing(self.question, list(self._points(group, goal, zones)))
+            points = list[State]()  # of some zones, the middle of each first
+            rng = np.random.default_rng(SAMPLE_SEED)
+            still = {name: 0.0 for name in self.region.box if name.endswith((".vx", ".vy"))}
+            for row in np.unique(np.linspace(0, zones.count - 1, TRIED_ZONES).astype(int)):
+                origin = self.parts[int(zones.origin[row])]
+                start = narrow_start(origin, group.entities, zones.bounds[row])
+                for trial in range(TRIED_POINTS):
+                    shape = (2, len(origin.names))
+                    share: Float64 = rng.uniform(0, 1, shape) if trial else np.full(shape, 0.5)
+                    if start is not None:
+                        position = point_in(start, share) | still
+                        points.append(State({name: position[name] for name in self.region.box}, goal))
+            state = first_failing(self.question, points)
             if state is not None:
                 raise _Violated(state)
         if brief:
             raise _Open
         kept.append(zones)
-
-    def _points(self, group: Group, goal: str | None, zones: Zones) -> Iterator[State]:
-        """Float64 points of some zones, the middle of each first."""
-        rng = np.random.default_rng(SAMPLE_SEED)
-        still = {name: 0.0 for name in self.region.box if name.endswith((".vx", ".vy"))}
-        for row in np.unique(np.linspace(0, zones.count - 1, TRIED_ZONES).astype(int)):
-            origin = self.parts[int(zones.origin[row])]
-            start = narrow_start(origin, group.entities, zones.bounds[row])
-            for trial in range(TRIED_POINTS):
-                shape = (2, len(origin.names))
-                share: Float64 = rng.uniform(0, 1, shape) if trial else np.full(shape, 0.5)
-                if start is not None:
-                    position = point_in(start, share) | still
-                    yield State({name: position[name] for name in self.region.box}, goal)

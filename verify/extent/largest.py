@@ -371,7 +371,18 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
         if spent:
             ending = f"the search ended after {spent:,} nodes; {question.budgets.hint('goes on')}"
         reason = f"not all violating zones are known: {ending}"
-        return _beside(question, replace(extent, share_reason=reason, part_reason=reason), name)
+        extent = replace(extent, share_reason=reason, part_reason=reason)
+        # a region inside a smaller one of which all are known; each smaller one might take as many nodes
+        for candidate in () if spent else candidates(question, SAMPLE_SEED):
+            inner = question.within(candidate)
+            failing = tuple(violations(inner))
+            if all(one.complete for one in failing):
+                # without zones it holds in all of the candidate
+                part = largest(inner, failing, SAMPLE_SEED) if any(one.zones for one in failing) else candidate
+                if isinstance(part, str):
+                    return replace(extent, part_reason=f"{reason}; in a smaller region: {part}")
+                return replace(extent, part=_part(question, replace(part, name=name)), part_reason="")
+        return extent
     share = exact_share(question, failing)
     extent = replace(extent, share=share) if isinstance(share, ExactShare) else replace(extent, share_reason=share)
     if isinstance(share, ExactShare) and not share.exact:
@@ -382,22 +393,6 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
     if isinstance(part, str):
         return replace(extent, part_reason=part)
     return replace(extent, part=_part(question, replace(part, name=name)))
-
-
-def _beside(question: DecisionQuestion, where: Where, name: str) -> Where:
-    """Adds what is found despite too many zones: a region inside a smaller one of which all zones are known."""
-    if any(one.nodes > one.limit for one in where.failing):
-        return where  # each smaller region might take as many nodes
-    for candidate in candidates(question, SAMPLE_SEED):
-        inner = question.within(candidate)
-        failing = violations(inner)
-        if all(one.complete for one in failing):
-            # without zones it holds in all of the candidate
-            part = largest(inner, failing, SAMPLE_SEED) if any(one.zones for one in failing) else candidate
-            if isinstance(part, str):
-                return replace(where, part_reason=f"{where.part_reason}; in a smaller region: {part}")
-            return replace(where, part=_part(question, replace(part, name=name)), part_reason="")
-    return where
 
 
 def _part(question: DecisionQuestion, part: Region) -> ProvedPart:

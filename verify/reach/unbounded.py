@@ -196,9 +196,11 @@ class CellSearch:
         """Cells that nothing leaves for more than some steps, those that were `begun` with among them. LeftError,
         RejectedError.
         """
-        floats = {name: float(width) for name, width in widths.items()}
+        names, floats = tuple(widths), {name: float(width) for name, width in widths.items()}
         with np.errstate(all="ignore"):
-            sweep = self._sweep(floats)
+            if names not in self._sweeps:
+                self._sweeps[names] = InvariantSweep(self._profile, self._system, self._claim, floats)
+            sweep = self._sweeps[names].of_widths(floats)
             arriving = collect_arriving(sweep.motion, approach, self.most - self.spent)
             broken = sweep.motion.find_breaking(arriving)
             if broken.size:
@@ -225,13 +227,6 @@ class CellSearch:
         heads = [number for pair in zip(zigzag, spans, strict=True) for number in pair]
         told = encode_numbers([*heads, ordered[0], *(after - before for before, after in pairwise(ordered))])
         return InvariantPart(dict(widths), steps, told, (), approach.cuts, approach.joined)
-
-    def _sweep(self, widths: Mapping[str, float]) -> InvariantSweep:
-        """Cells of some widths, moved by what was read once."""
-        names = tuple(widths)
-        if names not in self._sweeps:
-            self._sweeps[names] = InvariantSweep(self._profile, self._system, self._claim, widths)
-        return self._sweeps[names].of_widths(widths)
 
     def _becoming(
         self, sweep: InvariantSweep, cells: Int64, known: set[Cell], steps: int, came: dict[Cell, Cell]

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from functools import reduce
 from math import isqrt
 from typing import TypeAlias
 
@@ -185,9 +186,16 @@ def _take(policy: AgentPolicy, sides: Mapping[int, Formula], state: Known) -> st
 def _truth(formula: Formula, state: Known) -> bool | None:
     """Returns True if a formula holds in all states of ranges, False if in none; None where it is not known."""
     if isinstance(formula, Linear):
-        added = _sum(formula.terms, state)
-        if isinstance(added, Fraction):
-            return added < formula.bound if formula.strict else added <= formula.bound
+        exact, ranges = Fraction(0), list[Range]()  # of the sum of multiples, which is exact where its numbers are
+        for weight, name in formula.terms:
+            each = state[name]
+            if isinstance(each, Fraction):
+                exact += weight * each
+            else:
+                ranges.append(times(exactly(weight), each))
+        if not ranges:
+            return exact < formula.bound if formula.strict else exact <= formula.bound
+        added = reduce(plus, ranges, exactly(exact))
         below = minus(exactly(formula.bound), added)
         if below.low > 0 or (below.low == 0 and not formula.strict):
             return True
@@ -200,23 +208,6 @@ def _truth(formula: Formula, state: Known) -> bool | None:
     if decides in told:
         return decides
     return None if None in told else not decides
-
-
-def _sum(terms: Sequence[tuple[Fraction, str]], state: Known) -> Fraction | Range:
-    """A sum of multiples of numbers: exact where they are."""
-    exact, ranges = Fraction(0), list[Range]()
-    for weight, name in terms:
-        each = state[name]
-        if isinstance(each, Fraction):
-            exact += weight * each
-        else:
-            ranges.append(times(exactly(weight), each))
-    if not ranges:
-        return exact
-    found = exactly(exact)
-    for each in ranges:
-        found = plus(found, each)
-    return found
 
 
 def _middles(state: Known) -> dict[str, Fraction]:

@@ -152,12 +152,12 @@ def _sums(
     policy: AgentPolicy, coordinates: Float64, world: WorldSpec, eps: float, semantics: str
 ) -> tuple[Float64, list[float]]:
     """Returns what each feature measures before its function, [batch, n_features], and by how much it may be off."""
-    plain: list[FeatureSpec] = []
+    plain, room = list[FeatureSpec](), list[float]()
     for feature in policy.features:
-        assert feature.meaning is not None
-        kept = measurable(feature.meaning)
-        plain.append(replace(feature, meaning=replace(feature.meaning, function="")) if kept else feature)
-    room = [eps if one.meaning is not None and measurable(one.meaning) else 0.0 for one in policy.features]
+        meaning = meaning_of(feature)
+        kept = measurable(meaning)
+        plain.append(replace(feature, meaning=replace(meaning, function="")) if kept else feature)
+        room.append(eps if kept else 0.0)
     if semantics == REAL:
         return comparable(plain, coordinates, world), room
     return observe(tuple(plain), coordinates, world, policy.numbers).astype(np.float64), room

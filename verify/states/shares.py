@@ -369,7 +369,21 @@ def _failing(question: DecisionQuestion, states: Sequence[State]) -> Iterator[St
         yield from (states[row] for row in np.flatnonzero(fails(question, states)).tolist())
         return
     coordinates, team = _coordinates(profile, states), profile.team(question.claim.team)
-    tries = list(_mistakes(question, states, coordinates))
+    # row, actions of the team, errors that cause them: of each state the actions without errors first
+    tries: list[tuple[int, tuple[int, ...], dict[str, Value]]] = []
+    usual = [choose_actions(policy, coordinates, profile.world) for policy in team]
+    each = [ways(policy, coordinates, profile.world, question.claim.eps) for policy in team]
+    for row, state in enumerate(states):
+        options: list[dict[int, dict[str, float]]] = []
+        for policy, acts, errors in zip(team, usual, each, strict=True):
+            causes: dict[int, dict[str, float]] = {int(acts[row]): {}}
+            for way in filter(None, errors[row]):
+                action = int(act(policy, observe_state(profile, policy, replace(state, errors=way)))[0])
+                causes.setdefault(action, way)
+            options.append(causes)
+        for taken in islice(product(*options), MAX_ERRORS):
+            caused = together(causes[action] for causes, action in zip(options, taken, strict=True))
+            tries.append((row, taken, caused))
     rows = np.array([row for row, _, _ in tries], dtype=np.int64)
     joint = np.array([acts for _, acts, _ in tries], dtype=np.int32).reshape(-1, len(team))
     actions = {policy.agent: column for policy, column in zip(team, joint.T, strict=True)}
@@ -379,26 +393,6 @@ def _failing(question: DecisionQuestion, states: Sequence[State]) -> Iterator[St
         if row not in known:
             known.add(row)
             yield replace(states[row], errors=errors)
-
-
-def _mistakes(
-    question: DecisionQuestion, states: Sequence[State], coordinates: Float64
-) -> Iterator[tuple[int, tuple[int, ...], dict[str, Value]]]:
-    """(row, actions of the team, errors that cause them), of each state the actions without errors first."""
-    profile, eps = question.profile, question.claim.eps
-    team, world = profile.team(question.claim.team), profile.world
-    usual = [choose_actions(policy, coordinates, world) for policy in team]
-    each = [ways(policy, coordinates, world, eps) for policy in team]
-    for row, state in enumerate(states):
-        options: list[dict[int, dict[str, float]]] = []
-        for policy, acts, errors in zip(team, usual, each, strict=True):
-            causes: dict[int, dict[str, float]] = {int(acts[row]): {}}
-            for way in filter(None, errors[row]):
-                action = int(act(policy, observe_state(profile, policy, replace(state, errors=way)))[0])
-                causes.setdefault(action, way)
-            options.append(causes)
-        for joint in islice(product(*options), MAX_ERRORS):
-            yield row, joint, together(causes[action] for causes, action in zip(options, joint, strict=True))
 
 
 def _judge_actions(

@@ -166,7 +166,7 @@ class ZoneQuery:
         """A point of the region; empty when there is none."""
         if self._table.region is None or not self._search.is_inhabited():
             return {}
-        return self._point()
+        return state(self.problem, self._search.open, self._box)
 
     def answer(self) -> tuple[bytes, dict[str, Fraction] | None]:
         """The proof and None, or a point at which the claim fails."""
@@ -177,7 +177,7 @@ class ZoneQuery:
                 if not any(mask):
                     streams[place] = b"\0"
             walked, closed = self._search.refutation(self._trees, *self._resolving(masks))
-            return b"".join(streams) + walked, None if closed else self._point()
+            return b"".join(streams) + walked, None if closed else state(self.problem, self._search.open, self._box)
 
         # parts prove it that hold at all leaves: as few of these as suffice
         for agent, known in enumerate(roots):
@@ -253,10 +253,6 @@ class ZoneQuery:
             return denial if any(one.action is None for one in known) else self._disjoint(denial)
 
         return classes, resolve
-
-    def _point(self) -> dict[str, Fraction]:
-        """A point on the branch that the search left open, away from its bounds where there is room."""
-        return state(self.problem, self._search.open, self._box)
 
 
 def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[str, Fraction]:
